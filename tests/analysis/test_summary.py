@@ -82,7 +82,7 @@ def test_courses_are_said_of_several_agents_only():
     assert courses_said(summarise(rising)) == ""
     assert courses_said(summarise([*rising, *falling, *blind])) == (
         "From a flip rate of 0 to 0.4 success rises for llm:local; falls for human-inspired; is the same at every flip rate for random "
-        "(Holm, 2 agents)."
+        "(Holm's correction for the 2 agents that heed reports)."
     )
     assert courses_said(summarise([t for t in (*rising, *falling) if t.p == 0])) == ""
 

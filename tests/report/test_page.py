@@ -195,7 +195,10 @@ def test_a_study_of_many_agents_begins_with_who_rises_and_who_falls(tmp_path):
     write_report(directory)
     content = json.loads((directory / "results.json").read_text())
     said = "success rises for cognitive:perseverant, llm:local; falls for cognitive:careful, human-inspired?lapse=0.3"
-    assert content["courses_said"] == f"From a flip rate of 0 to 0.4 {said} (Holm, 4 agents)."
+    assert (
+        content["courses_said"]
+        == f"From a flip rate of 0 to 0.4 {said} (Holm's correction for the 4 agents that heed reports)."
+    )
     page = page_of(directory)
     assert page.index(said) < page.index("Agent by agent") < page.index(content["findings"][0][:60])
 

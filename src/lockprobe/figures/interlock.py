@@ -196,7 +196,7 @@ def draw_interlock(axes: Axes, box: Lockbox) -> None:
             axes.add_patch(mark)
     for name, (x, y) in diagram.joints.items():
         _draw_joint(axes, box, name, (x, y + up))
-    axes.set_title("its interlock: what a joint needs to move", loc="left", fontsize=SMALL, color=INK)
+    axes.set_title("its interlock: an arrow leads to the joint that it frees", loc="left", fontsize=SMALL, color=INK)
 
 
 def _draw_joint(axes: Axes, box: Lockbox, name: str, at: Point) -> None:

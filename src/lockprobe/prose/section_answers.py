@@ -25,11 +25,11 @@ def section_answers(summary: StudySummary) -> dict[str, str]:
     where = at_dose(first, summary.axis)
     found = {
         "side": _best(summary),
-        "speed": _said(agents, "From chance (0) to the shortest plan (1)", _relative),
+        "speed": _said(agents, "On a scale from chance (0) to the shortest plan (1)", _relative),
         "loops": _said(agents, f"Trials with a loop {where}", _loops),
         "rational": _said(agents, where.capitalize(), _optimal),
         "tests": _tests(agents),
-        "said": _said(agents, where.capitalize(), _misread) or "No agent said what its actions did.",
+        "said": _said(agents, f"Steps misread {where}", _misread) or "No agent said what its actions did.",
         "conditions": f"{len(summary.agents)} agents, {len(summary.conditions)} rows.",
     }
     return {section: said for section, said in found.items() if said}
@@ -77,4 +77,4 @@ def _tests(agents: Iterable[AgentSummary]) -> str:
         if t.recommended and t.p_value is not None
     ]
     shown = sum(bool(test.rejects) for test in done)
-    return f"{shown} of {len(done)} valid tests say yes." if done else ""
+    return f"{shown} of {len(done)} valid tests reject their null hypothesis." if done else ""

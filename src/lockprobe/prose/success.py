@@ -135,7 +135,7 @@ def courses_said(summary: StudySummary) -> str:
     parts = [f"{_SAID_OF[kind]} {', '.join(name for name, found in courses if found == kind)}" for kind in kinds]
     blind = [agent.name for agent in summary.agents if agent.blind]
     parts += [f"is the same at every {summary.axis.name} for {', '.join(blind)}"] if blind else []
-    many = "" if len(courses) < 2 else f" (Holm, {len(courses)} agents)"
+    many = "" if len(courses) < 2 else f" (Holm's correction for the {len(courses)} agents that heed reports)"
     return (
         f"From a {summary.axis.name} of {min(shown):g} to {max(shown):g} success {'; '.join(parts)}{many}."
         if parts
