@@ -12,7 +12,7 @@ import typer
 
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.film.agent_view import film_seen
-from lockprobe.film.replay import FASTEST, Film, film_trial, plan_of
+from lockprobe.film.replay import FASTEST, STAND_IN, Film, film_trial, plan_of
 from lockprobe.record import Trial
 from lockprobe.studies.journal import load
 from lockprobe.studies.settings import read_study
@@ -56,8 +56,9 @@ def replay(
     else:
         study = read_study(directory)
         film = film_trial(trial, plan_of(study, trial), out, speed=speed, tell=_Progress())
-        if study.plant == "symbolic":
-            print("The trial was played without physics; this is a fast-twin of the same box.", file=sys.stderr)
+        if film.plant == STAND_IN != study.plant:
+            why = "The trial was played without physics" if study.plant == "symbolic" else f"{study.plant} has no film"
+            print(f"{why}; this is a fast-twin of the same box.", file=sys.stderr)
     _announce(film, trial, json=json)
 
 
