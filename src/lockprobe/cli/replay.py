@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from lockprobe.errors import BadValue, UnknownName
+from lockprobe.errors import BadValue, TrialFault, UnknownName, UserMistake
 from lockprobe.film.agent_view import film_seen
 from lockprobe.film.replay import FASTEST, STAND_IN, Film, film_trial, plan_of
 from lockprobe.record import Trial
@@ -55,7 +55,10 @@ def replay(
         film = film_seen(trial, directory / "pictures", out)
     else:
         study = read_study(directory)
-        film = film_trial(trial, plan_of(study, trial), out, speed=speed, tell=_Progress())
+        try:
+            film = film_trial(trial, plan_of(study, trial), out, speed=speed, tell=_Progress())
+        except TrialFault as fault:
+            raise UserMistake(f"the trial breaks when it is played again, so there is no film ({fault})") from None
         if film.plant == STAND_IN != study.plant:
             why = "The trial was played without physics" if study.plant == "symbolic" else f"{study.plant} has no film"
             print(f"{why}; this is a fast-twin of the same box.", file=sys.stderr)
