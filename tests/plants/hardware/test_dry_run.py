@@ -85,8 +85,11 @@ def test_without_a_yes_nothing_moves():
 
 @pytest.mark.parametrize("height", [0.01, 0.5, float("nan")])
 def test_a_height_at_which_the_hand_would_touch_is_refused(height):
+    operator = Willing()
+    rig, arm = rig_of(operator)
     with pytest.raises(BadValue, match="metres from 0.05 to 0.3"):
-        rig_of(Willing())[0].dry_run(height)
+        rig.dry_run(height)
+    assert (operator.told, arm.time, arm.log) == ([], 0.0, [])
 
 
 def test_a_motion_that_does_not_follow_its_way_is_a_complaint():

@@ -17,7 +17,7 @@ from lockprobe.plants.arm.protocol import Vector
 from lockprobe.plants.hardware.bounds import Bounded
 from lockprobe.record import Fact
 
-__all__ = ["HEIGHT", "HIGHEST", "LOWEST", "DryMotion", "DryRun", "run_dry"]
+__all__ = ["HEIGHT", "HIGHEST", "LOWEST", "DryMotion", "DryRun", "check_height", "run_dry"]
 
 HEIGHT, LOWEST, HIGHEST = 0.10, 0.05, 0.30
 """Height of the motions above the handles, metres: the default, the least and the greatest."""
@@ -77,6 +77,16 @@ class DryRun:
         )
 
 
+def check_height(height: float) -> None:
+    """Check the height of a dry run, metres.
+
+    Raises:
+        BadValue: If it is not from 0.05 to 0.3.
+    """
+    if not LOWEST <= height <= HIGHEST:
+        raise BadValue("height", height, f"metres from {LOWEST} to {HIGHEST}")
+
+
 def run_dry(
     arm: Bounded,
     ways: Mapping[str, tuple[HandlePath, HandlePath]],
@@ -90,17 +100,14 @@ def run_dry(
     Args:
         arm: The arm within its bounds, which ask the operator before the first motion.
         ways: For each joint by name the way of its handle from position 0 and from position 1.
-        height: Above the handles, metres, from 0.05 to 0.3.
+        height: Above the handles, metres.
         move: The guarded move.
         tell: Called after every motion.
 
     Raises:
-        BadValue: If the height is out of range.
         PlantFault: If the arm fails, leaves its bounds, sinks, or feels a force that would count as a locked handle. It
             was told to stop before.
     """
-    if not LOWEST <= height <= HIGHEST:
-        raise BadValue("height", height, f"metres from {LOWEST} to {HIGHEST}")
     made: list[DryMotion] = []
     arm.home()
     for joint, way in ways.items():

@@ -18,7 +18,7 @@ from lockprobe.plants.hardware.board import Board
 from lockprobe.plants.hardware.bounds import Bounded
 from lockprobe.plants.hardware.camera import HardwareCamera, Shot, check_shot
 from lockprobe.plants.hardware.driver_call import call_driver
-from lockprobe.plants.hardware.dry_run import HEIGHT, DryMotion, DryRun, run_dry
+from lockprobe.plants.hardware.dry_run import HEIGHT, DryMotion, DryRun, check_height, run_dry
 from lockprobe.plants.hardware.position_reader import ImageHandles, Unclear, read_positions
 from lockprobe.plants.operator import Operator, ask_to_begin
 from lockprobe.record import Fact, Snapshot
@@ -166,6 +166,7 @@ class Rig:
             BadValue: If the height is out of range.
             PlantFault: If any part fails, the hand sinks, or it feels something; the arm was told to stop before.
         """
+        check_height(height)
         self._operator.tell(f"Dry run: the hand stays {1000 * height:g} mm above the handles and touches nothing.")
         ways = {name: (self._path(joint, False), self._path(joint, True)) for joint, name in enumerate(self._box.names)}
         try:
