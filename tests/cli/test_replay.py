@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 from lockprobe.cli import build
 from lockprobe.cli.replay import _story
 from lockprobe.environment.learned_agent import LearnedAgent
-from lockprobe.errors import BadFile, BadValue, Missing, UnknownName
+from lockprobe.errors import BadFile, BadValue, Missing, PlantFault, UnknownName, UserMistake
 from lockprobe.export import tidy_rows
 from lockprobe.film import files
 from lockprobe.interventions.condition import flips
@@ -72,6 +72,15 @@ def test_a_film_of_a_symbolic_trial_says_what_it_is_made_of(directory, tmp_path)
     assert found == {
         "film": str(tmp_path / "frames"), "pictures": 1 + 2 * steps, "bytes": sizes, "plant": "fast-twin", "differs": None,
     }  # fmt: skip
+
+
+def test_a_plant_that_breaks_when_it_is_played_again_is_one_line(directory, tmp_path, monkeypatch):
+    def broken(*given, **named):
+        raise PlantFault("the arm, reach: no answer within 30 s")
+
+    monkeypatch.setattr("lockprobe.cli.replay.film_trial", broken)
+    with pytest.raises(UserMistake, match="so there is no film .the arm, reach: no answer within 30 s.$"):
+        replay(directory, KEY, "--out", tmp_path / "a.gif")
 
 
 def test_a_record_that_is_not_what_happens_is_found_out(directory, tmp_path):

@@ -3,6 +3,7 @@
 import json
 
 import pytest
+from plants.hardware import fakes
 from typer.testing import CliRunner
 
 from lockprobe.cli import build
@@ -36,9 +37,34 @@ def test_a_wrong_verdict_is_marked_and_sets_the_exit_status(monkeypatch):
     assert "<- WRONG" in done.stdout
 
 
+def test_a_dry_run_prints_every_motion_and_its_rung():
+    done = run("dry-run", "--plant", "rig?rung=scripted", "--height", "0.08")
+    lines = done.stdout.splitlines()
+    assert done.exit_code == 0
+    assert len(lines) == 10
+    assert lines[0].split()[:5] == ["revolute-left", "0", "to", "1", "moved,"]
+    assert lines[8] == "Rung: dry-run, 80 mm above the handles of chain-4; the arm: scripted"
+    assert lines[9] == "As in free air: 8 of 8 motions; greatest force 0.0 N; 0 late commands"
+    found = json.loads(run("dry-run", "--plant", "rig?rung=scripted", "--json").stdout)
+    assert (found["rung"], found["facts"]["rung"], found["height"]) == ("dry-run", "scripted", 0.1)
+    assert (len(found["motions"]), found["complaints"]) == (8, [])
+
+
+def test_a_dry_run_of_a_laboratorys_rig_asks_its_operator(monkeypatch):
+    monkeypatch.setattr(fakes, "CALIBRATION", {"path": "none.json"})
+    error = run("dry-run", "--plant", "python:plants.hardware.fakes:calibrated_rig").exception
+    assert isinstance(error, UserMistake)
+    assert "none.json" in str(error)
+    error = run("dry-run", "--plant", "python:plants.hardware.fakes:faulty_rig").exception
+    assert isinstance(error, UserMistake)
+    assert str(error) == "the arm, follow: ConnectionResetError: cable"
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [
+        (["dry-run", "--plant", "symbolic"], "plant: got 'symbolic', expected a rig"),
+        (["dry-run", "--plant", "rig?rung=scripted", "--height", "1"], "height: got 1.0, expected metres from 0.05"),
         (["check", "--arm", "fr3"], "host: got '', expected the address of the robot with --arm fr3"),
         (["check", "--host", "x"], "host: got 'x', expected none with wire"),
         (["rehearse", "--box", "nothing"], "no box is called 'nothing'"),

@@ -10,9 +10,9 @@ from typing import Annotated
 
 import typer
 
-from lockprobe.errors import BadValue, UnknownName
+from lockprobe.errors import BadValue, TrialFault, UnknownName, UserMistake
 from lockprobe.film.agent_view import film_seen
-from lockprobe.film.replay import FASTEST, Film, film_trial, plan_of
+from lockprobe.film.replay import FASTEST, STAND_IN, Film, film_trial, plan_of
 from lockprobe.record import Trial
 from lockprobe.studies.journal import load
 from lockprobe.studies.settings import read_study
@@ -55,9 +55,13 @@ def replay(
         film = film_seen(trial, directory / "pictures", out)
     else:
         study = read_study(directory)
-        film = film_trial(trial, plan_of(study, trial), out, speed=speed, tell=_Progress())
-        if study.plant == "symbolic":
-            print("The trial was played without physics; this is a fast-twin of the same box.", file=sys.stderr)
+        try:
+            film = film_trial(trial, plan_of(study, trial), out, speed=speed, tell=_Progress())
+        except TrialFault as fault:
+            raise UserMistake(f"the trial breaks when it is played again, so there is no film ({fault})") from None
+        if film.plant == STAND_IN != study.plant:
+            why = "The trial was played without physics" if study.plant == "symbolic" else f"{study.plant} has no film"
+            print(f"{why}; this is a fast-twin of the same box.", file=sys.stderr)
     _announce(film, trial, json=json)
 
 

@@ -23,15 +23,18 @@ if TYPE_CHECKING:
 
     from lockprobe.plants.arm.protocol import StoppableArm
     from lockprobe.plants.hardware.arm_check import ArmCheck
+    from lockprobe.plants.hardware.dry_run import DryMotion, DryRun
     from lockprobe.plants.hardware.rehearsal import Attempted, Rehearsal
 
-__all__ = ["app", "check", "rehearse"]
+__all__ = ["app", "check", "dry_run", "rehearse"]
 
 app = typer.Typer(no_args_is_help=True, rich_markup_mode=None)
 app.command("tags")(tags)
 app.command("calibrate")(calibrate)
 
 _ARM = "fr3 (franky), panda (panda-py), or wire: a simulated FR3 behind the real client library."
+
+_TWIN = "rig?rung=twin"
 
 AsJson = Annotated[bool, typer.Option("--json", help="One JSON object.")]
 ArmKind = Literal["fr3", "panda", "wire"]
@@ -58,6 +61,41 @@ def rehearse(
         found = rehearsed(rung, find(box), attempts=attempts, seed=seed, tell=(lambda one: None) if json else _tell)
     print(json_.dumps(_facts(found)) if json else "\n".join(_lines(found)))
     if found.right < attempts:
+        raise typer.Exit(NOT_GOOD)
+
+
+@app.command("dry-run")
+def dry_run(
+    plant: Annotated[str, typer.Option(help="rig?rung=scripted|twin|wire, or python:MODULE:NAME, your rig.")] = _TWIN,
+    box: Annotated[str, typer.Option(help="A box by name, random-N-SEED, or a TOML file.")] = DEFAULT_BOX,
+    height: Annotated[float, typer.Option(help="Above the handles, metres, from 0.05 to 0.3.")] = 0.1,
+    json: AsJson = False,
+) -> None:
+    """Make every joint's motion above the board, in both directions, and touch nothing.
+
+    The operator has to agree first. A force of 10 N, or a hand that sinks, stops the arm. Exit status 1: a motion did
+    not go as in free air.
+    """
+    import numpy as np
+
+    from lockprobe.plants.catalogue import resolve_plant
+    from lockprobe.plants.hardware.driver_call import call_driver
+    from lockprobe.plants.hardware.rig import Rig
+
+    asked, source = find(box), resolve_plant(plant)
+    with _fault_in_one_line():
+        rig = call_driver("the rig", lambda: source.make(asked, asked.names, np.random.default_rng(0)))
+        try:
+            if not isinstance(rig, Rig):
+                raise BadValue("plant", plant, "a rig: rig?rung=scripted|twin|wire, or python:MODULE:NAME of yours")
+            found = rig.dry_run(height, (lambda made: None) if json else _tell_motion)
+        finally:
+            rig.close()
+    if json:
+        print(json_.dumps({**asdict(found), "facts": dict(found.facts), "complaints": list(found.complaints)}))
+    else:
+        print("\n".join(_dry(found)))
+    if found.complaints:
         raise typer.Exit(NOT_GOOD)
 
 
@@ -105,7 +143,7 @@ def _open(arm: ArmKind, host: str) -> tuple[StoppableArm, Callable[[], None]]:
     if arm == "wire":
         import numpy as np
 
-        from lockprobe.plants.hardware.rehearsal import parts_of
+        from lockprobe.plants.hardware.rungs import parts_of
 
         box = find(DEFAULT_BOX)
         parts = parts_of("wire", box, box.names, np.random.default_rng(0))
@@ -144,7 +182,7 @@ def _facts(found: Rehearsal) -> dict[str, object]:
 
 
 def _lines(found: Rehearsal) -> list[str]:
-    from lockprobe.plants.hardware.rehearsal import RUNGS
+    from lockprobe.plants.hardware.rungs import RUNGS
 
     faults = sum(bool(one.fault) for one in found.attempts)
     lines = [
@@ -155,6 +193,22 @@ def _lines(found: Rehearsal) -> list[str]:
     if found.figures:
         lines.append(f"Simulated robot: {found.figures['late']} of {found.figures['ticks']} ticks of 1 ms late")
     return lines
+
+
+def _tell_motion(made: DryMotion) -> None:
+    way = f"{made.start} to {1 - made.start}"
+    measured = f"force {made.force:.1f} N, off by {1000 * made.astray:.1f} mm, {1000 * made.lowest:.0f} mm above"
+    print(f"{made.joint:16} {way}  {made.verdict}, {measured}{'' if made.verdict == 'moved' else '  <- WRONG'}")
+
+
+def _dry(found: DryRun) -> list[str]:
+    facts, late, right = found.facts, found.facts["late_commands"], len(found.motions) - len(found.complaints)
+    force = max(one.force for one in found.motions)
+    return [
+        f"Rung: {found.rung}, {1000 * found.height:g} mm above the handles of {found.box}; the arm: {facts['rung']}",
+        f"As in free air: {right} of {len(found.motions)} motions; greatest force {force:.1f} N; {late} late commands",
+        *(f"Not good enough: {complaint}." for complaint in found.complaints),
+    ]
 
 
 def _checked(found: ArmCheck) -> list[str]:

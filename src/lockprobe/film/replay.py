@@ -20,7 +20,7 @@ from lockprobe.film.files import RATES, FilmFile, open_film
 from lockprobe.lockbox.box import bits
 from lockprobe.plan import Names, Plan
 from lockprobe.plants.catalogue import PlantSource, resolve_plant
-from lockprobe.plants.twin_settings import RendererChoice, TwinSettings
+from lockprobe.plants.twin_settings import RendererChoice
 from lockprobe.protocols import Plant
 from lockprobe.record import Fact, Snapshot, Trial
 from lockprobe.studies.study import Study
@@ -94,12 +94,12 @@ def film_trial(
     if not 1 <= speed <= FASTEST:
         raise BadValue("speed", speed, f"a whole number from 1 to {FASTEST}")
     source = resolve_plant(plan.plant)
-    if source.settings is None:
+    if source.settings is None and source.make_filmed is None:
         source = resolve_plant(STAND_IN)
     source.check(plan.box)
-    assert source.settings is not None
     file = open_film(path)
-    runs, renderer = isinstance(source.settings, TwinSettings), source.settings.renderer
+    runs = source.make_filmed is not None
+    renderer = source.settings.renderer if source.settings is not None else "auto"
     shooting = _Shooting(file, renderer=renderer, runs=runs, rate=RATES[path.suffix.lower()], speed=speed)
     try:
         differs = _play_again(trial, plan, source, shooting, tell)
@@ -137,11 +137,9 @@ def _play_again(
 
 def _plant(plan: Plan, source: PlantSource, shooting: _Shooting) -> Plant:
     labels, rng = Names(plan).labels, plan.stream("plant")
-    if not isinstance(source.settings, TwinSettings):
+    if source.make_filmed is None:
         return source.make(plan.box, labels, rng)
-    from lockprobe.plants.twin import Twin
-
-    return Twin(plan.box, labels=labels, settings=source.settings, rng=rng, film=shooting)
+    return source.make_filmed(plan.box, labels, rng, shooting)
 
 
 def _difference(trial: Trial, at: int, before: str, snapshot: Snapshot) -> str | None:

@@ -16,6 +16,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -27,13 +28,18 @@ from lockprobe.plugins import Plugin, find_plugin, plugin_names
 from lockprobe.protocols import Plant
 from lockprobe.spec import Spec, arguments_from, with_options
 
-__all__ = ["PLANTS", "Make", "PlantSource", "known_plants", "require_mujoco", "resolve_plant"]
+__all__ = ["PLANTS", "FilmHook", "Make", "PlantSource", "known_plants", "require_mujoco", "resolve_plant"]
 
 _SETTINGS: Mapping[str, type[SceneSettings]] = {"fast-twin": SceneSettings, "twin": TwinSettings}
 
 PLANTS = ("symbolic", *_SETTINGS, "manual", "rig")
 
 Make = Callable[[Lockbox, tuple[str, ...], np.random.Generator], Plant]
+
+FilmHook = Callable[[Any, Any], None]
+"""Called 25 times in a simulated second with MuJoCo's model and a state, which it must not change."""
+
+MakeFilmed = Callable[[Lockbox, tuple[str, ...], np.random.Generator, FilmHook], Plant]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -45,6 +51,7 @@ class PlantSource:
         settings: The options of a simulated box; None for any other plant.
         make: Builds it for one trial from the box, its joints' labels in panel order and the trial's stream ``plant``.
         check: Tests whether ``make`` works here for a box; raises the same errors.
+        make_filmed: Builds it for a film of an arm that moves; None if it has none to show.
         photographs: Whether a real camera takes its pictures.
         is_attended: Whether somebody answers its questions at the terminal, so that trials are played in this process
             and one at a time. A plant of another package says so by an attribute ``attended = True``.
@@ -54,6 +61,7 @@ class PlantSource:
     make: Make
     settings: CameraSettings | None = None
     check: Callable[[Lockbox], None] = lambda box: None
+    make_filmed: MakeFilmed | None = None
     photographs: bool = False
     is_attended: Callable[[], bool] = lambda: False
 
@@ -74,7 +82,8 @@ def known_plants() -> dict[str, str]:
         f"A user's own model of the box, without an arm: {model}.",
         "manual": "A real box whose joints a person moves; the person or a camera tells the truth. Options: camera, "
         "handles, device.",
-        "rig": "The adapter of a real arm, in rehearsal. Options: rung (scripted, twin, wire).",
+        "rig": "The adapter of a real arm, in rehearsal. Options: rung (scripted, twin, wire), truth (simulation, "
+        "camera).",
     }
 
 
@@ -93,7 +102,13 @@ def resolve_plant(spec: str | Spec) -> PlantSource:
     if spec.full_name in _SETTINGS:
         settings = with_options(_SETTINGS[spec.full_name], spec.full_name, spec.options)
         make = _physical(settings)
-        return PlantSource(spec=str(spec), settings=settings, make=make, check=partial(_check, settings, make))
+        return PlantSource(
+            spec=str(spec),
+            settings=settings,
+            make=make,
+            make_filmed=partial(_filmed_twin, settings) if isinstance(settings, TwinSettings) else None,
+            check=partial(_check, settings, make),
+        )
     if spec.full_name == "symbolic":
         if spec.options:
             raise BadValue("plant", str(spec), "symbolic without options")
@@ -132,18 +147,20 @@ def _of_a_user(spec: Spec) -> PlantSource:
 def _rehearsed(spec: Spec) -> PlantSource:
     from lockprobe.plants.rehearsal_settings import RehearsalSettings
 
-    rung = with_options(RehearsalSettings, "rig", spec.options).rung
+    settings = with_options(RehearsalSettings, "rig", spec.options)
 
-    def make(box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator) -> Plant:
+    def make(box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator, film: FilmHook | None = None) -> Plant:
         from lockprobe.plants.hardware.rehearsal import rehearse_rig
 
-        return rehearse_rig(rung, box, labels, rng)
+        return rehearse_rig(settings, box, labels, rng, film)
 
     return PlantSource(
         spec=str(spec),
         make=make,
+        make_filmed=None if settings.rung == "scripted" else make,
         check=lambda box: make(box, box.names, np.random.default_rng(0)).close(),
-        is_attended=lambda: rung == "wire",  # one at a time: it keeps time as a robot does
+        photographs=settings.truth == "camera",
+        is_attended=lambda: settings.rung == "wire",  # one at a time: it keeps time as a robot does
     )
 
 
@@ -194,6 +211,14 @@ def _physical(settings: SceneSettings) -> Make:
         return FastTwin(box, labels=labels, settings=settings, rng=rng)
 
     return make
+
+
+def _filmed_twin(
+    settings: TwinSettings, box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator, film: FilmHook
+) -> Plant:
+    from lockprobe.plants.twin import Twin
+
+    return Twin(box, labels=labels, settings=settings, rng=rng, film=film)
 
 
 def require_mujoco() -> None:

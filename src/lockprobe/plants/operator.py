@@ -59,9 +59,21 @@ def ask_to_begin(operator: Operator, question: str = "Press Enter when they stan
 class ConsentingOperator:
     """Nobody: agrees to everything. Only for rehearsals in which nothing real moves."""
 
+    def __init__(self) -> None:
+        self._began = False
+
     def ask(self, question: str, answers: Sequence[str]) -> str:
-        """Yes, or Enter."""
-        return ENTER if ENTER in answers else "y"
+        """Yes, or Enter once.
+
+        Raises:
+            OperatorStopped: If Enter is asked for again: nobody is there to set the box up.
+        """
+        if ENTER not in answers:
+            return "y"
+        if self._began:
+            raise OperatorStopped("the box does not stand as it should, and nobody is there to set it up")
+        self._began = True
+        return ENTER
 
     def tell(self, line: str) -> None:
         """Nobody listens."""

@@ -1,32 +1,44 @@
 """The real client library against a simulated robot over loopback; skipped where they are not installed."""
 
-import time
+import json
+import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from builders import small_study
+from plants.hardware.wire_faults import BREAKING, FAULTS, MADE, SPEEDS
 
 pytest.importorskip("franky")
 pytest.importorskip("franky_sim")
 
-from lockprobe.errors import PlantFault
 from lockprobe.lockbox.families import box
 from lockprobe.plants.arm.guarded_move import GuardedMove
-from lockprobe.plants.hardware.bounds import Bounded, Bounds
-from lockprobe.plants.hardware.rehearsal import BOUNDS, parts_of
+from lockprobe.plants.hardware.bounds import Bounded
+from lockprobe.plants.hardware.rehearsal import BOUNDS
+from lockprobe.plants.hardware.rungs import parts_of
 from lockprobe.plants.operator import ConsentingOperator
+from lockprobe.studies.runner import run_study
 
 CHAIN = box("chain-4")
-STILL = np.zeros(3)
 
 
 @pytest.fixture
-def parts():
-    found = parts_of("wire", CHAIN, tuple("ABCD"), np.random.default_rng(1))
+def shown():
+    return []
+
+
+@pytest.fixture
+def parts(shown):
+    def film(model, data):
+        shown.append([float(data.joint(f"arm-{number}").qpos[0]) for number in range(1, 8)])
+
+    found = parts_of("wire", CHAIN, tuple("ABCD"), np.random.default_rng(1), film)
     yield found
     found.close()
 
 
-def test_a_free_and_a_locked_joint_over_the_wire(parts):
+def test_a_free_and_a_locked_joint_over_the_wire(parts, shown):
     arm = Bounded(parts.arm, BOUNDS, ConsentingOperator())
     arm.home()
     for joint, verdict, after in ((3, "moved", (0, 0, 0, 1)), (0, "blocked", (0, 0, 0, 1))):
@@ -34,41 +46,43 @@ def test_a_free_and_a_locked_joint_over_the_wire(parts):
         assert (touch.verdict, parts.state()) == (verdict, tuple(map(bool, after)))
     assert parts.arm.success_rate == 1.0
     assert parts.facts["driver"] == "franky-control 2.0.0"
+    parts.roll()
+    assert 25 * 5 < len(shown) < 25 * 60
+    assert np.ptp(shown, axis=0).max() > 0.5  # radians: the film sees the arm go and come back
+    assert shown[-1] == pytest.approx(shown[0], abs=0.1)
 
 
-def robot_of(parts):
-    """The process behind the parts."""
-    return parts.put.__self__
+def wire_study(trials=1):
+    study = small_study(["human-inspired"], p=[0.0], repetitions=1, trials=trials)
+    return replace(study, plant="python:plants.hardware.wire_faults:wire_rig", max_steps=1)
 
 
-FAULTS = {
-    "server killed": (lambda parts: robot_of(parts).process.kill(), {}, "the arm, |the wrench is"),
-    "frozen for 1 s": (lambda parts: robot_of(parts).freeze(1.0), {"answer": 0.3}, "the wrench is|no answer within"),
-    "frozen for 60 s": (lambda parts: robot_of(parts).freeze(60.0), {"answer": 0.3}, "the wrench is|no answer within"),
-    "motion ended": (lambda parts: parts.arm._robot.stop(), {}, "the robot ended the motion"),
-}
+@pytest.mark.parametrize("name", FAULTS)
+def test_a_fault_on_the_wire_stops_the_arm_and_the_trial_is_owed_again(name, tmp_path):
+    fault = FAULTS[name]
+    if fault.truth == "camera":
+        pytest.importorskip("pyrealsense2")
+    BREAKING[:], MADE[:], SPEEDS[:] = [name], [], []
+    (trial,) = run_study(wire_study(), tmp_path)
+    assert trial.error is not None
+    ((arm, _),) = MADE
+    told = [json.loads(line) for line in arm.log.last]
+    first = next(at for at, line in enumerate(told) if line["command"] == "stop")
+    took = told[first]["t"] - told[first - 1]["t"]
+    print(f"{name}: told to stop {took:.2f} s after the last command, moves at {SPEEDS}: {trial.error.message}")
+    assert (trial.ending, trial.error.boundary, trial.owed_again) == ("error", "plant", True)
+    assert re.search(fault.why, trial.error.message)
+    assert "\n" not in trial.error.message
+    assert {line["command"] for line in told[first:]} <= {"stop", "stop failed"}
+    assert took < 10
+    assert [pytest.approx(0, abs=0.05)] * fault.alive == SPEEDS
 
 
-@pytest.mark.parametrize(("breaks", "limits", "why"), FAULTS.values(), ids=FAULTS)
-def test_a_fault_on_the_wire_stops_the_arm_and_is_one_line_soon(parts, breaks, limits, why):
-    arm = Bounded(
-        parts.arm, Bounds(**{"low": BOUNDS.low, "high": BOUNDS.high, "answer": 2.0, **limits}), ConsentingOperator()
-    )
-    arm.home()
-    start, _ = parts.path(3, False).at(0.0)
-    above = start - 0.05 * parts.path(3, False).axis
-    arm.reach(above, parts.path(3, False).axis)
-    arm.follow(above, STILL, stiffness=2500)
-    breaks(parts)
-    began = time.monotonic()
-
-    def hold():
-        while time.monotonic() - began < 20:
-            arm.follow(above, STILL, stiffness=2500)
-
-    with pytest.raises(PlantFault, match=why) as caught:
-        hold()
-    assert time.monotonic() - began < 10
-    assert "\n" not in str(caught.value)
-    assert arm.stops == 1
-    assert [line for line in arm.log.last if '"stop"' in line]
+def test_after_a_fault_the_same_command_plays_only_what_is_owed(tmp_path):
+    MADE[:] = []
+    BREAKING[:] = ["wrench stale"]
+    study = wire_study(trials=2)
+    broken, fine = run_study(study, tmp_path)
+    assert (broken.ending, fine.ending) == ("error", "budget")
+    again = {trial.key: trial for trial in run_study(study, tmp_path)}
+    assert (again[broken.key].ending, again[fine.key], len(MADE)) == ("budget", fine, 3)

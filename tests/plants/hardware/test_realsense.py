@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from lockprobe.errors import Missing, PlantFault
-from lockprobe.plants.hardware.realsense import RealSense
+from lockprobe.plants.hardware.camera import Shot, check_shot
+from lockprobe.plants.hardware.realsense import PlayedRealSense, RealSense
 
 
 def test_without_the_library_the_extra_is_named(monkeypatch):
@@ -33,7 +34,7 @@ class Frames:
 def opened(wait):
     camera = RealSense.__new__(RealSense)
     camera._serial, camera._metres = "123", 0.001
-    camera._pipeline = types.SimpleNamespace(wait_for_frames=wait, stop=lambda: None)
+    camera._source = types.SimpleNamespace(wait_for_frames=wait, stop=lambda: None)
     camera._align = types.SimpleNamespace(process=lambda frames: frames)
     return camera
 
@@ -59,3 +60,43 @@ def test_the_library_has_the_names_that_are_called():
     )
     assert hasattr(rs.device, "first_depth_sensor")
     assert hasattr(rs.depth_sensor, "get_depth_scale")
+
+
+def test_played_pictures_come_through_the_library_as_they_are_and_never_an_old_one():
+    pytest.importorskip("pyrealsense2")
+    luck, taken = np.random.default_rng(1), []
+
+    def take():
+        depth = (luck.integers(500, 900) + np.arange(64) + np.zeros((48, 1))).astype(np.float32) / 1000
+        taken.append(Shot(rgb=luck.integers(0, 256, (48, 64, 3), dtype=np.uint8), depth=depth))
+        return taken[-1]
+
+    camera = PlayedRealSense(take, width=64, height=48)
+    for at in range(1, 4):
+        shot = check_shot(camera.grab(), (64, 48))
+        assert len(taken) == at
+        assert (shot.rgb == taken[-1].rgb).all()
+        there = shot.depth > 0  # aligning loses some pixels to rounding
+        assert there.mean() > 0.9
+        assert shot.depth[there] == pytest.approx(taken[-1].depth[there], abs=0.0011)  # or the pixel next to it
+    assert camera.facts == {"camera": "realsense software_device"}
+    camera.close()
+
+
+def test_a_played_camera_that_is_unplugged_is_a_fault(monkeypatch):
+    pytest.importorskip("pyrealsense2")
+    monkeypatch.setattr("lockprobe.plants.hardware.realsense._MILLISECONDS", 20)
+    camera = PlayedRealSense(
+        lambda: Shot(rgb=np.zeros((48, 64, 3), np.uint8), depth=np.ones((48, 64))), width=64, height=48
+    )
+    camera.grab()
+    camera.unplug()
+    with pytest.raises(PlantFault, match="^the RealSense camera gives no picture .Frame did not arrive in time!.$"):
+        camera.grab()
+    camera.close()
+
+
+def test_without_the_library_nothing_is_played(monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyrealsense2", None)
+    with pytest.raises(Missing, match=r"lockprobe\[realsense\]"):
+        PlayedRealSense(lambda: None)

@@ -1,13 +1,18 @@
 """Rehearsals: every rung makes the same attempts, and what it says is what the rules say."""
 
+import numpy as np
 import pytest
 
 from lockprobe.errors import BadValue
 from lockprobe.lockbox.families import box
+from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.plants.hardware import rehearsal
-from lockprobe.plants.hardware.rehearsal import Attempted, parts_of, rehearse
+from lockprobe.plants.hardware.rehearsal import Attempted, rehearse
+from lockprobe.plants.hardware.rungs import parts_of
 from lockprobe.studies.single import run_trial
 from lockprobe.testing import check_plant
+
+CHAIN = box("chain-4")
 
 
 @pytest.mark.parametrize("name", ["chain-4", "random-6-3"])
@@ -58,6 +63,47 @@ def test_a_rehearsal_is_a_plant_with_the_steps_of_the_rules():
     assert [step.told for step in rehearsed.steps] == [step.told for step in ruled.steps]
     assert (rehearsed.plant["rung"], rehearsed.plant["truth"]) == ("scripted", "simulation")
     assert {step.sensed["truth"] for step in rehearsed.steps} == {"simulation"}
+
+
+def test_a_camera_tells_the_truth_of_the_twin_through_a_real_library():
+    """Two steps: a locked joint and a free one, with the pictures that agents see."""
+    pytest.importorskip("mujoco")
+    pytest.importorskip("pyrealsense2")
+    plant = resolve_plant("rig?rung=twin&truth=camera")
+    assert plant.has_camera
+    assert not plant.is_attended()
+    rig = plant.make(CHAIN, tuple("ABCD"), np.random.default_rng(2))
+    try:
+        assert rig.observe().configuration == CHAIN.initial
+        for joint, outcome in ((0, "blocked"), (3, "moved")):
+            seen = rig.attempt(joint)
+            assert (seen.outcome, seen.sensed["verdict"], seen.sensed["truth"]) == (outcome, outcome, "camera")
+        frame = seen.look()
+        assert (frame.rgb.shape, frame.renderer) == ((480, 640, 3), "camera")
+        assert 0.4 < np.median(frame.depth) < 1.5
+        assert (rig.facts["truth"], rig.facts["camera"]) == ("camera", "realsense software_device")
+    finally:
+        rig.close()
+
+
+def test_where_nothing_can_be_seen_no_camera_tells_the_truth():
+    with pytest.raises(BadValue, match="truth: got 'camera', expected simulation with rung=scripted"):
+        resolve_plant("rig?truth=camera")
+
+
+def test_a_film_of_the_twins_rung_sees_the_arm_move():
+    pytest.importorskip("mujoco")
+    assert resolve_plant("rig?rung=scripted").make_filmed is None
+    tool = []
+    rig = resolve_plant("rig?rung=twin").make_filmed(
+        CHAIN, tuple("ABCD"), np.random.default_rng(2), lambda model, data: tool.append(data.qpos.copy())
+    )
+    rig.observe()
+    rig.attempt(0)
+    seconds = rig.facts["rung"] == "twin" and len(tool) / 25
+    rig.close()
+    assert seconds > 3
+    assert np.ptp(tool, axis=0).max() > 0.2  # radians of an arm's joint
 
 
 def test_there_is_no_other_rung():

@@ -23,6 +23,7 @@ from lockprobe.plants.hardware.position_reader import ImageHandles
 from lockprobe.plants.hardware.rig import Eye, Rig
 from lockprobe.plants.hardware.scripted_arm import ScriptedArm
 from lockprobe.plants.hardware.wrench import FreshWrench, WrenchReading
+from lockprobe.plants.operator import ConsentingOperator
 from lockprobe.plants.scene.panel import lay_out_panel
 from lockprobe.studies.runner import Limits, run_study
 from lockprobe.testing import check_plant
@@ -92,6 +93,14 @@ def test_a_box_that_does_not_stand_as_it_should_is_asked_for_again():
     )
     assert rig.observe().configuration == right
     assert len([line for line in operator.told if line.startswith("The camera sees 11111, expected 00000")]) == 1
+
+
+def test_where_nobody_can_set_the_box_up_a_wrong_one_ends_the_run():
+    rig, arm, _ = rig_of(FIVE, truth="camera", operator=ConsentingOperator())
+    arm.configuration = tuple(not at for at in FIVE.initial)
+    with pytest.raises(UserMistake, match="the box does not stand as it should, and nobody is there to set it up"):
+        rig.observe()
+    assert arm.log == ["stop"]
 
 
 def raising(error):

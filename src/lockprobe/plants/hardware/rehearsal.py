@@ -4,6 +4,7 @@
 * ``twin``: the simulated arm and box in this process.
 * ``wire``: Franka's real client library, over loopback, to a process that plays the robot with the same arm and box.
 
+On the last two a camera can tell the truth: pictures of the simulation come through the library of a real depth camera.
 Every rung drives the same :class:`~lockprobe.plants.hardware.rig.Rig`, bounds and guarded move.
 """
 
@@ -12,70 +13,33 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from functools import partial
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lockprobe.errors import BadValue, PlantFault
+from lockprobe.errors import LockprobeError, PlantFault
 from lockprobe.lockbox.box import Configuration, Lockbox, bits
-from lockprobe.plants.arm.guarded_move import GuardedMove, HandlePath
-from lockprobe.plants.arm.protocol import StoppableArm
-from lockprobe.plants.handle_path import handle_path
+from lockprobe.plants.arm.guarded_move import GuardedMove
 from lockprobe.plants.hardware.bounds import Bounded, Bounds
-from lockprobe.plants.hardware.rig import Rig
-from lockprobe.plants.hardware.scripted_arm import ScriptedArm
+from lockprobe.plants.hardware.camera import Shot
+from lockprobe.plants.hardware.position_reader import ImageHandles
+from lockprobe.plants.hardware.realsense import PlayedRealSense
+from lockprobe.plants.hardware.rig import Eye, Rig
+from lockprobe.plants.hardware.rungs import Parts, parts_of
 from lockprobe.plants.operator import ConsentingOperator
-from lockprobe.plants.rehearsal_settings import RehearsalRung
-from lockprobe.plants.scene.panel import lay_out_panel
-from lockprobe.record import Fact
+from lockprobe.plants.rehearsal_settings import RehearsalRung, RehearsalSettings
+from lockprobe.protocols import Plant
+from lockprobe.record import Fact, Snapshot
 
-__all__ = [
-    "BOUNDS",
-    "RUNGS",
-    "Attempted",
-    "Parts",
-    "Rehearsal",
-    "parts_of",
-    "rehearse",
-    "rehearse_rig",
-]
+if TYPE_CHECKING:
+    from lockprobe.plants.catalogue import FilmHook
 
-RUNGS: Mapping[RehearsalRung, str] = {
-    "scripted": "an arm without a body",
-    "twin": "the simulated arm, in this process",
-    "wire": "the real client library, over loopback, to a simulated robot",
-}
-"""The rungs from the bottom, and what each is."""
+__all__ = ["BOUNDS", "Attempted", "Rehearsal", "played_eye", "rehearse", "rehearse_rig"]
 
 BOUNDS = Bounds(low=(0.0, -0.6, 0.02), high=(0.85, 0.6, 0.9), answer=2.0)
 """The workspace of rehearsals. A busy machine may need two seconds for an answer; a robot may not."""
-
-_FREE_SPEED = 0.5
-"""Share of the highest speed in free motions over the wire."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Parts:
-    """What a rung consists of.
-
-    Attributes:
-        arm: The arm.
-        path: The way of a handle: joint by index in panel order, position now.
-        state: Where the joints stand, once they rest.
-        put: Puts them elsewhere, as a person would between attempts.
-        close: Lets go of everything.
-        facts: What it is.
-        figures: How it kept time; empty where time is simulated.
-    """
-
-    arm: StoppableArm
-    path: Callable[[int, bool], HandlePath]
-    state: Callable[[], Configuration]
-    put: Callable[[Configuration], None]
-    close: Callable[[], None] = lambda: None
-    facts: Mapping[str, Fact] = field(default_factory=dict)
-    figures: Callable[[], Mapping[str, int]] = dict
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -132,50 +96,79 @@ class Rehearsal:
         return sum(one.right for one in self.attempts)
 
 
-def parts_of(rung: str, box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator) -> Parts:
-    """The parts of a rung, with the box in its initial configuration.
-
-    Raises:
-        BadValue: If there is no such rung.
-        Missing: If a package is missing.
-        PlantFault: If a process does not start.
-    """
-    if rung == "scripted":
-        path = partial(handle_path, lay_out_panel(box))
-        scripted = ScriptedArm(box, path)
-        return Parts(
-            arm=scripted,
-            path=path,
-            state=lambda: scripted.configuration,
-            put=lambda configuration: setattr(scripted, "configuration", configuration),
-        )
-    if rung == "twin":
-        return _twin(box, labels, rng)
-    if rung == "wire":
-        return _wire(box, labels, rng)
-    raise BadValue("rung", rung, f"one of {', '.join(RUNGS)}")
-
-
-def rehearse_rig(rung: str, box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator) -> Rig:
+def rehearse_rig(
+    settings: RehearsalSettings,
+    box: Lockbox,
+    labels: tuple[str, ...],
+    rng: np.random.Generator,
+    film: FilmHook | None = None,
+) -> Plant:
     """A rig on a rung, as a plant: ``--plant 'rig?rung=wire'``. Nobody has to agree, because nothing real moves.
 
     Raises:
         UserMistake: If the rung cannot be had here.
         PlantFault: If a process does not start.
     """
-    parts, operator = parts_of(rung, box, labels, rng), ConsentingOperator()
-    return Rig(
+    parts, operator = parts_of(settings.rung, box, labels, rng, film), ConsentingOperator()
+    try:
+        eye = played_eye(parts) if settings.truth == "camera" else None
+    except LockprobeError:
+        parts.close()
+        raise
+    rig = Rig(
         box,
         labels=labels,
         arm=Bounded(parts.arm, BOUNDS, operator),
         path=parts.path,
         operator=operator,
-        truth="simulation",
-        rung=rung,  # type: ignore[arg-type] # parts_of knows no other
+        eye=eye,
+        truth=settings.truth,
+        rung=settings.rung,
         facts=parts.facts,
-        state=parts.state,
+        state=parts.state if eye is None else None,
         release=parts.close,
     )
+    return rig if film is None else _Filmed(rig, parts.roll)
+
+
+def played_eye(parts: Parts) -> Eye:
+    """A camera whose pictures of the simulation come through the library of a real one.
+
+    Raises:
+        Missing: If the library, or a renderer, is not there.
+    """
+    look = parts.look
+    assert look is not None
+    first = look()
+
+    def take() -> Shot:
+        frame = look()
+        return Shot(rgb=frame.rgb, depth=frame.depth)
+
+    columns_rows = first.camera.project(first.handles)[..., :2]
+    places = tuple(tuple((float(column), float(row)) for column, row in joint) for joint in columns_rows)
+    size = (first.camera.width, first.camera.height)
+    camera = PlayedRealSense(take, width=size[0], height=size[1])
+    return Eye(camera=camera, handles=ImageHandles(size=size, places=places))  # type: ignore[arg-type] # pairs
+
+
+class _Filmed:
+    """A rig that is filmed: after every attempt the film sees how it went."""
+
+    def __init__(self, rig: Rig, roll: Callable[[], None]) -> None:
+        self._rig, self._roll = rig, roll
+        self.observe, self.close = rig.observe, rig.close
+
+    @property
+    def facts(self) -> Mapping[str, Fact]:
+        return self._rig.facts
+
+    def attempt(self, joint: int) -> Snapshot:
+        try:
+            return self._rig.attempt(joint)
+        finally:
+            with suppress(PlantFault):  # the fault of the attempt is the one to tell
+                self._roll()
 
 
 def rehearse(
@@ -243,42 +236,3 @@ def _attempted(parts: Parts, arm: Bounded, box: Lockbox, before: Configuration, 
     except PlantFault as fault:
         arm.stop()
         return Attempted(state=made.state, joint=made.joint, free=free, fault=str(fault))
-
-
-def _twin(box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator) -> Parts:
-    from lockprobe.plants.catalogue import require_mujoco
-
-    require_mujoco()
-    from lockprobe.plants.twin import Twin
-    from lockprobe.plants.twin_settings import TwinSettings
-
-    twin = Twin(box, labels=labels, settings=TwinSettings(), rng=rng)
-    path = partial(handle_path, twin.panel)
-    facts = {"engine": twin.facts["engine"]}
-    return Parts(arm=twin.arm, path=path, state=twin.settled, put=twin.put, close=twin.close, facts=facts)
-
-
-def _wire(box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator) -> Parts:
-    from lockprobe.plants.catalogue import require_mujoco
-
-    require_mujoco()
-    from lockprobe.plants.hardware.driver_call import call_driver
-    from lockprobe.plants.hardware.franky import FrankyArm
-    from lockprobe.plants.hardware.wire_server import SimulatedRobot
-    from lockprobe.plants.hardware.wrench import FreshWrench
-    from lockprobe.plants.scene.bolts import case_depth
-    from lockprobe.plants.scene.gates import gates_of
-
-    robot = SimulatedRobot(box, labels, int(rng.integers(2**31)))
-    wrench = FreshWrench(reader=robot, oldest=0.1)  # a busy machine; the default of a real sensor is 20 ms
-    arm = call_driver("the connection", lambda: FrankyArm(robot.host, wrench=wrench, speed=_FREE_SPEED))
-
-    def figures() -> Mapping[str, int]:
-        kept = robot.figures()
-        return {"ticks": kept.ticks, "late": kept.late}
-
-    path = partial(handle_path, lay_out_panel(box, depth=case_depth(gates_of(box))))
-    facts = {**arm.facts, "robot": robot.version}
-    return Parts(
-        arm=arm, path=path, state=robot.configuration, put=robot.put, close=robot.close, facts=facts, figures=figures
-    )

@@ -18,6 +18,7 @@ from lockprobe.plants.hardware.board import Board
 from lockprobe.plants.hardware.bounds import Bounded
 from lockprobe.plants.hardware.camera import HardwareCamera, Shot, check_shot
 from lockprobe.plants.hardware.driver_call import call_driver
+from lockprobe.plants.hardware.dry_run import HEIGHT, DryMotion, DryRun, check_height, run_dry
 from lockprobe.plants.hardware.position_reader import ImageHandles, Unclear, read_positions
 from lockprobe.plants.operator import Operator, ask_to_begin
 from lockprobe.record import Fact, Snapshot
@@ -99,13 +100,14 @@ class Rig:
 
     @property
     def facts(self) -> Mapping[str, Fact]:
-        """Rung, source of the truth, limits, how the board's pose was found, and stops and late commands so far."""
+        """Rung, source of the truth, limits, camera, how the board was found, stops and late commands so far."""
         counted: dict[str, Fact] = {"stops": self._arm.stops, "late_commands": self._arm.late}
         return {
             "rung": self._rung,
             "truth": self._truth,
             **self._arm.facts,
             **self._board_facts,
+            **(getattr(self._eye.camera, "facts", {}) if self._eye is not None else {}),
             **self._more,
             **counted,
         }
@@ -150,6 +152,29 @@ class Rig:
             sensed={**touch.as_facts(), "truth": self._truth},
             look=self._look(),
         )
+
+    def dry_run(self, height: float = HEIGHT, tell: Callable[[DryMotion], None] = lambda made: None) -> DryRun:
+        """Make every joint's motion above the board, in both directions, and touch nothing. No trial begins.
+
+        The operator has to agree before the first motion.
+
+        Args:
+            height: Above the handles, metres, from 0.05 to 0.3.
+            tell: Called after every motion.
+
+        Raises:
+            BadValue: If the height is out of range.
+            PlantFault: If any part fails, the hand sinks, or it feels something; the arm was told to stop before.
+        """
+        check_height(height)
+        self._operator.tell(f"Dry run: the hand stays {1000 * height:g} mm above the handles and touches nothing.")
+        ways = {name: (self._path(joint, False), self._path(joint, True)) for joint, name in enumerate(self._box.names)}
+        try:
+            motions = run_dry(self._arm, ways, height=height, move=self._move, tell=tell)
+        except LockprobeError:
+            self._arm.stop()
+            raise
+        return DryRun(box=self._box.name, height=height, motions=motions, facts=self.facts)
 
     def close(self) -> None:
         """Stop the arm, and release the camera and the log."""

@@ -20,20 +20,17 @@ from numpy.typing import NDArray
 
 from lockprobe.errors import PlantFault, needing
 from lockprobe.lockbox.box import Configuration, Lockbox
-from lockprobe.plants.arm.hand import add_hand
-from lockprobe.plants.arm.panda import HOME, JOINTS, add_panda
+from lockprobe.plants.arm.panda import JOINTS
+from lockprobe.plants.hardware.wire_scene import WireScene
 from lockprobe.plants.hardware.wrench import WrenchReading
-from lockprobe.plants.scene.mechanism import Mechanism
-from lockprobe.plants.scene.scene import build_scene
-from lockprobe.plants.twin_settings import TwinSettings
 
 __all__ = ["SimulatedRobot", "WireFigures"]
 
-_STEP = 0.001
-"""Seconds of one step: the robot's control rate."""
-
 _AVERAGED = 20
 """Ticks over which the sensor averages, as the period of the guarded move."""
+
+_REEL_EVERY, _REEL = 1 / 25, 3000
+"""Seconds between two poses that are kept for a film, and the most that are kept."""
 
 _START_SECONDS = 60.0
 _ANSWER_SECONDS = 20.0
@@ -110,6 +107,18 @@ class SimulatedRobot:
         """Let the connection hang for a while: no command is read, no state is sent. For rehearsals of faults."""
         self._pipe.send(("freeze", seconds))
 
+    def mute(self) -> None:
+        """Let the force sensor fall silent while the robot goes on. For rehearsals of faults."""
+        self._pipe.send(("mute", None))
+
+    def pose(self) -> list[float]:
+        """All joint positions of the model, as :meth:`WireScene.pose` takes them."""
+        return list(self._ask("pose"))
+
+    def reel(self) -> list[list[float]]:
+        """The poses since the last call, 25 in a second and the present one, at most those of two minutes."""
+        return list(self._ask("reel"))
+
     def close(self) -> None:
         """End the process."""
         self._pipe.close()
@@ -148,8 +157,7 @@ def _serve(box: Lockbox, labels: tuple[str, ...], seed: int, pipe: Connection, f
         while True:
             began = time.monotonic()
             server.run_once()
-            with force.get_lock():
-                force[:3], force[3] = world.reading(), time.monotonic()
+            world.sense(force)
             ticks += 1
             late += time.monotonic() - began > _LATE
             try:
@@ -163,6 +171,10 @@ def _serve(box: Lockbox, labels: tuple[str, ...], seed: int, pipe: Connection, f
 def _obey(world: _World, pipe: Connection, what: str, value: Any, figures: tuple[int, int]) -> None:
     if what == "freeze":
         time.sleep(value)
+    elif what == "mute":
+        world.mute = True
+    elif what in ("pose", "reel"):
+        pipe.send((what, world.pose() if what == "pose" else world.reel()))
     elif what == "figures":
         pipe.send((what, figures))
     elif what == "put":
@@ -176,43 +188,46 @@ def _obey(world: _World, pipe: Connection, what: str, value: Any, figures: tuple
 
 
 class _World:
-    """The twin's scene, with a simulator that franky-sim can drive."""
+    """The scene, with a simulator that franky-sim can drive, a sensor at the flange, and what moved lately."""
 
     def __init__(self, box: Lockbox, labels: tuple[str, ...], seed: int) -> None:
-        settings = TwinSettings()
-        scene = build_scene(box, labels=labels, settings=settings, rng=np.random.default_rng(seed))
-        add_hand(scene.spec, add_panda(scene.spec), stiffness=settings.finger_stiffness)
-        # A Franka compensates gravity by itself: of its links, and of the tool that it is told of.
-        for body in scene.spec.bodies:
-            body.gravcomp = float(body.name.startswith(("link", "flange", "hand", "finger")))
-        scene.spec.option.timestep = _STEP
-        model = scene.spec.compile()
-        data = mujoco.MjData(model)
-        self.mechanism = Mechanism(model, data, scene)
-        self.mechanism.set_configuration(box.initial)
-        data.qpos[_addresses(model)] = HOME
-        mujoco.mj_forward(model, data)
-        self.simulator = _simulator(model, data)
-        sensor = int(model.sensor("force").adr[0])
-        self._reading = data.sensordata[sensor : sensor + 3]
+        scene = WireScene(box, labels, seed)
+        self.mechanism, self._data = scene.mechanism, scene.data
+        self.simulator = _simulator(scene)
+        sensor = int(scene.model.sensor("force").adr[0])
+        self._reading = scene.data.sensordata[sensor : sensor + 3]
         self._last = deque[NDArray[np.float64]](maxlen=_AVERAGED)
+        self._reel, self._next = deque[list[float]](maxlen=_REEL), 0.0
+        self.mute = False
 
-    def reading(self) -> list[float]:
-        """Force on the hand in the frame of the flange, newtons, averaged as a sensor's filter does."""
+    def sense(self, force: Any) -> None:
+        """Write force on the hand in the frame of the flange, averaged as a sensor's filter does, and the time."""
+        if self._data.time >= self._next:
+            self._next += _REEL_EVERY
+            self._reel.append(self.pose())
         self._last.append(-self._reading.copy())
-        return [float(number) for number in np.mean(self._last, axis=0)]
+        if self.mute:
+            return
+        with force.get_lock():
+            force[:3], force[3] = np.mean(self._last, axis=0), time.monotonic()
+
+    def pose(self) -> list[float]:
+        """All joint positions of the model."""
+        return [float(number) for number in self._data.qpos]
+
+    def reel(self) -> list[list[float]]:
+        """All joint positions, 25 times a second since the last call."""
+        rolled = [*self._reel, self.pose()]
+        self._reel.clear()
+        return rolled
 
 
-def _addresses(model: mujoco.MjModel) -> list[int]:
-    return [int(model.joint(f"arm-{number}").qposadr[0]) for number in range(1, JOINTS + 1)]
-
-
-def _simulator(model: mujoco.MjModel, data: mujoco.MjData) -> Any:
-    """A simulator of franky-sim whose robot is the arm of a model."""
+def _simulator(scene: WireScene) -> Any:
+    """A simulator of franky-sim whose robot is the arm of a scene."""
     from franky_sim import BaseRobot, BaseSimulator, RobotParameters
     from franky_sim.base_simulator import InnerRobotState
 
-    joints = _addresses(model)
+    model, data, joints = scene.model, scene.data, scene.arm_addresses
     dofs = [int(model.joint(f"arm-{number}").dofadr[0]) for number in range(1, JOINTS + 1)]
 
     class OurRobot(BaseRobot):  # type: ignore[misc] # the library has no types
