@@ -9,6 +9,7 @@ from contextlib import ExitStack
 from functools import cache
 from pathlib import Path
 
+import forked
 import pytest
 from _pytest.doctest import DoctestModule
 from hypothesis import settings
@@ -24,6 +25,9 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 settings.register_profile("any machine", deadline=None, database=None)
 settings.load_profile("any machine")
 
+# Several workers share the cores: threads of each that wait for more work by spinning only take them away.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 gc.disable()  # until all is collected
 
 ROOMS = Path(__file__).parent
@@ -37,10 +41,27 @@ def _is_quick(path):
     return path.is_relative_to(ROOMS) and path.relative_to(ROOMS).parts[:1] in [(room,) for room in QUICK]
 
 
+def pytest_configure(config):
+    """Before workers start: one interpreter imports what commands need, for all of them, while they collect."""
+    if (
+        getattr(config.option, "numprocesses", None)
+        and config.option.markexpr != "quick"
+        and forked.SHARED not in os.environ
+    ):
+        forked.share()
+
+
 def pytest_ignore_collect(collection_path, config):
-    """Where only quick tests are asked for, nothing else is imported: that takes longer than they do."""
-    if config.option.markexpr == "quick" and collection_path.is_file() and not _is_quick(collection_path):
+    """Modules of the package are imported for their examples, if they hold any.
+
+    Where only quick tests are asked for, nothing else is imported: that takes longer than they do.
+    """
+    if not collection_path.is_file():
+        return None
+    if config.option.markexpr == "quick" and not _is_quick(collection_path):
         return True
+    if collection_path.suffix == ".py" and not collection_path.is_relative_to(ROOMS):
+        return ">>>" not in collection_path.read_text("utf-8") or None
     return None
 
 

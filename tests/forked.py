@@ -1,8 +1,9 @@
 """``lockprobe`` in a process of its own that has imported everything before it was asked.
 
 A fresh interpreter spends two to five seconds on imports, and hundreds of commands are typed in tests. So one
-interpreter of each worker imports once, and forks for every command. Streams, directory, environment, signals and
-exit status are those of any process. What is imported, and when, is not tested this way but in a fresh interpreter.
+interpreter imports once for all workers. It forks for each worker, and that fork forks for every command. Streams,
+directory, environment, signals and exit status are those of any process. What is imported, and when, is not tested
+this way but in a fresh interpreter.
 """
 
 import atexit
@@ -47,8 +48,7 @@ def start(
     ``first`` is the text of what the interpreter that forks does once before: an import that few commands need.
     """
     arguments, env = list(map(str, arguments)), dict(os.environ if env is None else env)
-    stem, of_stem = _stem()
-    if _read_at_start(env) != _read_at_start(of_stem):
+    if _read_at_start(env) != OURS:
         what = ["-c", script] if script else ["-m", "lockprobe"]
         return subprocess.Popen(
             [sys.executable, *what, *arguments], stdin=stdin, stdout=stdout, stderr=stderr, cwd=cwd, env=env,
@@ -57,11 +57,14 @@ def start(
     cwd = str(Path(cwd or "").absolute())
     asked = {"arguments": arguments, "script": script, "cwd": cwd, "env": env, "session": start_new_session}
     asked["first"] = first
-    return Forked(stem, asked, (stdin, stdout, stderr))
+    return Forked(_stem(), asked, (stdin, stdout, stderr))
 
 
 def _read_at_start(env):
     return {name: value for name, value in env.items() if name.startswith(AT_START) and name != "PYTHONPATH"}
+
+
+OURS = _read_at_start(os.environ)
 
 
 class Forked:
@@ -143,20 +146,41 @@ def _ends(stream, of):
     return None, stream if isinstance(stream, int) else stream.fileno()
 
 
-@cache
-def _stem():
-    """The interpreter that has imported everything, and its environment; it ends with this one."""
-    ours, theirs = socket.socketpair()
-    with theirs:
-        number = theirs.fileno()
-        process = subprocess.Popen([sys.executable, __file__, str(number)], pass_fds=[number], stdin=subprocess.DEVNULL)
+SHARED = "LOCKPROBE_TESTS_FORK_AT"
+"""The variable that tells workers the socket of the interpreter that imports for all of them."""
+
+
+def share():
+    """Starts the interpreter that imports; every process started from now on that asks for a command shares it."""
+    folder = tempfile.TemporaryDirectory()
+    os.environ[SHARED] = at = str(Path(folder.name, "socket"))
+    listening = socket.socket(socket.AF_UNIX)
+    listening.bind(at)
+    listening.listen()
+    living, ours = socket.socketpair()
+    numbers = [listening.fileno(), living.fileno()]
+    process = subprocess.Popen(
+        [sys.executable, __file__, *map(str, numbers)], pass_fds=numbers, stdin=subprocess.DEVNULL
+    )
+    listening.close()
+    living.close()
 
     @atexit.register
     def end():
         ours.close()
         process.wait()
+        folder.cleanup()
 
-    return ours, dict(os.environ)
+
+@cache
+def _stem():
+    """A socket to the interpreter that forks for this process."""
+    if SHARED not in os.environ:
+        share()
+    stem = socket.socket(socket.AF_UNIX)
+    stem.connect(os.environ[SHARED])
+    atexit.register(stem.close)
+    return stem
 
 
 IMPORTED = (
@@ -168,6 +192,19 @@ IMPORTED = (
 
 OF_REPORTS = ("jinja2.runtime", "matplotlib.backends.backend_svg", "statsmodels.stats.contingency_tables")
 """What a report imports when it comes to it: half a second of every command that writes one."""
+
+
+def _stem_of(listening, living):
+    """A worker's socket, in a fork for this worker; nothing where the tests have ended."""
+    signal.signal(signal.SIGCHLD, signal.SIG_IGN)
+    while listening in select.select([listening, living], [], [])[0]:
+        worker, _ = listening.accept()
+        if not _forks():
+            listening.close()
+            living.close()
+            return worker
+        worker.close()
+    return None
 
 
 def _asked_of(stem):
@@ -243,7 +280,8 @@ if __name__ == "__main__":
     with suppress(ImportError):  # how finely the null of blind agents is simulated is no matter of commands
         import_module("lockprobe.analysis.habit_baseline").SIMULATED = 2_000
     gc.freeze()
-    if found := _asked_of(socket.socket(fileno=int(sys.argv[1]))):
+    stem = _stem_of(*(socket.socket(fileno=int(number)) for number in sys.argv[1:]))
+    if stem and (found := _asked_of(stem)):
         _becomes(*found)
         if text := found[0]["script"]:
             exec(compile(text, "<string>", "exec"), {"__name__": "__main__"})
