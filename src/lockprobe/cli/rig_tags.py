@@ -20,11 +20,13 @@ def tags(
     form = out.suffix.removeprefix(".")
     if form not in ("pdf", "svg"):
         raise BadValue("--out", str(out), "a file that ends in .pdf or .svg")
-    from lockprobe.figures.tag_sheet import tag_sheet
-    from lockprobe.figures.true_scale import true_scale_file
     from lockprobe.plants.calibration.opencv import tag_bits
     from lockprobe.plants.scene.tag_layout import NUMBERS, TAG_SIDE
 
-    figure = tag_sheet(tag_bits(NUMBERS), NUMBERS, 1000 * TAG_SIDE)
+    bits = tag_bits(NUMBERS)  # without OpenCV it ends here, before slower imports
+    from lockprobe.figures.tag_sheet import tag_sheet
+    from lockprobe.figures.true_scale import true_scale_file
+
+    figure = tag_sheet(bits, NUMBERS, 1000 * TAG_SIDE)
     write_file(out, true_scale_file(figure, "pdf" if form == "pdf" else "svg"))
     print(out)

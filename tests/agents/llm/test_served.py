@@ -57,7 +57,7 @@ def played(address, tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("SERVED_BASE_URL", f"{address}/v1")
         patch.setenv("SERVED_API_KEY", "nobody-asks-for-one")
-        planned = study(StudyOptions(agent=[SPEC], p=[0, 0.4], trials=1, repetitions=1, max_steps=4))
+        planned = study(StudyOptions(agent=[SPEC], p=[0, 0.4], trials=1, repetitions=1, max_steps=3))
         trials = run_study(planned, directory, limits=Limits(access=Access(connections=1)))
     return trials, list(read_calls(directory))
 
