@@ -113,7 +113,7 @@ def test_conditions_are_named_by_what_they_do(found, said):
 
 def test_trials_needed_of_conditions_are_those_of_the_widest_interval():
     assert effects_needed([effects(("x", 0.1, False))]) == (
-        "To know the change to within 10 points either way takes about 200 trials under each condition; this study has 50."
+        "To know the change to within 10 points takes about 200 trials under each condition; this study has 50."
     )
 
 

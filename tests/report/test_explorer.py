@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import replace
 
 import pytest
 from browser import CHEAP, CHROMIUM, needs_a_browser
@@ -11,6 +12,8 @@ from lockprobe import run_trial
 from lockprobe.lockbox.families import box
 from lockprobe.report import write_report
 from lockprobe.report.explorer import explorer_data
+from lockprobe.studies.study_options import StudyOptions
+from lockprobe.studies.studyfile import study
 
 ATTACK = "</script><script>document.title='owned'</script><img src=x onerror=\"document.title='owned'\">\u202e<!--"
 
@@ -71,11 +74,10 @@ def test_long_texts_are_shortened_and_too_many_are_left_out():
 def page(tmp_path_factory):
     from playwright.sync_api import sync_playwright
 
-    study = small_study(["human-inspired"], (0.0, 0.4), 1, 6)
-    trials = play_study(study)
+    trials = play_study(small_study(["human-inspired"], (0.0, 0.4), 1, 6))
     evil = [make_trial(([0, 1, 2] * 7)[:20], p=p, hypothesis=ATTACK, agent="llm:evil/<b>x</b>") for p in (0.0, 0.4)]
-    study = small_study(["human-inspired", evil[0].agent], (0.0, 0.4), 1, 6)
-    directory = write_study(tmp_path_factory.mktemp("study") / "out", study, [*trials, *evil])
+    planned = small_study(["human-inspired", evil[0].agent], (0.0, 0.4), 1, 6)
+    directory = write_study(tmp_path_factory.mktemp("study") / "out", planned, [*trials, *evil])
     write_report(directory)
     with sync_playwright() as playwright:
         chromium = playwright.chromium.launch(executable_path=CHROMIUM, args=CHEAP)
@@ -88,10 +90,29 @@ def page(tmp_path_factory):
         chromium.close()
 
 
+WORDS = "document.body.innerText.split(/\\s+/).length"
+
+
+@needs_a_browser
+def test_the_report_of_the_first_command_shows_at_most_400_words_before_the_first_click(tmp_path):
+    from playwright.sync_api import sync_playwright
+
+    first = study(StudyOptions())  # lockprobe run flips
+    trials = play_study(replace(first, agents=tuple(agent for agent in first.agents if agent != "llm:local")))
+    model = [replace(trial, agent="llm:local") for trial in trials if trial.agent == "random"]
+    directory = write_study(tmp_path / "out", first, [*trials, *model])
+    write_report(directory)
+    with sync_playwright() as playwright:
+        chromium = playwright.chromium.launch(executable_path=CHROMIUM, args=CHEAP)
+        tab = chromium.new_page()
+        tab.goto(f"file://{directory}/report.html")
+        assert 300 < tab.evaluate(WORDS) <= 400
+        chromium.close()
+
+
 @needs_a_browser
 def test_the_explorer_opens_steps_and_compares(page):
-    words = page.evaluate("document.body.innerText.split(/\\s+/).length")
-    assert words <= 400
+    assert page.evaluate(WORDS) <= 400
     page.evaluate("location.hash = 'limits'")  # a link to a section opens it
     page.wait_for_function("document.getElementById('limits').open")
     page.click("#trials > summary")

@@ -193,7 +193,7 @@ def _needed(intervals: Iterable[tuple[float, float, int]], axis: Axis | None = N
         return ""
     where = f"at each {axis.name}" if axis else "under each condition"
     return (
-        f"To know the change to within {100 * NARROW:.0f} points either way takes about {_rounded(most[0])} trials "
+        f"To know the change to within {100 * NARROW:.0f} points takes about {_rounded(most[0])} trials "
         f"{where}; this study has {most[1]}."
     )
 

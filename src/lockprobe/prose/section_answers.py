@@ -9,6 +9,7 @@ from lockprobe.analysis.summary import AgentSummary, StudySummary
 from lockprobe.formatting import percent
 from lockprobe.prose.doses import at_dose
 from lockprobe.prose.subject import subject_of
+from lockprobe.prose.success import courses_said
 
 __all__ = ["section_answers"]
 
@@ -25,7 +26,8 @@ def section_answers(summary: StudySummary) -> dict[str, str]:
     where = at_dose(first, summary.axis)
     found = {
         "side": _best(summary),
-        "speed": _said(agents, "On a scale from chance (0) to the shortest plan (1)", _relative),
+        "success": courses_said(summary, correction=False),
+        "speed": _said(agents, "Between chance (0) and the shortest plan (1)", _relative),
         "loops": _said(agents, f"Trials with a loop {where}", _loops),
         "rational": _said(agents, where.capitalize(), _optimal),
         "tests": _tests(agents),

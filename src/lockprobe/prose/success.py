@@ -124,8 +124,11 @@ def baselines_said(summary: StudySummary) -> str:
     return f"For comparison, {at_dose(summary.conditions[0].p, summary.axis)}: {', '.join(shares)}." if shares else ""
 
 
-def courses_said(summary: StudySummary) -> str:
-    """Which agents' success rises with false reports, which falls, which both; empty for one agent or one p."""
+def courses_said(summary: StudySummary, *, correction: bool = True) -> str:
+    """Which agents' success rises with false reports, which falls, which both; empty for one agent or one p.
+
+    ``correction`` adds how the tests were corrected.
+    """
     heeding = [agent for agent in summary.agents if not agent.blind]
     shown = [p for agent in heeding for p in (condition.p for condition in agent.conditions if condition.success.n)]
     if len(summary.agents) < 2 or len(set(shown)) < 2:
@@ -135,7 +138,8 @@ def courses_said(summary: StudySummary) -> str:
     parts = [f"{_SAID_OF[kind]} {', '.join(name for name, found in courses if found == kind)}" for kind in kinds]
     blind = [agent.name for agent in summary.agents if agent.blind]
     parts += [f"is the same at every {summary.axis.name} for {', '.join(blind)}"] if blind else []
-    many = "" if len(courses) < 2 else f" (Holm's correction for the {len(courses)} agents that heed reports)"
+    corrected = correction and len(courses) > 1
+    many = f" (Holm's correction for the {len(courses)} agents that heed reports)" if corrected else ""
     return (
         f"From a {summary.axis.name} of {min(shown):g} to {max(shown):g} success {'; '.join(parts)}{many}."
         if parts

@@ -56,8 +56,8 @@ _BOX = Caption("The panel at the start and, below, the interlock, which no agent
 
 CAPTIONS = {
     "overview": Caption(
-        "Trials solved; thin lines are baselines, stars the paper's language model. Grey is chance, from random agents "
-        "that may repeat a joint at once to those that never do.",
+        "Trials solved; thin lines are baselines, stars the paper's model. Grey is chance: from random agents with "
+        "immediate repeats to those without.",
         "Bars are 95 % intervals (Wilson).",
     ),
     "box": _BOX,
