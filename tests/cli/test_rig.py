@@ -52,6 +52,7 @@ def test_a_dry_run_prints_every_motion_and_its_rung():
 
 def test_a_dry_run_of_a_laboratorys_rig_asks_its_operator(monkeypatch):
     monkeypatch.setattr(fakes, "CALIBRATION", {"path": "none.json"})
+    monkeypatch.setattr(fakes, "BROKEN", [])
     error = run("dry-run", "--plant", "python:plants.hardware.fakes:calibrated_rig").exception
     assert isinstance(error, UserMistake)
     assert "none.json" in str(error)

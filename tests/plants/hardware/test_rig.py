@@ -156,12 +156,12 @@ def test_an_operator_who_says_no_is_a_fault_and_one_who_stops_before_the_trial_e
         rig_of(box("chain-4"), operator=Willing(stops_after=0))[0].observe()
 
 
-def test_in_a_study_a_fault_ends_the_trial_as_an_error_of_the_plant_and_it_is_played_again(tmp_path):
+def test_in_a_study_a_fault_ends_the_trial_as_an_error_of_the_plant_and_it_is_played_again(tmp_path, monkeypatch):
     """In this process, whatever is asked of workers: the plant says that somebody attends it."""
     plant = "python:plants.hardware.fakes:faulty_rig"
     study = replace(small_study(["human-inspired"], p=[0.0], repetitions=1, trials=2), plant=plant)
     assert study.attended
-    fakes.BROKEN.clear()
+    monkeypatch.setattr(fakes, "BROKEN", [])
     broken, fine = run_study(study, tmp_path, limits=Limits(workers=4))
     assert (broken.error.boundary, broken.error.message) == ("plant", "the arm, follow: ConnectionResetError: cable")
     assert broken.owed_again
