@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterable
 
-__all__ = ["NONE", "bracketed", "minus", "p_cell", "p_value", "percent", "points", "range_said", "share"]
+__all__ = ["NONE", "bracketed", "first_three", "minus", "p_cell", "p_value", "percent", "points", "range_said", "share"]
 
 NONE = "\N{EN DASH}"
 """A cell without a value."""
@@ -86,3 +87,13 @@ def share(value: float | None, low: float | None, high: float | None) -> str:
     if value is None or low is None or high is None or math.isnan(value):
         return NONE
     return minus(f"{percent(value)} [{100 * low:.0f}, {100 * high:.0f}]")
+
+
+def first_three(parts: Iterable[str]) -> str:
+    """The first three of a list, and how many more there are.
+
+    >>> first_three("abc"), first_three("abcde")
+    ('a, b, c', 'a, b, c and 2 more')
+    """
+    first, more = (every := [*parts])[:3], len(every) - 3
+    return ", ".join(first) + (f" and {more} more" if more > 0 else "")

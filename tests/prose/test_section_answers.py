@@ -12,7 +12,7 @@ def test_every_section_has_one_short_sentence_with_the_numbers_of_its_agents():
     summary = summarise(play_study(study), box("chain-4"))
     found = section_answers(summary)
     assert set(found) == {"side", "success", "speed", "loops", "rational", "tests", "said", "conditions"}
-    assert all(said.endswith(".") and len(said.split()) <= 25 for said in found.values())
+    assert all(said.endswith(".") and len(said.split()) <= 28 for said in found.values())
     (subject,) = summary.subjects
     loops = subject.conditions[0].behaviour.loops
     assert found["loops"].endswith(f": {100 * loops.value:.0f} % (cognitive:insistent).")

@@ -6,15 +6,12 @@ from collections.abc import Callable, Iterable
 
 from lockprobe.analysis.condition import ConditionSummary
 from lockprobe.analysis.summary import AgentSummary, StudySummary
-from lockprobe.formatting import percent
+from lockprobe.formatting import first_three, percent
 from lockprobe.prose.doses import at_dose
 from lockprobe.prose.subject import subject_of
 from lockprobe.prose.success import courses_said
 
 __all__ = ["section_answers"]
-
-_SHOWN = 3
-"""Agents that a heading names."""
 
 
 def section_answers(summary: StudySummary) -> dict[str, str]:
@@ -26,7 +23,7 @@ def section_answers(summary: StudySummary) -> dict[str, str]:
     where = at_dose(first, summary.axis)
     found = {
         "side": _best(summary),
-        "success": courses_said(summary, correction=False),
+        "success": courses_said(summary, brief=True),
         "speed": _said(agents, "Between chance (0) and the shortest plan (1)", _relative),
         "loops": _said(agents, f"Trials with a loop {where}", _loops),
         "rational": _said(agents, where.capitalize(), _optimal),
@@ -44,8 +41,7 @@ def _said(agents: Iterable[AgentSummary], what: str, number: Callable[[Condition
         for agent in agents
         if (one := next((one for one in agent.conditions if one.success.n), None)) and (said := number(one))
     ]
-    more = f" and {len(parts) - _SHOWN} more" if len(parts) > _SHOWN else ""
-    return f"{what}: {', '.join(parts[:_SHOWN])}{more}." if parts else ""
+    return f"{what}: {first_three(parts)}." if parts else ""
 
 
 def _relative(condition: ConditionSummary) -> str:

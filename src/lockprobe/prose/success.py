@@ -6,7 +6,7 @@ from lockprobe.analysis.condition import ConditionSummary, Contrast
 from lockprobe.analysis.inference.course import CourseKind
 from lockprobe.analysis.proportions import Proportion
 from lockprobe.analysis.summary import AgentSummary, StudySummary
-from lockprobe.formatting import p_value, percent, points
+from lockprobe.formatting import first_three, p_value, percent, points
 from lockprobe.prose.doses import at_dose, cause
 from lockprobe.prose.subject import subject_of
 
@@ -124,21 +124,22 @@ def baselines_said(summary: StudySummary) -> str:
     return f"For comparison, {at_dose(summary.conditions[0].p, summary.axis)}: {', '.join(shares)}." if shares else ""
 
 
-def courses_said(summary: StudySummary, *, correction: bool = True) -> str:
+def courses_said(summary: StudySummary, *, brief: bool = False) -> str:
     """Which agents' success rises with false reports, which falls, which both; empty for one agent or one p.
 
-    ``correction`` adds how the tests were corrected.
+    In brief, at most three agents are named for each course, and how the tests were corrected is left out.
     """
     heeding = [agent for agent in summary.agents if not agent.blind]
     shown = [p for agent in heeding for p in (condition.p for condition in agent.conditions if condition.success.n)]
     if len(summary.agents) < 2 or len(set(shown)) < 2:
         return ""
     courses = [(subject_of(agent).name, agent.inference.course.kind) for agent in heeding if agent.inference.course]
+    listed = first_three if brief else ", ".join
     kinds = dict.fromkeys(kind for _, kind in sorted(courses, key=lambda course: _COURSES.index(course[1])))
-    parts = [f"{_SAID_OF[kind]} {', '.join(name for name, found in courses if found == kind)}" for kind in kinds]
+    parts = [f"{_SAID_OF[kind]} {listed(name for name, found in courses if found == kind)}" for kind in kinds]
     blind = [agent.name for agent in summary.agents if agent.blind]
-    parts += [f"is the same at every {summary.axis.name} for {', '.join(blind)}"] if blind else []
-    corrected = correction and len(courses) > 1
+    parts += [f"is the same at every {summary.axis.name} for {listed(blind)}"] if blind else []
+    corrected = len(courses) > 1 and not brief
     many = f" (Holm's correction for the {len(courses)} agents that heed reports)" if corrected else ""
     return (
         f"From a {summary.axis.name} of {min(shown):g} to {max(shown):g} success {'; '.join(parts)}{many}."

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pydantic import Field
 
 from lockprobe.analysis.excursion import Excursion, decision_points, excursions
-from lockprobe.formatting import bracketed, p_cell
+from lockprobe.formatting import bracketed, first_three, p_cell
 from lockprobe.prose.excursion import among_said, excursion_said, outcome_said
 from lockprobe.prose.subject import Subject
 from lockprobe.record import Trial
@@ -15,9 +15,6 @@ from lockprobe.report.described import Change, Counted, DescribedResult, Share, 
 from lockprobe.report.format import TextTable
 
 __all__ = ["ExcursionResult", "LieResult", "excursion_table", "lie_rows", "lies_answer"]
-
-_SHOWN = 3
-"""Agents that a heading names."""
 
 
 class ExcursionResult(DescribedResult):
@@ -70,8 +67,7 @@ def lies_answer(rows: Sequence[LieResult]) -> str:
         for one in row.effects
         if (one.outcome, one.among) == ("solved", "all")
     ]
-    more = f" and {len(parts) - _SHOWN} more" if len(parts) > _SHOWN else ""
-    return f"Success after one more: {', '.join(parts[:_SHOWN])}{more}." if parts else ""
+    return f"Success after one more: {first_three(parts)}." if parts else ""
 
 
 def _row(one: Excursion) -> ExcursionResult:
