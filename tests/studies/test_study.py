@@ -52,11 +52,41 @@ def test_the_default_plays_references_beside_the_embedded_model():
     assert default.p == paper.SHORT.p
 
 
+def test_strategies_of_the_short_study_play_more_trials_with_the_luck_of_the_first():
+    """They cost nothing; models, people and the trials that a request counts itself stay as they are."""
+    short = study("flips", agent=["llm:local", "random", "learner:novice"], name="s")
+    per_condition = {agent: short.size_of(agent) / len(short.p) for agent in short.agents}
+    assert per_condition == {"llm:local": 18, "random": 300, "learner:novice": 300}
+    assert short.size == sum(1 for agent in short.agents for _ in short.plans(agent)) == 4 * 618
+    fewer = replace(short, strategy_trials=None)
+    first = {plan.key: plan for plan in fewer.plans("random")}
+    assert first.items() <= {plan.key: plan for plan in short.plans("random")}.items()
+    assert study("flips", agent="random", trials=5).trials_of("random") == 5
+    assert study("flips", agent="random", full=True).trials_of("random") == 10
+
+
+def test_strategy_trials_are_a_setting_that_came_later():
+    more = replace(STUDY, strategy_trials=7)
+    assert "strategy_trials" not in STUDY.settings()
+    assert more.settings() == STUDY.settings() | {"strategy_trials": 7}
+    assert more.identity != STUDY.identity
+    assert more.record_identity == STUDY.record_identity  # so trials can be added
+    assert study_from(more.settings(), Path("study.json")).trials_of("random") == 7
+
+
+def test_a_trial_of_a_strategy_beyond_those_of_the_others_is_one_of_the_study():
+    more = study("flips", agent=["random", "llm:local"], p=[0], trials=1, repetitions=1, strategy_trials=2)
+    second = run_trial(agent="random", trial=2)
+    plan = list(more.plans("random"))[1]
+    assert more.asks_for(replace(second, key=plan.key, study="flips"))
+    assert not replace(more, strategy_trials=None).asks_for(replace(second, key=plan.key, study="flips"))
+
+
 def test_identity_changes_with_every_setting():
     changes = {
         "agents": ("round-robin",), "repetitions": 1, "trials": 3, "max_steps": 10,
         "seed": 2, "shuffle": False, "box": study(StudyOptions(agent=["random"], box="chain-3")).box,
-        "layout": "shuffled", "plant": "fast-twin",
+        "layout": "shuffled", "plant": "fast-twin", "strategy_trials": 7,
     }  # fmt: skip
     acting = [flips((0.0,)), flips((0.0, 0.4), "sticky"), (Condition(),), (Condition(name="mine"),)]
     changed = [{name: value} for name, value in changes.items()] + [{"conditions": one} for one in acting]

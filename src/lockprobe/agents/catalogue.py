@@ -37,7 +37,7 @@ from lockprobe.protocols import Agent
 from lockprobe.spec import MCP, PEOPLE, Spec, spec_kind, with_options
 from lockprobe.terminal_text import printable
 
-__all__ = ["AgentSource", "Engine", "description", "known_specs", "recomputes", "resolve"]
+__all__ = ["AgentSource", "Engine", "description", "is_strategy", "known_specs", "recomputes", "resolve"]
 
 Engine = Literal["inline", "process", "network", "person", "client"]
 """Where its time goes: none to speak of; a processor (one worker process each); waiting for somebody else; and a
@@ -146,10 +146,18 @@ def resolve(spec: str | Spec, access: Access = _ACCESS) -> AgentSource:
     raise UnknownName("agent", text, [*known_specs(), *plugin_names("agent")], near=_meant(spec))
 
 
+def is_strategy(spec: str) -> bool:
+    """Whether an agent is a strategy or a learner that ships here: it computes its choices at no cost.
+
+    >>> is_strategy("learner:novice"), is_strategy("llm:local")
+    (True, False)
+    """
+    return spec in _STRATEGIES or Spec.parse(spec).kind in (*_PARAMETRIC, "viewer")
+
+
 def recomputes(spec: str) -> bool:
-    """Whether an agent ships here and chooses the same again at no cost: a strategy, and neither model nor person."""
-    kind = Spec.parse(spec).kind
-    if spec not in _STRATEGIES and kind not in (*_PARAMETRIC, "viewer"):
+    """Whether an agent chooses the same again: a strategy or learner, whose file is here."""
+    if not is_strategy(spec):
         return False
     try:
         resolve(spec)

@@ -52,6 +52,11 @@ def told(step: Step) -> str:
     return f"step {step.step:2}  {step.joint} {truth}{lie}"
 
 
+def _of_strategies(study: Study) -> str:
+    """How many trials strategies and learners play, where that differs from the others."""
+    return f" ({study.strategy_trials} for strategies and learners)" if study.strategy_trials is not None else ""
+
+
 def _conditions(study: Study) -> str:
     """How the box is shown, and how often reports are false, as far as the study varies it."""
     if not study.of_flips:
@@ -130,17 +135,17 @@ class Plain:
         kind = _KINDS.get(study.name, f"Study {study.name}") if study.of_flips else f"Study {study.name}"
         self.say(
             f"{f'Short {kind.lower()}' if short else kind} on {study.box.name}: {_conditions(study)}; "
-            f"{count(study.repetitions, 'repetition')} of {count(study.trials, 'trial')} of "
+            f"{count(study.repetitions, 'repetition')} of {count(study.trials, 'trial')}{_of_strategies(study)} of "
             f"{study.max_steps} steps; agents {', '.join(study.agents)}; seed {study.seed}"
         )
         invited = [_invited(study, journal)] if study.invited else []
         for line in (*_of_the_plant(study, owed), *_of_agents(study), *invited):
             self.say(line)
         if short:
-            engines = [resolve(spec).engine for spec in study.agents]
-            trials = engines.count("process") * study.size // len(study.agents)
+            engines = {spec: resolve(spec).engine for spec in study.agents}
+            trials = sum(study.size_of(spec) for spec, engine in engines.items() if engine == "process")
             time_needed = f"about {minutes(trials)} minutes on two cores" if trials else "some seconds"
-            if "network" in engines:
+            if "network" in engines.values():
                 time_needed += " and what the provider needs"
             self.say(f"It takes {time_needed}; --full plays the paper's 7 flip rates x 3 repetitions x 10 trials.")
         self.say(f"Records: {journal.directory} (the same command resumes it)")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -93,7 +93,7 @@ def _planned(name: str, asked: Mapping[str, object], out: Path | None) -> tuple[
     """The study of a name or file with the options of the command line, and its directory.
 
     Without an agent, those of an existing study play. A directory from an earlier release keeps its reports, unless a
-    modality is given.
+    modality is given, and its number of trials of strategies.
     """
     if name not in STUDIES and Path(name).is_dir():
         expected = (
@@ -104,14 +104,21 @@ def _planned(name: str, asked: Mapping[str, object], out: Path | None) -> tuple[
         raise UnknownName("study", name, [*STUDIES, *SUITES, *SHIPPED, "FILE.toml"])
     request = read_options_file(Path(name)) if name.endswith(".toml") else StudyOptions(study=name)
     planned = study(request, **asked)
-    if out is not None and request.modality is None and "modality" not in asked and (out / SETTINGS).exists():
-        planned = _shown_as_before(planned, read_study(out))
+    if out is not None and (out / SETTINGS).exists():
+        planned = _as_before(planned, read_study(out), {*request.model_fields_set, *asked})
     directory = out or Path("lockprobe-runs") / f"{planned.name}-{planned.identity}"
     if is_suite(directory):
         raise BadFile(directory, f"it holds {read_suite(directory).name}; {planned.name} needs another directory")
     if request.agent is None and "agent" not in asked and (directory / SETTINGS).exists():
         planned = replace(planned, agents=read_study(directory).run_agents or planned.agents)
     return planned, directory
+
+
+def _as_before(planned: Study, there: Study, given: Collection[str]) -> Study:
+    """The study with the defaults of the release that its directory is from, where no option is given."""
+    if "strategy_trials" not in given:
+        planned = replace(planned, strategy_trials=there.strategy_trials)
+    return planned if "modality" in given else _shown_as_before(planned, there)
 
 
 def _shown_as_before(planned: Study, there: Study) -> Study:

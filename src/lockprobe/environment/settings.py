@@ -48,7 +48,7 @@ NOT_HERE: Mapping[str, str] = {
     "agent": "nothing: who calls step() is the agent",
     "assessment": "nothing: who calls step() is not asked what happened",
     "seed": "reset(seed=...)",
-    **dict.fromkeys(("trial", "trials", "repetition", "repetitions"), _PLACE),
+    **dict.fromkeys(("trial", "trials", "strategy_trials", "repetition", "repetitions"), _PLACE),
     "pictures": "nothing: pictures are observations, of which nothing is kept",
     **dict.fromkeys(("study", "name", "full", "sweep"), _ONE),
 }

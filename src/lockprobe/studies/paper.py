@@ -39,18 +39,20 @@ LEARNER = "learner:novice?temperature=0"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Extent:
-    """How much of the flip study is played."""
+    """How much of the flip study is played; strategies play ``strategy_trials``, if that is given."""
 
     p: tuple[float, ...]
     repetitions: int
     trials: int
+    strategy_trials: int | None = None
 
 
 FULL = Extent(p=(0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6), repetitions=3, trials=10)
 """Sec. 3.2: 0 % to 60 % in increments of 10 %, three repetitions of 10 trials, 210 trials in all."""
 
-SHORT = Extent(p=(0.0, 0.2, 0.4, 0.6), repetitions=3, trials=6)
-"""Ours: what the embedded model plays in a few minutes on two cores."""
+SHORT = Extent(p=(0.0, 0.2, 0.4, 0.6), repetitions=3, trials=6, strategy_trials=100)
+"""Ours: what the embedded model plays in a few minutes on two cores, and enough trials of the others, which cost
+nothing, to see what false reports do to them."""
 
 ONE_TRIAL = Extent(p=(0.0,), repetitions=1, trials=1)
 """Ours: the shortest study there is."""

@@ -49,6 +49,7 @@ class _Settings(BaseModel):
     conditions: list[_Condition] = []
     repetitions: Count
     trials: Count
+    strategy_trials: Count | None = None
     max_steps: Count
     seed: Count
     shuffle: bool

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise, product
 from typing import Literal, get_args
 
+from lockprobe.agents.catalogue import is_strategy
 from lockprobe.errors import BadValue
 from lockprobe.interventions.condition import Condition
 from lockprobe.interventions.flip import FlipKind
@@ -26,10 +27,15 @@ __all__ = ["IDENTITY_VERSION", "LARGEST_SEED", "LATER", "LayoutKind", "Study", "
 LayoutKind = Literal["fixed", "shuffled"]
 """Whether every trial has the box's own panel, or one on which the same joints are dealt anew to the same places."""
 
-LATER: Mapping[str, object] = {"layout": "fixed", "modalities": ["symbolic"], "assessment": True}
+LATER: Mapping[str, object] = {
+    "layout": "fixed",
+    "modalities": ["symbolic"],
+    "assessment": True,
+    "strategy_trials": None,
+}
 """Settings that came later, as JSON holds them, with what they were before they could be set."""
 
-_IN_KEYS = {"agents", "added", "p", "repetitions", "trials", "modalities", "conditions"}
+_IN_KEYS = {"agents", "added", "p", "repetitions", "trials", "strategy_trials", "modalities", "conditions"}
 """Settings that a record's key says itself."""
 
 IDENTITY_VERSION = 1
@@ -38,7 +44,7 @@ IDENTITY_VERSION = 1
 CLOSEST_P = 1e-6
 LARGEST_SEED = 2**63
 LONGEST_NAME = 100
-LIMITS = {"trials": 1_000_000, "repetitions": 10_000, "max_steps": 10_000}
+LIMITS = {"trials": 1_000_000, "strategy_trials": 1_000_000, "repetitions": 10_000, "max_steps": 10_000}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,6 +59,8 @@ class Study:
             An agent that reads reports plays those only that tell.
         repetitions: Times the whole is repeated; the paper's flip study has 3.
         trials: Trials per repetition and condition; the paper has 10.
+        strategy_trials: The same for strategies and learners (:func:`lockprobe.agents.catalogue.is_strategy`), which
+            cost nothing; ``trials`` if None. All agents share the luck of the trials that all of them play.
         max_steps: Budget of a trial in steps; the paper has 20.
         seed: Seed of everything.
         shuffle: Whether labels and their listing are shuffled per trial.
@@ -75,6 +83,7 @@ class Study:
     conditions: tuple[Condition, ...]
     repetitions: int = 3
     trials: int = 10
+    strategy_trials: int | None = None
     max_steps: int = 20
     seed: int = 1
     shuffle: bool = True
@@ -95,7 +104,8 @@ class Study:
             if not values or len(set(values)) != len(values):
                 raise BadValue(what, list(values), "at least one, and every one once")
         for setting, largest in LIMITS.items():
-            if not 1 <= (value := getattr(self, setting)) <= largest:
+            value = getattr(self, setting)
+            if value is not None and not 1 <= value <= largest:
                 raise BadValue(setting, value, f"a whole number from 1 to {largest}")
         if not 0 <= self.seed <= LARGEST_SEED:
             raise BadValue("seed", self.seed, f"a whole number from 0 to {LARGEST_SEED}")
@@ -137,7 +147,12 @@ class Study:
 
         A setting that came later is left out where it has its default, so that studies played before keep their names.
         """
-        now = {"layout": self.layout, "modalities": list(self.modalities), "assessment": self.assessment}
+        now = {
+            "layout": self.layout,
+            "modalities": list(self.modalities),
+            "assessment": self.assessment,
+            "strategy_trials": self.strategy_trials,
+        }
         later = {name: now[name] for name, default in LATER.items() if now[name] != default}
         return {
             "identity": IDENTITY_VERSION,
@@ -221,11 +236,15 @@ class Study:
         shown = self.modalities_of(agent)
         return tuple(one for one in self.conditions if one.modality in shown)
 
+    def trials_of(self, agent: str) -> int:
+        """Trials per repetition and condition that an agent plays."""
+        return self.strategy_trials if self.strategy_trials is not None and is_strategy(agent) else self.trials
+
     def plans(self, agent: str) -> Iterator[Plan]:
         """The trials of one agent: repetitions outermost, conditions innermost, so that a part is balanced."""
         conditions = self.conditions_of(agent)
         for repetition in range(1, self.repetitions + 1):
-            for trial in range(1, self.trials + 1):
+            for trial in range(1, self.trials_of(agent) + 1):
                 for condition in conditions:
                     yield self.plan(agent, condition, repetition, trial)
 
@@ -283,7 +302,7 @@ class Study:
         condition = self.condition_of(trial)
         if condition is None or trial.group not in self.agents:
             return False
-        if not (1 <= trial.repetition <= self.repetitions and 1 <= trial.trial <= self.trials):
+        if not (1 <= trial.repetition <= self.repetitions and 1 <= trial.trial <= self.trials_of(trial.agent)):
             return False
         if trial.modality != condition.modality or trial.modality not in self.modalities_of(trial.agent):
             return False
@@ -303,15 +322,16 @@ class Study:
     @property
     def size(self) -> int:
         """Number of trials, over all agents and conditions."""
-        return sum(map(self._size_of, self.agents))
+        return sum(map(self.size_of, self.agents))
 
     @property
     def invited(self) -> int:
         """Of these, the trials of people, who are invited to play and not run."""
-        return sum(self._size_of(agent) for agent in self.agents if agent not in self.run_agents)
+        return sum(self.size_of(agent) for agent in self.agents if agent not in self.run_agents)
 
-    def _size_of(self, agent: str) -> int:
-        return len(self.conditions_of(agent)) * self.repetitions * self.trials
+    def size_of(self, agent: str) -> int:
+        """Number of trials of one agent, over all conditions."""
+        return len(self.conditions_of(agent)) * self.repetitions * self.trials_of(agent)
 
 
 def _is_every_flip_rate_with_every_modality(conditions: Sequence[Condition]) -> bool:

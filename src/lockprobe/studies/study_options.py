@@ -102,6 +102,10 @@ class StudyOptions(BaseModel):
         Whole | None,
         _about("Trials per repetition and condition (6; 10 with --full, or if --p or --repetitions is given)."),
     ] = None
+    strategy_trials: Annotated[
+        Whole | None,
+        _about("The same for strategies and learners, which cost nothing (100 in the short study; else as --trials)."),
+    ] = None
     repetitions: Annotated[Whole | None, _about("Repetitions (3).")] = None
     seed: Annotated[Whole | None, _about("Seed of everything (1).")] = None
     max_steps: Annotated[Whole | None, _about("Budget of a trial in steps (20).")] = None

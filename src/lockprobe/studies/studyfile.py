@@ -126,6 +126,7 @@ def _planned(
         conditions=tuple(conditions),
         repetitions=_given(request.repetitions, extent.repetitions),
         trials=_given(request.trials, extent.trials),
+        strategy_trials=_given(request.strategy_trials, extent.strategy_trials),
         max_steps=_given(request.max_steps, paper.MAX_STEPS),
         seed=_given(request.seed, 1),
         shuffle=_given(request.shuffle, True),
