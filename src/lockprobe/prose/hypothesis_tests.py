@@ -96,7 +96,7 @@ _CONCLUDED: Mapping[Question, tuple[str, str, str]] = {
     "harm": (
         "After a loop {agent} {is_} less likely to solve the box",
         "After a loop {agent} {is_} more likely to solve the box",
-        "No effect of a loop on later success was detected",
+        "No difference in the success of {agent} after a loop was detected",
     ),
 }
 """What a test concludes: less, more, and no difference detected."""

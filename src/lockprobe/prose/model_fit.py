@@ -158,7 +158,7 @@ def _unshown(best: RivalFit) -> list[str]:
 def _own(fit: AgentFit) -> str:
     if fit.own is None:
         return ""
-    return f"Its recorded probabilities gain {fit.own.gain:.2f} bits per choice, the most that a model can expect."
+    return f"Its recorded probabilities gain {fit.own.gain:.2f} bits per choice, the expected maximum for any model."
 
 
 def _odds(pull: Parameter) -> str:

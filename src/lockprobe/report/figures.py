@@ -131,13 +131,13 @@ CAPTIONS = {
     ),
     "fig5b": Caption(
         "The paper's Fig. 5b: share of trials with an action loop by flip rate, with the second-order fit. Hollow "
-        'stars: values in the paper\'s text, reconstructed as 24 of 30 at a flip rate of 0 ("approximately 80 %") and 16 of 30 '
-        'at 0.4 ("a decrease of more than 26 %", taken in points).',
+        "stars: values in the paper's text, reconstructed as 24 of 30 at a flip rate of 0 (“approximately 80 %”) and "
+        "16 of 30 at 0.4 (“a decrease of more than 26 %”, read as points).",
     ),
     "fig5b-corrected": Caption(
         "Loop rates with their chance levels in trials of the same lengths, and the share that has looped by each "
-        "step. Grey: between random actions (dotted) and those without repeats (dashed); crosses: the agent's own transition "
-        "probabilities; plus signs: its own actions in random order.",
+        "step. Grey: from random actions (dotted) to those without repeats (dashed); crosses: the agent's own "
+        "transition probabilities; plus signs: its own actions in random order.",
         "Intervals of loop rates are 95 % Wilson intervals. The share by step is one minus the Kaplan-Meier estimate, "
         "censored at success, which assumes that solved trials would have looped like the others.",
     ),

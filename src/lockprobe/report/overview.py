@@ -50,8 +50,10 @@ class Overview(DescribedResult):
     question: str = Field(description="What the study asks.")
     trial: str = Field(description="What happens in a trial, and what is varied.")
     answer: str = Field(description="What it found, in one sentence.")
-    chance: str = Field(default="", description="Which agents are not shown to beat random agents; empty if all do.")
-    needed: str = Field(description="What would decide what is open; empty where nothing is.")
+    chance: str = Field(
+        default="", description="Agents without a detected advantage over random agents; empty if there are none."
+    )
+    needed: str = Field(description="How many trials an inconclusive study needs; empty for a conclusive one.")
     figure: str = Field(description="Name of the figure that shows it; empty if there is none.")
     numbers: list[KeyNumbers]
     more: int = 0
@@ -134,7 +136,7 @@ def condition_overview(
         rows = [_why_numbers(one, reference) for one in whys]
         question, answer = f"Why do false reports change how agents open {box}?", mechanism_said(whys[0])
     else:
-        question, answer = f"What do {len(settings['conditions'])} conditions do to how agents open {box}?", ""
+        question, answer = f"How do {len(settings['conditions'])} conditions affect success on {box}?", ""
     return Overview(
         question=question,
         trial=trial_said(settings.get("max_steps", 20), "conditions"),
