@@ -70,7 +70,7 @@ def people_row(
 
 def flow_said(flow: Flow) -> Iterator[str]:
     """Who came to the end and who did not, and how attention checks were answered."""
-    joined = f"{_people(flow.joined)} joined" if flow.joined else "All participants withdrew"
+    joined = f"{_people(flow.joined)} joined" if flow.joined else "No participants remain"
     gone = f"; {flow.withdrawn} {'more ' if flow.joined else ''}withdrew, and their data are deleted"
     ends = f": {flow.finished} finished all their boxes, {flow.left_open} left boxes unfinished or are still playing"
     ends = ends if flow.left_open else " and finished all their boxes" if flow.joined else ""
