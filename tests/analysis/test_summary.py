@@ -121,7 +121,7 @@ def test_chance_is_not_called_an_effect():
     assert not agent.contrast.detectable
     assert agent.contrast.difference.p_value == agent.inference.difference.p_value
     assert finding(agent).startswith("No effect of false reports on the success of llm:local was detected")
-    assert "not evidence that there is none" in finding(agent)
+    assert "This is no evidence of no effect." in finding(agent)
 
 
 def test_choosing_the_best_is_paid_for():
@@ -186,7 +186,7 @@ def test_no_effect_is_not_said_above_a_rise_and_fall():
     assert (agent.contrast.detectable, agent.inference.course.kind) == (False, "rises and falls")
     assert "Success rises with false reports and falls again" in " ".join(conclusions(agent))
     assert finding(agent).startswith(
-        "No effect of a single flip rate on the success of llm:local was detected; the course"
+        "No change of the success of llm:local was detected at a single flip rate; the course"
     )
     assert "No effect" not in finding(agent)
 

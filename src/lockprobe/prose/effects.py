@@ -81,7 +81,7 @@ def grid_said(one: GridSummary) -> str:
     lowest, highest = grid.row_doses[0], grid.row_doses[-1]
     size = f"{points(change.value)} points ({interval}{p_value(change.p_value)}{lines})"
     doses = f"{grid.column_doses[0]:g} to {grid.column_doses[-1]:g}"
-    what = f"the effect of {doses} {second} at {highest:g} {first} minus that at {lowest:g}"
+    what = f"the effect of {second} ({doses}) at {first} {highest:g} minus that at {first} {lowest:g}"
     if one.detectable:
         return f"The effect of {second} depends on {first}{under}: {what} is {size}."
     return f"No interaction between {first} and {second}{under} was detected: {what} is {size}."

@@ -16,8 +16,8 @@ def loop_finding(agent: AgentSummary) -> str:
     counted = [condition for condition in agent.conditions if condition.success.n]
     shown = [agent.contrast.baseline, agent.contrast.other] if agent.contrast else counted[:1]
     said = "; ".join(
-        f"{of_trials(condition.behaviour.loops)} {at_dose(condition.p, agent.axis)}, "
-        f"{_against_chance(condition.behaviour)}"
+        f"{of_trials(condition.behaviour.loops)} {at_dose(condition.p, agent.axis)} "
+        f"({_against_chance(condition.behaviour)})"
         for condition in shown
     )
     return f"Action loops occur in {said}." if said else ""
@@ -31,6 +31,6 @@ def _against_chance(found: Behaviour) -> str:
         if found.loops.low > high
         else "less than by chance"
         if found.loops.high < low
-        else "no difference from chance was detected"
+        else "no difference from chance detected"
     )
-    return f"{verdict} (random actions in trials of the same lengths: {percent(low)} to {percent(high)})"
+    return f"{verdict}; random actions in trials of the same lengths: {percent(low)} to {percent(high)}"

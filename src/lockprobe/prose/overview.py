@@ -44,7 +44,9 @@ _DOES: dict[CourseKind, str] = {
 _VARIED = {
     "flips": "After each step it is told what happened. The flip rate is how often that report is false.",
     "modalities": "After each step it is shown, or told, how the joints stand.",
-    "conditions": "After each step it is told what happened. Conditions change what it is told, asked or does.",
+    "conditions": (
+        "After each step it is told what happened. Conditions change what it is told, what it is asked or what it does."
+    ),
 }
 
 

@@ -66,7 +66,7 @@ def _contrast_said(agent: AgentSummary, contrast: Contrast) -> str:
     subject = f"No effect of {cause(agent.axis)} on the success of {who.name} was detected"
     if risen:
         subject = (
-            f"No effect of a single {agent.axis.name} on the success of {who.name} was detected; "
+            f"No change of the success of {who.name} was detected at a single {agent.axis.name}; "
             f"the course over all {agent.axis.name}s is tested below"
         )
     if not any(one.value for one in agent.inference.difference.at):
@@ -90,7 +90,11 @@ def _contrast_said(agent: AgentSummary, contrast: Contrast) -> str:
 def _interval(contrast: Contrast) -> str:
     """The difference, its interval, its P value, and what they are corrected for."""
     found = contrast.difference
-    chosen = "" if contrast.choices == 1 else f"; both corrected for selection among {contrast.choices} differences"
+    chosen = (
+        ""
+        if contrast.choices == 1
+        else f"; interval and P value corrected for selection among {contrast.choices} differences"
+    )
     said = (
         f"{points(found.value)} points, 95 % interval {points(found.low)} to {points(found.high)}; "
         f"permutation test, {p_value(found.p_value)}{chosen}"

@@ -122,7 +122,7 @@ def tested(question: Question, sign: int) -> ClaimMeasure:
 def sized(name: str) -> str:
     """A test by its name on record, with its highest false-positive rate in the audit."""
     rates = false_positives(name)
-    size = f" (at most {100 * rates[1].rate:.1f} % false positives in simulated studies)" if rates else ""
+    size = f", at most {100 * rates[1].rate:.1f} % false positives in simulated studies" if rates else ""
     return name_of_test(name) + size
 
 

@@ -97,7 +97,7 @@ def _numbers(agent: AgentSummary, reference: Reference | None) -> KeyNumbers:
         gap = contrast.difference
         change = f"{bracketed(gap.value, gap.low, gap.high)} points"
         which = "" if contrast.choices == 1 else "largest " if contrast.farthest else "clearest "
-        against = f"{which}change, {at_dose(contrast.other.p, agent.axis)}"
+        against = f"{which}change {at_dose(contrast.other.p, agent.axis)}"
     return KeyNumbers(
         agent=agent.name,
         what=description(agent.agent),
@@ -172,6 +172,6 @@ def _condition_numbers(found: Effects, reference: Reference) -> KeyNumbers:
         success=percent(gap.first.value),
         where=f"of {gap.first.n} trials solved under {found.control}",
         change=f"{bracketed(gap.value, gap.low, gap.high)} points",
-        against=f"{'clearest ' * (len(found.effects) > 1)}change, under {clearest.condition}",
+        against=f"{'clearest ' * (len(found.effects) > 1)}change under {clearest.condition}",
         chance=_chance(reference),
     )
