@@ -180,22 +180,27 @@ def not_above_chance(summary: StudySummary) -> str:
 def flips_needed(summary: StudySummary) -> str:
     """How many trials at each dose would decide what is open; empty where nothing is, or nothing can be tested."""
     hidden = [
-        agent.contrast
+        (subject_of(agent).name if len(summary.subjects) > 1 else "this study", agent.contrast.difference)
         for agent in summary.subjects
         if agent.contrast and not agent.contrast.detectable and not agent.blind and _course(agent) not in _DOES
     ]
-    return _needed(((one.difference.low, one.difference.high, one.difference.first.n) for one in hidden), summary.axis)
+    return _needed(((who, one.low, one.high, one.first.n) for who, one in hidden), f"at each {summary.axis.name}")
 
 
-def _needed(intervals: Iterable[tuple[float, float, int]], axis: Axis | None = None) -> str:
-    """How many trials make the widest interval as narrow as :data:`NARROW`, since widths shrink with the root."""
-    found = [(ceil(n * ((high - low) / 2 / NARROW) ** 2), n) for low, high, n in intervals if n]
+def _needed(intervals: Iterable[tuple[str, float, float, int]], where: str) -> str:
+    """How many trials make the widest interval as narrow as :data:`NARROW`, since widths shrink with the root.
+
+    Args:
+        intervals: Whose trials they are, both ends of the interval, and their number.
+        where: Where so many trials are needed.
+    """
+    found = [(ceil(n * ((high - low) / 2 / NARROW) ** 2), n, who) for who, low, high, n in intervals if n]
     if not found or (most := max(found))[0] <= most[1]:
         return ""
-    where = f"at each {axis.name}" if axis else "under each condition"
+    needed, there, who = most
     return (
-        f"To know the change to within {100 * NARROW:.0f} points takes about {_rounded(most[0])} trials "
-        f"{where}; this study has {most[1]}."
+        f"To know the change to within {100 * NARROW:.0f} points takes about {_rounded(needed)} trials {where}; "
+        f"{who} has {there}."
     )
 
 
@@ -251,9 +256,5 @@ def effects_answer(found: Sequence[Effects]) -> str:
 
 def effects_needed(found: Sequence[Effects]) -> str:
     """How many trials under each condition would decide what is open; empty where nothing is."""
-    return _needed(
-        (one.difference.low, one.difference.high, one.difference.first.n)
-        for own in found
-        for one in own.effects
-        if not one.detectable
-    )
+    hidden = [one.difference for own in found for one in own.effects if not one.detectable]
+    return _needed((("this study", one.low, one.high, one.first.n) for one in hidden), "under each condition")
