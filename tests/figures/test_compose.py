@@ -105,7 +105,7 @@ def test_a_single_flip_rate_is_no_axis(studies):
     """Nothing is drawn over one flip rate, and no axis has the single tick 0."""
     made = figures.pictures(studies["one p"])
     assert not {"fig4", "fig4-corrected", "courses", "fig5a", "fig5b", "fig3-by-p"} & made.keys()
-    (axes,) = figures.panels(figures.draw_loops_beside_chance, studies["one p"].subjects[:1]).axes
+    (axes,) = figures.panels(figures.draw_loops_with_chance, studies["one p"].subjects[:1]).axes
     assert not len(axes.get_xticks())
     assert axes.get_xlabel() == "flip rate $p$ = 0"
 

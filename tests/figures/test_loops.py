@@ -1,8 +1,8 @@
-"""What stands beside Figs. 5a and 5b are the numbers of the summary."""
+"""Figures of loops show the loop rates, chance levels and odds ratios of the summary."""
 
 import numpy as np
 import pytest
-from drawn import bars, lines, shades, staircases
+from drawn import bars, dots, lines, published, shades, staircases
 
 from lockprobe import figures
 
@@ -44,7 +44,7 @@ def test_undefined_ratios_are_said(axes, studies):
 
 
 def test_loop_rates_stand_beside_four_levels_of_chance(axes, model):
-    figures.draw_loops_beside_chance(axes, model)
+    figures.draw_loops_with_chance(axes, model)
     found = [condition.behaviour for condition in model.conditions]
     expected = [(c.p, b.loops.value, b.loops.low, b.loops.high) for c, b in zip(model.conditions, found, strict=True)]
     assert np.allclose(bars(axes), expected)
@@ -62,7 +62,7 @@ def test_loop_rates_stand_beside_four_levels_of_chance(axes, model):
 
 def test_chance_can_be_seen_at_a_single_p(axes, studies):
     agent = studies["one p"].agents[0]
-    figures.draw_loops_beside_chance(axes, agent)
+    figures.draw_loops_with_chance(axes, agent)
     drawn = {line.get_linestyle(): line for line in axes.lines}
     assert list(drawn[":"].get_ydata()) == [agent.conditions[0].behaviour.chance_uniform] * 2
     low, high = drawn[":"].get_xdata()
@@ -89,3 +89,57 @@ def test_where_there_is_nothing_to_compare_that_is_said(axes, studies, case, why
     (text,) = axes.texts
     assert why in text.get_text().replace("\n", " ")
     assert not axes.lines
+
+
+def test_the_band_of_a_fit_is_that_of_the_summary(axes, model):
+    figures.draw_loops_by_p(axes, model)
+    fit = model.loop_fit.quadratic
+    (band,) = shades(axes)
+    assert band >= set(zip(fit.p, fit.low, strict=True)) | set(zip(fit.p, fit.high, strict=True))
+
+
+def test_loop_rates_of_figure_5b(axes, model):
+    figures.draw_loops_by_p(axes, model)
+    fit, drawn = model.loop_fit.quadratic, lines(axes)
+    assert [tuple(y) for _, y in drawn] == [fit.value, tuple(c.behaviour.loops.value for c in model.conditions)]
+    assert set(dots(axes)) == {(point.p, point.loop_rate) for point in model.points}
+
+
+def test_dots_and_line_of_figure_5a(axes, model):
+    figures.draw_loops_against_success(axes, model)
+    assert set(dots(axes)) == {(point.loop_rate, point.success) for point in model.points}
+    assert sum(dots(axes).values()) == len(model.points)
+    x, y = np.array([(point.loop_rate, point.success) for point in model.points]).T
+    ((ends, heights),) = lines(axes)
+    assert np.allclose(heights, np.polyval(np.polyfit(x, y, 1), ends))
+    assert ends.tolist() == [x.min(), x.max()]
+    assert f"r = \N{MINUS SIGN}{-model.correlation.r:.2f} [" in axes.get_title(loc="left")
+    assert "n = 21 repetitions" in " ".join(axes.get_title(loc="left").split())
+
+
+def test_no_line_where_r_is_not_defined(axes, studies):
+    figures.draw_loops_against_success(axes, studies["nothing solved"].agents[0])
+    assert lines(axes) == []
+    assert "r is not defined" in axes.get_title(loc="left")
+
+
+@pytest.mark.parametrize("draw", [figures.draw_loops_against_success, figures.draw_loops_by_p])
+def test_blind_agents_say_so(axes, studies, draw):
+    blind = next(agent for agent in studies["strategies"].agents if agent.blind)
+    draw(axes, blind)
+    assert "random, the same at every flip rate" in axes.get_title(loc="left")
+
+
+def test_a_fit_without_a_band_does_not_claim_one(axes, studies):
+    agent = studies["one trial"].agents[0]
+    assert agent.loop_fit.quadratic.low == ()
+    figures.draw_loops_by_p(axes, agent)
+    assert "second-order fit" in axes.get_title(loc="left")
+    assert "band" not in axes.get_title(loc="left")
+
+
+def test_the_papers_loop_rates_are_hollow_stars(axes, studies, model):
+    for agent in (model, studies["nothing solved"].agents[0]):  # of which 0.4 lies between 0.3 and 0.6
+        figures.draw_loops_by_p(axes, agent)
+        assert published(axes) == ([(0.0, 0.8), (0.4, 16 / 30)], ["the paper, reconstructed"])
+        axes.clear()

@@ -8,21 +8,22 @@ from lockprobe.figures.compose import condition_drawings, drawings, fork_drawing
 from lockprobe.figures.courses import draw_course
 from lockprobe.figures.differences import draw_changes, draw_differences
 from lockprobe.figures.forks import fork_panels
-from lockprobe.figures.loops import draw_loop_harm, draw_loop_onset, draw_loops_beside_chance
-from lockprobe.figures.paper import (
+from lockprobe.figures.loops import (
+    draw_loop_harm,
+    draw_loop_onset,
     draw_loops_against_success,
     draw_loops_by_p,
-    draw_success_by_p,
-    draw_success_curves,
-)
-from lockprobe.figures.paper_corrected import (
-    draw_relative_success,
-    draw_success_by_p_corrected,
-    draw_success_curves_by_p,
-    draw_success_curves_corrected,
+    draw_loops_with_chance,
 )
 from lockprobe.figures.people import draw_people, draw_relative_steps
 from lockprobe.figures.rationality import draw_optimal_actions, draw_steps_lost
+from lockprobe.figures.success_by_flip_rate import draw_success_by_p, draw_success_by_p_corrected
+from lockprobe.figures.success_by_step import (
+    draw_relative_success,
+    draw_success_curves,
+    draw_success_curves_by_p,
+    draw_success_curves_corrected,
+)
 
 __all__ = [
     "condition_drawings",
@@ -32,8 +33,8 @@ __all__ = [
     "draw_loop_harm",
     "draw_loop_onset",
     "draw_loops_against_success",
-    "draw_loops_beside_chance",
     "draw_loops_by_p",
+    "draw_loops_with_chance",
     "draw_optimal_actions",
     "draw_people",
     "draw_relative_steps",

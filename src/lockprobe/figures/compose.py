@@ -25,23 +25,24 @@ from lockprobe.figures.effects import draw_effects, effect_rows
 from lockprobe.figures.forest import height
 from lockprobe.figures.forks import draw_forks, fork_panels
 from lockprobe.figures.frame import FAINT, SMALL
-from lockprobe.figures.loops import draw_loop_harm, draw_loop_onset, draw_loops_beside_chance
-from lockprobe.figures.overview import draw_overview
-from lockprobe.figures.paper import (
+from lockprobe.figures.loops import (
+    draw_loop_harm,
+    draw_loop_onset,
     draw_loops_against_success,
     draw_loops_by_p,
-    draw_success_by_p,
-    draw_success_curves,
+    draw_loops_with_chance,
 )
-from lockprobe.figures.paper_corrected import (
+from lockprobe.figures.overview import draw_overview
+from lockprobe.figures.people import compared, draw_people, draw_relative_steps
+from lockprobe.figures.rationality import draw_optimal_actions, draw_steps_lost
+from lockprobe.figures.success_by_flip_rate import draw_success_by_p, draw_success_by_p_corrected
+from lockprobe.figures.success_by_step import (
     draw_relative_success,
-    draw_success_by_p_corrected,
+    draw_success_curves,
     draw_success_curves_by_p,
     draw_success_curves_corrected,
     relative_rows,
 )
-from lockprobe.figures.people import compared, draw_people, draw_relative_steps
-from lockprobe.figures.rationality import draw_optimal_actions, draw_steps_lost
 from lockprobe.figures.why import draw_ladder, draw_parts
 
 __all__ = ["condition_drawings", "drawings", "fork_drawing", "panels", "pictures", "render", "single"]
@@ -107,7 +108,7 @@ def drawings(result: StudySummary) -> dict[str, Callable[[], Figure]]:
         "fig5a": lambda: panels(draw_loops_against_success, subjects, note=_LENGTH_NOTE),
         "fig5a-corrected": lambda: panels(draw_loop_harm, subjects, heights=(2.5,)),
         "fig5b": lambda: panels(draw_loops_by_p, subjects),
-        "fig5b-corrected": lambda: panels(draw_loops_beside_chance, subjects, *onset),
+        "fig5b-corrected": lambda: panels(draw_loops_with_chance, subjects, *onset),
     }
     left_out = {"courses"} if len(result.agents) < 2 else set()
     left_out |= set() if judged else {"rationality"}
@@ -156,7 +157,7 @@ def condition_drawings(
         shown = [agent for agent in result.agents if any(condition.success.n for condition in agent.conditions)]
         if shown:
             drawn[f"series-{number}-success"] = partial(panels, by_dose, shown)
-            drawn[f"series-{number}-loops"] = partial(panels, draw_loops_beside_chance, shown)
+            drawn[f"series-{number}-loops"] = partial(panels, draw_loops_with_chance, shown)
     return drawn
 
 

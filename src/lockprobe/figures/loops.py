@@ -1,7 +1,8 @@
-"""Companions of Figs. 5a and 5b: loops compared with chance, their onset, and their association with success."""
+"""Loops: the paper's Figs. 5a and 5b, and companions with chance levels, onset, and success after a loop."""
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 
 from matplotlib.axes import Axes
@@ -9,6 +10,7 @@ from matplotlib.ticker import NullFormatter
 
 from lockprobe.analysis.inference.hazard import LoopEffect
 from lockprobe.analysis.inference.logrank import EventGroup
+from lockprobe.analysis.published import LOOPS_AT_0, LOOPS_AT_40
 from lockprobe.analysis.summary import AgentSummary
 from lockprobe.figures.forest import ForestRow, forest
 from lockprobe.figures.frame import (
@@ -27,13 +29,63 @@ from lockprobe.figures.frame import (
     title,
 )
 from lockprobe.figures.palette import ACCENT, SUBJECTS, Style
-from lockprobe.figures.primitives import band, bars, staircase
-from lockprobe.formatting import p_value
+from lockprobe.figures.primitives import band, bars, dots, means, published, published_by_p, second_order_fit, staircase
+from lockprobe.formatting import minus, p_value
 
-__all__ = ["draw_loop_harm", "draw_loop_onset", "draw_loops_beside_chance"]
+__all__ = [
+    "draw_loop_harm",
+    "draw_loop_onset",
+    "draw_loops_against_success",
+    "draw_loops_by_p",
+    "draw_loops_with_chance",
+]
 
 _WIDEST = 1000.0
 """Odds ratios beyond this, or below one over it, are arrows at the edge."""
+
+
+def draw_loops_against_success(axes: Axes, agent: AgentSummary) -> None:
+    """Loop rate against success over repetitions, with the regression line and r (Fig. 5a)."""
+    points = [point for point in (agent.conditions[0].points if agent.blind else agent.points) if point.n]
+    if not points:
+        return blank(axes, f"{agent_label(agent)}: no trial has ended")
+    places = Counter((point.loop_rate, point.success) for point in points)
+    axes.scatter(
+        [loops for loops, _ in places],
+        [share for _, share in places],
+        s=[16 * count for count in places.values()],
+        color=SUBJECTS[0],
+        alpha=0.6,
+        linewidth=0,
+        zorder=3,
+        clip_on=False,
+    )
+    found = agent.correlation
+    if found.slope is not None and found.intercept is not None:
+        ends = [min(point.loop_rate for point in points), max(point.loop_rate for point in points)]
+        axes.plot(ends, [found.intercept + found.slope * x for x in ends], color=INK, linewidth=1.2, zorder=2)
+    interval = "" if found.low is None else f" [{found.low:.2f}, {found.high:.2f}]"
+    said = "r is not defined" if found.r is None else minus(f"r = {found.r:.2f}{interval}", zeros=True)
+    title(axes, heading(agent), f"{said}; n = {found.n} repetitions")
+    axes.set_xlim(-0.04, 1.04)
+    axes.set_xticks([0, 0.25, 0.5, 0.75, 1], ["0", "25 %", "50 %", "75 %", "100 %"])
+    axes.set_xlabel("share of trials with an action loop", fontsize=SMALL + 1, color=INK)
+    return share_axis(axes, "success rate")
+
+
+def draw_loops_by_p(axes: Axes, agent: AgentSummary) -> None:
+    """Loop rate over flip probability with the second-order fit (Fig. 5b)."""
+    counted = [condition for condition in agent.conditions if condition.success.n]
+    if not counted:
+        return blank(axes, f"{agent_label(agent)}: no trial has ended")
+    style = Style(colour=ACCENT, marker="o", dash="-", lead=True)
+    fitted = second_order_fit(axes, agent.loop_fit, style)
+    dots(axes, agent, style, loops=True)
+    means(axes, [c.p for c in counted], [c.behaviour.loops for c in counted], style, line=not fitted)
+    published(axes, published_by_p(agent.conditions, LOOPS_AT_0, LOOPS_AT_40), "the paper, reconstructed")
+    share_axis(axes, "action loop probability")
+    p_axis(axes, agent.conditions)
+    return title(axes, heading(agent), f"{counts(counted)} per flip rate; dots: repetitions; markers: means", fitted)
 
 
 def draw_loop_harm(axes: Axes, agent: AgentSummary) -> None:
@@ -99,7 +151,7 @@ def _short(ratio: float) -> str:
     return f"{ratio:.0f}" if 10 <= ratio <= _WIDEST else f"{ratio:.2g}"
 
 
-def draw_loops_beside_chance(axes: Axes, agent: AgentSummary) -> None:
+def draw_loops_with_chance(axes: Axes, agent: AgentSummary) -> None:
     """Fig. 5b with Wilson's intervals and what chance alone gives in trials of exactly these lengths."""
     counted = [condition for condition in agent.conditions if condition.success.n]
     if not counted:

@@ -9,8 +9,8 @@ from matplotlib.axes import Axes
 from lockprobe.analysis.summary import AgentSummary, StudySummary
 from lockprobe.figures.frame import FAINT, SMALL, agent_label, blank, label_right, p_axis, share_axis, step_axis
 from lockprobe.figures.palette import Style, shifts, styles
-from lockprobe.figures.paper import published_success
 from lockprobe.figures.primitives import bars, means, published, staircase
+from lockprobe.figures.success_by_flip_rate import published_success
 
 __all__ = ["draw_overview"]
 

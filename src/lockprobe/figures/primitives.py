@@ -7,12 +7,25 @@ from collections.abc import Sequence
 
 from matplotlib.axes import Axes
 
+from lockprobe.analysis.condition import ConditionSummary
+from lockprobe.analysis.inference.trend import TrendFit
 from lockprobe.analysis.proportions import Proportion
+from lockprobe.analysis.published import PEAK
 from lockprobe.analysis.summary import AgentSummary
 from lockprobe.figures.frame import BEYOND, INK
 from lockprobe.figures.palette import Style
 
-__all__ = ["band", "bars", "dots", "key", "means", "published", "staircase"]
+__all__ = [
+    "band",
+    "bars",
+    "dots",
+    "key",
+    "means",
+    "published",
+    "published_by_p",
+    "second_order_fit",
+    "staircase",
+]
 
 
 def staircase(axes: Axes, share: Sequence[float], style: Style, *, label: str | None = None, first: int = 2) -> None:
@@ -144,3 +157,24 @@ def _steps(share: Sequence[float]) -> tuple[float, ...]:
 
 def _longer(share: Sequence[float]) -> tuple[float, ...]:
     return (*share, share[-1])
+
+
+def published_by_p(
+    conditions: Sequence[ConditionSummary], first: Proportion, peak: Proportion
+) -> list[tuple[float, float]]:
+    """The paper's shares at p = 0 and at its peak, as far as the study has that p; none with a single p."""
+    played = {condition.p for condition in conditions}
+    places = [(0.0, first.value), (PEAK, peak.value)]
+    return [place for place in places if len(played) > 1 and min(played) <= place[0] <= max(played)]
+
+
+def second_order_fit(axes: Axes, fit: TrendFit, style: Style) -> str:
+    """The second-order fit with its band, where there is one; what was drawn, in words."""
+    curve = fit.quadratic
+    if curve is None:
+        return ""
+    axes.plot(curve.p, curve.value, color=style.colour, linestyle=style.dash, linewidth=1.6, zorder=3)
+    if not curve.low:
+        return "curve: second-order fit"
+    axes.fill_between(curve.p, curve.low, curve.high, color=style.colour, alpha=0.14, linewidth=0, zorder=1)
+    return "curve: second-order fit with 95 % bootstrap band"

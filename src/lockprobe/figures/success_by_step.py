@@ -1,10 +1,14 @@
-"""Companions of the paper's Figs. 3 and 4 that support conclusions about success."""
+"""Success by step: the paper's Fig. 3, its companions with chance and the optimum, and one curve for each flip rate."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import matplotlib as mpl
 from matplotlib.axes import Axes
 
+from lockprobe.analysis.condition import ConditionSummary
+from lockprobe.analysis.published import REFERENCE_STEPS, STEPS_TO_80
 from lockprobe.analysis.reference import Reference
 from lockprobe.analysis.summary import AgentSummary, StudySummary
 from lockprobe.figures.forest import ForestRow, forest
@@ -17,25 +21,38 @@ from lockprobe.figures.frame import (
     counts,
     heading,
     label_right,
-    p_axis,
-    share_axis,
     step_axis,
     title,
 )
-from lockprobe.figures.palette import SUBJECTS, Style, styles
-from lockprobe.figures.primitives import band, bars, staircase
-from lockprobe.formatting import minus, p_value, percent
+from lockprobe.figures.palette import Style, styles
+from lockprobe.figures.primitives import band, published, staircase
+from lockprobe.formatting import minus
 
 __all__ = [
     "draw_relative_success",
-    "draw_success_by_p_corrected",
+    "draw_success_curves",
     "draw_success_curves_by_p",
     "draw_success_curves_corrected",
     "relative_rows",
 ]
 
 _NAMED = 11
-"""Curves whose names fit beside each other at the right edge."""
+"""Curves whose names fit at the right edge without overlap."""
+
+
+def draw_success_curves(axes: Axes, result: StudySummary) -> None:
+    """Cumulative success by number of interactions, one staircase per agent and modality at its lowest p (Fig. 3)."""
+    shown = _at_the_lowest_p(result)
+    if not shown:
+        return blank(axes, "no trial has ended")
+    alike = _staircases(axes, shown)
+    budget = _budget(shown)
+    _, _, first = shown[0]
+    if alike and first.p == 0:
+        steps = sorted({REFERENCE_STEPS, *STEPS_TO_80.values()})
+        published(axes, [(step, 0.8) for step in steps if step <= budget])
+    step_axis(axes, budget, "success probability")
+    return title(axes, f"flip rate {first.p:g}; {counts([first])} of each agent" if alike else "")
 
 
 def draw_success_curves_corrected(axes: Axes, result: StudySummary) -> None:
@@ -43,20 +60,14 @@ def draw_success_curves_corrected(axes: Axes, result: StudySummary) -> None:
 
     Every agent is shown at its lowest p; references have no band.
     """
-    shown = [
-        (agent, style, condition)
-        for agent, style in styles(result)
-        if (condition := next((condition for condition in agent.conditions if condition.curve.n), None)) is not None
-    ]
+    shown = _at_the_lowest_p(result)
     if not shown:
         return blank(axes, "no trial has ended")
-    alike = len({(condition.p, condition.curve.n) for _, _, condition in shown}) == 1
-    for i, (agent, style, condition) in enumerate(shown):
-        told = "" if alike else f",\n$p$ = {condition.p:g}, n = {condition.curve.n}"
-        staircase(axes, condition.curve.share, style, label=agent_label(agent) + told, first=1 + i % 4)
+    alike = _staircases(axes, shown)
+    for _, style, condition in shown:
         if style.lead:
             band(axes, condition.curve.low, condition.curve.high, style)
-    budget = max(len(condition.curve.share) - 1 for _, _, condition in shown)
+    budget = _budget(shown)
     if result.reference is not None:
         _exact_curves(axes, result.reference, budget)
     step_axis(axes, budget, "solved by this step")
@@ -66,6 +77,31 @@ def draw_success_curves_corrected(axes: Axes, result: StudySummary) -> None:
         f"flip rate {first.p:g}; {counts([first])} of each agent" if alike else "",
         "1 \N{MINUS SIGN} Kaplan-Meier; shade: pointwise 95 % band",
     )
+
+
+_Shown = Sequence[tuple[AgentSummary, Style, ConditionSummary]]
+"""Agents with a curve, how each is drawn, and its condition."""
+
+
+def _at_the_lowest_p(result: StudySummary) -> _Shown:
+    return [
+        (agent, style, condition)
+        for agent, style in styles(result)
+        if (condition := next((condition for condition in agent.conditions if condition.curve.n), None)) is not None
+    ]
+
+
+def _staircases(axes: Axes, shown: _Shown) -> bool:
+    """One curve for each agent; whether all have the same p and number of trials, else each label names its own."""
+    alike = len({(condition.p, condition.curve.n) for _, _, condition in shown}) == 1
+    for i, (agent, style, condition) in enumerate(shown):
+        told = "" if alike else f",\n$p$ = {condition.p:g}, n = {condition.curve.n}"
+        staircase(axes, condition.curve.share, style, label=agent_label(agent) + told, first=1 + i % 4)
+    return alike
+
+
+def _budget(shown: _Shown) -> int:
+    return max(len(condition.curve.share) - 1 for _, _, condition in shown)
 
 
 def _exact_curves(axes: Axes, reference: Reference, budget: int) -> None:
@@ -142,84 +178,3 @@ def draw_success_curves_by_p(axes: Axes, agent: AgentSummary) -> None:
     step_axis(axes, len(counted[0].curve.share) - 1, "solved by this step")
     title(axes, heading(agent), f"{counts(counted)} per {agent.axis.name}; shade: pointwise 95 % band")
     return label_right(axes, labels)
-
-
-def draw_success_by_p_corrected(axes: Axes, agent: AgentSummary, reference: Reference | None = None) -> None:
-    """Fig. 4 by counts: Wilson's intervals, a binomial model of the order that AICc prefers, chance, and the peak.
-
-    Triangles under the shares stand at the values of p that may be the best (95 % set); the diamond is the highest
-    share less what it owes to having been chosen.
-    """
-    counted = [condition for condition in agent.conditions if condition.success.n]
-    if not counted:
-        return blank(axes, f"{agent_label(agent)}: no trial has ended")
-    style = Style(colour=SUBJECTS[0], marker="o", dash="-", lead=True)
-    bars(
-        axes,
-        [c.p for c in counted],
-        [c.success for c in counted],
-        style,
-        label="share solved with 95 % Wilson interval",
-    )
-    found, several = agent.inference.orders, len(agent.peak.candidates) > 1
-    curve = found.curve if several else None
-    if curve is not None:
-        axes.plot(
-            curve.p, curve.value, color=style.colour, linewidth=1.4, zorder=3, label="binomial model with 95 % band"
-        )
-        axes.fill_between(curve.p, curve.low, curve.high, color=style.colour, alpha=0.14, linewidth=0, zorder=1)
-    share_axis(axes, "success rate")
-    p_axis(axes, agent.conditions, axis=agent.axis)
-    if several:
-        _peak(axes, agent)
-    if reference is not None:
-        budget = len(counted[0].curve.share) - 1
-        levels = (("random", reference.random[budget]), ("no-repeat", reference.no_repeat[budget]))
-        for name, level in levels:
-            axes.axhline(level, color=FAINT, linewidth=0.9, linestyle=EXACT[name], zorder=2)
-        label_right(axes, [(level, f"{name}\n{percent(level)}", FAINT) for name, level in levels], gap=0.2)
-    return title(
-        axes,
-        heading(agent),
-        f"{counts(counted)} per {agent.axis.name}" + (f"; model of order {found.order} (AICc)" if curve else ""),
-        _rises_and_falls(agent) if several else "",
-    )
-
-
-def _rises_and_falls(agent: AgentSummary) -> str:
-    """Whether success rises and then falls, by the test that is concluded from."""
-    found = agent.inference.lines.p_value
-    if found is None:
-        return f"rise and fall: not tested, needs three {agent.axis.name}s"
-    return f"rise and fall, two-lines test: {p_value(found, '$P$')}"
-
-
-def _peak(axes: Axes, agent: AgentSummary) -> None:
-    found = agent.peak
-    members = [candidate.p for candidate in found.candidates if candidate.in_set]
-    if members:
-        axes.set_ylim(-0.13, 1.03)
-        axes.plot(
-            members,
-            [-0.07] * len(members),
-            linestyle="none",
-            marker="^",
-            markersize=4.5,
-            color=INK,
-            zorder=3,
-            label=f"95 % set of the best {agent.axis.name}",
-        )
-    if found.best is not None and found.honest is not None:
-        low, high = axes.get_xlim()
-        axes.plot(
-            [found.best + 0.025 * (high - low)],
-            [found.honest],
-            linestyle="none",
-            marker="D",
-            markersize=4.5,
-            color=INK,
-            markerfacecolor="white",
-            markeredgewidth=0.9,
-            zorder=5,
-            label="highest share, corrected for selection",
-        )

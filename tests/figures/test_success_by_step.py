@@ -1,13 +1,34 @@
-"""What stands beside Figs. 3 and 4 are the numbers of the summary."""
+"""Figures of success by step show the curves, areas and reference values of the summary."""
 
 from dataclasses import replace
 from itertools import pairwise
 
-import numpy as np
 import pytest
-from drawn import bars, labelled, lines, shades, staircases
+from drawn import labelled, lines, published, shades, staircases
 
 from lockprobe import figures
+
+
+def test_staircases_are_the_success_curves_without_bands(axes, typical):
+    figures.draw_success_curves(axes, typical)
+    for agent, line in zip(typical.agents, staircases(axes), strict=True):
+        assert line.get_label() == agent.agent
+        assert tuple(line.get_ydata()[:-1]) == agent.conditions[0].curve.share
+        assert tuple(line.get_xdata()[:-1]) == tuple(range(21))
+        assert line.get_ydata()[-1] == line.get_ydata()[-2]
+    assert not axes.collections
+    assert "flip rate 0; n = 30 trials" in axes.get_title(loc="left")
+
+
+def test_the_papers_steps_are_hollow_stars(axes, typical):
+    figures.draw_success_curves(axes, typical)
+    assert published(axes) == ([(9.0, 0.8), (11.0, 0.8), (15.0, 0.8)], ["the paper"])
+
+
+def test_without_the_lowest_p_there_are_no_stars(axes, typical):
+    higher = [replace(a, conditions=a.conditions[1:4]) for a in typical.agents]
+    figures.draw_success_curves(axes, replace(typical, agents=tuple(higher)))
+    assert published(axes) == ([], [])
 
 
 def test_curves_stand_beside_the_exact_ones(axes, typical, model):
@@ -40,60 +61,6 @@ def test_areas_between_chance_and_the_shortest_plan(axes, typical):
     low, high = axes.get_xlim()
     assert low < min(0, *(relative.low for relative in found))
     assert high > max(1, *(relative.high for relative in found))
-
-
-def test_bars_and_model_of_figure_4(axes, typical, model):
-    figures.draw_success_by_p_corrected(axes, model, typical.reference)
-    shares = [(c.p, c.success.value, c.success.low, c.success.high) for c in model.conditions]
-    assert np.allclose(bars(axes), shares)
-    curve = model.inference.orders.curve
-    assert labelled(axes, "binomial model with 95 % band") == (list(curve.p), list(curve.value))
-    (band,) = shades(axes)
-    assert band >= set(zip(curve.p, curve.low, strict=True)) | set(zip(curve.p, curve.high, strict=True))
-    assert f"order {model.inference.orders.order} (AICc)" in axes.get_title(loc="left")
-
-
-def test_chance_is_that_of_the_last_step(axes, typical, model):
-    figures.draw_success_by_p_corrected(axes, model, typical.reference)
-    levels = {line.get_linestyle(): line.get_ydata()[0] for line in axes.lines if line.get_linestyle() in {":", "--"}}
-    assert levels == {":": typical.reference.random[20], "--": typical.reference.no_repeat[20]}
-    assert {"random\n39 %", "no-repeat\n69 %"} == {text.get_text() for text in axes.texts}
-
-
-def test_marks_of_the_peak(axes, model):
-    figures.draw_success_by_p_corrected(axes, model)
-    members, heights = labelled(axes, "95 % set of the best flip rate")
-    assert members == [candidate.p for candidate in model.peak.candidates if candidate.in_set]
-    assert 0 < len(members) < 7
-    assert axes.get_ylim()[0] < max(heights) < 0
-    (x,), (y,) = labelled(axes, "highest share, corrected for selection")
-    assert y == model.peak.honest
-    assert x == pytest.approx(model.peak.best, abs=0.03)
-
-
-def test_two_flip_rates_cannot_tell_a_rise_and_a_fall_and_the_figure_says_so(axes, studies):
-    agent = next(agent for agent in studies["few people"].agents if not agent.blind)
-    assert len(agent.peak.candidates) == 2
-    figures.draw_success_by_p_corrected(axes, agent)
-    said = axes.get_title(loc="left").replace("\n", " ")
-    assert said.endswith("rise and fall: not tested, needs three flip rates")
-
-
-def test_what_is_not_there_is_not_drawn(axes, studies):
-    agent = studies["one trial"].agents[0]
-    assert agent.inference.orders.curve is None
-    assert agent.peak.honest is None
-    figures.draw_success_by_p_corrected(axes, agent)
-    assert not shades(axes)
-    assert axes.get_legend_handles_labels()[1] == ["share solved with 95 % Wilson interval"]
-
-
-def test_a_blind_agent_has_no_model_of_p(axes, studies):
-    blind = next(agent for agent in studies["strategies"].agents if agent.blind)
-    figures.draw_success_by_p_corrected(axes, blind)
-    assert len(bars(axes)) == 7
-    assert not shades(axes)
-    assert "the same at every flip rate" in axes.get_title(loc="left")
 
 
 def test_a_curve_for_every_p(axes, model):
