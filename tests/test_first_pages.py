@@ -1,6 +1,7 @@
 """What the first pages say of their studies is what these studies give, with the commands that the pages show."""
 
 import re
+from collections import Counter
 from functools import cache
 from pathlib import Path
 from statistics import fmean
@@ -31,24 +32,30 @@ def solved(agent, rate, /, agents, **options):
     return sum(trial.solved for trial in trials(agents, **options) if (trial.agent, trial.p) == (agent, rate))
 
 
-def test_the_first_study():
-    first = ("human-inspired", "random")
-    counts = [solved("human-inspired", p, first) for p in (0.0, 0.6)]
-    assert "It solves {} of 18 trials when told the truth and {} of 18 at".format(*counts) in text_of("start.md")
-    (blind,) = {solved("random", p, first) for p in (0.0, 0.2, 0.4, 0.6)}
-    assert f"and solves {blind} of 18 at every flip rate" in text_of("start.md")
-    assert len(trials(first)) == 2 * 72
+FIRST = ("human-inspired", "learner:novice?temperature=0", "random")
 
 
-def test_more_trials_show_the_effect():
-    counts = [solved("human-inspired", p, ("human-inspired",), p=(0, 0.6), trials=20) for p in (0, 0.6)]
-    assert "solves {} of 60 trials when told the truth and {} of 60 at".format(*counts) in text_of("start.md")
-    assert difference(proportion(counts[0], 60), proportion(counts[1], 60)).high < 0
+def test_the_first_study(tmp_path):
+    played = lockprobe.run_study(study("flips", agent=FIRST), tmp_path / "first")
+    page = (ROOT / "docs/start.md").read_text("utf-8")
+    solved = Counter((trial.agent, trial.p) for trial in played if trial.solved)
+    for agent in FIRST:
+        (row,) = re.findall(rf"^\| `{re.escape(agent)}` \|.*$", page, re.MULTILINE)
+        assert row.endswith("| {} | {} | {} | {} |".format(*(solved[agent, p] for p in (0.0, 0.2, 0.4, 0.6))))
+    assert len(played) == 3 * 4 * 300
+    courses = {row.agent: row.kind for row in lockprobe.results(tmp_path / "first").courses}
+    assert courses == {FIRST[0]: "falls", FIRST[1]: "rises", FIRST[2]: "the same at every flip rate"}
+
+
+def test_six_trials_are_too_few_to_show_it():
+    counts = [solved("human-inspired", p, FIRST[:1], p=(0, 0.2, 0.4, 0.6), trials=6) for p in (0, 0.6)]
+    assert "solves {} of 18 trials when told the truth and {} of 18 at".format(*counts) in text_of("start.md")
+    assert difference(proportion(counts[0], 18), proportion(counts[1], 18)).high > -0.05
 
 
 def test_the_trial_that_is_watched(tmp_path):
     (wanted,) = re.findall(r"replay first '(.*?)'$", (ROOT / "docs/start.md").read_text("utf-8"), re.MULTILINE)
-    lockprobe.run_study(study("flips", agent=("human-inspired", "random")), tmp_path / "first")
+    lockprobe.run_study(study("flips", agent=FIRST, p=[0.4], trials=2, repetitions=1), tmp_path / "first")
     printed = CliRunner().invoke(build(["replay"]), ["replay", str(tmp_path / "first"), wanted]).output
     (shown,) = re.findall(
         r"^```text\n(.*?)^```$", (ROOT / "docs/start.md").read_text("utf-8"), re.MULTILINE | re.DOTALL

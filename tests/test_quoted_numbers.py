@@ -24,6 +24,7 @@ from lockprobe.lockbox.families import box
 from lockprobe.lockbox.layouts import permuted
 from lockprobe.lockbox.solve import optimum, random_no_repeat_success, random_success
 from lockprobe.montecarlo.propagation import propagate
+from lockprobe.studies.paper import LEARNER
 from lockprobe.studies.studyfile import study
 
 ROOT = Path(__file__).parents[1]
@@ -166,7 +167,7 @@ QUOTED = [
     ("docs/limits.md", "holds an action loop with probability {:.4f}.", lambda: [chance_level(20).probability]),
     ("docs/fair-chance.md", "it is 0.4 at every flip rate. The best of the seven shares is {:.2f} on average.",
      lambda: [best_of(7, 30, 0.4)]),
-    ("docs/gallery.md", "`report.html` of {} trials", lambda: [study("flips", agent=("human-inspired", "random")).size]),
+    ("docs/gallery.md", "`report.html` of {} trials", lambda: [study("flips", agent=(LEARNER, "random", "human-inspired")).size]),
     ("docs/gallery.md", "`why.html` of {} trials", lambda: [study("why", agent="human-inspired").size]),
     ("docs/gallery.md", "A figure of {} trials", lambda: [thousands(study("mechanisms.toml").size)]),
     ("docs/tutorial-teaching.md", "The truth is 0.4, and the best of seven is {:.2f} on average.", lambda: [best_of(7, 30, 0.4)]),
@@ -316,6 +317,7 @@ MEASURED = [
         ["src/lockprobe/cli/run.py"],
     ),
     ("docs/embedded-model.md", "`uv run python benchmarks/steps_per_minute.py`", ["benchmarks/steps_per_minute.py"]),
+    ("docs/learner.md", "`python benchmarks/first_study.py`", ["benchmarks/first_study.py"]),
     ("docs/detectors.md", "lockprobe detectors --trials 4000 --clock", ["src/lockprobe/cli/detectors.py"]),
 ]
 """File, the command beside its measured numbers, and the programs that it runs."""

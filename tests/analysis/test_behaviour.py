@@ -109,7 +109,7 @@ def test_of_the_last_report_nobody_can_say_what_the_agent_would_have_done():
         for t in range(30)
     ]
     assert not only(trials).blind
-    assert "whatever it was told" not in finding(only(trials))
+    assert "ignores what it is told" not in finding(only(trials))
 
 
 def test_an_agent_that_heeds_reports_is_not_called_blind_in_small_studies():

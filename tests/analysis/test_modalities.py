@@ -79,15 +79,15 @@ def test_a_modality_without_a_rank_stays_out_of_the_trend():
     ("modalities", "waits", "said"),
     [
         (("rgb", "symbolic"), (SOON, LATE), "The higher the fidelity, the later or more rarely it solves the box (log"),
-        (("rgb", "symbolic"), (SOON, SOON), "That fidelity changes how soon it solves the box is not detectable (log"),
-        (("rgb", "symbolic"), (SOON[:3], LATE[:3]), "These are too few trials to compare how soon."),
+        (("rgb", "symbolic"), (SOON, SOON), "No effect of fidelity on how soon it solves the box was detected (log"),
+        (("rgb", "symbolic"), (SOON[:3], LATE[:3]), "There are too few trials to compare how soon."),
         (
             ("rgbd", "rgbd?depth=gray"),
             (SOON, LATE),
-            "How soon it solves the box differs with the way in which it is shown",
+            "How soon it solves the box differs with the modality",
         ),
-        (("rgbd", "rgbd?depth=gray"), (SOON, SOON), "That the way in which it is shown changes how soon it solves the"),
-        (("rgbd", "rgbd?depth=gray"), (SOON[:3], LATE[:3]), "These are too few trials to compare how soon."),
+        (("rgbd", "rgbd?depth=gray"), (SOON, SOON), "No effect of the modality on how soon it solves the"),
+        (("rgbd", "rgbd?depth=gray"), (SOON[:3], LATE[:3]), "There are too few trials to compare how soon."),
     ],
 )
 def test_the_finding_speaks_of_fidelity_only_where_there_are_two(modalities, waits, said):

@@ -16,7 +16,7 @@ def test_wrong_verdicts_are_counted_by_kind_and_failures_apart():
     assert (found.moved_for_blocked, found.blocked_for_moved) == (1, 1)
     said = verdicts_said(found)
     assert "was wrong at 2 of 4 attempts (50.0 %, 95 % interval " in said
-    assert "; at 1 more it could not tell" in said
+    assert "; it could not decide at 1 more" in said
 
 
 def test_trials_that_share_their_luck_are_one_cluster():
@@ -28,10 +28,10 @@ def test_a_robot_that_is_always_right_has_an_interval_too():
     right = verdicts([make_trial([3], budget=1, trial=i, verdicts=["moved"]) for i in range(1, 11)])
     assert (right.wrong.count, right.wrong.low) == (0, 0)
     assert 0 < right.wrong.high < 0.4
-    assert "of them took" not in verdicts_said(right)
+    assert " took " not in verdicts_said(right)
 
 
 def test_no_robot_no_verdicts():
     assert verdicts([make_trial([3, 0])]) is None
     helpless = verdicts([make_trial([0], budget=1, verdicts=["failed"])])
-    assert verdicts_said(helpless) == "The robot could tell nothing at any of 1 attempts."
+    assert verdicts_said(helpless) == "The robot could not determine the outcome of any of 1 attempts."

@@ -81,8 +81,8 @@ def test_courses_are_said_of_several_agents_only():
     blind = play_study(small_study(("random",), p=(0.0, 0.4)))
     assert courses_said(summarise(rising)) == ""
     assert courses_said(summarise([*rising, *falling, *blind])) == (
-        "From a flip rate of 0 to 0.4 success rises for llm:local; falls for human-inspired; is the same at every flip rate for random "
-        "(Holm's correction for the 2 agents that heed reports)."
+        "Success from a flip rate of 0 to 0.4: rises for llm:local; falls for human-inspired; the same at every flip rate for "
+        "random (Holm's correction for the 2 agents that use reports)."
     )
     assert courses_said(summarise([t for t in (*rising, *falling) if t.p == 0])) == ""
 
@@ -91,7 +91,7 @@ def test_an_agent_that_ignores_reports_is_called_blind():
     agents = {agent.agent: agent for agent in summarise(play_study(small_study())).agents}
     assert agents["random"].blind
     assert agents["random"].contrast is None
-    assert "whatever it was told" in finding(agents["random"])
+    assert "ignores what it is told" in finding(agents["random"])
     assert not agents["human-inspired"].blind
 
 
@@ -120,8 +120,8 @@ def test_chance_is_not_called_an_effect():
     agent = only([*condition(0.0, 10, 30), *condition(0.2, 12, 30), *condition(0.4, 14, 30)])
     assert not agent.contrast.detectable
     assert agent.contrast.difference.p_value == agent.inference.difference.p_value
-    assert finding(agent).startswith("No effect of false reports on the success of llm:local is detectable")
-    assert "not evidence that there is none" in finding(agent)
+    assert finding(agent).startswith("No effect of false reports on the success of llm:local was detected")
+    assert "This is no evidence of no effect." in finding(agent)
 
 
 def test_choosing_the_best_is_paid_for():
@@ -135,7 +135,7 @@ def test_choosing_the_best_is_paid_for():
 
 def test_nothing_solved_and_one_condition_and_nothing_ended():
     assert "0 % of its trials under every condition" in finding(only([*condition(0.0, 0, 30), *condition(0.3, 0, 30)]))
-    assert "no difference to look for" in finding(only(condition(0.0, 3, 10)))
+    assert "no difference to test" in finding(only(condition(0.0, 3, 10)))
     broken = only([make_trial([0], agent=AGENT, broken="model")])
     assert "No trial" in finding(broken)
     assert loop_finding(broken) == ""
@@ -151,9 +151,9 @@ def test_loops_are_held_against_chance():
         ]
     )
     assert none.conditions[0].behaviour.loops.count == 0
-    assert "fewer than chance" in loop_finding(none)
+    assert "less than by chance" in loop_finding(none)
     all_of_them = only([make_trial([0, 1, 0, 1, 0, 1, 0, 1], agent=AGENT, trial=i) for i in range(30)])
-    assert "more than chance" in loop_finding(all_of_them)
+    assert "more than by chance" in loop_finding(all_of_them)
 
 
 def test_references_are_named_for_comparison():
@@ -185,7 +185,9 @@ def test_no_effect_is_not_said_above_a_rise_and_fall():
     agent = only([t for i, k in enumerate((12, 15, 18, 21, 18, 13, 8)) for t in condition(i / 10, k, 30)])
     assert (agent.contrast.detectable, agent.inference.course.kind) == (False, "rises and falls")
     assert "Success rises with false reports and falls again" in " ".join(conclusions(agent))
-    assert finding(agent).startswith("No single flip rate is shown to change the success of llm:local; for the course")
+    assert finding(agent).startswith(
+        "No change of the success of llm:local was detected at a single flip rate; the course"
+    )
     assert "No effect" not in finding(agent)
 
 
@@ -204,7 +206,7 @@ def test_equal_shares_are_said_of_the_sample_they_are_of():
     same = [make_trial(SOLUTION if i < 2 else (int(10 * p) % 4, *FAILED[1:]), agent=AGENT, p=p, trial=i)
             for p, n in ((0.0, 30), (0.4, 5)) for i in range(n)]  # fmt: skip
     said = finding(only(same))
-    assert "of the trials that it finished under both conditions it solved equally many, 2 of 5" in said
+    assert "of the trials that it finished under both conditions it solved the same share, 2 of 5" in said
     assert "under every condition" not in said
 
 

@@ -55,7 +55,7 @@ def test_no_parameters_are_given_of_a_model_that_is_not_shown_to_predict(tmp_pat
     single = write_study(tmp_path / "study", small_study(("human-inspired",), p=(0.0,), repetitions=1, trials=1))
     done = typed("fit", single, *QUICK)
     assert done.returncode == 0, done.stderr
-    assert "No model here is shown to predict" in done.stdout
+    assert "No gain over chance in predicting" in done.stdout
     assert "with 95 % intervals" not in done.stdout
     assert "To play it" not in done.stdout
 

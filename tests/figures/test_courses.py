@@ -18,7 +18,11 @@ def test_success_and_loops_stand_with_their_intervals(axes, typical):
 def test_the_course_is_named(axes, typical):
     for agent in typical.agents:
         figures.draw_course(axes, agent)
-        kind = "the same at every flip rate" if agent.blind else agent.inference.course.kind
+        kind = (
+            "the same at every flip rate"
+            if agent.blind
+            else agent.inference.course.kind.replace("detectable", "detected")
+        )
         assert kind in " ".join(axes.get_title(loc="left").split("\n"))
 
 

@@ -62,11 +62,11 @@ def test_chance_is_that_of_the_last_step(axes, typical, model):
 
 def test_marks_of_the_peak(axes, model):
     figures.draw_success_by_p_corrected(axes, model)
-    members, heights = labelled(axes, "may be the best flip rate (95 % set)")
+    members, heights = labelled(axes, "95 % set of the best flip rate")
     assert members == [candidate.p for candidate in model.peak.candidates if candidate.in_set]
     assert 0 < len(members) < 7
     assert axes.get_ylim()[0] < max(heights) < 0
-    (x,), (y,) = labelled(axes, "highest share, corrected for its choice")
+    (x,), (y,) = labelled(axes, "highest share, corrected for selection")
     assert y == model.peak.honest
     assert x == pytest.approx(model.peak.best, abs=0.03)
 
@@ -76,7 +76,7 @@ def test_two_flip_rates_cannot_tell_a_rise_and_a_fall_and_the_figure_says_so(axe
     assert len(agent.peak.candidates) == 2
     figures.draw_success_by_p_corrected(axes, agent)
     said = axes.get_title(loc="left").replace("\n", " ")
-    assert said.endswith("rises and then falls? not tested: that takes three flip rates")
+    assert said.endswith("rise and fall: not tested, needs three flip rates")
 
 
 def test_what_is_not_there_is_not_drawn(axes, studies):

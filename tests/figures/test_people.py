@@ -67,7 +67,7 @@ def test_bounds_have_arrows_and_say_so(axes):
 
 def test_without_any_median_it_says_why(axes):
     draw_relative_steps(axes, study(people=(None, None), a=(None, None)))
-    assert "no median lies within the budget" in " ".join(texts(axes).split())
+    assert "so there is no median" in " ".join(texts(axes).split())
     assert not axes.axison
 
 

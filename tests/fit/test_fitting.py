@@ -105,7 +105,7 @@ def test_a_single_trial_is_fitted_and_predicts_no_other(joints):
     (one,) = fitted([make_trial(joints)])
     assert (one.trials, one.clusters, one.repeats) == (1, 1, 1)
     assert all(rival.held_out is None for rival in one.rivals)
-    assert "No model here is shown" in finding(one)
+    assert "No gain over chance in predicting" in finding(one)
 
 
 def test_each_p_on_its_own_is_the_fit_of_its_trials():
@@ -143,7 +143,7 @@ def test_probabilities_that_an_agent_recorded_are_the_most_that_can_be_predicted
     )
     (one,) = fitted(trials, models=["softmax-memory"])
     assert one.own.gain > one.rivals[0].held_out.gain > 0.1
-    assert "no model can be expected to do better" in finding(one)
+    assert "the expected maximum for any model" in finding(one)
     assert fitted(RANDOM, models=QUICK)[0].own is None
 
 

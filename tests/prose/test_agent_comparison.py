@@ -24,28 +24,30 @@ def said(*agents):
 def test_agents_that_differ_are_said_to_with_the_largest_question_first():
     ranking, (success, noise, steps) = said(("llm:a", (18, 19)), ("llm:b", (2, 1)))
     assert ranking.startswith(
-        "Solved over all flip rates: llm:a 92 % (rank 1), llm:b 8 % (rank 2); they can be told apart"
+        "Success over all flip rates: llm:a 92 % (rank 1), llm:b 8 % (rank 2). A difference between the two was detected"
     )
     assert success.startswith("llm:a solves the box more often than llm:b: 92 % against 8 % of the 40 trials that both")
     assert re.search(
-        r"\(\+85 points, 95 % interval \+\d+ to \+\d+; agents exchanged within luck, P < 0\.001\)", success
+        r"\(\+85 points, 95 % interval \+\d+ to \+\d+; permutation test within blocks, P < 0\.001\)", success
     )
-    assert noise.startswith("That false reports help one of them more than the other is not detectable")
+    assert noise.startswith("No difference between the two in the effect of false reports was detected")
     assert steps.startswith("llm:a needs fewer steps than llm:b")
 
 
 def test_agents_that_cannot_be_told_apart_are_said_so():
     ranking, (success, _, steps) = said(("llm:a", (10, 11)), ("llm:b", (10, 10)))
-    assert ranking.endswith("they cannot be told apart on the same boxes with the same false reports.")
+    assert ranking.endswith(
+        "No difference between the two was detected, on the same boxes with the same false reports."
+    )
     assert "(rank 1 to 2)" in ranking
-    assert success.startswith("llm:a and llm:b cannot be told apart by how often they solve the box: 52 % against 50 %")
-    assert steps.startswith("That one needs fewer steps than the other is not detectable")
+    assert success.startswith("No difference in success between llm:a and llm:b was detected: 52 % against 50 %")
+    assert steps.startswith("No difference in the number of steps was detected")
 
 
 def test_noise_that_helps_one_is_said_with_its_direction():
     _, (_, noise, _) = said(("llm:a", (2, 19)), ("llm:b", (10, 10)))
     assert noise.startswith(
-        "False reports do not do the same to both: from a flip rate of 0 to 0.4 the success of llm:a rises more, or falls less, "
+        "False reports affect the two differently: from a flip rate of 0 to 0.4 the success of llm:a rises more, or falls less, "
         "than that of llm:b (+85 points"
     )
     _, (_, other, _) = said(("llm:b", (10, 10)), ("llm:a", (2, 19)))
@@ -64,7 +66,7 @@ def test_noise_is_said_to_act_where_the_test_sees_it():
     summary = summarise(made)
     noise = comparison_said(summary.comparisons[0], summary)[1]
     assert noise.startswith(
-        "False reports do not do the same to both: from a flip rate of 0 to 0.2 the success of llm:a rises more, or falls less, "
+        "False reports affect the two differently: from a flip rate of 0 to 0.2 the success of llm:a rises more, or falls less, "
         "than that of llm:b (+22 points"
     )
 
@@ -79,18 +81,20 @@ def test_agents_are_ranked_among_those_that_saw_the_box_alike():
         for i in range(20)
     ]
     ranking = ranking_said(summarise(made))
-    first, second = ranking.split("Solved over all flip rates, ")[1:]
+    first, second = ranking.split("Success over all flip rates, ")[1:]
     assert first.startswith("box shown as rgb: ")
     assert "95 % (rank 1)" in first
-    assert first.strip().endswith("; they can be told apart on the same boxes with the same false reports.")
+    assert first.strip().endswith(
+        "A difference between the two was detected, on the same boxes with the same false reports."
+    )
     assert second.startswith("box shown as symbolic: ")
     assert second.count("(rank 1 to 2)") == 2
-    assert "they cannot be told apart" in second
+    assert "No difference between the two was detected" in second
 
 
 def test_several_pairs_are_corrected_and_counted():
     ranking, (success, *_) = said(("llm:a", (18, 19)), ("llm:b", (2, 1)), ("llm:c", (2, 2)))
-    assert "; 2 of 3 pairs can be told apart on" in ranking
+    assert "Differences were detected in 2 of 3 pairs, on" in ranking
     assert "corrected for 3 pairs" in success
 
 

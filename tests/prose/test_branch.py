@@ -1,4 +1,4 @@
-"""Sentences on forks say what is detectable, and never that there is nothing."""
+"""Sentences on forks say what was detected, and never that there is no effect."""
 
 import pytest
 
@@ -24,8 +24,11 @@ def test_an_effect_is_said_with_its_interval_and_its_size():
 
 @pytest.mark.parametrize("open_", [effect(p_value=0.2), effect(low=-0.01), effect(p_value=None)])
 def test_what_is_not_shown_is_not_said_to_be_nothing(open_):
-    assert "no detectable effect" in branch_said(open_)
-    assert found_said([open_, open_]) == ["No effect on success is detectable."]
+    assert branch_said(open_).startswith(
+        "No effect of one inverted report at the report of step 8 on the success of random"
+    )
+    assert " was detected: 40 % after" in branch_said(open_)
+    assert found_said([open_, open_]) == ["No effect on success was detected."]
     assert found_said([open_]) == [branch_said(open_)]
 
 
@@ -37,7 +40,7 @@ def test_of_several_the_detectable_ones_are_said():
 def test_every_arm_and_place_has_words():
     for arm in ("lie", "retracted", "confirmed", "remark", "withheld", "tremble", "random", "force=slider-1"):
         assert f", {arm} raises" not in branch_said(effect(arm=arm))
-    assert "joint slider-1 attempted next raises" in branch_said(effect(arm="force=slider-1"))
+    assert "a next attempt at joint slider-1 raises" in branch_said(effect(arm="force=slider-1"))
     assert [place_said(where) for where in ("4", "onset")] == [
         "the report of step 4",
         "the report that completes its first loop",

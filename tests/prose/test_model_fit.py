@@ -67,23 +67,23 @@ def said(*rivals, own=None, lead=None):
 
 def test_what_predicts_comes_first_with_its_gain():
     assert said(MEMORY, RANDOM).startswith(
-        "llm:local is best described by failure-memory: it avoids, or returns to, what failed, as far as it remembers. On trials that it was not fitted to, that "
-        "predicts 0.31 bits per choice of the 2.00 that random leaves (95 % interval 0.25 to 0.37); the joint chosen is "
-        "the likeliest in 46 % of choices (random: 25 %)."
+        "llm:local is best described by failure-memory: it avoids or repeats joints that failed, with a fading memory. On "
+        "held-out trials, this model gains 0.31 of the 2.00 bits per choice of a random model (95 % interval 0.25 to 0.37); "
+        "the chosen joint has the highest probability in 46 % of choices (random: 25 %)."
     )
 
 
 def test_the_failure_memory_is_told_in_odds_and_shares():
     assert (
-        "A joint that has just failed is 0.14 times (0.05 to 0.37) as likely as otherwise; of that pull 80 % (60 to "
-        "90 %) is left after each further step, and a perceived move wipes out 50 % (20 to 100 %)."
+        "A joint that has just failed is 0.14 times (0.05 to 0.37) as likely as otherwise; of this effect 80 % (60 to "
+        "90 %) remains after each further step, and a perceived move removes 50 % (20 to 100 %)."
     ) in said(MEMORY, RANDOM)
     back = replace(MEMORY, parameters=(parameter("failure", -1.0, -2.0, -0.5), *MEMORY.parameters[1:]))
     assert "A joint that has just failed is 2.7 times (1.6 to 7.4) as likely" in said(back, RANDOM)
     endless = replace(MEMORY, parameters=(parameter("failure", 15.0, 9.0, None, at_bound=True), *MEMORY.parameters[1:]))
     assert "A joint that has just failed is at most 0.001 times as likely" in said(endless, RANDOM)
     unclear = replace(MEMORY, parameters=(parameter("failure", 1.0, -0.2, 2.0), *MEMORY.parameters[1:]))
-    assert said(unclear, RANDOM).endswith("That failures act on its choices is not shown.")
+    assert said(unclear, RANDOM).endswith("No effect of failures on its choices was detected.")
 
 
 def test_only_pulls_that_are_shown_are_told():
@@ -113,7 +113,9 @@ WINNER = replace(
 def test_nothing_is_told_of_the_parameters_of_a_model_that_lost(behind):
     """Not of its memory of failures either, however sure it is of it."""
     text = said(WINNER, replace(MEMORY, behind=behind), RANDOM)
-    assert text.startswith("llm:local is best described by favourite-labels: it prefers some labels. On trials")
+    assert text.startswith(
+        "llm:local is best described by favourite-labels: it prefers some labels. On held-out trials"
+    )
     assert "times" not in text
     assert "failed" not in text
     assert fit_of(WINNER, replace(MEMORY, behind=behind), RANDOM).claims == ()
@@ -128,16 +130,14 @@ def test_nothing_is_told_of_parameters_where_the_best_is_not_shown_to_predict():
 
 def test_reports_are_said_to_act_only_where_the_model_needs_them():
     heeded, ignored = said(MEMORY, RANDOM, lead=135.4), said(MEMORY, RANDOM, lead=5.9)
-    assert "It heeds reports: where every attempt counts as failed instead, BIC is 135 higher." in heeded
+    assert "It uses its reports: if every attempt counts as failed instead, BIC is 135 higher." in heeded
     assert "A joint that has just failed is 0.14 times" in heeded
-    assert ignored.startswith(
-        "llm:local is best described by failure-memory. On trials that it was not fitted to, this "
-    )
-    assert "avoids what failed" not in ignored
+    assert ignored.startswith("llm:local is best described by failure-memory. On held-out trials, this ")
+    assert "avoids or repeats joints" not in ignored
     assert "0.14" not in ignored
     assert ignored.endswith(
-        "That it heeds reports is not shown: by BIC failure-memory is no worse where every attempt counts as failed, "
-        "whatever was reported. So nothing is said of how reports act on it."
+        "No effect of reports on its choices was detected: by BIC, failure-memory is no worse if every attempt counts as "
+        "failed, whatever was reported. So the effects of reports are not interpreted."
     )
 
 
@@ -165,9 +165,9 @@ def test_pulls_that_depend_on_no_report_are_told_all_the_same():
 @pytest.mark.parametrize(
     ("other", "expected"),
     [
-        (parameter("recent", -1.0, -1.5, -0.5), "This depends on the model: by near it is 0.37 times (0.22 to 0.61)."),
-        (parameter("recent", 0.1, -0.5, 0.6), "This depends on the model: by near it is not shown."),
-        (parameter("stay", 1.0, 0.5, 1.5), "This depends on the model: near does without it."),
+        (parameter("recent", -1.0, -1.5, -0.5), "This depends on the model: near estimates 0.37 times (0.22 to 0.61)."),
+        (parameter("recent", 0.1, -0.5, 0.6), "This depends on the model: near does not detect it."),
+        (parameter("stay", 1.0, 0.5, 1.5), "This depends on the model: near does not include it."),
         (parameter("recent", 1.2, 0.4, 2.0), ""),
     ],
 )
@@ -183,8 +183,8 @@ def test_a_close_second_is_named_and_a_far_one_is_not():
     near = replace(
         MEMORY, model="no-repeat", version="no-repeat", parameters=(parameter("recent", 1, 0.5, 2),), behind=5.9
     )
-    assert "Not told apart from it: no-repeat." in said(MEMORY, near, RANDOM)
-    assert "Not told apart" not in said(MEMORY, replace(near, behind=6.1), RANDOM)
+    assert "No difference from it was detected for no-repeat." in said(MEMORY, near, RANDOM)
+    assert "No difference" not in said(MEMORY, replace(near, behind=6.1), RANDOM)
 
 
 @pytest.mark.parametrize(
@@ -192,18 +192,18 @@ def test_a_close_second_is_named_and_a_far_one_is_not():
     [
         (
             (RANDOM, replace(MEMORY, held_out=aside(-0.01, -0.03, 0.01))),
-            "better than chance: none is better than random by BIC.",
+            "was detected: no model is better than random by BIC.",
         ),
         (
             (replace(MEMORY, held_out=aside(0.04, -0.01, 0.09)), RANDOM),
-            "better than chance: the best of them, failure-memory, gains 0.04 bits per choice (95 % interval -0.01 to 0.09)",
+            "was detected: the best model, failure-memory, gains 0.04 bits per choice (95 % interval -0.01 to 0.09)",
         ),
-        ((replace(MEMORY, held_out=None), RANDOM), "with a single cluster of trials there are no others to predict."),
+        ((replace(MEMORY, held_out=None), RANDOM), "a single cluster of trials leaves none to hold out."),
     ],
 )
 def test_what_predicts_nothing_is_not_called_a_description(rivals, expected):
     text = said(*rivals)
-    assert text.startswith("No model here is shown to predict the choices of llm:local")
+    assert text.startswith("No gain over chance in predicting the choices of llm:local was detected")
     assert expected in text
     assert "best described" not in text
 
@@ -214,14 +214,14 @@ def test_one_of_many_that_predicts_where_the_best_does_not_may_be_luck():
         MEMORY, model="favourite-labels", version="favourite-labels", behind=5.8, held_out=aside(0.06, 0.001, 0.12)
     )
     assert said(best, other, RANDOM) == (
-        "That anything predicts the choices of llm:local better than chance is not sure. Of 2 models the best of them, "
-        "failure-memory, gains 0.06 bits per choice (95 % interval -0.02 to 0.14) on trials that it was not fitted to; "
-        "favourite-labels gains 0.06 bits per choice (95 % interval 0.001 to 0.120), which among so many may be luck."
+        "Whether a model predicts the choices of llm:local better than chance is uncertain: the best model, "
+        "failure-memory, gains 0.06 bits per choice (95 % interval -0.02 to 0.14) on held-out trials. favourite-labels "
+        "gains 0.06 bits per choice (95 % interval 0.001 to 0.120), which may be chance among 2 models."
     )
-    assert "Of 1 models none is better than random by BIC; favourite-labels gains 0.06" in said(RANDOM, other)
+    assert "uncertain: no model is better than random by BIC. favourite-labels gains 0.06" in said(RANDOM, other)
 
 
 def test_the_agents_own_probabilities_are_the_most_that_can_be_predicted():
     assert said(MEMORY, RANDOM, own=aside(0.9, 0.8, 1.0)).endswith(
-        "Its own recorded probabilities predict 0.90 bits: no model can be expected to do better."
+        "Its recorded probabilities gain 0.90 bits per choice, the expected maximum for any model."
     )

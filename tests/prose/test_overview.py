@@ -30,11 +30,11 @@ def answer(**courses):
     [
         ({"a": {0: 5, 0.4: 30}}, "False reports raise the success of a: it solved 12 % when told the truth and 75 % at"),
         ({"a": {0: 30, 0.4: 5}}, "False reports lower the success of a"),
-        ({"a": {0: 20, 0.4: 21}}, "Inconclusive: no effect of false reports on the success of a is detectable: it solved 50 %"),
+        ({"a": {0: 20, 0.4: 21}}, "Inconclusive: no effect of false reports on the success of a was detected: it solved 50 %"),
         ({"a": {0.4: 20}}, "a solved 50 % of 40 trials."),
         ({"a": {0: 5, 0.4: 30}, "b": {0: 30, 0.4: 5}}, "False reports raise the success of a; they lower the success of b."),
-        ({"a": {0: 5, 0.4: 30}, "b": {0: 20, 0.4: 21}}, "False reports raise the success of a; they are not shown to"),
-        ({"a": {0: 20, 0.4: 21}, "b": {0: 20, 0.4: 20}}, "Inconclusive: no effect of false reports on the success of a or b is"),
+        ({"a": {0: 5, 0.4: 30}, "b": {0: 20, 0.4: 21}}, "False reports raise the success of a; no effect on that of b was detected."),
+        ({"a": {0: 20, 0.4: 21}, "b": {0: 20, 0.4: 20}}, "Inconclusive: no effect of false reports on the success of a or b was detected"),
         ({"a": {0: 5}, "b": {0: 30}}, "Of 2 agents b solved the most: 75 % of 40 trials."),
     ],
 )  # fmt: skip
@@ -48,7 +48,7 @@ def test_the_answer_says_what_the_tests_say(courses, said):
 def test_many_agents_are_counted_and_not_all_named():
     found = flips_answer(answer(**{name: {0: 20, 0.4: 20 + i} for i, name in enumerate("abcdef")}))
     assert found == (
-        "Inconclusive: no effect of false reports on the success of a, b or 4 others is detectable, "
+        "Inconclusive: no effect of false reports on the success of a, b or 4 others was detected, "
         "and changes of up to 40 points are not excluded."
     )
 
@@ -59,7 +59,7 @@ def test_an_effect_that_is_shown_to_be_small_is_not_called_inconclusive():
         make_trial(SOLVED if i % 2 else UNSOLVED, agent="a", p=p, trial=i + 1) for p in (0, 0.4) for i in range(400)
     ]
     found = flips_answer(summarise(trials, box("chain-4")))
-    assert found.startswith("No effect of false reports on the success of a is detectable: it solved 50 %")
+    assert found.startswith("No effect of false reports on the success of a was detected: it solved 50 %")
 
 
 def test_agents_that_ignore_reports_are_said_to():
@@ -98,13 +98,13 @@ def effects(*changes):
         ([effects(("x", 0.3, True))], "x raises the success of a."),
         (
             [effects(("x", 0.3, True), ("y", 0.4, True), ("z", -0.3, True), ("w", 0.0, False))],
-            "x and y raise and z lowers the success of a; no effect of 1 other is detectable.",
+            "x and y raise and z lowers the success of a; no effect of 1 other was detected.",
         ),
         (
             [effects(("x", 0.1, False), ("y", 0.1, False))],
-            "Inconclusive: no effect of x or y on the success of a is detectable.",
+            "Inconclusive: no effect of x or y on the success of a was detected.",
         ),
-        ([effects(("x", 0.1, False))] * 2, "No condition is shown to change the success of any agent."),
+        ([effects(("x", 0.1, False))] * 2, "No effect of any condition on success was detected."),
     ],
 )
 def test_conditions_are_named_by_what_they_do(found, said):
@@ -120,6 +120,6 @@ def test_trials_needed_of_conditions_are_those_of_the_widest_interval():
 def test_agents_near_chance_are_said_to_be():
     """Random agents without immediate repeats solve 69 % of chain-4 in 20 steps."""
     assert not_above_chance(answer(a={0: 39, 0.4: 20})) == ""
-    said = "{} not shown to solve more than random agents when told the truth."
-    assert not_above_chance(answer(a={0: 30, 0.4: 39}, b={0: 39})) == said.format("a is")
-    assert not_above_chance(answer(a={0: 30}, b={0: 5})) == said.format("a and b are")
+    said = "No advantage of {} over random agents was detected when told the truth."
+    assert not_above_chance(answer(a={0: 30, 0.4: 39}, b={0: 39})) == said.format("a")
+    assert not_above_chance(answer(a={0: 30}, b={0: 5})) == said.format("a or b")

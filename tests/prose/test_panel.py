@@ -11,9 +11,9 @@ from lockprobe.prose.panel import panel_said
 def test_one_panel_in_the_order_of_the_lock():
     assert panel_said(box("chain-4"), dealt=False, listed_anew=True) == (
         "The panel was the same in every trial: of the pairs of joints that lock each other, 3 of 3 sit side by side on "
-        "it (1.5 on average if joints are dealt at random). Pictures show this order, and words list the joints in an "
-        "order drawn for every trial. So a difference between pictures and words can come from the panel; --layout "
-        "shuffled deals it anew in every trial."
+        "it (1.5 on average in a random arrangement). Pictures show this order, and words list the joints in a random "
+        "order. So a difference between pictures and words can come from the panel; --layout shuffled randomises it in "
+        "every trial."
     )
 
 
@@ -30,8 +30,8 @@ def test_words_in_the_order_of_the_panel():
 
 def test_dealt_panels():
     said = panel_said(box("chain-4"), dealt=True, listed_anew=True)
-    assert said.startswith("The joints were dealt anew to the places of the panel in every trial")
-    assert said.endswith("So where a joint sits says nothing about what it locks.")
+    assert said.startswith("In every trial the joints were assigned to positions on the panel at random")
+    assert said.endswith("So the position of a joint says nothing about the interlock.")
     assert said == panel_said(box("reset"), dealt=True, listed_anew=False)
 
 

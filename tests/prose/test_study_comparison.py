@@ -27,7 +27,7 @@ def said(*samples):
 def test_a_difference_that_is_shown():
     assert said(sample(0, 2), sample(1, 18)) == (
         "llm:a in b solves the box more often than llm:a in a under truth: 90 % against 10 % (+80 points, 95 % interval "
-        "+52 to +93; P < 0.001; 20 pairs of trials with the same luck)."
+        "+52 to +93; P < 0.001; 20 pairs of trials with common random numbers)."
     )
     assert said(sample(0, 18), sample(1, 2, luck=2)).endswith("; 20 and 20 trials, independent samples).")
     assert " less often than " in said(sample(0, 18), sample(1, 2, luck=2))
@@ -35,27 +35,25 @@ def test_a_difference_that_is_shown():
 
 def test_a_difference_that_is_not_shown_is_not_said_to_be_nothing():
     found = said(sample(0, 9), sample(1, 11, luck=2))
-    assert found.startswith(
-        "The difference between studies is not shown, which is no evidence that there is none; it is "
-    )
+    assert found.startswith("No difference between studies was detected, which is no evidence of no difference; it is ")
     assert "solves" not in found
     several = said(sample(0, 9), sample(1, 11, luck=2), sample(2, 10, luck=3))
-    assert several.startswith("None of 3 differences between studies is shown, ")
+    assert several.startswith("No difference between studies was detected in 3 comparisons, ")
     assert "P = 1, corrected for 3 differences" in several
 
 
 def test_of_several_the_clearest_that_is_shown_is_told():
     found = said(sample(0, 10), sample(1, 11, luck=2), sample(2, 20, luck=3))
     assert re.match(
-        r"2 of 3 differences between studies are shown, the clearest: llm:a in c solves .* llm:a in a ", found
+        r"2 of 3 differences between studies were detected, the clearest: llm:a in c solves .* llm:a in a ", found
     )
     one = said(sample(0, 10), sample(1, 16, luck=2), sample(2, 20, luck=3))
-    assert re.match(r"1 of 3 differences between studies is shown: llm:a in c solves the box more often ", one)
+    assert re.match(r"1 of 3 differences between studies was detected: llm:a in c solves the box more often ", one)
 
 
 def test_people_are_many_and_broken_trials_are_told():
     assert re.match("People in b solve the box more often", said(sample(0, 2), sample(1, 18, agent="people")))
-    assert "P < 0.001, the largest over what became of broken trials;" in said(sample(0, 2), sample(1, 18, broken=2))
+    assert "P < 0.001, the largest over the treatments of broken trials;" in said(sample(0, 2), sample(1, 18, broken=2))
 
 
 def test_baselines_lead_only_where_there_is_nothing_else():

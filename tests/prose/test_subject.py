@@ -50,7 +50,7 @@ def test_specs_stay_as_they_are():
     random, people = Subject.of("random"), Subject.of("participant")
     assert (random.name, random.first, Subject.of("peopled").first) == ("random", "random", "peopled")
     assert (random.form("it", "they"), people.form("it", "they")) == ("it", "they")
-    assert conclusions_of(people, "harm")[2] == ("That people solve the box less often after a loop is not detectable")
+    assert conclusions_of(people, "harm")[2] == "No difference in the success of people after a loop was detected"
 
 
 def test_every_conclusion_can_be_said_of_people():
@@ -60,7 +60,7 @@ def test_every_conclusion_can_be_said_of_people():
     of_many = [sentence for three in (*every, conclusions_of(people, "harm", blind=True)) for sentence in three]
     assert len(of_many) == 15
     assert not [said for said in of_many if re.search(r"\b(its?|the agent)\b|people (is|has|\w+s)\b", said)]
-    assert [said for said in of_many if "beyond what their action habits and the mechanics" in said]
+    assert [said for said in of_many if "beyond their action habits and the mechanics" in said]
 
 
 def test_a_sentence_on_loops_names_what_the_test_assumes():
@@ -68,4 +68,4 @@ def test_a_sentence_on_loops_names_what_the_test_assumes():
     truth = WORLDS["loop-trapped"]
     (agent,) = summarise(simulate(truth, truth.design, generator(1, "loops"))).agents
     (said,) = (sentence for sentence in conclusions(agent) if "loop later" in sentence)
-    assert "if trials that were solved would have gone on to loop like those still running" in said
+    assert "assuming that solved trials would have looped like those still running" in said

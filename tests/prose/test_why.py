@@ -11,14 +11,14 @@ from lockprobe.prose.why import mechanism_said, why_said
 @pytest.mark.parametrize(
     ("found", "said"),
     [
-        (answer(0.3, 0), "raise the success of cognitive:insistent because of what they say."),
-        (answer(-0.15, 0), "lower the success of cognitive:insistent because of what they say."),
-        (answer(0, 0.3), "because they disturb, not because of what they say."),
-        (answer(0.2, 0.2), "for two reasons: what they say, and that they disturb."),
-        (answer(0.4, -0.15), "what they say raises it, that they disturb lowers it."),
-        (answer(0.04, 0.04), "neither what they say nor that they disturb is detectable as the reason."),
-        (answer(0, 0, equivalence=0.01), "do not change the success of cognitive:insistent by 10 points or more."),
-        (answer(0, 0), "Neither a change by false reports in the success of cognitive:insistent is detectable"),
+        (answer(0.3, 0), "raise the success of cognitive:insistent through their content."),
+        (answer(-0.15, 0), "lower the success of cognitive:insistent through their content."),
+        (answer(0, 0.3), "through the disturbance; no effect of their content was detected."),
+        (answer(0.2, 0.2), "in two ways: through their content and through the disturbance."),
+        (answer(0.4, -0.15), "their content raises it, the disturbance lowers it."),
+        (answer(0.04, 0.04), "neither an effect of their content nor of the disturbance was detected."),
+        (answer(0, 0, equivalence=0.01), "change the success of cognitive:insistent by less than 10 points."),
+        (answer(0, 0), "Inconclusive: no effect of false reports on the success of cognitive:insistent was detected"),
     ],
 )
 def test_every_verdict_has_its_sentence(found, said):
@@ -28,23 +28,23 @@ def test_every_verdict_has_its_sentence(found, said):
 def test_the_numbers_follow():
     _, numbers = why_said(answer(0.3, 0))
     assert numbers == (
-        "20 % of trials were solved under true reports, 50 % where reports were inverted at a rate of 0.4: +30 points "
-        "(95 % interval +25 to +35; P = 0.001). With lies that are taken back at once it is 20 %. So the disturbance "
-        "alone does +0 points (95 % interval \N{MINUS SIGN}5 to +5; P = 0.6), and what lies say +30 points (95 % "
-        "interval +25 to +35; P = 0.001)."
+        "20 % of trials were solved with true reports, 50 % with reports inverted at a rate of 0.4: +30 points "
+        "(95 % interval +25 to +35; P = 0.001). With false reports that are corrected at once it is 20 %. So the effect "
+        "of the disturbance is +0 points (95 % interval \N{MINUS SIGN}5 to +5; P = 0.6), and the effect of the content "
+        "+30 points (95 % interval +25 to +35; P = 0.001)."
     )
 
 
 def test_what_is_open_says_what_would_decide_it():
     said = why_said(answer(0, 0))
-    assert "either way give P = 0.5" in said[2]
-    assert "about 230 blocks" in said[3]
-    assert said[3].endswith("there are 150.")
+    assert "in either direction give P = 0.5" in said[2]
+    assert "About 230 blocks" in said[3]
+    assert said[3].endswith("this study has 150.")
 
 
 def test_what_else_changes_success_is_named_without_a_mechanism():
     said = why_said(answer(0, 0.3, others=("withheld", "tremble")))
-    assert said[2].startswith("Other changes at the same steps also raise success: withheld +20 points")
+    assert said[2].startswith("Other interventions at the same steps also raise success: withheld +20 points")
     assert "; tremble +20 points" in said[2]
     assert len(said) == 3
     assert len(why_said(answer(-0.15, 0, others=("withheld", "tremble")))) == 2

@@ -26,10 +26,10 @@ def test_the_papers_figures_follow_from_its_counts():
     assert said["baseline"].startswith("7/30, 0.233 [0.118, 0.409]")
     assert said["peak"].startswith("20/30, 0.667 [0.488, 0.808]")
     assert said["ratio"].startswith("2.86 [1.50, 5.90]")
-    assert "Fisher P = 0.0016, corrected for the choice among six 0.0096" in said["effect"]
-    assert said["loops-drop"] == "if in points 24/30 to 16/30, Fisher P = 0.054; if relative 23/30 to 17/30, P = 0.17"
+    assert "Fisher P = 0.0016, corrected for selection among six 0.0096" in said["effect"]
+    assert said["loops-drop"] == "in points 24/30 to 16/30, Fisher P = 0.054; relative 23/30 to 17/30, P = 0.17"
     modalities = [claim.recomputed for claim in CLAIMS if claim.measure == "modalities"]
-    assert modalities[0] == "8/10, 0.800 [0.490, 0.943]; against 10/10 Fisher P = 0.47"
+    assert modalities[0] == "8/10, 0.800 [0.490, 0.943]; Fisher against 10/10: P = 0.47"
 
 
 def test_the_interval_of_the_papers_correlation():

@@ -66,7 +66,7 @@ def test_what_was_crossed_has_its_interaction(reported):
     (one, two) = content["crossings"]
     assert (one["first"], one["second"], one["both"]) == ("nudge", "flip?p=0.6", "nudge + flip?p=0.6")
     assert one["difference"] == two["difference"] == 0  # neither agent reads words
-    assert "Two interventions at once" in page
+    assert "Interactions of interventions" in page
 
 
 def test_doses_make_series_that_are_called_by_their_name(reported):

@@ -42,9 +42,9 @@ def test_the_interaction_is_told_once_and_not_pair_by_pair(reported):
     assert len(content["crossings"]) == 2 * 4  # the pairs stay in the numbers
     said = [one for one in content["findings"] if "flip rate" in one]
     assert len(said) == len(content["subjects"])
-    assert all("on straight lines through 9 conditions" in one for one in said)
+    assert all("linear trends over 9 conditions" in one for one in said)
     assert not any("where" in one for one in content["findings"])
-    assert "Two doses at once" in page
+    assert "Interactions of doses" in page
 
 
 def test_an_agent_that_is_never_told_has_no_interaction(reported):

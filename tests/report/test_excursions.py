@@ -16,7 +16,7 @@ def row(agent, *effects, among="all"):
 
 def test_the_heading_has_the_change_of_success_with_its_interval():
     assert lies_answer([row("a", -0.01), row("b", 0.2)]) == (
-        "Success after one more: \N{MINUS SIGN}1 [\N{MINUS SIGN}11, +9] points (a), +20 [+10, +30] points (b)."
+        "Change of success: \N{MINUS SIGN}1 [\N{MINUS SIGN}11, +9] points (a), +20 [+10, +30] points (b)."
     )
 
 

@@ -105,14 +105,14 @@ def test_tables_say_the_same(directory):
     (first, *_) = table(directory, "comparisons")
     assert (first["agent"], first["pairs of trials"]) == ("llm:acme/one", "20")
     assert len(table(directory, "comparisons-by-p")) == 6
-    assert [row["to p"] for row in table(directory, "interactions")] == ["higher, mean", "0.4"]
+    assert [row["to p"] for row in table(directory, "interactions")] == ["all higher, mean", "0.4"]
 
 
 def test_the_page_shows_models_side_by_side(directory):
     page = (directory / "report.html").read_text("utf-8")
     assert "Models compared" in page
-    assert "cannot be told apart" in page
-    assert "False reports do not do the same to both" in page
+    assert "No difference in success" in page
+    assert "False reports affect the two differently" in page
     assert "as of 2026-01-02 (acme.test/prices)" in page
     assert "<code>llm:acme/two</code>: no price is known" in page
     assert "data:image/svg" in page[page.index("Pairs of agents on the same boxes") :]
@@ -129,7 +129,7 @@ def test_replies_that_nobody_counted_are_said_on_the_page_and_cost_nothing_that_
     spent = json.loads((path / "results.json").read_text("utf-8"))["leaderboard"][0]["money"]
     assert spent["uncounted_calls"] == spent["calls"] == 17 * 4 + 3 * 20
     assert (spent["input_tokens"], spent["dollars"]) == (None, None)
-    assert "128 of 128 replies belong to decisions without a count of tokens" in page
+    assert "128 of 128 replies have no token count" in page
     assert {row["US$"] for row in table(path, "leaderboard")} == {NONE}
 
 

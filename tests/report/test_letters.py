@@ -72,12 +72,12 @@ def test_every_p_value_of_a_sentence_is_a_capital(directory):
     assert re.search(r"<i>P</i> (=|&lt;) [01]", page)
 
 
-def test_a_test_that_does_not_reject_says_not_shown_and_no_number_has_a_star(directory):
+def test_a_test_that_does_not_reject_says_not_detected_and_no_number_has_a_star(directory):
     page = (directory / "report.html").read_text("utf-8")
     cells = re.findall(r"<td[^>]*>(.*?)</td>", page[page.index('id="tests"') : page.index('id="said"')])
     says = [cell.partition("<br>")[0] for cell in cells[5::6]]
-    assert set(says) <= {"yes", "not shown", "\N{EN DASH}"}
-    assert ("not shown" in says) == bool(says)
+    assert set(says) <= {"yes", "not detected", "\N{EN DASH}"}
+    assert ("not detected" in says) == bool(says)
     assert not re.search(r"\d ?\*", words(page))
 
 
@@ -103,8 +103,8 @@ def test_a_caption_with_a_third_sentence_or_with_semicolons_in_its_place_is_foun
 
 def test_the_report_says_which_agent_it_is_about(tmp_path):
     page = write_report(write_study(tmp_path / "out", *with_a_subject())).read_text("utf-8")
-    assert "<dt>Agent</dt><dd><code>llm:x</code>: the agent of this report" in page
-    assert "<dt>To compare with</dt><dd><code>random</code></dd>" in page
+    assert "<dt>Agent</dt><dd><code>llm:x</code>: the subject of this report" in page
+    assert "<dt>Baselines</dt><dd><code>random</code></dd>" in page
 
 
 def test_columns_of_csv_files_keep_their_names(directory):

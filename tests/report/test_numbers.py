@@ -135,7 +135,7 @@ def test_what_is_left_out_is_counted(tmp_path):
     }  # fmt: skip
     assert sum(row["trials"] for row in found["conditions"]) == 5
     text = " ".join(" ".join(Text(write_report(directory).read_text("utf-8")).parts).split())
-    assert "1 trials that ended as error, 1 unfinished lines of the journal, 1 trials that the settings" in text
+    assert "1 trials that ended as error, 1 incomplete lines of the journal, 1 trials outside the settings" in text
 
 
 def test_trials_of_another_box_are_refused_in_one_line(tmp_path):

@@ -194,10 +194,10 @@ def test_a_study_of_many_agents_begins_with_who_rises_and_who_falls(tmp_path):
     directory = write_study(tmp_path, study, trials)
     write_report(directory)
     content = json.loads((directory / "results.json").read_text())
-    said = "success rises for cognitive:perseverant, llm:local; falls for cognitive:careful, human-inspired?lapse=0.3"
+    said = "rises for cognitive:perseverant, llm:local; falls for cognitive:careful, human-inspired?lapse=0.3"
     assert (
         content["courses_said"]
-        == f"From a flip rate of 0 to 0.4 {said} (Holm's correction for the 4 agents that heed reports)."
+        == f"Success from a flip rate of 0 to 0.4: {said} (Holm's correction for the 4 agents that use reports)."
     )
     page = page_of(directory)
     assert page.index(said) < page.index("Agent by agent") < page.index(content["findings"][0][:60])
@@ -217,7 +217,7 @@ def test_every_best_flip_rate_says_whose_it_is(tmp_path):
     content = results(write_study(tmp_path, small_study(agents, (0.0, 0.2, 0.4, 0.6), 1, 10)))
     assert None in [fit.binomial.order for fit in content.fits]  # one without a model has its name too
     page = _page("report", content, {"fig4-corrected": {"svg": b"<svg/>"}})
-    caption = page.partition("may be the best.")[2].partition("</figcaption>")[0]
+    caption = page.partition("95 % set of the best flip rate")[2].partition("</figcaption>")[0]
     named = re.findall(r"<code>(.*?)</code>:(?: AICc prefers order \d\.)? Success is highest", caption)
     assert len(named) == caption.count("Success is highest") == 2
 
@@ -227,7 +227,7 @@ def test_boxes_too_large_for_a_prior_are_not_judged(tmp_path):
     content = results(write_study(tmp_path / "study", study))
     assert content.rationality == []
     assert content.judged.left_out_for_want_of_a_prior == 3
-    assert "no prior is stated for boxes of so many joints (3 trials)" in _page("report", content, {})
+    assert "there is no prior for boxes with this number of joints (3 trials)" in _page("report", content, {})
 
 
 def test_every_condition_is_judged_by_two_observers(reported, content):

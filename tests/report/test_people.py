@@ -79,11 +79,12 @@ def test_people_are_one_agent_in_every_other_number(content):
 def test_the_page_says_how_many_and_what_sets_people_apart(directory):
     page = (directory / "report.html").read_text("utf-8")
     assert '<a href="#people">People</a>' in page
-    assert f"{PLAYED} of 20 boxes for people were played; 6 are open to whoever comes next." in page
-    assert "people remember from box to box, models do not" in page
+    assert f"{PLAYED} of 20 boxes for people were played; 6 are still available." in page
+    assert "people remember earlier boxes, models do not" in page
     assert "reports as panel" in page
     assert (
-        "Student&#39;s t on a variance that counts both" in page or "Student's t on a variance that counts both" in page
+        "Student&#39;s t with a variance clustered by person and block" in page
+        or "Student's t with a variance clustered by person and block" in page
     )
     assert "participant:0" not in page
     assert (directory / "figures" / "people.png").stat().st_size > 5000
@@ -92,7 +93,7 @@ def test_the_page_says_how_many_and_what_sets_people_apart(directory):
 def test_tables_for_papers(directory):
     assert [row["p"] for row in table(directory, "people")] == ["0", "0.4", "all"]
     assert [row["agent"] for row in table(directory, "people-steps")][::3] == ["random", "round-robin"]
-    assert [row["their box"] for row in table(directory, "people-positions")] == ["1", "2"]
+    assert [row["position"] for row in table(directory, "people-positions")] == ["1", "2"]
     assert (directory / "tables" / "people.tex").is_file()
 
 
@@ -152,11 +153,11 @@ def test_the_page_says_who_came_to_the_end_and_how_long_choices_took(tmp_path):
     assert [(row["p"], row["given"], row["left_open"]) for row in flow["boxes"]] == [(0.0, 2, 0), (0.4, 2, 1)]
     page = (path / "report.html").read_text("utf-8")
     assert (
-        "2 people joined: 1 finished all their boxes, 1 left boxes open or are still at them; "
-        "1 more withdrew, and nothing of theirs is kept." in page
+        "2 people joined: 1 finished all their boxes, 1 left boxes unfinished or are still playing; "
+        "1 more withdrew, and their data are deleted." in page
     )
-    assert "Boxes left open, by condition: 0 of 2 at a flip rate of 0, 1 of 2 at a flip rate of 0.4." in page
-    assert f"Attention checks: {flow['right']} of {flow['checks']} answered right." in page
+    assert "Unfinished boxes, by condition: 0 of 2 at a flip rate of 0, 1 of 2 at a flip rate of 0.4." in page
+    assert f"Attention checks: {flow['right']} of {flow['checks']} answered correctly." in page
     took = {row["p"]: row for row in people["response_times"]}
     steps = [step.step for trial in load(path) for step in trial.steps if trial.p == 0.4]
     assert (took[0.4]["choices"], took[0.4]["first"]) == (len(steps), 1001.5)  # the diary says 1000.5 ms and the step
@@ -175,7 +176,7 @@ def test_what_is_not_known_of_times_is_not_in_the_table(directory):
 
 def test_nobody_who_is_left_is_said_so():
     said = [*flow_said(Flow(joined=0, finished=0, left_open=0, withdrawn=2, checks=0, right=0, boxes=()))]
-    assert said == ["Nobody is left of those who joined; 2 withdrew, and nothing of theirs is kept."]
+    assert said == ["No participants remain; 2 withdrew, and their data are deleted."]
 
 
 def test_captions_are_short(directory, content):

@@ -203,7 +203,7 @@ def _draw(box: Lockbox, out: Path) -> None:
     form: Literal["svg", "png"]
     if out.suffix == ".xml":
         from lockprobe.plan import LABELS
-        from lockprobe.plants.catalogue import require_mujoco
+        from lockprobe.plants.simulation import require_mujoco
 
         require_mujoco()
         from lockprobe.plants.scene.mjcf import write_mjcf

@@ -16,8 +16,8 @@ import typer
 from lockprobe.agents import weights
 from lockprobe.errors import UserMistake
 from lockprobe.install import advice
-from lockprobe.plants.catalogue import require_mujoco
 from lockprobe.plants.rendering.choose_renderer import VARIABLE, decide, probe
+from lockprobe.plants.simulation import require_mujoco
 
 __all__ = ["Finding", "doctor", "examine"]
 

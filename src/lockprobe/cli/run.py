@@ -52,11 +52,12 @@ def run(
 ) -> None:
     """Play a study, or resume it, and write its report. The same command again resumes it; what people did there stays.
 
-    flips: what false reports do. Without options a short study of the embedded model with random, round-robin and
-    the human-inspired strategy, in a few minutes on two cores. modalities: what pictures do. RGB, RGB-D and reports,
-    10 trials each, on a simulated box with a camera; without options a scripted agent, human-inspired and random. why:
-    whether lies change success because of what they say or because they disturb; without options three strategies.
-    suite-1: five scores over four fixed boxes, 288 trials an agent; only --agent is chosen.
+    flips: what false reports do. Without options a short study: 18 trials of the embedded model at each flip rate, and
+    300 of a learner, random, round-robin and the human-inspired strategy, in a few minutes on two cores. modalities:
+    what pictures do. RGB, RGB-D and reports, 10 trials each, on a simulated box with a camera; without options a
+    scripted agent, human-inspired and random. why: whether lies change success because of what they say or because
+    they disturb; without options three strategies. suite-1: five scores over four fixed boxes, 288 trials an agent;
+    only --agent is chosen.
 
     --condition and --sweep vary anything else that lockprobe interventions lists, with the truth as control.
 

@@ -1,4 +1,4 @@
-"""A box as a picture: the panel as one sees it at the start, and below it the interlock that nobody sees."""
+"""A box as a picture: the panel at the start, and below it the interlock, which no agent sees."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which agents' success rises over p, which falls, which both: one small panel each, with its loops."""
+"""The course of success over p for every agent, with its loop rate, one small panel each."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _LOOPS = Style(colour=ACCENT, marker="s", dash=(0, (5, 1.5)), lead=True)
 
 
 def draw_course(axes: Axes, agent: AgentSummary) -> None:
-    """Success and loop rate by flip probability, with the course that the tests bear out."""
+    """Success and loop rate by flip probability, with the course that the tests detect."""
     share_axis(axes, "share of trials")
     played = [condition for condition in agent.conditions if condition.success.n]
     p_axis(axes, agent.conditions, axis=agent.axis)
@@ -28,5 +28,11 @@ def draw_course(axes: Axes, agent: AgentSummary) -> None:
         means(axes, x, shares, style, line=True)
         bars(axes, x, shares, style, label=label)
     found = agent.inference.course
-    kind = f"the same at every {agent.axis.name}" if agent.blind else found.kind if found else ""
+    kind = (
+        f"the same at every {agent.axis.name}"
+        if agent.blind
+        else found.kind.replace("detectable", "detected")
+        if found
+        else ""
+    )
     title(axes, agent_label(agent), f"{kind}; {counts(played)} per {agent.axis.name}")

@@ -1,4 +1,4 @@
-"""Every two agents on the same boxes: who solves more, and whose success false reports change more."""
+"""Every two agents on the same boxes: differences in success, and in the effect of false reports."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SHOWN = 15
 
 
 def shown(result: StudySummary) -> Sequence[Comparison]:
-    """The pairs that are drawn: of agents that the study is about; beside agents to compare with if there is one."""
+    """The pairs that are drawn: of agents that the study is about; with baselines if there is only one such agent."""
     between = [one for one in result.comparisons if one.among == "subjects"]
     return (between or result.comparisons)[:SHOWN]
 
@@ -32,7 +32,7 @@ def difference_rows(result: StudySummary) -> list[ForestRow]:
 
 
 def change_rows(result: StudySummary) -> list[ForestRow]:
-    """How much more the success of one changes with p than that of the other, where the test sees it best."""
+    """Differences in the effect of p on success, at the p with the clearest difference."""
     return [
         _row(
             result,
@@ -50,15 +50,13 @@ def draw_differences(axes: Axes, result: StudySummary) -> None:
     """Differences in success over all p."""
     differences(axes, difference_rows(result))
     left = len([one for one in result.comparisons if one.among == shown(result)[0].among]) - len(shown(result))
-    title(
-        axes, "share solved over all flip rates", f"the first {SHOWN} pairs, {left} more in the tables" if left else ""
-    )
+    title(axes, "success over all flip rates", f"the first {SHOWN} pairs, {left} more in the tables" if left else "")
 
 
 def draw_changes(axes: Axes, result: StudySummary) -> None:
-    """How differently the success of two agents changes with p."""
+    """Differences between agents in the effect of p on success."""
     differences(axes, change_rows(result))
-    title(axes, "change from the lowest flip rate to where it is clearest")
+    title(axes, "change from the lowest flip rate, at the clearest difference")
 
 
 def _row(result: StudySummary, one: Comparison, mean: BlockMean, *, shown: bool, where: str = "") -> ForestRow:

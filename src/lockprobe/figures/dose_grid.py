@@ -81,5 +81,5 @@ def draw_grid(axes: Axes, panel: GridPanel) -> None:
 def _interaction(found: GridSummary) -> str:
     change = found.interaction
     if change is None:
-        return "interaction not told"
+        return "interaction not estimated"
     return f"interaction {interval(change.value, change.low, change.high)} points, {p_value(change.p_value, '$P$')}"

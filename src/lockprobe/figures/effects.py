@@ -51,9 +51,9 @@ def effect_rows(found: Effects) -> list[ForestRow]:
 def draw_effects(axes: Axes, found: Effects) -> None:
     """Differences in success from the control, in points."""
     rows = effect_rows(found)
-    differences(axes, rows, f"success less that under {_name(found.control)}, points")
+    differences(axes, rows, f"success minus that under {_name(found.control)}, points")
     shown = "" if found.modality in UNNAMED else f" ({found.modality})"
-    title(axes, _name(found.agent + shown), f"n = {_sizes(found)}; filled: shown")
+    title(axes, _name(found.agent + shown), f"n = {_sizes(found)}; filled: detected")
 
 
 def _sizes(found: Effects) -> str:

@@ -1,4 +1,4 @@
-"""What one report did, by the step at which it was given: forks of recorded trials."""
+"""The effect of one report by the step at which it was given: forks of recorded trials."""
 
 from __future__ import annotations
 

@@ -196,7 +196,7 @@ def draw_interlock(axes: Axes, box: Lockbox) -> None:
             axes.add_patch(mark)
     for name, (x, y) in diagram.joints.items():
         _draw_joint(axes, box, name, (x, y + up))
-    axes.set_title("its interlock: an arrow leads to the joint that it frees", loc="left", fontsize=SMALL, color=INK)
+    axes.set_title("interlock: each arrow points to the joint that it frees", loc="left", fontsize=SMALL, color=INK)
 
 
 def _draw_joint(axes: Axes, box: Lockbox, name: str, at: Point) -> None:
@@ -248,13 +248,13 @@ def symbols(box: Lockbox) -> list[tuple[Line2D, str]]:
     target = Line2D([], [], marker="s", color="white", markeredgecolor=TARGET, linestyle="none", markersize=5)
     found: list[tuple[Line2D, str]] = [(target, "target")]
     if any(positions):
-        found.append((_mark(INK), "has to be open"))
+        found.append((_mark(INK), "must be open"))
     if not all(positions):
-        found.append((_mark("white"), "has to be closed"))
+        found.append((_mark("white"), "must be closed"))
     if any(len(clause) > 1 for clause in clauses):
-        found.append((_mark(INK, line="-"), "on one line: all together"))
+        found.append((_mark(INK, line="-"), "on one line: all are required"))
     if any(len(several) > 1 for several in alternatives):
-        found.append((_mark(INK, marker=">"), "several arrows: any one"))
+        found.append((_mark(INK, marker=">"), "several arrows: any one suffices"))
     if any(box.initial):
         found.append((Line2D([], [], marker="s", color="#d4d4d4", linestyle="none", markersize=5), "open at the start"))
     return found

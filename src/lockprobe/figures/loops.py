@@ -1,4 +1,4 @@
-"""Beside Figs. 5a and 5b, what may be concluded about loops: against chance, in time, and whether they hurt."""
+"""Companions of Figs. 5a and 5b: loops compared with chance, their onset, and their association with success."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def draw_loop_harm(axes: Axes, agent: AgentSummary) -> None:
     axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
     axes.xaxis.set_minor_formatter(NullFormatter())
     axes.tick_params(which="minor", length=0)
-    axes.set_xlabel("odds of solving after a loop over before\n(below 1: rarer after)", fontsize=SMALL, color=INK)
+    axes.set_xlabel("odds ratio of solving, after over before a loop", fontsize=SMALL, color=INK)
     n = sum(condition.success.n for condition in (agent.conditions[:1] if agent.blind else agent.conditions))
     blind = "|: a blind agent with the same habits" if found.hazard.blind else ""
     return title(axes, heading(agent), f"n = {n} trials; bars: 95 % intervals", blind)
@@ -156,7 +156,7 @@ def draw_loop_onset(axes: Axes, agent: AgentSummary) -> None:
     found = agent.inference.onset.primary
     if found is None:
         why = "the same at every flip rate" if agent.blind else "fewer than two flip rates with trials"
-        return blank(axes, f"{agent_label(agent)}: no loop onsets to compare ({why})")
+        return blank(axes, f"{agent_label(agent)}: no comparison of loop onsets ({why})")
     groups = (
         (found.lowest, Style(colour=SUBJECTS[0], marker="o", dash="-", lead=True)),
         (found.higher, Style(colour=ACCENT, marker="s", dash=(0, (5, 1.5)), lead=True)),

@@ -1,4 +1,4 @@
-"""Beside each figure of the paper, one from which conclusions may be drawn (Figs. 3 and 4: success)."""
+"""Companions of the paper's Figs. 3 and 4 that support conclusions about success."""
 
 from __future__ import annotations
 
@@ -190,8 +190,8 @@ def _rises_and_falls(agent: AgentSummary) -> str:
     """Whether success rises and then falls, by the test that is concluded from."""
     found = agent.inference.lines.p_value
     if found is None:
-        return f"rises and then falls? not tested: that takes three {agent.axis.name}s"
-    return f"rises and then falls? two-lines test: {p_value(found, '$P$')}"
+        return f"rise and fall: not tested, needs three {agent.axis.name}s"
+    return f"rise and fall, two-lines test: {p_value(found, '$P$')}"
 
 
 def _peak(axes: Axes, agent: AgentSummary) -> None:
@@ -207,7 +207,7 @@ def _peak(axes: Axes, agent: AgentSummary) -> None:
             markersize=4.5,
             color=INK,
             zorder=3,
-            label=f"may be the best {agent.axis.name} (95 % set)",
+            label=f"95 % set of the best {agent.axis.name}",
         )
     if found.best is not None and found.honest is not None:
         low, high = axes.get_xlim()
@@ -221,5 +221,5 @@ def _peak(axes: Axes, agent: AgentSummary) -> None:
             markerfacecolor="white",
             markeredgewidth=0.9,
             zorder=5,
-            label="highest share, corrected for its choice",
+            label="highest share, corrected for selection",
         )

@@ -1,4 +1,4 @@
-"""People, models and strategies on the same boxes: how often each opens one, and in how many steps for each of people.
+"""People, models and strategies on the same boxes: success, and steps relative to the human median.
 
 People stand first among the agents that the study is about, in their colour; where others lie to them is read off a
 ratio axis, on which twice as many steps and half as many are equally far.
@@ -104,7 +104,7 @@ def draw_relative_steps(axes: Axes, result: StudySummary) -> None:
     """
     rows = [] if result.people is None else [one for one in result.people.relative if one.p is not None and _drawn(one)]
     if not rows:
-        return blank(axes, "neither people nor agents solved half of their trials: no median lies within the budget")
+        return blank(axes, "neither people nor agents solved half of their trials, so there is no median")
     ends = [end for one in rows for end in (one.ratio, one.low, one.high) if end is not None]
     ends += [end * _ARROW for one in rows if (end := one.least) is not None]
     ends += [end / _ARROW for one in rows if (end := one.most) is not None]
@@ -145,7 +145,7 @@ def _bounds(rows: Sequence[RelativeSteps]) -> str:
         "\N{DOWNWARDS ARROW} at most" if any(one.most is not None for one in rows) else "",
     ]
     bounds = ", ".join(filter(None, said))
-    return bounds and f"{bounds}: a median lies beyond the budget"
+    return bounds and f"{bounds}: a median exceeds the budget"
 
 
 def _draw(axes: Axes, rows: Sequence[RelativeSteps], style: Style, shift: float, reach: float) -> None:

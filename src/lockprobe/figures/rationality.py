@@ -1,4 +1,4 @@
-"""How rational actions were, to one who believes reports and one who doubts them, with a random choice."""
+"""Rationality of actions for an observer that believes reports and one that doubts them, with random choices."""
 
 from __future__ import annotations
 

@@ -41,7 +41,7 @@ class _Panel:
 
 _PANELS = (
     _Panel(name="competence", unit="%\n0 is chance", of=lambda one: one.competence),
-    _Panel(name="robustness", unit="points\n0 is unmoved", of=lambda one: one.robustness, signed=True),
+    _Panel(name="robustness", unit="points\n0 is no change", of=lambda one: one.robustness, signed=True),
     _Panel(name="misreading", unit="% of claims\n", of=lambda one: one.misreading),
     _Panel(name="loops", unit="points\n0 is chance", of=lambda one: one.loops, signed=True),
     _Panel(name="rationality", unit="% of actions\nupright: chance", of=lambda one: one.rationality),

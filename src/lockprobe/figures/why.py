@@ -1,4 +1,4 @@
-"""Why false reports change success: the arms as a ladder, and the two parts of the effect of lies as bars."""
+"""Why false reports change success: success in every arm, and the two parts of the effect as bars."""
 
 from __future__ import annotations
 
@@ -40,7 +40,9 @@ def draw_ladder(axes: Axes, found: Why) -> None:
     axes.tick_params(color="#888888", labelcolor=INK, labelsize=SMALL, width=0.7, length=3)
     axes.tick_params(axis="y", length=0)
     title(
-        axes, safe_name(shortened(found.agent, _LONGEST)), f"hit at a rate of {found.p:g}; n = {truth.success.n} a row"
+        axes,
+        safe_name(shortened(found.agent, _LONGEST)),
+        f"intervention rate {found.p:g}; n = {truth.success.n} per arm",
     )
 
 
@@ -49,11 +51,11 @@ def _colour(arm: str) -> str:
 
 
 def draw_parts(axes: Axes, found: Why) -> None:
-    """What lies do in all, by what they say and by disturbing, in points."""
+    """The total effect of false reports, and its parts by content and by disturbance, in points."""
     parts: list[tuple[str, BlockMean, str]] = [
-        ("in all", found.change, INK),
-        ("what\nthey say", found.says, SUBJECTS[0]),
-        ("that they\ndisturb", found.disturbs, ACCENT),
+        ("total", found.change, INK),
+        ("content", found.says, SUBJECTS[0]),
+        ("disturbance", found.disturbs, ACCENT),
     ]
     for place, (_, part, colour) in enumerate(parts):
         axes.bar(place, part.value, width=0.6, color=colour, alpha=0.85, zorder=2)
@@ -70,4 +72,4 @@ def draw_parts(axes: Axes, found: Why) -> None:
     axes.set_xlim(-0.6, 2.6)
     axes.set_xticks(range(3), [name for name, _, _ in parts], fontsize=SMALL, color=INK)
     axes.tick_params(axis="x", length=0)
-    title(axes, "Lies against true reports", interval(found.change.value, found.change.low, found.change.high))
+    title(axes, "Effect of false reports", interval(found.change.value, found.change.low, found.change.high))

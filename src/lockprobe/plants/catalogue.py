@@ -10,34 +10,29 @@ in the group ``lockprobe.plants``. ``python:module:Name`` names a class or funct
 
 from __future__ import annotations
 
-import importlib.util
-import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from lockprobe.errors import BadValue, Missing, UnknownName
+from lockprobe.errors import BadValue, UnknownName
 from lockprobe.lockbox.box import Lockbox
+from lockprobe.plants.simulation import FilmHook, require_mujoco
 from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.plants.twin_settings import CameraSettings, ModelSettings, SceneSettings, TwinSettings
 from lockprobe.plugins import Plugin, find_plugin, plugin_names
 from lockprobe.protocols import Plant
 from lockprobe.spec import Spec, arguments_from, with_options
 
-__all__ = ["PLANTS", "FilmHook", "Make", "PlantSource", "known_plants", "require_mujoco", "resolve_plant"]
+__all__ = ["PLANTS", "Make", "PlantSource", "known_plants", "resolve_plant"]
 
 _SETTINGS: Mapping[str, type[SceneSettings]] = {"fast-twin": SceneSettings, "twin": TwinSettings}
 
 PLANTS = ("symbolic", *_SETTINGS, "manual", "rig")
 
 Make = Callable[[Lockbox, tuple[str, ...], np.random.Generator], Plant]
-
-FilmHook = Callable[[Any, Any], None]
-"""Called 25 times in a simulated second with MuJoCo's model and a state, which it must not change."""
 
 MakeFilmed = Callable[[Lockbox, tuple[str, ...], np.random.Generator, FilmHook], Plant]
 
@@ -219,23 +214,6 @@ def _filmed_twin(
     from lockprobe.plants.twin import Twin
 
     return Twin(box, labels=labels, settings=settings, rng=rng, film=film)
-
-
-def require_mujoco() -> None:
-    """Check that boxes can be simulated and drawn here.
-
-    Raises:
-        Missing: If a package is missing.
-        BadValue: If ``MUJOCO_GL`` names an OpenGL platform that is not there, so that MuJoCo cannot be imported.
-    """
-    for module, package in (("mujoco", "mujoco"), ("PIL", "pillow")):
-        if importlib.util.find_spec(module) is None:
-            raise Missing(f"the twins need the package {package}", "pip install 'lockprobe[twin]'")
-    if platform := os.environ.get("MUJOCO_GL"):
-        try:
-            importlib.import_module("mujoco")
-        except (AttributeError, ImportError, RuntimeError):
-            raise BadValue("MUJOCO_GL", platform, "a platform that works here; unset it, it is not needed") from None
 
 
 def _check(settings: SceneSettings, make: Make, box: Lockbox) -> None:

@@ -1,4 +1,4 @@
-"""Sentences on comparisons of agents: who solves more, whom false reports help more, who needs fewer steps."""
+"""Sentences on comparisons of agents: success, the effect of false reports, and the number of steps."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ["comparison_said", "ranking_said"]
 
 
 def ranking_said(summary: StudySummary) -> str:
-    """The agents that the study is about by success over all p: a sentence for each way of showing the box.
+    """The agents that the study is about by success over all p, for each way of showing the box.
 
     Ranks are of the agents that were shown it alike. Empty for fewer than two of them.
     """
@@ -32,19 +32,22 @@ def _ranking(summary: StudySummary, modality: str, *, several: bool) -> str:
         if row.ranks
     ]
     between = [one for one in summary.comparisons if one.among == "subjects" and one.first[1] == modality]
-    told, pairs = sum(one.verdict != 0 for one in between), len(between)
-    apart = "they can be told apart" if pairs == 1 == told else "they cannot be told apart" if pairs == 1 else ""
+    found, pairs = sum(one.verdict != 0 for one in between), len(between)
+    if pairs == 1:
+        differences = f"{'A' if found else 'No'} difference between the two was detected"
+    else:
+        differences = f"Differences were detected in {found} of {pairs} pairs"
     return (
-        f"Solved over all flip rates{f', box shown as {modality}' * several}: {', '.join(said)}; "
-        f"{apart or f'{told} of {pairs} pairs can be told apart'} on the same boxes with the same false reports."
+        f"Success over all flip rates{f', box shown as {modality}' * several}: {', '.join(said)}. "
+        f"{differences}, on the same boxes with the same false reports."
     )
 
 
 def comparison_said(one: Comparison, summary: StudySummary) -> list[str]:
-    """One pair: who solves the box more often; whether noise helps one more; who needs fewer steps."""
+    """One pair: differences in success, in the effect of false reports and in the number of steps."""
     names, pairs = subjects_by_name(summary), sum(other.among == one.among for other in summary.comparisons)
     second, first = names[one.second], names[one.first]
-    broken = ", the largest p-value over what became of broken trials" if one.bounded else ""
+    broken = "; the largest P value over the treatments of broken trials" if one.bounded else ""
     shares = (
         f"{percent(one.second_share)} against {percent(one.first_share)} of the {one.success.pairs} trials that both "
         f"finished ({_points(one.success)}; {_test(one)}, {_p(one.success_adjusted, pairs)}{broken})"
@@ -53,7 +56,7 @@ def comparison_said(one: Comparison, summary: StudySummary) -> list[str]:
         solves, often = second.form("solves", "solve"), "more" if one.verdict > 0 else "less"
         said = [f"{second.first} {solves} the box {often} often than {first.name}: {shares}."]
     else:
-        said = [f"{second.first} and {first.name} cannot be told apart by how often they solve the box: {shares}."]
+        said = [f"No difference in success between {second.name} and {first.name} was detected: {shares}."]
     if one.interaction:
         said.append(_changes(one, second, first, pairs))
     return [*said, _steps(one, second, first, pairs)]
@@ -64,18 +67,18 @@ def _changes(one: Comparison, second: Subject, first: Subject, pairs: int) -> st
     if moved is None:
         return ""
     clearest = moved.clearest
-    how = _test(one) if one.people else "signs of whole blocks of luck flipped"
-    test = f"{how}, {_p(moved.p_adjusted, pairs, 'every flip rate')}"
+    how = _test(one) if one.people else "sign-flip permutation test over blocks"
+    test = f"{how}, {_p(moved.p_adjusted, pairs, 'all flip rates')}"
     where = f"from a flip rate of {moved.lowest:g} to {clearest.p:g}"
     if moved.p_adjusted is not None and moved.p_adjusted < ALPHA:
         more = "rises more, or falls less," if clearest.change.value > 0 else "rises less, or falls more,"
         return (
-            f"False reports do not do the same to both: {where} the success of {second.name} {more} than that of "
-            f"{first.name} ({_points(clearest.change)}, the clearest change; {test})."
+            f"False reports affect the two differently: {where} the success of {second.name} {more} than that of "
+            f"{first.name} ({_points(clearest.change)}, the clearest difference; {test})."
         )
     return (
-        f"That false reports help one of them more than the other is not detectable: {where} their changes differ "
-        f"most clearly ({_points(clearest.change)}; {test})."
+        "No difference between the two in the effect of false reports was detected: the clearest is "
+        f"{_points(clearest.change)}, {where} ({test})."
     )
 
 
@@ -87,13 +90,13 @@ def _steps(one: Comparison, second: Subject, first: Subject, pairs: int) -> str:
         needs = second.form("needs", "need")
         return (
             f"{second.first} {needs} {'fewer' if one.steps_verdict < 0 else 'more'} steps than {first.name}, "
-            f"an unsolved trial counted with its whole budget ({test})."
+            f"counting an unsolved trial with its whole budget ({test})."
         )
-    return f"That one needs fewer steps than the other is not detectable ({test})."
+    return f"No difference in the number of steps was detected ({test})."
 
 
 def _test(one: Comparison) -> str:
-    return "people and luck taken together" if one.people else "agents exchanged within luck"
+    return "clustered by person and block" if one.people else "permutation test within blocks"
 
 
 def _rank(low: int, high: int) -> str:
@@ -104,8 +107,8 @@ def _points(found: BlockMean) -> str:
     return f"{points(found.value)} points{range_said(found.low, found.high)}"
 
 
-def _p(value: float | None, pairs: int, beside: str = "") -> str:
+def _p(value: float | None, pairs: int, choices: str = "") -> str:
     if value is None:
         return "not tested"
-    looked = [beside] * bool(beside) + [f"{pairs} pairs"] * (pairs > 1)
-    return p_value(value) + (f", corrected for {' and '.join(looked)}" if looked else "")
+    tried = [choices] * bool(choices) + [f"{pairs} pairs"] * (pairs > 1)
+    return p_value(value) + (f", corrected for {' and '.join(tried)}" if tried else "")

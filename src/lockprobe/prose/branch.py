@@ -13,17 +13,17 @@ __all__ = ["branch_said", "found_said", "place_said", "size_said", "value_said"]
 _PLACES = {
     "onset": "the report that completes its first loop",
     "first-lie": "its first false report",
-    "before-onset": "a report drawn from step 3 up to its first loop",
+    "before-onset": "a random report from step 3 to its first loop",
 }
 
 _TOLD = {
     "lie": "one inverted report",
     "retracted": "one inverted report that is corrected at once",
-    "confirmed": "one true report that is given again as its correction",
+    "confirmed": "one true report that is repeated as a correction",
     "remark": "one irrelevant sentence",
     "withheld": "one missing report",
-    "tremble": "another joint attempted next than the chosen one",
-    "random": "a joint drawn at random attempted next",
+    "tremble": "a next attempt at another joint than the chosen one",
+    "random": "a next attempt at a random joint",
 }
 
 
@@ -34,7 +34,7 @@ def place_said(where: str) -> str:
 
 def _arm_said(arm: str) -> str:
     kind, _, joint = arm.partition("=")
-    return f"joint {joint} attempted next" if kind == "force" else _TOLD.get(arm, arm)
+    return f"a next attempt at joint {joint}" if kind == "force" else _TOLD.get(arm, arm)
 
 
 def size_said(one: BranchEffect) -> str:
@@ -50,21 +50,24 @@ def value_said(outcome: str, change: float) -> str:
 
 
 def found_said(effects: Sequence[BranchEffect]) -> list[str]:
-    """A sentence for every effect on success that is detectable; one sentence where none is."""
+    """A sentence for every detected effect on success; one sentence where there is none."""
     found = [branch_said(one) for one in effects if _found(one)]
     if found or not effects:
         return found
-    return [branch_said(effects[0]) if len(effects) == 1 else "No effect on success is detectable."]
+    return [branch_said(effects[0]) if len(effects) == 1 else "No effect on success was detected."]
 
 
 def branch_said(one: BranchEffect) -> str:
-    """What an arm does to success at one place, in a sentence."""
+    """The effect of an arm on success at one place, in a sentence."""
     size = f"{points(one.change.value)} points{range_said(one.change.low, one.change.high)}"
-    does = ("raises" if one.change.value > 0 else "lowers") if _found(one) else "has no detectable effect on"
     later = "; later reports are true" if one.truthful else ""
+    on, where, arm = f"the success of {one.agent} ({one.condition})", place_said(one.where), _arm_said(one.arm)
+    if _found(one):
+        said = f"At {where}, {arm} {'raises' if one.change.value > 0 else 'lowers'} {on}"
+    else:
+        said = f"No effect of {arm} at {where} on {on} was detected"
     return (
-        f"At {place_said(one.where)}, {_arm_said(one.arm)} {does} the success of {one.agent} ({one.condition}): "
-        f"{percent(one.after_truth)} after a true report, {size}; {p_value(one.change.p_value)}, "
+        f"{said}: {percent(one.after_truth)} after a true report, {size}; {p_value(one.change.p_value)}, "
         f"{one.change.blocks} trials, {one.forks} forks{later}."
     )
 

@@ -1,4 +1,4 @@
-"""Sentences on conditions: what each did to an agent against the control, alone, crossed and in grids."""
+"""Sentences on conditions: their effects compared with the control, and interactions of crossed conditions."""
 
 from __future__ import annotations
 
@@ -38,7 +38,8 @@ def effects_said(found: Effects, conditions: Mapping[tuple[str, str], ConditionS
     said.append(f"{name} solved {of_trials(share)} under {found.control}.")
     if hidden := [one for one in found.effects if not one.detectable]:
         said.append(
-            f"No difference from {found.control} is detectable under {_listed(hidden)}. That is no evidence of none."
+            f"No difference from {found.control} was detected under {_listed(hidden)}. "
+            "This is no evidence of no effect."
         )
     if len(found.effects) > 1:
         many = f"P values and intervals of differences are corrected for comparing {len(found.effects)} conditions"
@@ -59,33 +60,31 @@ def _interplay_said(one: Interplay) -> str:
     test = "" if change.p_value is None else f"; {p_value(change.p_value)}, not corrected"
     size = f"{points(change.value)} points{range_said(change.low, change.high)}{test}"
     if one.detectable:
-        return f"What {crossing.second} does changes where {crossing.first} acts too ({size})."
-    return f"That {crossing.second} does something else where {crossing.first} acts too is not detectable ({size})."
+        return f"The effect of {crossing.second} depends on {crossing.first} (interaction {size})."
+    return f"No interaction between {crossing.first} and {crossing.second} was detected ({size})."
 
 
 def grid_said(one: GridSummary) -> str:
-    """Whether one intervention does something else at other doses of the other, in a sentence."""
+    """Whether the effect of one dose depends on the other, in a sentence."""
     grid, change = one.grid, one.interaction
     first, second = grid.rows.name, grid.columns.name
-    beside = f", with {grid.rows.rest}" if grid.rows.rest else ""
+    under = f" under {grid.rows.rest}" if grid.rows.rest else ""
     if change is None:
-        why = "no trial has ended under every combination" if grid.complete else "some combinations are not played"
-        return f"Whether {second} does something else at other values of {first}{beside} is not told: {why}."
+        why = "no trial has ended under every combination" if grid.complete else "some combinations were not played"
+        return f"The interaction between {first} and {second}{under} is not estimated: {why}."
     interval = (
         ""
         if change.low is None or change.high is None
         else f"{_level(one)} interval {points(change.low)} to {points(change.high)}; "
     )
-    lines = (
-        "" if len(grid.conditions) == _TWO_BY_TWO else f"; on straight lines through {len(grid.conditions)} conditions"
-    )
+    lines = "" if len(grid.conditions) == _TWO_BY_TWO else f"; linear trends over {len(grid.conditions)} conditions"
     lowest, highest = grid.row_doses[0], grid.row_doses[-1]
     size = f"{points(change.value)} points ({interval}{p_value(change.p_value)}{lines})"
     doses = f"{grid.column_doses[0]:g} to {grid.column_doses[-1]:g}"
-    what = f"what {second} from {doses} does at {highest:g} less at {lowest:g}"
+    what = f"the effect of {second} ({doses}) at {first} {highest:g} minus that at {first} {lowest:g}"
     if one.detectable:
-        return f"What {second} does changes with {first}{beside}: {what} is {size}."
-    return f"That {second} does something else at other values of {first}{beside} is not detectable: {what} is {size}."
+        return f"The effect of {second} depends on {first}{under}: {what} is {size}."
+    return f"No interaction between {first} and {second}{under} was detected: {what} is {size}."
 
 
 def _level(one: GridSummary) -> str:

@@ -1,4 +1,4 @@
-"""Sentences on what one false report changes."""
+"""Sentences on the effect of one false report."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _OUTCOMES: dict[Outcome, str] = {
     "repeats": "the next action repeats this one",
     "new": "the next action is new in this state",
     "leaves": "the next action leaves the loop",
-    "optimal": "the next action is optimal for one who believes every report",
+    "optimal": "the next action is optimal if every report is believed",
     "soon": f"the box is solved within {SOON} steps",
     "solved": "the box is solved",
 }
@@ -30,7 +30,7 @@ _AMONG: dict[Among, str] = {
 
 
 def outcome_said(outcome: Outcome) -> str:
-    """What is changed, in words."""
+    """The outcome, in words."""
     return _OUTCOMES[outcome]
 
 
@@ -40,7 +40,7 @@ def among_said(among: Among) -> str:
 
 
 def excursion_said(found: Sequence[Excursion], subject: Subject) -> str:
-    """What one more lie among lies does to success, and how small an effect the study could have seen.
+    """The effect of one more false report on success, and the effect that the study detects with a power of 80 %.
 
     Args:
         found: The effects on one agent.
@@ -48,12 +48,11 @@ def excursion_said(found: Sequence[Excursion], subject: Subject) -> str:
     """
     one = next((one for one in found if (one.outcome, one.among) == ("solved", "all")), None)
     if one is None:
-        return f"Too few trials of {subject.name} differ to estimate what one false report does to success."
+        return f"Too few trials of {subject.name} differ to estimate the effect of one false report on success."
     size = f"{points(one.effect)} points{range_said(one.low, one.high)}; {p_value(one.p_value)}"
-    seen = f"An effect of {100 * one.smallest:.0f} points would have been found with a power of 80 %"
+    power = f"The power to detect an effect of {100 * one.smallest:.0f} points is 80 %"
     of = f"{one.points} reports in {one.clusters} blocks"
     if one.p_value < ALPHA:
         way = "more" if one.effect > 0 else "less"
-        return f"One more false report makes {subject.name} {way} likely to solve the box ({size}). {seen} ({of})."
-    does = f"whether {subject.name} {subject.form('solves', 'solve')} the box"
-    return f"That one more false report changes {does} is not detectable ({size}). {seen} ({of})."
+        return f"One more false report makes {subject.name} {way} likely to solve the box ({size}). {power} ({of})."
+    return f"No effect of one more false report on the success of {subject.name} was detected ({size}). {power} ({of})."

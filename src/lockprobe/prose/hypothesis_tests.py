@@ -28,7 +28,7 @@ _ASKED: Mapping[Question, str] = {
     "speed": "Do {cause} change how fast the box is solved?",
     "shape": "Does success rise and then fall again as the {dose} rises?",
     "looping": "Do {cause} change how soon an agent loops?",
-    "looping again": "Does an agent loop later and then sooner again as the {dose} rises?",
+    "looping again": "Do loops begin later and then sooner again as the {dose} rises?",
     "harm": "Once it has looped, is an agent less likely to solve the box?",
     "escape": "At the lowest {dose}, does an agent leave loops more or less often than by chance?",
     "repeats": "At the lowest {dose}, is a joint reported blocked tried again more or less often than by chance?",
@@ -56,7 +56,7 @@ def name_of_test(name: str, axis: Axis = FLIPS) -> str:
 
 
 def conclusions(agent: AgentSummary) -> list[str]:
-    """What the recommended tests say of the shape of success, of looping and of its harm, a sentence each."""
+    """The conclusions of the recommended tests on success, on looping and on its harm, a sentence each."""
     if agent.blind or len([condition for condition in agent.conditions if condition.success.n]) < 2:
         return []
     tests = {test.question: test for test in agent.inference.tests if test.recommended}
@@ -67,7 +67,7 @@ def conclusions(agent: AgentSummary) -> list[str]:
             continue
         interval = "" if test.low is None or test.high is None else f" [{test.low:.2g}, {test.high:.2g}]"
         if test.baseline is not None:
-            interval += f", of a blind agent with the same action habits {test.baseline:.2g}"
+            interval += f", {test.baseline:.2g} for a blind agent with the same action habits"
         told = test.effect is not None and question != "shape"
         effect = f"{unit_said(test, agent.axis)} {test.effect:.2g}{interval}; " if told else ""
         fewer, more, no = conclusions_of(subject_of(agent), question, agent.axis, blind=test.baseline is not None)
@@ -76,7 +76,7 @@ def conclusions(agent: AgentSummary) -> list[str]:
     return said
 
 
-_AS_THE_REST = "if trials that were solved would have gone on to loop like those still running"
+_AS_THE_REST = "assuming that solved trials would have looped like those still running"
 """What a log-rank test of loops assumes, which the records cannot show."""
 
 _RISES_AND_FALLS = "Success rises with {cause} and falls again"
@@ -85,32 +85,32 @@ _CONCLUDED: Mapping[Question, tuple[str, str, str]] = {
     "speed": (
         "{Cause} make {agent} solve the box later or not at all",
         "{Cause} make {agent} solve the box sooner",
-        "That {cause} change how fast the box is solved is not detectable",
+        "No effect of {cause} on how fast the box is solved was detected",
     ),
-    "shape": (_RISES_AND_FALLS, _RISES_AND_FALLS, "That success falls again at high {dose}s is not detectable"),
+    "shape": (_RISES_AND_FALLS, _RISES_AND_FALLS, "No rise and fall of success with the {dose} was detected"),
     "looping": (
         f"{{Cause}} make {{agent}} loop later or not at all, {_AS_THE_REST}",
         f"{{Cause}} make {{agent}} loop sooner, {_AS_THE_REST}",
-        "That {cause} change how soon {agent} {loops} is not detectable",
+        "No effect of {cause} on how soon {agent} {loops} was detected",
     ),
     "harm": (
         "After a loop {agent} {is_} less likely to solve the box",
         "After a loop {agent} {is_} more likely to solve the box",
-        "That {agent} {solves} the box less often after a loop is not detectable",
+        "No difference in the success of {agent} after a loop was detected",
     ),
 }
-"""What a test concludes: less of it, more of it, and that neither is shown."""
+"""What a test concludes: less, more, and no difference detected."""
 
 _HARM_AGAINST_BLIND = (
     "After a loop {agent} {is_} less likely to solve the box than a blind agent with the same action habits",
     "After a loop {agent} {is_} more likely to solve the box than a blind agent with the same action habits",
-    "That loops harm {agent} beyond what {its} action habits and the mechanics of the box explain is not shown",
+    "No harm of loops to {agent} beyond {its} action habits and the mechanics of the box was detected",
 )
 """The same of harm where the odds ratio of a blind agent is known."""
 
 
 def conclusions_of(who: Subject, question: Question, axis: Axis = FLIPS, *, blind: bool = False) -> tuple[str, ...]:
-    """The three possible conclusions of a test, without its numbers: less of it, more of it, neither is shown.
+    """The three possible conclusions of a test, without its numbers: less, more, no difference detected.
 
     Args:
         who: The subject of the sentences.
@@ -125,16 +125,16 @@ def conclusions_of(who: Subject, question: Question, axis: Axis = FLIPS, *, blin
 _UNITS: Mapping[str, str] = {
     "greatest difference from the lowest p, permutation": "difference in success",
     "highest success, chosen by eye, Fisher": "difference in success",
-    "steps to solve, log-rank": "hazard of solving, higher {dose}s over the lowest",
+    "steps to solve, log-rank": "hazard ratio of solving, higher {dose}s over the lowest",
     "two lines": "{dose} at which the lines meet",
-    "Lind-Mehlum": "{dose} at which the quadratic turns",
-    "loop onset, log-rank": "hazard of a first loop, higher {dose}s over the lowest",
+    "Lind-Mehlum": "{dose} at the turning point",
+    "loop onset, log-rank": "hazard ratio of a first loop, higher {dose}s over the lowest",
     "lowest loop rate, chosen by eye, Fisher": "difference in loop rate",
     "loop onset, two lines": "{dose} at which the lines meet",
     "loop rates, two lines": "{dose} at which the lines meet",
-    "success after a loop, Mantel-Haenszel by p and step": "odds of solving, after a loop over before",
-    "looped by step 10, Mantel-Haenszel by p": "odds of solving, after a loop over before",
-    "looped against solved, Fisher": "odds of solving, trials with a loop over trials without",
+    "success after a loop, Mantel-Haenszel by p and step": "odds ratio of solving, after over before a loop",
+    "looped by step 10, Mantel-Haenszel by p": "odds ratio of solving, after over before a loop",
+    "looped against solved, Fisher": "odds ratio of solving, trials with over trials without a loop",
     "Pearson over repetitions": "r",
     "Pearson over values of p": "r",
     "leaving a loop, Student over trials": "share of actions in a loop that leave it",
@@ -143,39 +143,39 @@ _UNITS: Mapping[str, str] = {
 """What the effect of each test is."""
 
 _LENGTH = "Trial length alone can make it significant."
-_PEARSON = f"As in the paper (Fig. 5a), which does not say over what. {_LENGTH}"
+_PEARSON = f"As in the paper (Fig. 5a), which does not name the unit of analysis. {_LENGTH}"
 
 _CHANCE = (
-    "Against random actions, uniform and without immediate repeats; it says yes only if it differs from both alike. "
-    "Any other habit, such as a favourite joint, differs from chance as well."
+    "Tested against random actions, uniform and without immediate repeats; it rejects only if both differ in the same "
+    "direction. Any other preference, such as for one joint, also differs from chance."
 )
 
 _NOTES: Mapping[str, str] = {
     "greatest difference from the lowest p, permutation": (
-        "Corrected for looking at every {dose}; trials that share their luck stay together. It says yes only "
-        "if the interval, at a level corrected alike, leaves out 0."
+        "Corrected for all {dose}s; permuted within blocks. It rejects only if the interval, corrected alike, "
+        "excludes 0."
     ),
     "any difference, permutation": (
-        "It looks at every pair of {dose}s. Not valid where they change which trials are solved but not how many."
+        "Uses every pair of {dose}s. Not valid where they change which trials are solved but not how many."
     ),
     "highest success, chosen by eye, Fisher": "Not corrected for the choice.",
-    "steps to solve, log-rank": "All higher {dose}s together: no choice of a peak.",
-    "two lines": "Both lines have to be significant; a shape like the paper's needs some 160 trials per {dose}.",
-    "Lind-Mehlum": "Too often significant where success only levels off.",
-    "quadratic term, likelihood ratio": "No test of a decline: a curve that levels off has a quadratic term as well.",
+    "steps to solve, log-rank": "Pools all higher {dose}s, so no peak is selected.",
+    "two lines": "Both lines have to be significant; a shape like the paper's needs about 160 trials per {dose}.",
+    "Lind-Mehlum": "Rejects too often where success only levels off.",
+    "quadratic term, likelihood ratio": "Does not test a decline: a curve that levels off also has a quadratic term.",
     "order 2 by AIC and cross-validation, maximum inside": (
-        "The paper's rule (Sec. 3.2), which does not say how it cross-validates; here each repetition of each {dose} "
-        "is left out once."
+        "The paper's rule (Sec. 3.2). The paper does not describe its cross-validation; here each repetition of each "
+        "{dose} is left out once."
     ),
-    "loop onset, log-rank": "All higher {dose}s together: no choice of a peak.",
+    "loop onset, log-rank": "Pools all higher {dose}s, so no peak is selected.",
     "lowest loop rate, chosen by eye, Fisher": "Not corrected for the choice.",
     "loop onset, two lines": (
-        "Both lines have to be significant. It compares the hazard of a first loop at equal steps, so the length of "
-        "trials does not matter."
+        "Both lines have to be significant. Compares the hazard of a first loop at equal steps, so it does not depend "
+        "on the length of trials."
     ),
     "loop rates, two lines": _LENGTH,
     "success after a loop, Mantel-Haenszel by p and step": "{null}",
-    "looped by step 10, Mantel-Haenszel by p": "Valid as well, with less power. {null}",
+    "looped by step 10, Mantel-Haenszel by p": "Also valid, with less power. {null}",
     "looped against solved, Fisher": _LENGTH,
     "Pearson over repetitions": _PEARSON,
     "Pearson over values of p": _PEARSON,
@@ -187,12 +187,12 @@ _NOTES: Mapping[str, str] = {
 _MISSING: Mapping[str, str] = {
     "fewer than two p": "No test: it needs two {dose}s with trials.",
     "fewer than three p": "No test: it needs three {dose}s with trials.",
-    "no common trial": "No test: no two {dose}s were met by the same trial.",
-    "no trial at the lowest p": "No test: no trial at a higher {dose} was met at the lowest.",
+    "no common trial": "No test: no trial was played at two {dose}s.",
+    "no trial at the lowest p": "No test: no trial at a higher {dose} was also played at the lowest.",
     "quadratic separates": "No test: a quadratic separates solved from unsolved trials.",
     "no odds ratio of a blind agent": "No test: a blind agent with these habits has no odds ratio on this box.",
-    "never side by side": "No test: trials with and without a loop never ran side by side to a success.",
-    "too few remain": "No test: too few trials remain of those that did not break.",
+    "never side by side": "No test: no box was solved while trials with and without a loop were both running.",
+    "too few remain": "No test: too few trials finished without an error.",
     "no fit with 0 p": "No fit: it needs three {dose}s with trials that differ, and there are none.",
     "no fit with 1 p": "No fit: it needs three {dose}s with trials that differ, and there is one.",
     "no fit with 2 p": "No fit: it needs three {dose}s with trials that differ, and there are 2.",
@@ -205,8 +205,8 @@ _MISSING: Mapping[str, str] = {
         "fit has no maximum."
         for order in range(4)
     },
-    "no band": "No band: it resamples the trials of a repetition, and one has a single trial.",
-    "no resamples": "No resamples: trials are drawn within their repetition, and one has a single trial.",
+    "no band": "No band: resampling within repetitions needs two trials in each.",
+    "no resamples": "No resamples: resampling within repetitions needs two trials in each.",
     "no trials": "No peak: there are no trials.",
     "": "",
 }
@@ -224,17 +224,17 @@ def unit_said(test: TestResult, axis: Axis = FLIPS) -> str:
 
 
 def note_said(test: TestResult, axis: Axis = FLIPS) -> str:
-    """What there is to know about a test: why there is none, else how to take it."""
+    """The note on a test: why it is missing, else how to interpret it."""
     said = why_missing(test.note, axis) or _NOTES.get(test.name, "").format(dose=axis.name, null=_null(test))
     if test.broken:
-        said += " Trials broke: the largest p-value without them, with all unsolved, and with all solved."
+        said += " Trials broke: the P value is the largest without them, with all unsolved, and with all solved."
     return said.strip()
 
 
 def _null(test: TestResult) -> str:
     """Against which odds ratio the effect of a loop is tested."""
     if test.baseline is None:
-        return "Tested against an odds ratio of 1; what the mechanics of the box give to a blind agent is not known."
+        return "Tested against an odds ratio of 1; the odds ratio of a blind agent on this box is not known."
     return (
         f"Tested against {test.baseline:.2f}, the odds ratio of a blind agent with the same action habits on this box."
     )

@@ -16,21 +16,21 @@ def loop_finding(agent: AgentSummary) -> str:
     counted = [condition for condition in agent.conditions if condition.success.n]
     shown = [agent.contrast.baseline, agent.contrast.other] if agent.contrast else counted[:1]
     said = "; ".join(
-        f"{of_trials(condition.behaviour.loops)} {at_dose(condition.p, agent.axis)}, "
-        f"{_against_chance(condition.behaviour)}"
+        f"{of_trials(condition.behaviour.loops)} {at_dose(condition.p, agent.axis)} "
+        f"({_against_chance(condition.behaviour)})"
         for condition in shown
     )
-    return f"An action loop is in {said}." if said else ""
+    return f"Action loops occur in {said}." if said else ""
 
 
 def _against_chance(found: Behaviour) -> str:
     uniform, no_repeat = found.chance_uniform or 0.0, found.chance_no_repeat or 0.0
     low, high = min(uniform, no_repeat), max(uniform, no_repeat)
     verdict = (
-        "more than chance"
+        "more than by chance"
         if found.loops.low > high
-        else "fewer than chance"
+        else "less than by chance"
         if found.loops.high < low
-        else "not distinguishable from chance"
+        else "no difference from chance detected"
     )
-    return f"{verdict} (random actions in trials of those lengths: {percent(low)} to {percent(high)})"
+    return f"{verdict}; random actions in trials of the same lengths: {percent(low)} to {percent(high)}"

@@ -1,4 +1,4 @@
-"""Sentences on modalities: how the box was shown, and what that did to an agent."""
+"""Sentences on modalities: their effect on how soon an agent solves the box."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ __all__ = ["modality_finding"]
 
 
 def modality_finding(effect: ModalityEffect, summary: StudySummary) -> str:
-    """How one agent fared under each modality, and whether that shows a difference."""
+    """Success and steps of one agent in each modality, and whether a difference was detected."""
     found = {agent.modality: agent.conditions[0] for agent in summary.agents if agent.agent == effect.agent}
     shown = "; ".join(
         f"{of_trials(found[modality].success)} with {spoken(modality)}, {_steps_to_80(found[modality])}"
@@ -28,22 +28,19 @@ def _how_soon(effect: ModalityEffect, who: Subject) -> str:
     """The trend over fidelity; the comparison of all modalities where they have only one fidelity."""
     p_value = effect.p_value if effect.differs_in_fidelity else effect.p_all
     if p_value is None:
-        return "These are too few trials to compare how soon."
+        return "There are too few trials to compare how soon."
     solves = who.form("it solves", "they solve")
-    together = f"trials that share their luck kept together, {p_said(p_value)}"
+    together = f"clustered by block, {p_said(p_value)}"
     if not effect.differs_in_fidelity:
-        what, how = "the way in which it is shown", f"log-rank over all of them, {together}"
+        what, how = "the modality", f"log-rank test over all modalities, {together}"
         if p_value < ALPHA:
             return f"How soon {solves} the box differs with {what} ({how})."
     else:
-        what, how = "fidelity", f"log-rank for a trend over fidelity, {together}"
+        what, how = "fidelity", f"log-rank test for a trend over fidelity, {together}"
         if effect.detectable:
             sooner = "sooner" if effect.direction > 0 else "later or more rarely"
             return f"The higher the fidelity, the {sooner} {solves} the box ({how})."
-    return (
-        f"That {what} changes how soon {solves} the box is not detectable ({how}); "
-        "that is not evidence that it does not."
-    )
+    return f"No effect of {what} on how soon {solves} the box was detected ({how}); this is no evidence of no effect."
 
 
 def _steps_to_80(condition: ConditionSummary) -> str:

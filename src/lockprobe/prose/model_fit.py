@@ -11,35 +11,33 @@ from lockprobe.formatting import percent
 __all__ = ["CAUTION", "finding", "fit_row"]
 
 CAUTION = (
-    "Models are compared only with each other: the best of them may be far from what the agent does, and a model that "
-    "predicts choices need not be how they are made."
+    "Models are compared only with each other: even the best may describe the agent badly, and a model that predicts "
+    "choices need not be the mechanism that makes them."
 )
-"""What would be wrong to conclude."""
+"""What a fit does not show."""
 
 _SAYS = {
-    "random": "takes any joint",
-    "favourite-places": "prefers some places in the listing",
+    "random": "chooses joints at random",
+    "favourite-places": "prefers some positions in the list of joints",
     "favourite-labels": "prefers some labels",
-    "round-robin": "goes through the listing, but for lapses",
-    "no-repeat": "avoids or repeats the joint attempted last, whether it moved or not",
-    "win-stay-lose-shift": "avoids or repeats the joint attempted last, depending on whether it moved",
-    "failure-memory": "avoids, or returns to, what failed, as far as it remembers",
-    "goal-and-failures": "weighs the target, what has not been opened, and what failed",
-    "softmax-memory": (
-        "weighs the target, what has not been opened, what failed, what it did last, and the order of the listing"
-    ),
-    "human-inspired": "leaves what failed until something has moved, but for lapses",
-    "random-map": "does in a situation what it did there first, whatever that was, but for lapses",
+    "round-robin": "tries joints in the listed order, except for lapses",
+    "no-repeat": "avoids or repeats the last joint, whether it moved or not",
+    "win-stay-lose-shift": "avoids or repeats the last joint, depending on whether it moved",
+    "failure-memory": "avoids or repeats joints that failed, with a fading memory",
+    "goal-and-failures": "weighs the target, unopened joints and failed joints",
+    "softmax-memory": "weighs the target, unopened joints, failed joints, the last joint and the listed order",
+    "human-inspired": "avoids failed joints until another joint moves, except for lapses",
+    "random-map": "repeats its first choice in each situation, except for lapses",
 }
-"""What each model claims of an agent, the rest of a sentence."""
+"""What each model says about an agent, the predicate of a sentence."""
 
 _PULLS = {
     "target": "The target",
-    "closed": "A joint that is still where it was",
+    "closed": "An unopened joint",
     "failure": "A joint that has just failed",
     "recent": "The joint attempted last",
     "stay": "The joint attempted last, if it moved,",
-    "position": "The joint listed first, beside the one listed last,",
+    "position": "The joint listed first, relative to the one listed last,",
 }
 """What each pull acts on."""
 
@@ -76,43 +74,43 @@ def _nothing(fit: AgentFit, best: RivalFit) -> str:
     others = [rival for rival in fit.rivals if rival.predicts]
     if best.parameters and best.held_out is None:
         return (
-            f"No model here is shown to predict the choices of {fit.agent} better than chance: with a single cluster "
-            "of trials there are no others to predict."
+            f"No gain over chance in predicting the choices of {fit.agent} was detected: a single cluster of trials "
+            "leaves none to hold out."
         )
     reached = (
-        f"the best of them, {best.version}, gains {_gain(best)} on trials that it was not fitted to"
+        f"the best model, {best.version}, gains {_gain(best)} on held-out trials"
         if best.parameters
-        else "none is better than random by BIC"
+        else "no model is better than random by BIC"
     )
     if not others:
-        return f"No model here is shown to predict the choices of {fit.agent} better than chance: {reached}."
+        return f"No gain over chance in predicting the choices of {fit.agent} was detected: {reached}."
     return (
-        f"That anything predicts the choices of {fit.agent} better than chance is not sure. Of {len(fit.rivals) - 1} "
-        f"models {reached}; {' and '.join(f'{rival.version} gains {_gain(rival)}' for rival in others)}, which among "
-        "so many may be luck."
+        f"Whether a model predicts the choices of {fit.agent} better than chance is uncertain: {reached}. "
+        f"{' and '.join(f'{rival.version} gains {_gain(rival)}' for rival in others)}, which may be chance among "
+        f"{len(fit.rivals) - 1} models."
     )
 
 
 def _best(fit: AgentFit, best: RivalFit) -> str:
-    """What a model that heeds reports says of the agent is left out where it is not shown that the agent does."""
+    """The best model; what it says about reports is left out where no effect of reports was detected."""
     assert best.held_out is not None
-    says, who = ("", "this model") if fit.needs_no_reports else (f": it {_SAYS[best.model]}", "that")
+    says = "" if fit.needs_no_reports else f": it {_SAYS[best.model]}"
     return (
-        f"{fit.agent} is best described by {best.version}{says}. On trials that it was not fitted to, {who} "
-        f"predicts {best.held_out.gain:.2f} bits per choice of the {fit.chance_bits:.2f} that random leaves "
-        f"({_bits(best)}); the joint chosen is the likeliest in {percent(best.held_out.hits)} of choices "
+        f"{fit.agent} is best described by {best.version}{says}. On held-out trials, this model gains "
+        f"{best.held_out.gain:.2f} of the {fit.chance_bits:.2f} bits per choice of a random model ({_bits(best)}); "
+        f"the chosen joint has the highest probability in {percent(best.held_out.hits)} of choices "
         f"(random: {percent(2**-fit.chance_bits)})."
     )
 
 
 def _close(fit: AgentFit) -> list[str]:
     near = [rival.version for rival in fit.close]
-    return [f"Not told apart from it: {', '.join(near)}."] if near else []
+    return [f"No difference from it was detected for {', '.join(near)}."] if near else []
 
 
 _UNHEEDED = (
-    "That it heeds reports is not shown: by BIC {model} is no worse where every attempt counts as failed, whatever was "
-    "reported. So nothing is said of how reports act on it."
+    "No effect of reports on its choices was detected: by BIC, {model} is no worse if every attempt counts as failed, "
+    "whatever was reported. So the effects of reports are not interpreted."
 )
 
 
@@ -121,10 +119,10 @@ def _lapse(best: RivalFit) -> list[str]:
 
 
 def _claimed(fit: AgentFit, claim: FitClaim) -> str:
-    """One claim, and which models that are not told apart from the best say otherwise."""
+    """One claim, and which models of equal fit contradict it."""
     if claim.pull is None:
         higher = f"{fit.lead_by_reports:.0f} higher"
-        return f"It heeds reports: where every attempt counts as failed instead, BIC is {higher}."
+        return f"It uses its reports: if every attempt counts as failed instead, BIC is {higher}."
     memory = _memory({one.name: one for one in fit.rivals[0].parameters}) if claim.about == "failure" else ""
     others = list(filter(None, (_otherwise(rival, claim) for rival in fit.close)))
     depends = f" This depends on the model: {'; '.join(others)}." if others else ""
@@ -134,33 +132,33 @@ def _claimed(fit: AgentFit, claim: FitClaim) -> str:
 def _memory(found: dict[str, Parameter]) -> str:
     """How long a failure is remembered."""
     return (
-        f"; of that pull {_share(found['decay'])} is left after each further step, and a perceived move wipes out "
+        f"; of this effect {_share(found['decay'])} remains after each further step, and a perceived move removes "
         f"{_share(found['reset'])}"
     )
 
 
 def _otherwise(rival: RivalFit, claim: FitClaim) -> str:
-    """What a model says of a pull, unless it is the same."""
+    """The estimate of an effect by another model, unless it agrees."""
     pull = next((one.pull for one in rival.parameters if one.name == claim.about), None)
     if pull is None:
-        return f"{rival.version} does without it"
+        return f"{rival.version} does not include it"
     if not pull.shown:
-        return f"by {rival.version} it is not shown"
+        return f"{rival.version} does not detect it"
     if pull.value * claim.direction > 0:
         return ""
-    return f"by {rival.version} it is {_odds(pull)}"
+    return f"{rival.version} estimates {_odds(pull)}"
 
 
 def _unshown(best: RivalFit) -> list[str]:
-    """Of a memory of failures it is said that it is not shown, too: it is what most ask for."""
+    """An undetected effect of failures is stated as well, since most readers ask for it."""
     unclear = any(one.name == "failure" and not one.shown for one in best.parameters)
-    return ["That failures act on its choices is not shown."] if unclear else []
+    return ["No effect of failures on its choices was detected."] if unclear else []
 
 
 def _own(fit: AgentFit) -> str:
     if fit.own is None:
         return ""
-    return f"Its own recorded probabilities predict {fit.own.gain:.2f} bits: no model can be expected to do better."
+    return f"Its recorded probabilities gain {fit.own.gain:.2f} bits per choice, the expected maximum for any model."
 
 
 def _odds(pull: Parameter) -> str:

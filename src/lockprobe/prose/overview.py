@@ -44,7 +44,9 @@ _DOES: dict[CourseKind, str] = {
 _VARIED = {
     "flips": "After each step it is told what happened. The flip rate is how often that report is false.",
     "modalities": "After each step it is shown, or told, how the joints stand.",
-    "conditions": "After each step it is told what happened. Conditions change what it is told, asked or does.",
+    "conditions": (
+        "After each step it is told what happened. Conditions change what it is told, what it is asked or what it does."
+    ),
 }
 
 
@@ -80,13 +82,13 @@ def _single(agent: AgentSummary) -> str:
         return f"{cause_first(agent.axis)} {does} the success of {who.name}: {solved}."
     if (kind := _course(agent)) in _DOES:
         does = _DOES[kind].format(raise_="raise", lower="lower", who=who.name)
-        return f"{cause_first(agent.axis)} {does}; no single {agent.axis.name} is shown to."
+        return f"{cause_first(agent.axis)} {does}; no effect of a single {agent.axis.name} was detected."
     return f"{_open_question([agent], who.name)}: {solved}."
 
 
 def _open_question(agents: Sequence[AgentSummary], names: str) -> str:
-    """That nothing is shown, and whether that leaves the question open."""
-    no_effect = f"o effect of {cause(agents[0].axis)} on the success of {names} is detectable"
+    """That no effect was detected, and whether that leaves the question open."""
+    no_effect = f"o effect of {cause(agents[0].axis)} on the success of {names} was detected"
     return f"Inconclusive: n{no_effect}" if _open(agents) else f"N{no_effect}"
 
 
@@ -135,9 +137,8 @@ def _several(agents: Sequence[AgentSummary], axis: Axis) -> str:
     if not parts:
         left = f", and changes of up to {_reach(hidden)} points are not excluded" if _open(hidden) else ""
         return f"{_open_question(hidden, _names(hidden, 'or'))}{left}."
-    if hidden:
-        parts.append(f"are not shown to change that of {_names(hidden, 'or')}")
-    return f"{cause_first(axis)} {'; they '.join(parts)}."
+    rest = f"; no effect on that of {_names(hidden, 'or')} was detected" if hidden else ""
+    return f"{cause_first(axis)} {'; they '.join(parts)}{rest}."
 
 
 def _names(agents: Iterable[AgentSummary], last: str = "and") -> str:
@@ -157,7 +158,7 @@ def _listed(names: Sequence[str], last: str = "and") -> str:
 
 
 def not_above_chance(summary: StudySummary) -> str:
-    """Which agents are not shown to beat random agents without immediate repeats, under their first condition."""
+    """Agents without a detected advantage over random agents without immediate repeats, in their first condition."""
     if summary.reference is None:
         return ""
     counted = [
@@ -173,28 +174,33 @@ def not_above_chance(summary: StudySummary) -> str:
     if not weak:
         return ""
     where = at_dose(counted[0][1].p, summary.axis)
-    return f"{_listed(weak)} {'is' if len(weak) == 1 else 'are'} not shown to solve more than random agents {where}."
+    return f"No advantage of {_listed(weak, 'or')} over random agents was detected {where}."
 
 
 def flips_needed(summary: StudySummary) -> str:
     """How many trials at each dose would decide what is open; empty where nothing is, or nothing can be tested."""
     hidden = [
-        agent.contrast
+        (subject_of(agent).name if len(summary.subjects) > 1 else "this study", agent.contrast.difference)
         for agent in summary.subjects
         if agent.contrast and not agent.contrast.detectable and not agent.blind and _course(agent) not in _DOES
     ]
-    return _needed(((one.difference.low, one.difference.high, one.difference.first.n) for one in hidden), summary.axis)
+    return _needed(((who, one.low, one.high, one.first.n) for who, one in hidden), f"at each {summary.axis.name}")
 
 
-def _needed(intervals: Iterable[tuple[float, float, int]], axis: Axis | None = None) -> str:
-    """How many trials make the widest interval as narrow as :data:`NARROW`, since widths shrink with the root."""
-    found = [(ceil(n * ((high - low) / 2 / NARROW) ** 2), n) for low, high, n in intervals if n]
+def _needed(intervals: Iterable[tuple[str, float, float, int]], where: str) -> str:
+    """How many trials make the widest interval as narrow as :data:`NARROW`, since widths shrink with the root.
+
+    Args:
+        intervals: Whose trials they are, both ends of the interval, and their number.
+        where: Where so many trials are needed.
+    """
+    found = [(ceil(n * ((high - low) / 2 / NARROW) ** 2), n, who) for who, low, high, n in intervals if n]
     if not found or (most := max(found))[0] <= most[1]:
         return ""
-    where = f"at each {axis.name}" if axis else "under each condition"
+    needed, there, who = most
     return (
-        f"To know the change to within {100 * NARROW:.0f} points takes about {_rounded(most[0])} trials "
-        f"{where}; this study has {most[1]}."
+        f"To know the change to within {100 * NARROW:.0f} points takes about {_rounded(needed)} trials {where}; "
+        f"{who} has {there}."
     )
 
 
@@ -219,7 +225,7 @@ def modality_answer(effect: ModalityEffect, summary: StudySummary) -> str:
     if effect.p_all is not None and effect.p_all < ALPHA:
         return f"How soon {who.name} {solves} the box differs between {_listed([*map(spoken, effect.modalities)])}."
     shares = ", ".join(f"{percent(found[one].success.value)} with {spoken(one)}" for one in effect.modalities[:_NAMED])
-    return f"That fidelity changes how {who.name} {solves} the box is not detectable: {shares}."
+    return f"No effect of fidelity on how soon {who.name} {solves} the box was detected: {shares}."
 
 
 def effects_answer(found: Sequence[Effects]) -> str:
@@ -229,8 +235,8 @@ def effects_answer(found: Sequence[Effects]) -> str:
     if len(found) > 1:
         changed = [one.agent for one in found if any(effect.detectable for effect in one.effects)]
         if not changed:
-            return "No condition is shown to change the success of any agent."
-        return f"Conditions change the success of {_listed(list(dict.fromkeys(changed)))}; the sections say how."
+            return "No effect of any condition on success was detected."
+        return f"Conditions change the success of {_listed(list(dict.fromkeys(changed)))}; see the sections below."
     only = found[0]
     parts = [
         f"{_listed([one.condition for one in own])} {way}{'s' * (len(own) == 1)}"
@@ -242,17 +248,13 @@ def effects_answer(found: Sequence[Effects]) -> str:
     ]
     if not parts:
         conditions = _listed([one.condition for one in only.effects], "or")
-        return f"Inconclusive: no effect of {conditions} on the success of {only.agent} is detectable."
+        return f"Inconclusive: no effect of {conditions} on the success of {only.agent} was detected."
     rest = sum(not one.detectable for one in only.effects)
-    others = f"; no effect of {rest} other{'s' * (rest > 1)} is detectable" if rest else ""
+    others = f"; no effect of {rest} other{'s' * (rest > 1)} was detected" if rest else ""
     return f"{' and '.join(parts)} the success of {only.agent}{others}."
 
 
 def effects_needed(found: Sequence[Effects]) -> str:
     """How many trials under each condition would decide what is open; empty where nothing is."""
-    return _needed(
-        (one.difference.low, one.difference.high, one.difference.first.n)
-        for own in found
-        for one in own.effects
-        if not one.detectable
-    )
+    hidden = [one.difference for own in found for one in own.effects if not one.detectable]
+    return _needed((("this study", one.low, one.high, one.first.n) for one in hidden), "under each condition")

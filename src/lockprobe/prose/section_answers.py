@@ -24,9 +24,9 @@ def section_answers(summary: StudySummary) -> dict[str, str]:
     found = {
         "side": _best(summary),
         "success": courses_said(summary, brief=True),
-        "speed": _said(agents, "Between chance (0) and the shortest plan (1)", _relative),
+        "speed": _said(agents, "Speed between chance (0) and the shortest plan (1)", _relative),
         "loops": _said(agents, f"Trials with a loop {where}", _loops),
-        "rational": _said(agents, where.capitalize(), _optimal),
+        "rational": _said(agents, f"Optimal actions {where}", _optimal),
         "tests": _tests(agents),
         "said": _said(agents, f"Steps misread {where}", _misread) or "No agent said what its actions did.",
         "conditions": f"{len(summary.agents)} agents, {len(summary.conditions)} rows.",
@@ -63,7 +63,7 @@ def _misread(condition: ConditionSummary) -> str:
 def _best(summary: StudySummary) -> str:
     shares = [(one.success.value, one.agent) for one in summary.standings if one.success.n and one.success.value]
     best = max(shares, default=None)
-    return f"{best[1]} solved the most over all {summary.axis.name}s: {percent(best[0])}." if best else ""
+    return f"{best[1]} has the highest success over all {summary.axis.name}s: {percent(best[0])}." if best else ""
 
 
 def _tests(agents: Iterable[AgentSummary]) -> str:

@@ -17,7 +17,7 @@ def leading(found: Sequence[StudyDifference]) -> list[StudyDifference]:
 
 
 def comparison_of_studies_said(found: Sequence[StudyDifference], names: Mapping[Side, Subject]) -> str:
-    """How many differences between studies are shown, and the clearest of them.
+    """How many differences between studies were detected, and the clearest of them.
 
     Args:
         found: All differences, those between studies first.
@@ -32,11 +32,10 @@ def comparison_of_studies_said(found: Sequence[StudyDifference], names: Mapping[
     first, second = names[clearest.first], names[clearest.second]
     size = _size(clearest, len(asked))
     if not shown:
-        differences = "The difference" if len(asked) == 1 else f"None of {len(asked)} differences"
-        negated = " is not shown" if len(asked) == 1 else " is shown"
+        among = "" if len(asked) == 1 else f" in {len(asked)} comparisons"
         where = f"{second.name} against {first.name} under {clearest.condition}"
         return (
-            f"{differences} between {what}{negated}, which is no evidence that there is none; "
+            f"No difference between {what} was detected{among}, which is no evidence of no difference; "
             f"{'it is' if len(asked) == 1 else 'the clearest is'} {where}: {size}."
         )
     often = "more" if clearest.value > 0 else "less"
@@ -44,20 +43,20 @@ def comparison_of_studies_said(found: Sequence[StudyDifference], names: Mapping[
     said = f"{solves} the box {often} often than {first.name} under {clearest.condition}: {size}"
     if len(asked) == 1:
         return f"{second.first} {said}."
-    are = "is" if len(shown) == 1 else "are"
-    head = f"{len(shown)} of {len(asked)} differences between {what} {are} shown"
+    were = "was" if len(shown) == 1 else "were"
+    head = f"{len(shown)} of {len(asked)} differences between {what} {were} detected"
     return f"{head}{', the clearest' * (len(shown) > 1)}: {second.name} {said}."
 
 
 def _size(one: StudyDifference, many: int) -> str:
     first, second = one.first_success, one.second_success
     sample = (
-        f"{first.n} pairs of trials with the same luck"
+        f"{first.n} pairs of trials with common random numbers"
         if one.paired
         else f"{second.n} and {first.n} trials, independent samples"
     )
     corrected = f", corrected for {many} differences" if many > 1 else ""
-    broken = ", the largest over what became of broken trials" if one.broken else ""
+    broken = ", the largest over the treatments of broken trials" if one.broken else ""
     return (
         f"{percent(second.value)} against {percent(first.value)} ({points(one.value)} points"
         f"{range_said(one.low, one.high)}; {p_value(one.p_adjusted)}{corrected}{broken}; {sample})"

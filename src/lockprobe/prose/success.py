@@ -1,4 +1,4 @@
-"""Sentences on success: what a dose did to it, how it runs over all doses, what baselines reach."""
+"""Sentences on success: the effect of a dose, the course over all doses, and the success of baselines."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def of_trials(share: Proportion) -> str:
 
 
 def finding(agent: AgentSummary) -> str:
-    """What false reports did to one agent's success; where broken trials select, that comes first."""
+    """The effect of false reports on one agent's success, after a warning where broken trials select."""
     counted = [condition for condition in agent.conditions if condition.success.n]
     if not counted:
         return f"No trial of {subject_of(agent).name} has ended as solved or out of budget."
@@ -32,11 +32,11 @@ def finding(agent: AgentSummary) -> str:
 
 def _blind_said(agent: AgentSummary, counted: list[ConditionSummary]) -> str:
     first = counted[0]
-    said = f"{agent.name} acted the same whatever it was told: it solved {of_trials(first.success)}"
+    said = f"{agent.name} ignores what it is told: it solved {of_trials(first.success)}"
     if all(condition.success.n == first.success.n for condition in counted):
         return f"{said} under every condition."
     where = at_dose(first.p, agent.axis)
-    return f"{said} {where}, and ended each of them alike under every other condition in which it has it."
+    return f"{said} {where}, and the results of these trials are the same under every other condition."
 
 
 def _one_condition(agent: AgentSummary, counted: list[ConditionSummary]) -> str:
@@ -44,13 +44,13 @@ def _one_condition(agent: AgentSummary, counted: list[ConditionSummary]) -> str:
     why = "No trial has been played under two conditions yet."
     if len(counted) == 1:
         single = agent.axis.name if agent.shown else "condition"
-        why = f"With a single {single} there is no difference to look for."
+        why = f"With a single {single} there is no difference to test."
     interval = f"95 % interval {percent(share.low)} to {percent(share.high)}"
     return f"{subject_of(agent).first} solved {of_trials(share)}, {interval}. {why}"
 
 
 def _contrast_said(agent: AgentSummary, contrast: Contrast) -> str:
-    """The clearest difference from the lowest flip rate, and whether it is shown."""
+    """The clearest difference from the lowest flip rate, and whether it was detected."""
     found, who = contrast.difference, subject_of(agent)
     first, second = at_dose(contrast.baseline.p, agent.axis), at_dose(contrast.other.p, agent.axis)
     it, its = who.form("it", "they"), who.form("its", "their")
@@ -63,11 +63,11 @@ def _contrast_said(agent: AgentSummary, contrast: Contrast) -> str:
             f"{counts}{sample} ({_interval(contrast)})."
         )
     risen = any(t.question == "shape" and t.recommended and t.rejects for t in agent.inference.tests)
-    subject = f"No effect of {cause(agent.axis)} on the success of {who.name} is detectable"
+    subject = f"No effect of {cause(agent.axis)} on the success of {who.name} was detected"
     if risen:
         subject = (
-            f"No single {agent.axis.name} is shown to change the success of {who.name}; "
-            f"for the course over all {agent.axis.name}s see below"
+            f"No change of the success of {who.name} was detected at a single {agent.axis.name}; "
+            f"the course over all {agent.axis.name}s is tested below"
         )
     if not any(one.value for one in agent.inference.difference.at):
         share = found.first
@@ -77,45 +77,51 @@ def _contrast_said(agent: AgentSummary, contrast: Contrast) -> str:
                 f"{subject}: {it} solved {percent(share.value)} of {its} trials under every condition "
                 f"(n = {share.n} {first}, {interval})."
             )
-        return f"{subject}: of the trials that {it} finished under both conditions {it} solved equally many, {counts}."
+        return (
+            f"{subject}: of the trials that {it} finished under both conditions {it} solved the same share, {counts}."
+        )
     size = "the largest difference" if contrast.farthest else "the clearest difference"
     return (
         f"{subject}: {it} solved {of_trials(found.first)} {first} and {of_trials(found.second)} {second}{sample}, "
-        f"{size} ({_interval(contrast)}). That is not evidence that {'none does' if risen else 'there is none'}."
+        f"{size} ({_interval(contrast)}). This is no evidence of no effect."
     )
 
 
 def _interval(contrast: Contrast) -> str:
     """The difference, its interval, its P value, and what they are corrected for."""
     found = contrast.difference
-    chosen = "" if contrast.choices == 1 else f", both corrected for choosing it from {contrast.choices}"
+    chosen = (
+        ""
+        if contrast.choices == 1
+        else f"; interval and P value corrected for selection among {contrast.choices} differences"
+    )
     said = (
         f"{points(found.value)} points, 95 % interval {points(found.low)} to {points(found.high)}; "
-        f"permutation test and interval, {p_value(found.p_value)}{chosen}"
+        f"permutation test, {p_value(found.p_value)}{chosen}"
     )
     if found.if_unsolved is None or found.if_solved is None:
         return said
     return (
-        f"{said}; with broken trials counted as unsolved {points(found.if_unsolved.value)} points, as solved "
-        f"{points(found.if_solved.value)}, of which the p-value is the largest"
+        f"{said}; {points(found.if_unsolved.value)} points with broken trials counted as unsolved, "
+        f"{points(found.if_solved.value)} with them counted as solved, and the P value is the largest of the three"
     )
 
 
 def _broken_said(agent: AgentSummary) -> str:
-    """That broken trials select, where their share is shown to differ between conditions."""
+    """That broken trials select, where their share differs detectably between conditions."""
     broken = agent.inference.broken
     if broken is None or not broken.differ or broken.p_value is None:
         return ""
     shares = "; ".join(f"{share.count} of {share.n} {at_dose(p, agent.axis)}" for p, share in broken.at)
     return (
-        f"Trials of {subject_of(agent).name} broke under some conditions more often than under others ({shares}; "
-        f"permutation test, {p_value(broken.p_value)}), so that those that remain are a selection. A difference is "
-        "concluded only if it holds with all broken trials counted as unsolved, and with all counted as solved."
+        f"Trials of {subject_of(agent).name} broke more often under some conditions than under others ({shares}; "
+        f"permutation test, {p_value(broken.p_value)}), so the remaining trials are a selected sample. A difference "
+        "counts as detected only if it holds with all broken trials counted as unsolved and with all counted as solved."
     )
 
 
 def baselines_said(summary: StudySummary) -> str:
-    """What the baselines reach at their lowest p; empty for a study without baselines."""
+    """The success of the baselines at their lowest p; empty for a study without baselines."""
     shares = [
         f"{subject_of(agent).name} {of_trials(first.success)}"
         for agent in summary.agents
@@ -125,7 +131,7 @@ def baselines_said(summary: StudySummary) -> str:
 
 
 def courses_said(summary: StudySummary, *, brief: bool = False) -> str:
-    """Which agents' success rises with false reports, which falls, which both; empty for one agent or one p.
+    """Which agents' success rises with false reports, falls, or both; empty for one agent or one p.
 
     In brief, at most three agents are named for each course, and how the tests were corrected is left out.
     """
@@ -138,11 +144,11 @@ def courses_said(summary: StudySummary, *, brief: bool = False) -> str:
     kinds = dict.fromkeys(kind for _, kind in sorted(courses, key=lambda course: _COURSES.index(course[1])))
     parts = [f"{_SAID_OF[kind]} {listed(name for name, found in courses if found == kind)}" for kind in kinds]
     blind = [agent.name for agent in summary.agents if agent.blind]
-    parts += [f"is the same at every {summary.axis.name} for {listed(blind)}"] if blind else []
+    parts += [f"the same at every {summary.axis.name} for {listed(blind)}"] if blind else []
     corrected = len(courses) > 1 and not brief
-    many = f" (Holm's correction for the {len(courses)} agents that heed reports)" if corrected else ""
+    many = f" (Holm's correction for the {len(courses)} agents that use reports)" if corrected else ""
     return (
-        f"From a {summary.axis.name} of {min(shown):g} to {max(shown):g} success {'; '.join(parts)}{many}."
+        f"Success from a {summary.axis.name} of {min(shown):g} to {max(shown):g}: {'; '.join(parts)}{many}."
         if parts
         else ""
     )
@@ -153,7 +159,7 @@ _SAID_OF: dict[CourseKind, str] = {
     "falls": "falls for",
     "rises and falls": "rises and then falls for",
     "falls and rises": "falls and then rises for",
-    "no change detectable": "is not shown to change for",
-    "not tested": "is not tested for",
+    "no change detectable": "no change detected for",
+    "not tested": "not tested for",
 }
 _COURSES = list(_SAID_OF)

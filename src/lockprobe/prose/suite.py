@@ -1,4 +1,4 @@
-"""What the scores of a suite say, in a sentence."""
+"""The conclusion from the scores of a suite, in a sentence."""
 
 from __future__ import annotations
 
@@ -20,12 +20,16 @@ def suite_said(entries: Sequence[tuple[str, SuiteScore]]) -> str:
         return "No agent has finished trials at every level yet."
     name, best = entries[0]
     size = share(competence.value, competence.low, competence.high)
-    head = f"{name} has the highest competence of {len(entries)}" if len(entries) > 1 else f"{name} has a competence of"
-    said = f"{head}{':' if len(entries) > 1 else ''} {size} of the way from chance to the optimum"
+    head = (
+        f"{name} has the highest competence of {len(entries)} agents"
+        if len(entries) > 1
+        else f"{name} has a competence of"
+    )
+    said = f"{head}{':' if len(entries) > 1 else ''} {size}, where 0 % is chance and 100 % solves every box"
     if (moved := best.robustness) is None:
         return f"{said}."
     change = bracketed(moved.value, moved.low, moved.high)
     shown = moved.low > 0 or moved.high < 0
     if not shown:
-        return f"{said}; a change by false reports is not shown: {change} points."
-    return f"{said}; false reports {'raise' if moved.value > 0 else 'lower'} it by {change} points."
+        return f"{said}. No effect of false reports on it was detected ({change} points)."
+    return f"{said}. False reports {'raise' if moved.value > 0 else 'lower'} it ({change} points)."

@@ -1,4 +1,4 @@
-"""Sentences on why false reports change success: what they say, or that they disturb."""
+"""Sentences on why false reports change success: their content, or the disturbance."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ _ARMS = {
     "truth": "every report is true",
     "lie": "the report is inverted",
     "retracted": "the report is inverted, and corrected at once",
-    "confirmed": "the report is true, and given again as its correction",
+    "confirmed": "the report is true, and repeated as a correction",
     "remark": "an irrelevant sentence follows the true report",
     "lie + remark": "the report is inverted, and an irrelevant sentence follows",
     "withheld": "there is no report",
-    "tremble": "another joint than the chosen one is attempted, and truly reported",
+    "tremble": "another joint than the chosen one is attempted, with a true report",
     "nudge": "a sentence names every action loop; reports are true",
     "lie in loops": "the report is inverted where the attempt continues an action loop",
     "self-yoked": "as many reports are inverted as under lie in loops, at random steps",
@@ -28,7 +28,7 @@ _ARMS = {
 
 
 def arm_said(arm: str) -> str:
-    """What happens in an arm at the steps that are hit."""
+    """What happens in an arm at the selected steps."""
     return _ARMS[arm]
 
 
@@ -38,50 +38,51 @@ def mechanism_said(found: Why) -> str:
     way = "raise" if found.change.value > 0 else "lower"
     of = f"the success of {subject.name}"
     if found.verdict == "says":
-        return f"False reports {way} {of} because of what they say."
+        return f"False reports {way} {of} through their content."
     if found.verdict == "disturbs":
-        return f"False reports {way} {of} because they disturb, not because of what they say."
+        return f"False reports {way} {of} through the disturbance; no effect of their content was detected."
     if found.verdict == "both":
-        return f"False reports {way} {of} for two reasons: {_two(found)}."
+        return f"False reports {way} {of} in two ways: {_two(found)}."
     if found.verdict == "unexplained":
-        return f"False reports {way} {of}; neither what they say nor that they disturb is detectable as the reason."
+        return f"False reports {way} {of}; neither an effect of their content nor of the disturbance was detected."
     if found.verdict == "no change":
-        return f"False reports do not change {of} by {100 * found.margin:.0f} points or more."
-    return f"Neither a change by false reports in {of} is detectable, nor that there is none."
+        return f"False reports change {of} by less than {100 * found.margin:.0f} points."
+    large = f"a change of {100 * found.margin:.0f} points or more is not excluded"
+    return f"Inconclusive: no effect of false reports on {of} was detected, and {large}."
 
 
 def _two(found: Why) -> str:
     said, disturbs = ("raises" if one.value > 0 else "lowers" for one in (found.says, found.disturbs))
     if said == disturbs:
-        return "what they say, and that they disturb"
-    return f"what they say {said} it, that they disturb {disturbs} it"
+        return "through their content and through the disturbance"
+    return f"their content {said} it, the disturbance {disturbs} it"
 
 
 def why_said(found: Why) -> list[str]:
-    """The verdict, the numbers behind it, and how many blocks would have decided what is open."""
+    """The verdict, its numbers, and how many blocks an inconclusive study would need."""
     success = {one.arm: one.success for one in found.arms}
     numbers = (
-        f"{percent(success['truth'].value)} of trials were solved under true reports, "
-        f"{percent(success['lie'].value)} where reports were inverted at a rate of {found.p:g}: {_size(found.change)}. "
-        f"With lies that are taken back at once it is {percent(success['retracted'].value)}. So the disturbance alone "
-        f"does {_size(found.disturbs)}, and what lies say {_size(found.says)}."
+        f"{percent(success['truth'].value)} of trials were solved with true reports, "
+        f"{percent(success['lie'].value)} with reports inverted at a rate of {found.p:g}: {_size(found.change)}. "
+        f"With false reports that are corrected at once it is {percent(success['retracted'].value)}. So the effect of "
+        f"the disturbance is {_size(found.disturbs)}, and the effect of the content {_size(found.says)}."
     )
     said = [mechanism_said(found), numbers]
     if found.verdict in ("no change", "not detectable"):
         said.append(
             "Two one-sided tests of a change of "
-            f"{100 * found.margin:.0f} points or more either way give {p_value(found.equivalence)}."
+            f"{100 * found.margin:.0f} points or more in either direction give {p_value(found.equivalence)}."
         )
     if found.verdict in ("unexplained", "not detectable"):
         said.append(
-            f"With about {found.needed} blocks a test would find a change of {100 * found.margin:.0f} points with a "
-            f"power of 80 %; there are {found.change.blocks}."
+            f"About {found.needed} blocks are needed to detect a change of {100 * found.margin:.0f} points with a "
+            f"power of 80 %; this study has {found.change.blocks}."
         )
     return said + _others(found)
 
 
 def _others(found: Why) -> list[str]:
-    """What else changes success in the same direction at the same steps, shown by interval and corrected test."""
+    """Other changes of success in the same direction at the same steps, by interval and corrected test."""
     if found.verdict in ("no change", "not detectable"):
         return []
     same = [
@@ -95,7 +96,7 @@ def _others(found: Why) -> list[str]:
         and (change.value > 0) == (found.change.value > 0)
     ]
     way = "raise" if found.change.value > 0 else "lower"
-    return [f"Other changes at the same steps also {way} success: {'; '.join(same)}."] if same else []
+    return [f"Other interventions at the same steps also {way} success: {'; '.join(same)}."] if same else []
 
 
 def _size(found: BlockMean) -> str:

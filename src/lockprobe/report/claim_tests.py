@@ -35,9 +35,9 @@ __all__ = [
 ]
 
 ClaimVerdict = Literal["compatible", "not compatible", "borne out", "not decided", "not measured"]
-"""*Compatible*: the study cannot tell the paper's figure and its own apart, which may only mean few trials, and shows
-what else the claim says. *Borne out*: the same of a claim without a figure. *Not compatible*: a test of the study
-contradicts the claim, its figure or its pattern. *Not decided*: neither."""
+"""*Compatible*: no difference from the paper's value was detected, which may only mean few trials, and the study shows
+the pattern of the claim. *Borne out*: the study shows the pattern of a claim without a value. *Not compatible*: a test
+contradicts the value or the pattern. *Not decided*: neither."""
 
 ClaimPattern = Literal["shown", "opposite", "open"]
 """What a valid test says of the pattern that a claim describes: it shows it, or the opposite, or neither."""
@@ -122,7 +122,7 @@ def tested(question: Question, sign: int) -> ClaimMeasure:
 def sized(name: str) -> str:
     """A test by its name on record, with its highest false-positive rate in the audit."""
     rates = false_positives(name)
-    size = f", which finds it in at most {100 * rates[1].rate:.1f} % of simulated studies without it" if rates else ""
+    size = f", at most {100 * rates[1].rate:.1f} % false positives in simulated studies" if rates else ""
     return name_of_test(name) + size
 
 

@@ -12,17 +12,17 @@ from lockprobe.formatting import NONE, bracketed, p_cell
 from lockprobe.prose.study_comparison import leading
 from lockprobe.report.compare import Comparison
 from lockprobe.report.figures import Caption, comparison_picture
-from lockprobe.report.format import TextTable, share_cell
+from lockprobe.report.format import DETECTED, TextTable, share_cell
 from lockprobe.report.rendering import image, rendered
 from lockprobe.storage.atomic_file import write_file
 
 __all__ = ["difference_table", "study_table", "success_table", "write_comparison"]
 
 _CAPTION = Caption(
-    "Difference in success between two agents, one row for each condition; differences with filled marks are shown. "
-    "Circles: pairs of trials with the same luck; squares: independent samples.",
-    "Bars are 95 % intervals and are not corrected; a mark is filled where the corrected test rejects and the interval "
-    "leaves out 0.",
+    "Difference in success between two agents, one row for each condition; filled marks were detected. Circles: pairs "
+    "of trials with common random numbers; squares: independent samples.",
+    "Bars are 95 % intervals and are not corrected. A difference is detected if the corrected test rejects and the "
+    "interval excludes 0.",
 )
 
 
@@ -62,10 +62,10 @@ def write_comparison(comparison: Comparison, out: Path) -> Path:
 
 
 def study_table(comparison: Comparison) -> TextTable:
-    """The studies: their seeds and how much of them is played."""
+    """The studies: their seeds and their finished trials."""
     people = any(one.people_trials for one in comparison.studies)
     head = ["study", "name", "seed", "trials finished", *["trials of people"] * people]
-    rows = [[*head, "conditions that no other study has"]]
+    rows = [[*head, "conditions in no other study"]]
     for one in comparison.studies:
         finished = f"{one.finished} of {one.planned}" + (" (partial)" if one.partial else "")
         by_people = [str(one.people_trials)] * people
@@ -88,16 +88,15 @@ def success_table(comparison: Comparison) -> TextTable:
 
 
 def difference_table(comparison: Comparison, found: Sequence[StudyDifference]) -> TextTable:
-    """The differences: the first named less the other."""
+    """The differences, the first agent minus the second."""
     names = comparison.names
-    rows = [["agent", "against", "condition", "compared", "success", "against", "difference, points"]]
-    rows[0] += ["P", "corrected", "shown"]
+    rows = [["agent", "compared with", "condition", "trials", "success", "success of the other", "difference, points"]]
+    rows[0] += ["P", "corrected P", "conclusion"]
     for one in found:
         first, second = one.first_success, one.second_success
         compared = f"{first.n} pairs" if one.paired else f"{second.n} and {first.n} trials"
-        said = "yes" if one.verdict else "not shown"
         shares = [f"{100 * share.value:.0f} %" for share in (second, first)]
         points = bracketed(one.value, one.low, one.high)
-        numbers = [*shares, points, p_cell(one.p_value), p_cell(one.p_adjusted), said]
+        numbers = [*shares, points, p_cell(one.p_value), p_cell(one.p_adjusted), DETECTED[bool(one.verdict)]]
         rows.append([names[one.second], names[one.first], one.condition, compared, *numbers])
     return rows

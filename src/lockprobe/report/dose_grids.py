@@ -8,7 +8,7 @@ from lockprobe.analysis.dose_grid import GridSummary
 from lockprobe.analysis.effects import Effects
 from lockprobe.formatting import NONE, bracketed, p_cell, percent
 from lockprobe.report.described import filled
-from lockprobe.report.format import TextTable
+from lockprobe.report.format import DETECTED, TextTable
 from lockprobe.report.schema import GridAxis, GridCellResult, GridResult
 
 __all__ = ["grid_rows", "grid_table", "trend_table"]
@@ -70,7 +70,7 @@ def grid_table(grids: Sequence[GridResult]) -> TextTable:
 
 def trend_table(grids: Sequence[GridResult]) -> TextTable:
     """The interaction of every grid, from the rows of ``results.json``."""
-    head = ["agent", "grid", "beside", "blocks", "interaction, points", "P", "says"]
+    head = ["agent", "grid", "with", "blocks", "interaction, points", "P", "conclusion"]
     table = [head] + [
         [
             row.agent,
@@ -79,7 +79,7 @@ def trend_table(grids: Sequence[GridResult]) -> TextTable:
             str(row.trials),
             bracketed(row.difference, row.difference_low, row.difference_high),
             p_cell(row.p_value),
-            NONE if row.difference is None else "shown" if row.detectable else "not shown",
+            NONE if row.difference is None else DETECTED[row.detectable],
         ]
         for row in grids
     ]

@@ -1,4 +1,4 @@
-"""What one false report changes: its rows of ``results.json`` and its table."""
+"""The effect of one false report: its rows of ``results.json`` and its table."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ class ExcursionResult(DescribedResult):
     p_value: Share = Field(description="Student's t over clusters of luck, not corrected.")
     points: Counted = Field(description="Decision points: reports after which the trial went on.")
     clusters: Counted = Field(description="Clusters of luck.")
-    smallest: float = Field(description="The effect that would be found with a power of 80 %.")
+    smallest: float = Field(description="The effect that is detected with a power of 80 %.")
 
 
 class LieResult(DescribedResult):
-    """What one false report changes in what one agent does."""
+    """The effects of one false report on one agent."""
 
     agent: str = Field(description="Agent spec.")
     modality: str = Field(description="How the box was shown.")
@@ -43,7 +43,7 @@ class LieResult(DescribedResult):
 
 
 def lie_rows(trials: Sequence[Trial], subjects: Sequence[tuple[str, str, Subject]]) -> list[LieResult]:
-    """What one false report changes, for every agent with trials at a flip rate above 0 and below 1.
+    """The effects of one false report, for every agent with trials at a flip rate above 0 and below 1.
 
     Args:
         trials: Trials of a flip study.
@@ -60,14 +60,14 @@ def lie_rows(trials: Sequence[Trial], subjects: Sequence[tuple[str, str, Subject
 
 
 def lies_answer(rows: Sequence[LieResult]) -> str:
-    """What one more false report does to the success of the first agents, in a sentence; empty without estimates."""
+    """The effect of one more false report on the success of the first agents; empty without estimates."""
     parts = [
         f"{bracketed(one.effect, one.low, one.high)} points ({row.agent})"
         for row in rows
         for one in row.effects
         if (one.outcome, one.among) == ("solved", "all")
     ]
-    return f"Success after one more: {first_three(parts)}." if parts else ""
+    return f"Change of success: {first_three(parts)}." if parts else ""
 
 
 def _row(one: Excursion) -> ExcursionResult:
@@ -76,7 +76,7 @@ def _row(one: Excursion) -> ExcursionResult:
 
 def excursion_table(rows: Sequence[LieResult]) -> TextTable:
     """Every effect of one false report."""
-    head = ["agent", "one false report changes whether", "where", "points", "P", "reports", "would be found, points"]
+    head = ["agent", "outcome", "among", "effect, points", "P", "reports", "detectable effect (80 % power), points"]
     return [head] + [
         [
             row.agent,

@@ -39,7 +39,7 @@ _LONGEST = (
 
 
 class Caption(NamedTuple):
-    """What a figure shows and how it was computed, at most two sentences each, and what else there is to know."""
+    """What a figure shows and how it was computed, at most two sentences each, and further notes."""
 
     shown: str
     computed: str = ""
@@ -47,7 +47,7 @@ class Caption(NamedTuple):
 
 
 _FORKS = Caption(
-    "Change of success by one report or action, by the step at which trials were forked; the line at 0 is a true "
+    "Change of success by one report or action, by the step at which trials were forked. The line at 0 is a true "
     "report.",
     "Bars are 95 % intervals over trials, not corrected.",
 )
@@ -56,66 +56,66 @@ _BOX = Caption("The panel at the start and, below, the interlock, which no agent
 
 CAPTIONS = {
     "overview": Caption(
-        "Trials solved; thin lines are baselines, stars the paper's model. Grey is chance: from random agents with "
-        "immediate repeats to those without.",
+        "Share of trials solved; thin lines are baselines, stars the paper's model. Grey: chance, from random agents "
+        "with immediate repeats to those without.",
         "Bars are 95 % intervals (Wilson).",
     ),
     "box": _BOX,
     "forks": _FORKS,
     "people": Caption(
-        "People, models and strategies on the same boxes: above, the share of trials solved by flip rate; below, an "
-        "agent's median steps over the human median, where 2 is twice the steps of people. People play several boxes "
-        "and may learn from one to the next; agents keep nothing.",
-        "Bars are 95 % intervals: above, those of one person and those of equal luck count together for people; "
-        "below, they are over people and luck, and open where they reach the edge. Medians are of the trials that "
-        "both finished, unsolved ones censored at the budget.",
-        "Agents to compare with are thin with hollow markers and have no bars.",
+        "People, models and strategies on the same boxes: success by flip rate (top), and an agent's median steps "
+        "divided by the human median (bottom). People play several boxes and may learn from one to the next; agents "
+        "keep nothing.",
+        "Bars are 95 % intervals, clustered by person and block for people; bars that reach the edge of the lower "
+        "panel are open. Medians are over trials that both finished, with unsolved ones censored at the budget.",
+        "Baselines are thin with hollow markers and have no bars.",
     ),
     "side-by-side": Caption(
-        "Two agents on the same boxes with the same false reports, the first named less the other; filled where the "
-        "two are told apart. Above: the difference in the share of trials solved over all flip rates; below: how much "
-        "more its success changes from the lowest flip rate to the one where the test sees that most clearly.",
-        "Bars are 95 % intervals in which trials that share their luck count together, below not corrected for "
-        "choosing the flip rate. Two are told apart by the test, corrected for the number of pairs and below for "
-        "every flip rate, and above by the interval too.",
+        "Differences between two agents on the same boxes with the same false reports, the first named minus the "
+        "other; filled marks were detected. Top: success over all flip rates; bottom: change of success from the "
+        "lowest flip rate to the one with the clearest difference.",
+        "Bars are 95 % intervals clustered by block, at the bottom not corrected for the choice of flip rate. Tests "
+        "are corrected for the number of pairs, at the bottom also for all flip rates.",
     ),
     "fig3": Caption(
-        "The paper's Fig. 3: share of trials solved by each step, one line per agent, and per modality where there "
-        "are several, at its lowest flip rate. Hollow stars: the paper's text, 80 % by step 9 (human-inspired), 11 "
-        "(RGB) and 15 (ground truth).",
+        "The paper's Fig. 3: share of trials solved by each step at the lowest flip rate, one line per agent and "
+        "modality. Hollow stars: values in the paper's text, 80 % by step 9 (human-inspired), 11 (RGB) and 15 (ground "
+        "truth).",
     ),
     "fig3-corrected": Caption(
-        "The same beside the exact curves of random agents on this box and the shortest plan; below, the area under "
-        "each curve between random and shortest plan. Agents to compare with are thin, with hollow markers and no "
-        "band.",
-        "Curves are one minus Kaplan-Meier with its 95 % band.",
+        "Share of trials solved by each step, with the exact curves of random agents and of the shortest plan (top); "
+        "area under each curve, from random (0) to the shortest plan (1) (bottom). Baselines are thin, with hollow "
+        "markers and no band.",
+        "Curves are one minus the Kaplan-Meier estimate, with pointwise 95 % bands.",
     ),
     "fig3-by-p": Caption(
-        "The same for every flip rate. Bands are drawn for the lowest and for the one whose final success lies "
-        "farthest from it; of more than eleven only these and the highest are named.",
+        "Share of trials solved by each step, one line per flip rate. Bands are drawn for the lowest flip rate and "
+        "for the one whose final success differs most from it.",
+        "Curves are one minus the Kaplan-Meier estimate, with pointwise 95 % bands.",
+        "Of more than eleven flip rates, only the two with bands and the highest are labelled.",
     ),
     "fig4": Caption(
-        "The paper's Fig. 4: success by flip rate. Hollow stars: the paper's text, 23.3 % at a flip rate of 0 and "
-        "2.85 times that, 20 of 30, at 0.4.",
+        "The paper's Fig. 4: success by flip rate. Hollow stars: values in the paper's text, 23.3 % at a flip rate of "
+        "0 and 2.85 times that, 20 of 30, at 0.4.",
         "Dots are repetitions (larger where several coincide), markers their means. The line is the second-order "
         "least-squares fit with its 95 % bootstrap band.",
     ),
     "fig4-corrected": Caption(
-        "The same with what it takes to judge it, beside the exact success of random agents. Triangles stand under "
-        "every flip rate that may be the best.",
-        "Intervals are Wilson's, 95 %; the line is a binomial model of the order that AICc prefers with its 95 % "
-        "band. The diamond is the highest share less what it owes to having been chosen.",
+        "Success by flip rate, with the exact success of random agents. Triangles mark the 95 % set of the best flip "
+        "rate; the diamond is the highest share, corrected for selection of the maximum.",
+        "Intervals are 95 % Wilson intervals. The line is a binomial model of the order with the lowest AICc, with its "
+        "95 % band.",
     ),
     "courses": Caption(
-        "Share of trials solved (circles) and share with an action loop (squares) by flip rate: every agent, and the "
-        "course of its success that the tests bear out.",
-        "Intervals are Wilson's, 95 %.",
+        "Share of trials solved (circles) and share with an action loop (squares) by flip rate, one panel per agent. "
+        "The heading names the course of success that the tests detect.",
+        "Intervals are 95 % Wilson intervals.",
     ),
     "rationality": Caption(
-        "Share of actions that are optimal to an ideal observer who believes reports (circles) and to one who doubts "
-        "them (squares); below, expected steps lost per action. Dotted and dashed: a random choice in the same "
+        "Top: share of actions that are optimal for an ideal observer that believes reports (circles) and for one that "
+        "doubts them (squares); bottom: expected steps lost per action. Dotted and dashed: random choices in the same "
         "situations.",
-        "Intervals are 95 % and take a trial as one.",
+        "Intervals are 95 % intervals clustered by trial.",
     ),
     "fig5a": Caption(
         "The paper's Fig. 5a: share of trials with an action loop against success, one dot per repetition and flip "
@@ -123,24 +123,23 @@ CAPTIONS = {
         LENGTH_CAVEAT,
     ),
     "fig5a-corrected": Caption(
-        "Is success rarer after a loop? An agent that is lost both loops and fails: a ratio below one is no proof of "
-        "harm.",
-        "Odds of solving the box after a loop over the odds before one, among trials still running at the same step "
-        "(top) or after step 10. Over whole trials (hollow) the ratio can be far below one even if loops do nothing, "
-        "because a solved trial ends before it can loop.",
+        "Odds ratio of solving the box, after over before a loop. A ratio below one is no proof of harm: an agent that "
+        "makes no progress both loops and fails.",
+        "Trials still running at the same step (top) or after step 10 are compared. Over whole trials (hollow) the "
+        "ratio can be far below one even if loops have no effect, because a solved trial ends before it can loop.",
         "An arrow at the edge is a ratio beyond the axis.",
     ),
     "fig5b": Caption(
         "The paper's Fig. 5b: share of trials with an action loop by flip rate, with the second-order fit. Hollow "
-        'stars: the paper\'s text, reconstructed as 24 of 30 at a flip rate of 0 ("approximately 80 %") and 16 of 30 '
-        'at 0.4 ("a decrease of more than 26 %", taken in points).',
+        "stars: values in the paper's text, reconstructed as 24 of 30 at a flip rate of 0 (“approximately 80 %”) and "
+        "16 of 30 at 0.4 (“a decrease of more than 26 %”, read as points).",
     ),
     "fig5b-corrected": Caption(
-        "Loop rates beside what chance gives in trials of exactly these lengths, and the share that has looped by "
-        "each step. Grey: between random actions (dotted) and those without repeats (dashed); crosses: the agent's "
-        "own transitions; plus signs: its own actions in random order.",
-        "Intervals of loop rates are Wilson's, 95 %. The share by step is one minus Kaplan-Meier, as if no trial had "
-        "been cut short by success (taking trials about to be solved to loop like the others).",
+        "Loop rates with their chance levels in trials of the same lengths, and the share that has looped by each "
+        "step. Grey: from random actions (dotted) to those without repeats (dashed); crosses: the agent's own "
+        "transition probabilities; plus signs: its own actions in random order.",
+        "Intervals of loop rates are 95 % Wilson intervals. The share by step is one minus the Kaplan-Meier estimate, "
+        "censored at success, which assumes that solved trials would have looped like the others.",
     ),
 }
 """The caption of every figure, by file name."""
@@ -149,23 +148,23 @@ CONDITION_CAPTIONS = {
     "box": _BOX,
     "forks": _FORKS,
     "why": Caption(
-        "Top: share of trials solved in each arm; the dotted line is the share under true reports. Bottom: what false "
-        "reports change, and its two parts.",
-        "Intervals are 95 %: Wilson's at the top, over pairs of trials of equal luck at the bottom.",
+        "Top: share of trials solved in each arm; the dotted line is the share with true reports. Bottom: the effect "
+        "of false reports and its two parts, content and disturbance.",
+        "Intervals are 95 %: Wilson intervals at the top, over matched pairs of trials at the bottom.",
     ),
     "effects": Caption(
-        "Circles: share of trials solved under each condition less that under the control. Squares: how much more the "
-        "second of two interventions changes it where the first acts too.",
-        "Bars are intervals over pairs of trials that share their luck, corrected for the number of conditions "
-        "(squares: 95 %, not corrected). Filled where the test and the interval show a difference.",
+        "Circles: success under each condition minus success under the control. Squares: interactions of two "
+        "interventions; filled marks were detected.",
+        "Bars are 95 % intervals over matched pairs of trials, corrected for the number of conditions (squares: not "
+        "corrected). A difference is detected if the test rejects and the interval excludes 0.",
     ),
     "grid": Caption(
-        "Share of trials solved under every combination of two doses, with the count and an interval as far as there "
-        "is room; darker is more, a cross was not played. The interaction is in points.",
-        "Intervals are Wilson's, 95 %, in per cent.",
+        "Share of trials solved under every combination of two doses, with count and interval where there is room. "
+        "Darker cells are higher, crossed cells were not played, and the interaction is in points.",
+        "Intervals are 95 % Wilson intervals in per cent.",
     ),
 }
-"""The same of a study of conditions."""
+"""The captions of a study of conditions, by file name."""
 
 
 def series_captions(dose: str) -> dict[str, Caption]:
@@ -176,15 +175,13 @@ def series_captions(dose: str) -> dict[str, Caption]:
     """
     return {
         "success": Caption(
-            f"Share of trials solved by {dose}, beside the exact success of random agents. Triangles: doses that may "
-            "be the best.",
-            "Intervals are Wilson's, 95 %; the line is a binomial model of the order that AICc prefers. The diamond is "
-            "the highest share less what it owes to having been chosen.",
+            f"Share of trials solved by {dose}, with the exact success of random agents. Triangles mark the 95 % set "
+            "of the best dose; the diamond is the highest share, corrected for selection of the maximum.",
+            "Intervals are 95 % Wilson intervals. The line is a binomial model of the order with the lowest AICc.",
         ),
         "loops": Caption(
-            f"Share of trials with an action loop by {dose}, beside what chance gives in trials of exactly these "
-            "lengths.",
-            "Intervals are Wilson's, 95 %.",
+            f"Share of trials with an action loop by {dose}, with chance levels in trials of the same lengths.",
+            "Intervals are 95 % Wilson intervals.",
         ),
     }
 

@@ -1,4 +1,4 @@
-"""What one report did, from forks of recorded trials: its rows of ``results.json`` and its table."""
+"""The effect of one report, from forks of recorded trials: its rows of ``results.json`` and its table."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["ForkResult", "fork_effects", "fork_rows", "fork_table"]
 
 
 class ForkResult(DescribedResult):
-    """What an arm changes at one place of one agent's trials, compared with a true report there."""
+    """The effect of an arm at one place of one agent's trials, compared with a true report there."""
 
     agent: str = Field(description="Agent spec.")
     condition: str = Field(description="The condition of the trials that were forked, as keys of records say it.")
@@ -67,10 +67,10 @@ _OTHERS = {"steps": "steps", "leaves": "leaves loop", "repeats": "repeats", "cho
 
 def fork_table(rows: Sequence[ForkResult]) -> TextTable:
     """One row for each agent, condition, place and arm."""
-    head = ["agent", "condition", "at", "arm", "later", "solved after truth", "points", "P"]
+    head = ["agent", "condition", "forked at", "arm", "later reports", "solved after truth", "change, points", "P"]
     cells: dict[tuple[str, ...], dict[str, ForkResult]] = {}
     for row in rows:
-        later = "true" if row.truthful else "as before"
+        later = "true" if row.truthful else "as in the condition"
         cells.setdefault((row.agent, row.condition, row.where, row.arm, later), {})[row.outcome] = row
     table = [[*head, *_OTHERS.values(), "trials"]]
     for names, found in cells.items():

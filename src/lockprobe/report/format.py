@@ -12,7 +12,10 @@ from lockprobe.analysis.proportions import Proportion
 from lockprobe.formatting import share
 from lockprobe.terminal_text import printable
 
-__all__ = ["EVERY", "TextTable", "as_csv", "as_tex", "share_cell"]
+__all__ = ["DETECTED", "EVERY", "TextTable", "as_csv", "as_tex", "share_cell"]
+
+DETECTED = {True: "detected", False: "not detected"}
+"""What a table concludes from a test; the interval has to exclude 0 as well."""
 
 EVERY = "every flip rate"
 """The flip rate of an agent that plays the same at all of them."""

@@ -1,4 +1,4 @@
-"""The tables of agents side by side, from the rows of ``results.json``."""
+"""The tables that compare agents, from the rows of ``results.json``."""
 
 from __future__ import annotations
 
@@ -54,8 +54,8 @@ def leaderboard_by_p_table(rows: Sequence[LeaderboardResult]) -> TextTable:
 
 def comparison_table(rows: Sequence[ComparisonResult]) -> TextTable:
     """Every two agents over all p, on the same boxes with the same false reports."""
-    head = ["agent", "against", "pairs of trials", "success", "against", "difference, points", "P", "corrected"]
-    return [[*head, "difference in steps", "P", "corrected", "finished by one only"]] + [
+    head = ["agent", "compared with", "pairs of trials", "success", "success of the other", "difference, points"]
+    return [[*head, "P", "corrected P", "difference in steps", "P", "corrected P", "finished by one only"]] + [
         [
             row.second_label,
             row.first_label,
@@ -76,8 +76,9 @@ def comparison_table(rows: Sequence[ComparisonResult]) -> TextTable:
 
 def comparison_by_p_table(rows: Sequence[ComparisonResult]) -> TextTable:
     """The same by p; of two agents that both play alike at every p only once."""
-    head = ["agent", "against", "flip rate", "pairs of trials", "solved only by the first named", "only by the other"]
-    return [[*head, "difference, points", "McNemar", "corrected", "difference in steps"]] + [
+    head = ["agent", "compared with", "flip rate", "pairs of trials", "solved only by the first"]
+    head += ["solved only by the other", "difference, points", "McNemar", "corrected P", "difference in steps"]
+    return [head] + [
         [
             row.second_label,
             row.first_label,
@@ -96,12 +97,12 @@ def comparison_by_p_table(rows: Sequence[ComparisonResult]) -> TextTable:
 
 
 def interaction_table(rows: Sequence[InteractionResult]) -> TextTable:
-    """Whether false reports change both agents alike."""
-    head = ["agent", "against", "change from flip rate", "to flip rate", "changes more by, points"]
-    table = [[*head, "corrected for flip rate", "corrected for pairs"]]
+    """Differences between agents in the effect of false reports."""
+    head = ["agent", "compared with", "from flip rate", "to flip rate", "difference in change, points"]
+    table = [[*head, "P, corrected for flip rates", "P, corrected for pairs"]]
     for row in rows:
         names = [row.second_label, row.first_label, f"{row.lowest:g}"]
-        table.append([*names, "higher, mean", _points(row.mean), p_cell(row.p_value), p_cell(row.p_adjusted)])
+        table.append([*names, "all higher, mean", _points(row.mean), p_cell(row.p_value), p_cell(row.p_adjusted)])
         table += [[*names, f"{at.p:g}", _points(at.change), p_cell(at.p_adjusted), NONE] for at in row.at]
     return table
 

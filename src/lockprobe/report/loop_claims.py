@@ -1,7 +1,7 @@
 """The paper's claims about loops (Sec. 3.3, Fig. 5), compared with what a study measured.
 
 Loop rates are compared as the paper compares them, over whole trials: shorter trials hold fewer loops by chance alone.
-Claims of what loops do, and of how soon they come, are held against tests at equal steps.
+Claims about effects and onset of loops are compared with tests at equal steps.
 """
 
 from __future__ import annotations
@@ -47,15 +47,15 @@ def _loops(agent: AgentSummary, counted: list[ConditionSummary]) -> ClaimFinding
     if chance.chance_uniform is not None and chance.chance_no_repeat is not None:
         found += f"; by chance {100 * chance.chance_uniform:.0f} to {100 * chance.chance_no_repeat:.0f} %"
     if agent.blind:
-        return found, verdict_of(p_value, "open"), f"{test}; blind: loops cannot depend on reports", p_value
+        return found, verdict_of(p_value, "open"), f"{test}; loops of a blind agent cannot depend on reports", p_value
     fewer = _fewer(counted)
     return found, verdict_of(p_value, fewer), f"{test}; {_SAID[fewer]}", p_value
 
 
 _SAID: Mapping[ClaimPattern, str] = {
-    "shown": "fewer loops at higher flip rates are shown",
-    "opposite": "more loops at higher flip rates are shown",
-    "open": "no change with the flip rate is shown",
+    "shown": "fewer loops at higher flip rates were detected",
+    "opposite": "more loops at higher flip rates were detected",
+    "open": "no change with the flip rate was detected",
 }
 
 
@@ -95,8 +95,8 @@ def _drop(agent: AgentSummary, counted: list[ConditionSummary]) -> ClaimFinding:
     lower = [pattern(p, -one.value) for p, one in zip(holm([one.p_value for one in far]), far, strict=True)]
     shown: ClaimPattern = "opposite" if "shown" in lower else pattern(drop.p_value, -drop.value)
     said = f"{change[0].count}/{change[0].n} to {change[1].count}/{change[1].n}, {in_points(drop)}"
-    why = "fewer loops are shown far from 0.4" if "shown" in lower else _SAID[_fewer(counted)]
-    return said, verdict_of(p_value, shown), f"z of the two differences; {why}", p_value
+    why = "fewer loops were detected far from 0.4" if "shown" in lower else _SAID[_fewer(counted)]
+    return said, verdict_of(p_value, shown), f"z test of the two differences; {why}", p_value
 
 
 def _rise(agent: AgentSummary, counted: list[ConditionSummary]) -> ClaimFinding:
@@ -104,9 +104,7 @@ def _rise(agent: AgentSummary, counted: list[ConditionSummary]) -> ClaimFinding:
     lines = agent.inference.onset_lines
     if lines.p_value is None or lines.first is None or lines.second is None or agent.blind:
         return NOT_MEASURED
-    said = (
-        f"hazard of a first loop {_slope(lines.first)} up to {lines.break_p:.2g}, {_slope(lines.second)} from there on"
-    )
+    said = f"hazard of a first loop {_slope(lines.first)} up to {lines.break_p:.2g}, {_slope(lines.second)} above"
     shown = pattern(lines.p_value, {"U": 1, "inverted U": -1, None: 0}[lines.direction])
     adjusted = holm([lines.first.p_value, lines.second.p_value])
     if agent.inference.broken is None and "opposite" in (
@@ -114,13 +112,13 @@ def _rise(agent: AgentSummary, counted: list[ConditionSummary]) -> ClaimFinding:
         pattern(adjusted[1], lines.second.z),
     ):
         shown = "opposite"
-    test = f"{sized('loop onset, two lines')}; if trials that were solved would have gone on to loop like the others"
+    test = f"{sized('loop onset, two lines')}; assumes that solved trials would have looped like the others"
     return said, borne_out(shown), test, lines.p_value
 
 
 def _slope(line: Line) -> str:
     """How a line runs, with its p-value."""
-    way = "rises" if line.z > 0 else "falls" if line.z < 0 else "stays"
+    way = "rises" if line.z > 0 else "falls" if line.z < 0 else "is constant"
     return f"{way} ({p_value_said(line.p_value)})"
 
 
@@ -133,8 +131,8 @@ def _correlation(agent: AgentSummary, counted: list[ConditionSummary]) -> ClaimF
     p_value = apart(math.atanh(found.r), math.atanh(CORRELATION), errors)
     said = minus(f"{found.r:.2f} [{found.low:.2f}, {found.high:.2f}] over {found.n} points")
     shown = pattern(found.p_value, -found.r)
-    sign = {"shown": "r is shown to be negative", "opposite": "r is shown to be positive", "open": "no sign is shown"}
-    test = f"Fisher's z; {sign[shown]}; neither figure is evidence that loops do harm"
+    sign = {"shown": "r is negative", "opposite": "r is positive", "open": "no correlation was detected"}
+    test = f"Fisher's z test; {sign[shown]}; neither value is evidence of harm by loops"
     return said, verdict_of(p_value, shown), test, p_value
 
 
@@ -144,9 +142,9 @@ def _left(agent: AgentSummary, counted: list[ConditionSummary]) -> ClaimFinding:
     if not found.n or chance is None:
         return NOT_MEASURED
     said = f"{found.count} of {found.n} first loops were left before the trial ended, {100 * found.value:.0f} % "
-    said += f"[{100 * found.low:.0f}, {100 * found.high:.0f}]; random actions would leave {100 * chance:.0f} %"
+    said += f"[{100 * found.low:.0f}, {100 * found.high:.0f}]; {100 * chance:.0f} % for random actions"
     shown: ClaimPattern = "shown" if found.low > 0.5 else "opposite" if found.high < 0.5 else "open"
-    return said, borne_out(shown), "95 % interval above or below one half; trials told the truth", None
+    return said, borne_out(shown), "95 % interval above or below one half; trials with true reports", None
 
 
 def _trapped(agent: AgentSummary, counted: list[ConditionSummary]) -> ClaimFinding:
@@ -158,7 +156,7 @@ def _trapped(agent: AgentSummary, counted: list[ConditionSummary]) -> ClaimFindi
 
 def _repeats(agent: AgentSummary, counted: list[ConditionSummary]) -> ClaimFinding:
     """After an unchanged observation blocked joints are tried again more often than by chance."""
-    what = "actions after a blocked report try a joint again that was just blocked"
+    what = "actions after a blocked report repeat a joint that was just blocked"
     return _versus_chance(counted[0].persistence.repeated, what, "trying a blocked joint again, Student over trials", 1)
 
 
@@ -169,10 +167,9 @@ def _versus_chance(found: VersusChance, what: str, test: str, sign: int) -> Clai
         return NOT_MEASURED
     said = f"{share.count} of {share.n} {what}, {100 * share.value:.0f} % "
     said += f"[{100 * share.low:.0f}, {100 * share.high:.0f}]; "
-    said += f"random actions would in {100 * found.uniform:.0f} %, without immediate repeats in "
-    said += f"{100 * found.no_repeat:.0f} %"
+    said += f"{100 * found.uniform:.0f} % for random actions, {100 * found.no_repeat:.0f} % without immediate repeats"
     shown = pattern(found.p_value, sign * found.direction)
-    told = f"{sized(test)}; trials told the truth, against both; any other habit differs from chance as well"
+    told = f"{sized(test)}; trials with true reports; any other preference also differs from chance"
     return said, borne_out(shown), told, found.p_value
 
 

@@ -44,11 +44,11 @@ def hallucinated(said: Misinterpretations, paper: MisreadRate) -> ClaimFinding:
     if not said.total:
         return _none(said, paper)
     share = said.hallucinated
-    here = f"{share.count} of {share.n} misreadings say moved where blocked was told, {100 * share.value:.0f} % "
-    here += f"[{100 * share.low:.0f}, {100 * share.high:.0f}]; misread were {_rate(said, 'blocked')} and "
+    here = f"{share.count} of {share.n} misreadings claim moved after a report of blocked, {100 * share.value:.0f} % "
+    here += f"[{100 * share.low:.0f}, {100 * share.high:.0f}]; misread: {_rate(said, 'blocked')} and "
     here += _rate(said, "moved")
     shown: ClaimPattern = "shown" if share.low > 0.5 else "opposite" if share.high < 0.5 else "open"
-    return here, borne_out(shown), "95 % interval above or below one half, one cluster for each trial", None
+    return here, borne_out(shown), "95 % interval above or below one half, clustered by trial", None
 
 
 def _rate(said: Misinterpretations, told: str) -> str:

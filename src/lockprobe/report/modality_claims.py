@@ -75,7 +75,7 @@ def _final(effect: ModalityEffect, shown: Shown) -> ClaimFinding:
     found = [same_share(share, MODALITY) for _, share in shares]
     p_value = min((p for p in holm([p for *_, p in found]) if p is not None), default=None)
     here = "; ".join(f"{said} with {spoken(m)}" for (m, _), (said, *_) in zip(shares, found, strict=True))
-    test = f"Fisher, against {MODALITY.count}/{MODALITY.n} in each, corrected for their number"
+    test = f"Fisher, against {MODALITY.count}/{MODALITY.n} in each modality, corrected for their number"
     return here, verdict_of(p_value, _whole("shown", shown)), test, p_value
 
 
@@ -103,7 +103,7 @@ def _order(effect: ModalityEffect, shown: Shown) -> ClaimFinding:
     if trend == "shown" and ("opposite" in pairs or steps != sorted(steps)):
         trend = "opposite" if "opposite" in pairs else "open"
     here = "mean steps " + ", ".join(f"{mean:.1f} with {spoken(m)}" for m, mean in means if mean is not None)
-    test = "log-rank for a trend over fidelity, and the order of the mean steps"
+    test = "log-rank test for a trend over fidelity, and the order of the mean steps"
     return here, borne_out(_whole(trend, shown)), test, effect.p_value
 
 
@@ -130,7 +130,7 @@ def _outpaces(effect: ModalityEffect, shown: Shown) -> ClaimFinding:
     here = "; ".join(_thresholds(shown, *pair) for pair in pairs)
     known = [p for _, p in tests if p is not None]
     verdict = borne_out(_whole(_all_of([found for found, _ in tests]), shown))
-    return here, verdict, "log-rank of the two pairs, corrected; the larger p-value", max(known, default=None)
+    return here, verdict, "log-rank of the two pairs, corrected; the larger P value", max(known, default=None)
 
 
 def _thresholds(shown: Shown, first: str, second: str) -> str:
@@ -164,8 +164,8 @@ def _faster(summary: StudySummary, effect: ModalityEffect, shown: Shown) -> Clai
     complete = set(found) >= shown.keys()
     shows: ClaimPattern = "opposite" if refuted else "shown" if complete and set(parts) == {"shown"} else "open"
     ratios = ", ".join(f"{hazard:.2f} with {spoken(modality)}" for modality, (hazard, _) in found.items())
-    here = f"hazard of solving, human-inspired over this agent: {ratios}"
-    test = "log-rank, shared luck kept together; the largest p-value"
+    here = f"hazard ratio of solving, human-inspired over this agent: {ratios}"
+    test = "log-rank, clustered by block; the largest P value"
     return here, borne_out(_whole(shows, shown)), test, max(p for _, p in found.values())
 
 

@@ -52,16 +52,16 @@ def _peak(agent: AgentSummary, counted: list[ConditionSummary]) -> ClaimFinding:
     rise = difference(*change)
     assert rise is not None
     among = ", ".join(f"{candidate.p:g}" for candidate in candidates if candidate.in_set)
-    here = f"highest at {agent.peak.best:g}; could be {among}; from 0 to 0.4 {in_points(rise)}"
+    here = f"highest at {agent.peak.best:g}; 95 % set {among}; from 0 to 0.4 {in_points(rise)}"
     shown, at = _rise(agent)
     if not inside:
-        return here, "not compatible", "95 % set of the best, bootstrap", None
+        return here, "not compatible", "95 % bootstrap set of the best flip rate", None
     if shown != "open" and at:
-        return here, verdict_of(None, shown), "permutation, corrected for looking at every flip rate", at.p_value
+        return here, verdict_of(None, shown), "permutation test, corrected for all flip rates", at.p_value
     published = SOLVED_AT_40.value - SOLVED_AT_0.value
     p_value = apart(rise.value, published, [error(change), error((SOLVED_AT_0, SOLVED_AT_40))])
     smaller: ClaimPattern = "opposite" if rise.value < published and p_value < ALPHA else "open"
-    test = f"no rise is shown; z against the paper's rise of {100 * published:.0f} points"
+    test = f"no rise was detected; z test against the paper's rise of {100 * published:.0f} points"
     return here, verdict_of(None, smaller), test, p_value
 
 
@@ -78,8 +78,8 @@ def _ratio(agent: AgentSummary, counted: list[ConditionSummary]) -> ClaimFinding
     if found:
         said += f": {found.value:.2f} [{found.low:.2f}, {found.high:.2f}]"
     shown, _ = _rise(agent)
-    rise = {"shown": "a rise is shown", "opposite": "a fall is shown", "open": "no rise is shown"}[shown]
-    test = "z of the logarithms of the ratios, half a trial added to each count"
+    rise = {"shown": "a rise was detected", "opposite": "a fall was detected", "open": "no rise was detected"}[shown]
+    test = "z test of the log ratios, with half a trial added to each count"
     return said, verdict_of(p_value, shown), f"{test}; {rise}", p_value
 
 
@@ -101,7 +101,7 @@ def _effect(agent: AgentSummary, counted: list[ConditionSummary]) -> ClaimFindin
         shown, moderate = "shown", min(rises, key=lambda at: at.p_value)
     at = moderate or max(found, key=lambda at: at.value)
     here = minus(f"{100 * at.value:+.0f} points from 0 to {at.p:g}")
-    return here, borne_out(shown), "permutation, corrected for looking at every flip rate", at.p_value
+    return here, borne_out(shown), "permutation test, corrected for all flip rates", at.p_value
 
 
 def _shape(agent: AgentSummary, counted: list[ConditionSummary]) -> ClaimFinding:

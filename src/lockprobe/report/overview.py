@@ -50,8 +50,10 @@ class Overview(DescribedResult):
     question: str = Field(description="What the study asks.")
     trial: str = Field(description="What happens in a trial, and what is varied.")
     answer: str = Field(description="What it found, in one sentence.")
-    chance: str = Field(default="", description="Which agents are not shown to beat random agents; empty if all do.")
-    needed: str = Field(description="What would decide what is open; empty where nothing is.")
+    chance: str = Field(
+        default="", description="Agents without a detected advantage over random agents; empty if there are none."
+    )
+    needed: str = Field(description="How many trials an inconclusive study needs; empty for a conclusive one.")
     figure: str = Field(description="Name of the figure that shows it; empty if there is none.")
     numbers: list[KeyNumbers]
     more: int = 0
@@ -95,7 +97,7 @@ def _numbers(agent: AgentSummary, reference: Reference | None) -> KeyNumbers:
         gap = contrast.difference
         change = f"{bracketed(gap.value, gap.low, gap.high)} points"
         which = "" if contrast.choices == 1 else "largest " if contrast.farthest else "clearest "
-        against = f"{which}change, {at_dose(contrast.other.p, agent.axis)}"
+        against = f"{which}change {at_dose(contrast.other.p, agent.axis)}"
     return KeyNumbers(
         agent=agent.name,
         what=description(agent.agent),
@@ -134,7 +136,7 @@ def condition_overview(
         rows = [_why_numbers(one, reference) for one in whys]
         question, answer = f"Why do false reports change how agents open {box}?", mechanism_said(whys[0])
     else:
-        question, answer = f"What do {len(settings['conditions'])} conditions do to how agents open {box}?", ""
+        question, answer = f"How do {len(settings['conditions'])} conditions affect success on {box}?", ""
     return Overview(
         question=question,
         trial=trial_said(settings.get("max_steps", 20), "conditions"),
@@ -170,6 +172,6 @@ def _condition_numbers(found: Effects, reference: Reference) -> KeyNumbers:
         success=percent(gap.first.value),
         where=f"of {gap.first.n} trials solved under {found.control}",
         change=f"{bracketed(gap.value, gap.low, gap.high)} points",
-        against=f"{'clearest ' * (len(found.effects) > 1)}change, under {clearest.condition}",
+        against=f"{'clearest ' * (len(found.effects) > 1)}change under {clearest.condition}",
         chance=_chance(reference),
     )

@@ -1,4 +1,4 @@
-"""What the paper claims, as data: each claim in its own words, with what the counts behind it bear.
+"""The claims of the paper as data: each claim as a quotation, with a reanalysis of its counts.
 
 Counts are those of :mod:`lockprobe.analysis.published`.
 """
@@ -48,7 +48,7 @@ ClaimTopic = Literal[
     "modality-steps",
     "reference-faster",
 ]
-"""What of a study speaks to a claim."""
+"""The measure of a study that tests a claim."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -59,8 +59,8 @@ class PaperClaim:
         place: Where it stands.
         quote: Its words; of an entry of a table, which entry it is.
         value: The paper's figure.
-        recomputed: What the counts behind it bear, with interval and test.
-        measure: What of a study speaks to it.
+        recomputed: Reanalysis of its counts, with interval and test.
+        measure: The measure of a study that tests it.
         quoted: Whether ``quote`` is verbatim; False for an entry of a table.
         modality: For a claim about one way of showing the box, which; a claim of Secs. 3.2 and 3.3 is about reports.
     """
@@ -79,7 +79,7 @@ CLAIMS = (
         place="Sec. 3.1, Fig. 3",
         quote="the human-inspired strategy achieves a 100% success rate",
         value="100 %",
-        recomputed=f"{share(REFERENCE)}, if of 10 trials",
+        recomputed=f"{share(REFERENCE)}, assuming 10 trials",
         measure="reference",
     ),
     PaperClaim(
@@ -93,7 +93,7 @@ CLAIMS = (
         place="Sec. 3.1, Fig. 3",
         quote="GPT o1 reaches a maximum success rate of 80% across all three modalities.",
         value="80 %",
-        recomputed=f"{share(MODALITY)}; against 10/10 Fisher P = {fisher(MODALITY, REFERENCE):.2f}",
+        recomputed=f"{share(MODALITY)}; Fisher against 10/10: P = {fisher(MODALITY, REFERENCE):.2f}",
         measure="modalities",
     ),
     PaperClaim(
@@ -157,7 +157,7 @@ CLAIMS = (
         quote="these errors point to failures in the model's reasoning over structured representations, most plausibly "
         "hallucination of state changes, which stands in contradiction to the inputs",
         value="",
-        recomputed="Table 1 does not say how many of the 6 report a change that was not there",
+        recomputed="Table 1 does not say how many of the 6 claim a change that did not happen",
         measure="hallucination",
     ),
     PaperClaim(
@@ -171,37 +171,37 @@ CLAIMS = (
         place="Sec. 3.2, Fig. 4",
         quote="performance rises to a peak at a flip probability of 40%",
         value="0.4",
-        recomputed=f"{share(SOLVED_AT_40)}; the place of the highest of seven is less sure than its height",
+        recomputed=f"{share(SOLVED_AT_40)}; the location of the maximum of seven is less certain than its value",
         measure="peak",
     ),
     PaperClaim(
         place="Fig. 4",
         quote="\N{ALMOST EQUAL TO}2.85\N{MULTIPLICATION SIGN} the ground-truth baseline, on average",
         value="2.85",
-        recomputed=f"{ratio_of_peak()}; too high on average, since the best of seven was chosen",
+        recomputed=f"{ratio_of_peak()}; biased upwards, since the best of seven was selected",
         measure="ratio",
     ),
     PaperClaim(
         place="Sec. 3.2",
         quote="moderate observation noise can improve measured task performance in this controlled setting",
         value="7/30 to 20/30",
-        recomputed=f"Fisher P = {EFFECT:.4f}, corrected for the choice among six {6 * EFFECT:.4f}",
+        recomputed=f"Fisher P = {EFFECT:.4f}, corrected for selection among six {6 * EFFECT:.4f}",
         measure="effect",
     ),
     PaperClaim(
         place="Sec. 3.2, Fig. 4",
         quote="The fit reveals a non-monotonic relationship between observational noise and task performance",
         value="order 2 by AIC and cross-validation",
-        recomputed="no evidence of a decline: by this rule 52 % of 2000 simulated studies peak in which success only "
-        "levels off",
+        recomputed="no evidence of a decline: by this rule 52 % of 2000 simulated studies have a peak although success "
+        "only levels off",
         measure="shape",
     ),
     PaperClaim(
         place="Sec. 3.3",
         quote="Although the agent eventually breaks out of such loops",
         value="",
-        recomputed="the paper gives no count; here a loop is left if, once it is complete, some later action of the "
-        "trial is not the one that the loop has there",
+        recomputed="the paper gives no count; here a loop is left if, after it is complete, some later action of the "
+        "trial does not continue it",
         measure="loops-left",
     ),
     PaperClaim(
@@ -215,7 +215,7 @@ CLAIMS = (
         place="Sec. 3.3, Fig. 5b",
         quote="reaches a minimum near a state-flip probability of 40%, reflecting a decrease of more than 26%",
         value="more than 26 %",
-        recomputed=f"if in points 24/30 to 16/30, Fisher P = {fisher(LOOPS_AT_0, LOOPS_AT_40):.3f}; if relative "
+        recomputed=f"in points 24/30 to 16/30, Fisher P = {fisher(LOOPS_AT_0, LOOPS_AT_40):.3f}; relative "
         f"23/30 to 17/30, P = {fisher(proportion(23, 30), proportion(17, 30)):.2f}",
         measure="loops-drop",
     ),
@@ -223,8 +223,8 @@ CLAIMS = (
         place="Sec. 3.3, Fig. 5b",
         quote="and then rises again at higher noise levels",
         value="",
-        recomputed="the paper gives no figure beyond 40 %; longer trials alone hold more loops, so here first loops "
-        "are compared at equal steps",
+        recomputed="the paper gives no value beyond 40 %; longer trials alone hold more loops, so here the onset of "
+        "loops is compared at equal steps",
         measure="loops-rise",
     ),
     PaperClaim(
@@ -232,21 +232,21 @@ CLAIMS = (
         quote="This pattern is consistent with the hypothesis that moderate perceptual noise reduces the likelihood of "
         "action loop formation and may contribute to the observed improvement in task success.",
         value="",
-        recomputed="trial length alone gives a drop of this size",
+        recomputed="trial length alone can explain a drop of this size",
         measure="onset",
     ),
     PaperClaim(
         place="Sec. 3.3, Fig. 5a",
         quote="Action loop probability and success rate are negatively correlated (r=-0.69, Pearson correlation)",
         value="\N{MINUS SIGN}0.69",
-        recomputed=f"{correlation_over(21)}, {correlation_over(7)}; the paper does not say over what",
+        recomputed=f"{correlation_over(21)}, {correlation_over(7)}; the paper does not name the unit of analysis",
         measure="correlation",
     ),
     PaperClaim(
         place="Fig. 5",
         quote="action loops, which are associated with reduced performance",
         value="",
-        recomputed="trial length alone gives such a correlation",
+        recomputed="trial length alone can explain this correlation",
         measure="harm",
     ),
     PaperClaim(
@@ -264,8 +264,8 @@ CLAIMS = (
         "observe the same state across consecutive steps and providing no novel contextual signal to drive exploration "
         "toward alternative actions",
         value="",
-        recomputed="the paper gives no count; here an action repeats if it tries a joint again that was reported "
-        "blocked since the last reported move, while another joint was left",
+        recomputed="the paper gives no count; here an action repeats if it tries a joint that was reported blocked "
+        "since the last reported move, although another joint was available",
         measure="repeats",
     ),
 )

@@ -1,4 +1,4 @@
-"""What the counts behind the paper's claims bear, in words: with intervals, and the tests that they allow."""
+"""Reanalysis of the counts behind the paper's claims, with intervals and tests, in words."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def table1_row(modality: str) -> str:
 def steps_behind(modality: str) -> str:
     """How many steps a row of Table 1 implies."""
     row = TABLE1[modality]
-    return f"{row.total} in about {row.steps} steps, if the mean of the rates is that of all steps together"
+    return f"{row.total} in about {row.steps} steps, if the mean rate per trial is the pooled rate"
 
 
 def in_between() -> str:
@@ -50,11 +50,11 @@ def in_between() -> str:
     rgb, rgbd, truth = (TABLE1[modality] for modality in ("rgb", "rgbd", "symbolic"))
     return (
         f"Table 1 implies about {rgb.steps} steps with RGB, {rgbd.steps} with RGB-D and {truth.steps} with ground "
-        f"truth, as total over mean rate. {rgbd.steps} against {truth.steps} sits badly with RGB-D in between. But "
-        f"the mean of the trials' rates need not be the rate of all steps together: {rgbd.total} in {truth.steps} "
-        f"steps are {100 * rgbd.total / truth.steps:.1f} %, the mean is {100 * rgbd.mean:.1f} %. With 10 trials each "
-        "a trend over modalities that solve 80 % by steps 11, 13 and 15 would be found in 13 % of studies (95 % "
-        "interval 12 to 14 %, simulated by benchmarks/modality_rates.py)"
+        f"truth, as total over mean rate. {rgbd.steps} and {truth.steps} do not fit an order with RGB-D in between. "
+        f"But the mean rate per trial need not be the pooled rate: {rgbd.total} in {truth.steps} steps are "
+        f"{100 * rgbd.total / truth.steps:.1f} %, the mean is {100 * rgbd.mean:.1f} %. With 10 trials each, the power "
+        "to detect a trend over modalities that solve 80 % by steps 11, 13 and 15 is 13 % (95 % interval 12 to 14 %, "
+        "simulated by benchmarks/modality_rates.py)"
     )
 
 

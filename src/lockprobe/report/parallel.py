@@ -6,7 +6,7 @@ import atexit
 import gc
 import os
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
@@ -65,7 +65,9 @@ class _OnOneThread(Generic[_Job, _Done]):
 
 
 @contextmanager
-def shared(directory: Path, processes: int, elsewhere: Pool | None = None) -> Iterator[Each]:
+def shared(
+    directory: Path, processes: int, elsewhere: Pool | None = None, *, preload: Sequence[str] = ()
+) -> Iterator[Each]:
     """A way to work on several things at once, where that pays.
 
     Whoever is free takes the next job; the first is always done by this process. What another process had taken when
@@ -75,6 +77,7 @@ def shared(directory: Path, processes: int, elsewhere: Pool | None = None) -> It
         directory: The directory of a study.
         processes: This one and the others.
         elsewhere: Other machines, which then do it instead.
+        preload: Modules that every process imports while the others start.
     """
     records = directory / "trials.jsonl"
     large = records.is_file() and records.stat().st_size >= LARGE
@@ -84,20 +87,20 @@ def shared(directory: Path, processes: int, elsewhere: Pool | None = None) -> It
     if processes < 2 or not large:
         yield map
         return
-    with _processes(processes - 1) as each:
+    with _processes(processes - 1, preload) as each:
         yield each
 
 
 @contextmanager
-def _processes(others: int) -> Iterator[Each]:
+def _processes(others: int, preload: Sequence[str]) -> Iterator[Each]:
     """This process and so many others."""
     with (
         ProcessPoolExecutor(others, mp_context=get_context("spawn"), initializer=_begin) as pool,
         ThreadPoolExecutor(others) as errands,
     ):
         for _ in range(others):
-            pool.submit(_import)
-        _import()  # at the same time
+            pool.submit(_import, preload)
+        _import(preload)  # at the same time
 
         def each(work: Callable[[_Job], _Done], jobs: Iterable[_Job], /) -> list[_Done]:
             waiting, lost, done = deque(enumerate(jobs)), list[tuple[int, _Job]](), dict[int, _Done]()
@@ -131,10 +134,9 @@ def _processes(others: int) -> Iterator[Each]:
         yield each
 
 
-def _import() -> None:
-    """What every process needs, which takes more than a second."""
-    import_module("lockprobe.report.page")
-    import_module("lockprobe.figures")
+def _import(modules: Sequence[str]) -> None:
+    for name in modules:
+        import_module(name)
 
 
 def _begin() -> None:

@@ -70,9 +70,9 @@ def people_row(
 
 def flow_said(flow: Flow) -> Iterator[str]:
     """Who came to the end and who did not, and how attention checks were answered."""
-    joined = f"{_people(flow.joined)} joined" if flow.joined else "Nobody is left of those who joined"
-    gone = f"; {flow.withdrawn} {'more ' if flow.joined else ''}withdrew, and nothing of theirs is kept"
-    ends = f": {flow.finished} finished all their boxes, {flow.left_open} left boxes open or are still at them"
+    joined = f"{_people(flow.joined)} joined" if flow.joined else "No participants remain"
+    gone = f"; {flow.withdrawn} {'more ' if flow.joined else ''}withdrew, and their data are deleted"
+    ends = f": {flow.finished} finished all their boxes, {flow.left_open} left boxes unfinished or are still playing"
     ends = ends if flow.left_open else " and finished all their boxes" if flow.joined else ""
     yield f"{joined}{ends}{gone if flow.withdrawn else ''}."
     if flow.left_open and len({(one.left_open, one.given) for one in flow.boxes}) > 1:
@@ -82,17 +82,17 @@ def flow_said(flow: Flow) -> Iterator[str]:
             + (f" with {spoken(one.modality)}" if several else "")
             for one in flow.boxes
         )
-        yield f"Boxes left open, by condition: {', '.join(each)}."
+        yield f"Unfinished boxes, by condition: {', '.join(each)}."
     if flow.checks:
-        yield f"Attention checks: {flow.right} of {flow.checks} answered right."
+        yield f"Attention checks: {flow.right} of {flow.checks} answered correctly."
 
 
 def people_said(summary: StudySummary) -> list[str]:
-    """People and agents in plain words; nothing before a trial of people has ended."""
+    """Sentences on people and agents; none before a trial of people has ended."""
     found = summary.people
     if found is None:
         return []
-    return [_solved(found), *_steps(found), *_beside(summary, found), _limits(found)]
+    return [_solved(found), *_steps(found), *_compared(summary, found), _limits(found)]
 
 
 def _solved(found: People) -> str:
@@ -104,8 +104,8 @@ def _solved(found: People) -> str:
     if not first.n or found.most == 1:
         return said
     return (
-        f"{said} Of their first boxes they opened {first.count} of {first.n} ({percent(first.value)}, 95 % interval "
-        f"{percent(first.low)} to {percent(first.high)}): people remember from box to box, models do not."
+        f"{said} Of their first boxes, they opened {first.count} of {first.n} ({percent(first.value)}, 95 % interval "
+        f"{percent(first.low)} to {percent(first.high)}): people remember earlier boxes, models do not."
     )
 
 
@@ -113,13 +113,13 @@ def _steps(found: People) -> Iterator[str]:
     for over in found.over:
         shown = f" shown as {spoken(over.modality)}" if len(found.over) > 1 else ""
         if over.steps.median is None:
-            yield f"They opened fewer than half of the boxes{shown}, so that there is no human median of steps."
+            yield f"They opened fewer than half of the boxes{shown}, so there is no human median of steps."
         else:
             yield f"Half of the boxes{shown} were open by step {_median(over.steps)}, the human median."
 
 
-def _beside(summary: StudySummary, found: People) -> Iterator[str]:
-    """Every agent that the study is about, over all p; those to compare with if people are the only subject."""
+def _compared(summary: StudySummary, found: People) -> Iterator[str]:
+    """Every agent that the study is about, over all p; the baselines if people are the only subject."""
     subjects = [agent for agent in summary.subjects if not agent.invited] or summary.agents
     names = {(agent.agent, agent.modality): agent.name for agent in subjects}
     last: dict[tuple[str, str], RelativeSteps] = {(one.agent, one.modality): one for one in found.relative}
@@ -131,9 +131,9 @@ def _beside(summary: StudySummary, found: People) -> Iterator[str]:
         if one.ratio is not None:
             yield f"{needs} {_times(one.ratio, one)} the human median of steps {on}."
         elif one.least is not None:
-            yield f"{needs} at least {_times(one.least, one)} the human median of steps {on}: it {less}."
+            yield f"{needs} at least {_times(one.least, one)} the human median of steps {on}, since it {less}."
         elif one.most is not None:
-            yield f"{needs} at most {_times(one.most, one)} the human median of steps {on}: people {less}."
+            yield f"{needs} at most {_times(one.most, one)} the human median of steps {on}, since people {less}."
         else:
             yield f"Neither {names[name]} nor people solved half of the {one.trials} trials that both finished."
 
@@ -156,14 +156,14 @@ def _limits(found: People) -> str:
         for name, words in _SEEN.items()
         if (values := found.saw.get(name))
     ]
-    said = f"What people played on: {'; '.join(seen)}. " if seen else ""
-    several = "" if found.most == 1 else "A person plays several boxes, and these belong together in every interval. "
-    return f"{said}{several}Who left before the end has no trial for the boxes that were not finished."
+    said = f"Settings for people: {'; '.join(seen)}. " if seen else ""
+    several = "" if found.most == 1 else "A person plays several boxes, so all intervals are clustered by person. "
+    return f"{said}{several}People who left early have no trials for their unfinished boxes."
 
 
 _SEEN = {
     "view": "reports as",
-    "history": "earlier reports in view:",
+    "history": "earlier reports visible:",
     "feedback": "told whether the box was opened:",
     "design": "design",
     "words": "texts",
@@ -177,7 +177,7 @@ def people_table(found: People, times: Sequence[ResponseTimes] = ()) -> TextTabl
     head = ["flip rate", "people", "trials", "solved", "success", "median steps", "mean steps"]
     head += ["ms per choice", "ms of first choices"] if took else []
     rows = [*found.at, *(found.over if len(found.at) > len(found.over) else [])]
-    return [(["shown as"] if several else []) + head] + [
+    return [(["modality"] if several else []) + head] + [
         ([row.modality] if several else [])
         + [
             "all" if row.p is None else f"{row.p:g}",
@@ -202,7 +202,7 @@ def _took(row: ResponseTimes | None) -> list[str]:
 
 def people_steps_table(found: People, names: Mapping[tuple[str, str], str]) -> TextTable:
     """Agents' steps and those of people."""
-    head = ["agent", "flip rate", "trials of both", "median steps", "of people", "ratio", "ratio of mean steps"]
+    head = ["agent", "flip rate", "common trials", "median steps", "median of people", "ratio", "ratio of mean steps"]
     return [head] + [
         [
             names.get((row.agent, row.modality), row.agent),
@@ -219,7 +219,7 @@ def people_steps_table(found: People, names: Mapping[tuple[str, str], str]) -> T
 
 def positions_table(found: People) -> TextTable:
     """Success of first boxes, of second ones, and so on."""
-    return [["their box", "trials", "solved", "success"]] + [
+    return [["position", "trials", "solved", "success"]] + [
         [str(row.position), str(row.success.n), str(row.success.count), share_cell(row.success)]
         for row in found.positions
     ]

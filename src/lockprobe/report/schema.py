@@ -53,9 +53,9 @@ __all__ = [
 class StudyProgress(DescribedResult):
     """How far the study has come."""
 
-    planned: Counted = Field(description="Trials that the settings ask for, but for those of people.")
-    finished: Counted = Field(description="Of these, trials that are not owed (any more).")
-    partial: bool = Field(description="Whether trials are still owed.")
+    planned: Counted = Field(description="Planned trials, except those of people.")
+    finished: Counted = Field(description="Of these, finished trials.")
+    partial: bool = Field(description="Whether planned trials are unfinished.")
 
 
 class ConditionResult(DescribedResult):
@@ -65,7 +65,7 @@ class ConditionResult(DescribedResult):
     agent: str = Field(description="Agent spec.")
     condition: str = Field(description="Name of the condition: its specs, or what the experimenter calls it.")
     modality: str = Field(description="How the box was shown.")
-    p: Share = Field(description="Flip rate, [0, 1]; null where other things than flips acted.")
+    p: Share = Field(description="Flip rate, [0, 1]; null under interventions other than flips.")
     same_at_every_p: bool
     trials: Counted = Field(description="Trials that ended as solved or out of budget.")
     solved: Counted = Field(description="Of these, solved.")
@@ -76,7 +76,9 @@ class ConditionResult(DescribedResult):
     loop_rate: Share = Field(description="Share of trials with an action loop (paper, Sec. 3.3).")
     loop_rate_low: Share = Field(description="Lower end of its 95 % Wilson interval.")
     loop_rate_high: Share = Field(description="Upper end.")
-    loop_rate_chance: Share = Field(description="Share by uniformly random actions in trials of exactly those lengths.")
+    loop_rate_chance: Share = Field(
+        description="Expected share for uniformly random actions in trials of the same lengths."
+    )
     loop_rate_chance_no_repeat: Share
     loop_rate_chance_markov: Share
     loop_rate_chance_permutation: Share
@@ -119,7 +121,7 @@ class ConditionResult(DescribedResult):
     area: Area | None
     relative: Relative | None
     errors: Mapping[str, int]
-    broken: Counted = Field(description="Trials that ended as error; they are in no other number.")
+    broken: Counted = Field(description="Trials that ended as error; excluded from all other numbers.")
     curve: details.CurveResult
     repetitions: Sequence[details.RepetitionResult]
     label: str
@@ -133,13 +135,13 @@ class EffectResult(DescribedResult):
     modality: str
     control: str = Field(description="Name of the control.")
     condition: str = Field(description="Name of the condition.")
-    trials: Counted = Field(description="Pairs of trials that share their luck.")
+    trials: Counted = Field(description="Pairs of trials with common random numbers.")
     control_solved: int
     solved: int
-    difference: Change = Field(description="Success less that under the control, [-1, 1].")
+    difference: Change = Field(description="Success minus that under the control, [-1, 1].")
     difference_low: Change = Field(description="Lower end of its interval, corrected for the conditions compared.")
     difference_high: Change = Field(description="Upper end.")
-    p_value: Share = Field(description="Permutation and interval, the larger, corrected alike.")
+    p_value: Share = Field(description="The larger of a permutation test's and the interval's, corrected alike.")
     corrected_for: Counted = Field(description="Conditions that are compared with the control.")
     detectable: bool = Field(description="Whether the P value is below 0.05.")
 
@@ -154,11 +156,13 @@ class CrossingResult(DescribedResult):
     second: str = Field(description="That with the second.")
     both: str = Field(description="That with both.")
     trials: int
-    difference: Change | None = Field(description="Effect of the second with the first, less alone, [-2, 2].")
+    difference: Change | None = Field(
+        description="Interaction: effect of the second with the first minus its effect alone, [-2, 2]."
+    )
     difference_low: Change | None = Field(description="Lower end of its 95 % interval, not corrected.")
     difference_high: Change | None = Field(description="Upper end.")
-    p_value: Share = Field(description="Exchange of signs of whole blocks of luck, not corrected.")
-    detectable: bool = Field(description="Whether test and interval show it.")
+    p_value: Share = Field(description="Sign-flip permutation test over blocks, not corrected.")
+    detectable: bool = Field(description="Whether the test rejects and the interval excludes 0.")
 
 
 class GridAxis(DescribedResult):
@@ -187,21 +191,21 @@ class GridResult(DescribedResult):
 
     agent: str = Field(description="Agent spec.")
     modality: str = Field(description="How the box was shown.")
-    name: str = Field(description="What is crossed, with a multiplication sign between.")
+    name: str = Field(description="The two doses, with a multiplication sign between.")
     rows: GridAxis = Field(description="The dose of the first.")
     columns: GridAxis = Field(description="The dose of the second.")
-    rest: str = Field(description="What else acts in all of them.")
+    rest: str = Field(description="Other interventions in all of them.")
     cells: list[GridCellResult] = Field(description="Every combination that was played.")
-    trials: Counted = Field(description="Blocks of equal luck that have a trial in every cell.")
+    trials: Counted = Field(description="Blocks that have a trial in every cell.")
     difference: float | None = Field(
-        description="Interaction: what the range of the second dose does at the highest of the first less at the "
-        "lowest, on straight lines through all cells; null where a combination was not played."
+        description="Interaction: effect of the range of the second dose at the highest of the first minus that at the "
+        "lowest, from linear trends over all cells; null where a combination was not played."
     )
     difference_low: float | None = Field(description="Lower end of its interval, corrected for the agent's grids.")
     difference_high: float | None = Field(description="Upper end.")
-    p_value: Share = Field(description="Exchange of signs of whole blocks of luck, corrected alike.")
+    p_value: Share = Field(description="Sign-flip permutation test over blocks, corrected alike.")
     corrected_for: Counted = Field(description="Grids of this agent.")
-    detectable: bool = Field(description="Whether test and interval show it.")
+    detectable: bool = Field(description="Whether the test rejects and the interval excludes 0.")
 
 
 class SeriesResult(DescribedResult):
@@ -209,11 +213,11 @@ class SeriesResult(DescribedResult):
 
     intervention: str = Field(description="Name of the intervention; agent for an option of agents.")
     dose: str = Field(description="The option that is the dose.")
-    rest: str = Field(description="What else acts in all of them.")
+    rest: str = Field(description="Other interventions in all of them.")
     modality: str
     name: str = Field(description="What sentences and figures call the dose.")
     conditions: dict[str, float] = Field(description="Condition, or agent spec -> dose, ascending.")
-    findings: list[str] = Field(description="What the dose does to success, a text for each agent.")
+    findings: list[str] = Field(description="The effect of the dose on success, a text for each agent.")
     loop_findings: list[str]
     conclusions: list[list[str]]
     courses_said: str
@@ -227,7 +231,7 @@ class MeasureResult(DescribedResult):
     """A measure that an installed package adds, of one agent under one condition."""
 
     agent: str = Field(description="Agent spec.")
-    condition: str = Field(description="The condition, as keys of records say it.")
+    condition: str = Field(description="The condition, as in the keys of records.")
     measure: str = Field(description="Its name.")
     what: str
     kind: str = Field(description="share of a yes or no, mean of a number, or broken.")
@@ -264,14 +268,14 @@ class Results(DescribedResult):
     grids: list[GridResult] = Field(default=[], description="Of a study of conditions: crossed doses.")
     series: list[SeriesResult] = Field(default=[], description="Of a study of conditions: doses.")
     why: list[WhyResult] = Field(default=[], description="Of a study of controls: why false reports change success.")
-    forks: list[ForkResult] = Field(default=[], description="Where trials were forked: what one report did.")
-    forks_said: list[str] = Field(default=[], description="The detectable effects of one report, in sentences.")
+    forks: list[ForkResult] = Field(default=[], description="Effects of one report, from forked trials.")
+    forks_said: list[str] = Field(default=[], description="The detected effects of one report, in sentences.")
     leaderboard: list[LeaderboardResult] = []
     comparisons: list[ComparisonResult] = []
     interactions: list[InteractionResult] = []
     rationality: list[details.RationalityResult] = []
     judged: details.JudgedResult | None = None
-    lies: list[LieResult] = Field(default=[], description="Of a flip study: what one false report changes.")
+    lies: list[LieResult] = Field(default=[], description="Of a flip study: effects of one false report.")
     paces: list[details.PaceResult] = []
     modalities: list[details.ModalityResult] = []
     people: PeopleResult | None = None

@@ -21,8 +21,9 @@ __all__ = ["PAGE", "level_table", "score_table", "write_suite"]
 PAGE = "suite.html"
 
 _CAPTION = Caption(
-    "Five scores of each agent, the most competent on top. Bars are 95 % intervals; the short upright lines in the "
-    "last panel are the rationality of random choices in the same situations.",
+    "Five scores of each agent, the most competent at the top. Short upright lines in the last panel: rationality of "
+    "random choices in the same situations.",
+    "Bars are 95 % intervals.",
 )
 
 

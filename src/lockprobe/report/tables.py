@@ -8,7 +8,7 @@ from lockprobe.analysis.clustered import ClusteredProportion
 from lockprobe.analysis.proportions import Proportion
 from lockprobe.formatting import NONE, bracketed, minus, p_cell, percent, share
 from lockprobe.report import details
-from lockprobe.report.format import EVERY, TextTable, share_cell
+from lockprobe.report.format import DETECTED, EVERY, TextTable, share_cell
 from lockprobe.report.schema import ConditionResult, CrossingResult, EffectResult
 
 __all__ = [
@@ -51,9 +51,9 @@ def table1(conditions: Sequence[ConditionResult]) -> TextTable:
 
 
 def table1_corrected(conditions: Sequence[ConditionResult]) -> TextTable:
-    """The three errors of what agents say, pooled over claims, with intervals that know the trials."""
-    head = ["agent and condition", "claims", "misread", "said moved, told blocked", "said blocked, told moved"]
-    table = [[*head, "false report", "false belief", "believed"]]
+    """The three errors of claims, pooled over claims, with intervals clustered by trial."""
+    head = ["agent and condition", "claims", "misread", "claimed moved, told blocked", "claimed blocked, told moved"]
+    table = [[*head, "false report", "false belief", "false reports believed"]]
     asked = [row for row in conditions if row.misinterpretation_trials]
     return table + [
         [
@@ -72,7 +72,7 @@ def table1_corrected(conditions: Sequence[ConditionResult]) -> TextTable:
 
 def speed_table(conditions: Sequence[ConditionResult]) -> TextTable:
     """How fast the box is solved, between chance and the optimum."""
-    head = ["agent", "flip rate", "mean steps", "median step", "80 % by", "relative to random and optimum"]
+    head = ["agent", "flip rate", "mean steps", "median step", "80 % by step", "relative to random and optimum"]
     table = [head]
     for row, p in _distinct(conditions):
         relative, (early, late) = row.relative, row.steps_to_80_interval
@@ -93,7 +93,17 @@ def speed_table(conditions: Sequence[ConditionResult]) -> TextTable:
 
 def pace_table(paces: Sequence[details.PaceResult]) -> TextTable:
     """Every two agents at the same p: who is faster."""
-    return [["agent", "against", "flip rate", "hazard of solving, ratio", "log-rank", "as if independent", "Gehan"]] + [
+    return [
+        [
+            "agent",
+            "compared with",
+            "flip rate",
+            "hazard ratio of solving",
+            "log-rank",
+            "log-rank, not clustered",
+            "Gehan",
+        ]
+    ] + [
         [
             row.second_label,
             row.first_label,
@@ -107,8 +117,8 @@ def pace_table(paces: Sequence[details.PaceResult]) -> TextTable:
 
 def modality_table(effects: Sequence[details.ModalityResult]) -> TextTable:
     """Every two modalities of each agent, and the trend over fidelity."""
-    head = ["agent", "against", "hazard of solving, ratio", "log-rank", "corrected (Holm)"]
-    table = [[*head, "solved only with the first", "only with the second", "McNemar"]]
+    head = ["agent", "compared with", "hazard ratio of solving", "log-rank", "corrected (Holm)"]
+    table = [[*head, "solved only with the first", "solved only with the second", "McNemar"]]
     for row in effects:
         words = dict(zip(row.modalities, row.spoken, strict=True))
         for pair in row.pairs:
@@ -129,8 +139,8 @@ def modality_table(effects: Sequence[details.ModalityResult]) -> TextTable:
 
 def loop_table(conditions: Sequence[ConditionResult]) -> TextTable:
     """Loop rates and their chance levels under four null models."""
-    head = ["agent", "flip rate", "trials with a loop", "uniform", "without repeats", "own habits"]
-    return [[*head, "own actions shuffled", "with outcomes", "with states"]] + [
+    head = ["agent", "flip rate", "trials with a loop", "uniform", "without repeats", "own transitions"]
+    return [[*head, "own actions shuffled", "equal outcomes", "equal states"]] + [
         [
             row.label,
             p,
@@ -177,29 +187,33 @@ def condition_table(conditions: Sequence[ConditionResult]) -> TextTable:
 
 
 def course_table(courses: Sequence[details.CourseResult]) -> TextTable:
-    """Which agents' success rises with the flip rate, which falls, which both; and what loops do."""
-    head = ["agent", "solved at the lowest flip rate", "most", "fewest", "solved at the highest flip rate"]
+    """The course of success and of the loop rate over the flip rate, one row per agent."""
+    head = ["agent", "solved at the lowest flip rate", "highest", "lowest", "solved at the highest flip rate"]
     loops = ["loops at the lowest flip rate", "fewest loops", "loops at the highest flip rate", "loops begin"]
-    return [[*head, "success", *loops]] + [
+    return [[*head, "course of success", *loops]] + [
         [
             row.label,
             percent(row.first, 0),
             f"{percent(row.highest, 0)} at {row.highest_p:g}",
             f"{percent(row.lowest, 0)} at {row.lowest_p:g}",
             percent(row.last, 0),
-            row.kind,
+            _detected(row.kind),
             *(percent(share, 0) for share in (row.loops_first, row.loops_least, row.loops_last)),
-            row.looping,
+            _detected(row.looping),
         ]
         for row in courses
     ]
 
 
+def _detected(kind: str) -> str:
+    return "no change detected" if kind == "no change detectable" else kind
+
+
 def rationality_table(rows: Sequence[details.RationalityResult]) -> TextTable:
-    """How rational each action was to one who believes reports, and to one who doubts them; in brackets by chance."""
+    """How rational actions were for the observer that believes reports and for the other; in brackets by chance."""
     head = ["agent", "flip rate"]
     head += [f"{what}, reports {how}" for how in ("believed", "doubted") for what in ("optimal", "steps lost")]
-    table = [[*head, "could tell nothing", "bits, of the most telling", "bits unknown at the end"]]
+    table = [[*head, "uninformative attempts", "bits, of the maximum", "bits left at the end"]]
     naive, aware = ([row for row in rows if row.noise == noise] for noise in ("naive", "aware"))
     blind = {(row.agent, row.modality): row for row in reversed(naive) if row.same_at_every_p}
     for one, two in zip(naive, aware, strict=True):
@@ -208,15 +222,15 @@ def rationality_table(rows: Sequence[details.RationalityResult]) -> TextTable:
         cells = [
             cell
             for row in (one, two)
-            for cell in (_beside_chance(row.optimal, row.by_chance["optimal"]), _steps_lost(row))
+            for cell in (_with_chance(row.optimal, row.by_chance["optimal"]), _steps_lost(row))
         ]
-        told = f"{two.expected:.2f} of {two.best:.2f}"
-        cells += [_beside_chance(two.uninformative, two.by_chance["uninformative"]), told, f"{two.entropy_left:.1f}"]
+        bits = f"{two.expected:.2f} of {two.best:.2f}"
+        cells += [_with_chance(two.uninformative, two.by_chance["uninformative"]), bits, f"{two.entropy_left:.1f}"]
         table.append([one.label, f"{one.p:g}", *cells])
     return table
 
 
-def _beside_chance(share: ClusteredProportion, chance: float) -> str:
+def _with_chance(share: ClusteredProportion, chance: float) -> str:
     return f"{share_cell(share)} ({percent(chance, 0)})"
 
 
@@ -227,7 +241,8 @@ def _steps_lost(row: details.RationalityResult) -> str:
 def claim_table(claims: Sequence[details.ClaimResult]) -> TextTable:
     """The paper's claims and what was measured."""
     names = ["place", "quote", "paper", "recomputed", "agent", "here", "verdict", "test"]
-    return [[*names, "P"]] + [[*(getattr(row, name) for name in names), p_cell(row.p_value)] for row in claims]
+    head = ["place", "quote", "paper", "reanalysis", "agent", "this study", "verdict", "test", "P"]
+    return [head] + [[*(getattr(row, name) for name in names), p_cell(row.p_value)] for row in claims]
 
 
 def _distinct(conditions: Sequence[ConditionResult]) -> list[tuple[ConditionResult, str]]:
@@ -264,7 +279,7 @@ def _of(count: details.CountOf | Proportion | ClusteredProportion) -> str:
 
 def effect_table(effects: Sequence[EffectResult]) -> TextTable:
     """Every condition against the control, in the trials that both have."""
-    head = ["agent", "condition", "control", "solved, control", "solved", "difference, points", "P", "says"]
+    head = ["agent", "condition", "control", "solved, control", "solved", "difference, points", "P", "conclusion"]
     return [head] + [
         [
             row.agent,
@@ -274,15 +289,15 @@ def effect_table(effects: Sequence[EffectResult]) -> TextTable:
             f"{row.solved} of {row.trials}",
             bracketed(row.difference, row.difference_low, row.difference_high),
             p_cell(row.p_value),
-            "shown" if row.detectable else "not shown",
+            DETECTED[row.detectable],
         ]
         for row in effects
     ]
 
 
 def crossing_table(crossings: Sequence[CrossingResult]) -> TextTable:
-    """Two interventions alone and together."""
-    head = ["agent", "first", "second", "both", "second with the first less alone, points", "P", "says"]
+    """The interaction of every two interventions that were also combined."""
+    head = ["agent", "first", "second", "both", "interaction, points", "P", "conclusion"]
     return [head] + [
         [
             row.agent,
@@ -291,7 +306,7 @@ def crossing_table(crossings: Sequence[CrossingResult]) -> TextTable:
             row.both,
             bracketed(row.difference, row.difference_low, row.difference_high),
             p_cell(row.p_value),
-            "shown" if row.detectable else "not shown",
+            DETECTED[row.detectable],
         ]
         for row in crossings
     ]
@@ -299,7 +314,17 @@ def crossing_table(crossings: Sequence[CrossingResult]) -> TextTable:
 
 def table_of_conditions(conditions: Sequence[ConditionResult]) -> TextTable:
     """Every agent under every condition. Intervals are 95 % Wilson; chance is for trials of exactly those lengths."""
-    head = ["agent", "condition", "what acts", "modality", "trials", "success", "mean steps", "loop rate", "by chance"]
+    head = [
+        "agent",
+        "condition",
+        "interventions",
+        "modality",
+        "trials",
+        "success",
+        "mean steps",
+        "loop rate",
+        "by chance",
+    ]
     table = [[*head, "misread", "false reports", "errors"]]
     table += [
         [
@@ -321,7 +346,7 @@ def table_of_conditions(conditions: Sequence[ConditionResult]) -> TextTable:
     said = {row[2] for row in table[1:]} - {NONE}
     kept = [i for i in range(len(table[0])) if _says_something(table, i) or i not in (2, 3)]
     if said <= {row[1] for row in table[1:]}:
-        kept = [i for i in kept if i != 2]  # conditions without names of their own are called by what acts
+        kept = [i for i in kept if i != 2]  # unnamed conditions are called by their interventions
     return [[row[i] for i in kept] for row in table]
 
 

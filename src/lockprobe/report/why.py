@@ -47,20 +47,22 @@ class WhyResult(DescribedResult):
 
     agent: str = Field(description="Agent spec.")
     modality: str = Field(description="How the box was shown.")
-    p: float = Field(description="The rate at which reports were hit.")
+    p: float = Field(description="The rate of the intervention.")
     verdict: str = Field(description="says, disturbs, both, unexplained, no change or not detectable.")
     said: list[str] = Field(description="The verdict and its numbers, in sentences.")
     arms: list[ArmResult] = Field(description="Success in every arm.")
-    change: EstimateResult = Field(description="Lie less truth.")
-    says: EstimateResult = Field(description="Lie less retracted lie: what lies say.")
-    disturbs: EstimateResult = Field(description="Retracted lie less truth: that they disturb.")
-    falsity: EstimateResult | None = Field(description="False less true reports, without and with a remark.")
-    disturbance: EstimateResult | None = Field(description="With less without a remark, for true and false reports.")
-    interaction: EstimateResult | None = Field(description="The effect of a lie with a remark less that without.")
-    contingent: EstimateResult | None = Field(description="Lies in loops less as many lies at random steps.")
-    margin: float = Field(description="Changes up to here count as none.")
+    change: EstimateResult = Field(description="Lie minus truth.")
+    says: EstimateResult = Field(description="Lie minus retracted lie: the effect of the content.")
+    disturbs: EstimateResult = Field(description="Retracted lie minus truth: the effect of the disturbance.")
+    falsity: EstimateResult | None = Field(description="False minus true reports, mean without and with a remark.")
+    disturbance: EstimateResult | None = Field(
+        description="With minus without a remark, mean for true and false reports."
+    )
+    interaction: EstimateResult | None = Field(description="The effect of a lie with a remark minus that without.")
+    contingent: EstimateResult | None = Field(description="Lies in loops minus equally many lies at random steps.")
+    margin: float = Field(description="Smaller changes count as no change.")
     equivalence: Share = Field(description="P value of two one-sided tests of a change of the margin or more.")
-    needed: Counted = Field(description="Blocks that find a change of the margin with a power of 80 %.")
+    needed: Counted = Field(description="Blocks that detect a change of the margin with a power of 80 %.")
     twice: ToldTwice | None
 
 
@@ -88,8 +90,8 @@ def _arm(one: ArmEffect) -> ArmResult:
 
 
 def arm_table(rows: Sequence[WhyResult]) -> TextTable:
-    """Success in every arm, and against true reports."""
-    head = ["agent", "arm", "at the steps that are hit", "solved", "success", "against truth, points", "P"]
+    """Success in every arm, and its difference from true reports."""
+    head = ["agent", "arm", "at the selected steps", "solved", "success", "difference from truth, points", "P"]
     return [head] + [
         [
             row.agent,
@@ -106,16 +108,16 @@ def arm_table(rows: Sequence[WhyResult]) -> TextTable:
 
 
 def estimate_table(rows: Sequence[WhyResult]) -> TextTable:
-    """The effect of lies and its parts."""
-    head = ["agent", "estimand", "arms", "points", "P", "blocks"]
+    """The effect of false reports and its parts."""
+    head = ["agent", "estimand", "arms", "estimate, points", "P", "blocks"]
     named = (
-        ("what lies do", "lie - truth", "change"),
-        ("what they say (debunking)", "lie - retracted", "says"),
-        ("that they disturb", "retracted - truth", "disturbs"),
-        ("falsity", "half of (lie - truth) + (lie + remark - remark)", "falsity"),
-        ("disturbance", "half of (remark - truth) + (lie + remark - lie)", "disturbance"),
-        ("interaction", "(lie + remark - remark) - (lie - truth)", "interaction"),
-        ("that they come in loops", "lie in loops - self-yoked", "contingent"),
+        ("total effect", "lie - truth", "change"),
+        ("content (debunking effect)", "lie - retracted", "says"),
+        ("disturbance", "retracted - truth", "disturbs"),
+        ("falsity, mean effect", "half of (lie - truth) + (lie + remark - remark)", "falsity"),
+        ("remark, mean effect", "half of (remark - truth) + (lie + remark - lie)", "disturbance"),
+        ("falsity by remark, interaction", "(lie + remark - remark) - (lie - truth)", "interaction"),
+        ("timing in loops", "lie in loops - self-yoked", "contingent"),
     )
     return [head] + [
         [row.agent, name, arms, bracketed(one.value, one.low, one.high), p_cell(one.p_value), str(one.blocks)]

@@ -11,6 +11,9 @@ from lockprobe.storage.atomic_file import write_file
 
 __all__ = ["write_report"]
 
+_PRELOADED = ("lockprobe.report.page", "lockprobe.figures")
+"""What every process of a large report needs, and takes more than a second to import."""
+
 
 def write_report(
     directory: Path | str,
@@ -37,7 +40,7 @@ def write_report(
         BadFile: If the directory is not that of a study.
     """
     directory = Path(directory)
-    with uncollected(), shared(directory, processes, elsewhere) as each:
+    with uncollected(), shared(directory, processes, elsewhere, preload=_PRELOADED) as each:
         from lockprobe.report.page import report_files
 
         with one_thread():

@@ -91,7 +91,7 @@ def test_an_agent_whose_failures_break_is_not_called_better():
     assert bounded.second_share > 0.85
     assert bounded.success.low > 0
     assert (plain.verdict, bounded.verdict) == (0, 0)
-    assert "the largest p-value over what became of broken trials" in comparison_said(bounded, summary)[0]
+    assert "the largest P value over the treatments of broken trials" in comparison_said(bounded, summary)[0]
 
 
 def test_a_difference_that_holds_at_both_ends_is_told():

@@ -41,7 +41,7 @@ def test_what_remains_of_a_condition_that_breaks_is_no_finding():
     assert infer(outcomes([trial for group in groups for trial in group]), generator(1)).difference.p_value < 0.05
     assert not agent.contrast.detectable
     said = finding(agent)
-    assert said.startswith("Trials of llm:local broke under some conditions more often than under others")
+    assert said.startswith("Trials of llm:local broke more often under some conditions than under others")
     assert "63 of 90 at a flip rate of 0.6" in said
     assert "more often when each" not in said
 
@@ -53,7 +53,7 @@ def test_a_difference_that_holds_whatever_became_of_them_is_concluded():
     assert found.if_unsolved.value == pytest.approx(23 / 30)
     assert found.if_solved.value == pytest.approx(27 / 30)
     assert found.p_value == max(found.exchange, found.if_unsolved.p_value, found.if_solved.p_value, found.p_value)
-    assert "counted as unsolved +77 points, as solved +90" in finding(agent)
+    assert "+77 points with broken trials counted as unsolved, +90" in finding(agent)
 
 
 def test_breaks_that_are_as_frequent_everywhere_are_not_said_to_select():

@@ -15,7 +15,6 @@ from collections import Counter
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -30,11 +29,9 @@ from lockprobe.plants.hardware.rig import Eye, Rig
 from lockprobe.plants.hardware.rungs import Parts, parts_of
 from lockprobe.plants.operator import ConsentingOperator
 from lockprobe.plants.rehearsal_settings import RehearsalRung, RehearsalSettings
+from lockprobe.plants.simulation import FilmHook
 from lockprobe.protocols import Plant
 from lockprobe.record import Fact, Snapshot
-
-if TYPE_CHECKING:
-    from lockprobe.plants.catalogue import FilmHook
 
 __all__ = ["BOUNDS", "Attempted", "Rehearsal", "played_eye", "rehearse", "rehearse_rig"]
 

@@ -17,11 +17,11 @@ from lockprobe.plants.handle_path import handle_path
 from lockprobe.plants.hardware.scripted_arm import ScriptedArm
 from lockprobe.plants.rehearsal_settings import RehearsalRung
 from lockprobe.plants.scene.panel import lay_out_panel
+from lockprobe.plants.simulation import FilmHook, require_mujoco
 from lockprobe.record import Fact
 
 if TYPE_CHECKING:
     from lockprobe.pictures.frame import Frame
-    from lockprobe.plants.catalogue import FilmHook
 
 __all__ = ["RUNGS", "Parts", "parts_of"]
 
@@ -90,8 +90,6 @@ def parts_of(
 
 
 def _twin(box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator, film: FilmHook | None) -> Parts:
-    from lockprobe.plants.catalogue import require_mujoco
-
     require_mujoco()
     from lockprobe.plants.twin import Twin
     from lockprobe.plants.twin_settings import TwinSettings
@@ -115,8 +113,6 @@ def _twin(box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator, film:
 
 
 def _wire(box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator, film: FilmHook | None) -> Parts:
-    from lockprobe.plants.catalogue import require_mujoco
-
     require_mujoco()
     from lockprobe.plants.arm.skin import find_skin
     from lockprobe.plants.hardware.driver_call import call_driver

@@ -56,7 +56,7 @@
   };
 
   const after = (trial, step) => trial.state[Math.min(step, trial.state.length - 1)] ?? "";
-  const outcome = { 1: "moved", 0: "blocked", "-": "nothing of it" };
+  const outcome = { 1: "moved", 0: "blocked", "-": "nothing" };
 
   // One trial at one step: what was true, what was told, and what the agent said of the step before.
   const draw = (place, trial, step, parted) => {
@@ -68,7 +68,7 @@
     const pair = make("div", "panels");
     for (const [name, bits, held] of [["true", truth, ""], ["told", unknown ? "-" : shown, truth]]) {
       const half = make("figure");
-      half.append(make("figcaption", "", name === "true" ? "What was true" : unknown ? "No positions were told" : "What was told"));
+      half.append(make("figcaption", "", name === "true" ? "Truth" : unknown ? "No positions were told" : "Told"));
       half.append(panel(trial, bits, unknown ? "" : held, did, `${name}: ${trial.panel.map((joint, at) => `${data.joints[joint]} ${bits[at] === "1" ? "moved" : "at its start"}`).join(", ")}`));
       pair.append(half);
     }
@@ -79,8 +79,8 @@
       line.append(`Step ${index + 1}: ${data.joints[did]}${chosen}. In truth it ${trial.moved[index] === "1" ? "moved" : "was blocked"}; told: `);
       line.append(make("b", false_ ? "off" : "", `${outcome[trial.told[index]]}${false_ ? ", which is false" : ""}`), ". ");
       const claim = trial.said[index + 1];
-      if (claim === trial.told[index] && claim !== "-") line.append("Asked about it, the agent repeated the report. ");
-      else if (claim === "1" || claim === "0") line.append(make("b", "off", `Asked about it, the agent said ${outcome[claim]}: it misread the report${claim === trial.moved[index] ? ", and is right by that" : ""}. `));
+      if (claim === trial.told[index] && claim !== "-") line.append("The agent's claim repeats the report. ");
+      else if (claim === "1" || claim === "0") line.append(make("b", "off", `The agent's claim is ${outcome[claim]}: it misread the report${claim === trial.moved[index] ? " and is right by chance" : ""}. `));
       if (trial.loop[index] !== " ") line.append(`This step is part of an action loop (${trial.loop[index]}). `);
       if (step === parted) line.append(make("b", "", "From here the two trials differ. "));
       if (ended || index + 1 === trial.did.length) line.append(make("b", "", trial.solved ? "Solved." : "Not solved within the budget."));
@@ -132,7 +132,7 @@
   const stepper = make("div", "stepper");
   stepper.append(back, slider, on);
   const sides = make("div", "sides"), note = make("p", "note");
-  const key = make("p", "note", "Each number is a step: which joint was attempted, counted from the left. Black: the step shown. Bold: it moved. Red: its report was false; where positions are told, the report after a false one seems false too. Blue: the target. Double line below: part of an action loop. Dashed frame: from here the two trials differ; in the picture of the box, the joint attempted. Keys: ← → Home End.");
+  const key = make("p", "note", "Each number is a step: which joint was attempted, counted from the left. Black: the step shown. Bold: it moved. Red: its report was false. If positions are told, the report after a false one also looks false. Blue: the target. Double line below: part of an action loop. Dashed frame: the first step at which the two trials differ; in the picture of the box, the attempted joint. Keys: ← → Home End.");
   home.append(controls, stepper, sides, note, key);
   home.tabIndex = 0;
   home.hidden = false;
