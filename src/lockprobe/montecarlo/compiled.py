@@ -21,7 +21,7 @@ from lockprobe.agents.human_inspired import HumanInspired
 from lockprobe.agents.policy import Policy
 from lockprobe.agents.strategies import RandomAgent, RandomNoRepeat, RoundRobin
 from lockprobe.interventions.flip import FlipKind
-from lockprobe.montecarlo.choosing import HUMAN, MAP, NO_REPEAT, PARTS, RANDOM, ROUND_ROBIN, SOFTMAX
+from lockprobe.montecarlo.compiled_choices import HUMAN, MAP, NO_REPEAT, PARTS, RANDOM, ROUND_ROBIN, SOFTMAX
 from lockprobe.montecarlo.plain import BoxWorld
 from lockprobe.montecarlo.rules import RULE, SCENE, Integers, Numbers, Rule, Scene, record
 

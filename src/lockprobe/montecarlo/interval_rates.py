@@ -82,7 +82,7 @@ class IntervalRates:
         return self.found / self.shown
 
 
-class _Job(NamedTuple):
+class _StudyRange(NamedTuple):
     agent: str
     p: float
     exact: float
@@ -132,7 +132,7 @@ def interval_rates(
             raise BadValue(what, number, f"a number from {least}")
     effects = {(agent, p): lie_effects(agent, p=p, modality="symbolic") for agent, p in agents}
     jobs = [
-        _Job(agent, p, effect.mean, trials, seed, first, min(first + BATCH, studies), forked)
+        _StudyRange(agent, p, effect.mean, trials, seed, first, min(first + BATCH, studies), forked)
         for (agent, p), effect in effects.items()
         for first in range(0, studies, BATCH)
     ]
@@ -143,7 +143,7 @@ def interval_rates(
         done += job.end - job.first
         progress(done, studies * len(effects))
     pools = [
-        _Job(agent, p, effect.by_step[FORK_STEP - 1], trials, seed, 0, studies, forked)
+        _StudyRange(agent, p, effect.by_step[FORK_STEP - 1], trials, seed, 0, studies, forked)
         for (agent, p), effect in effects.items()
     ]
     rates = []
@@ -154,7 +154,7 @@ def interval_rates(
     return rates
 
 
-def _rates(job: _Job, estimate: Estimate, exact: float, found: Sequence[_Estimate]) -> IntervalRates:
+def _rates(job: _StudyRange, estimate: Estimate, exact: float, found: Sequence[_Estimate]) -> IntervalRates:
     return IntervalRates(
         agent=job.agent,
         p=job.p,
@@ -169,7 +169,7 @@ def _rates(job: _Job, estimate: Estimate, exact: float, found: Sequence[_Estimat
     )
 
 
-def _of_records(job: _Job) -> list[_Estimate]:
+def _of_records(job: _StudyRange) -> list[_Estimate]:
     """The estimates from the records of some studies."""
     number = job.end - job.first
     made = population(
@@ -209,7 +209,7 @@ def _points(made: Population, p: float, rows: slice) -> DecisionPoints:
     )
 
 
-def _of_forks(job: _Job) -> list[_Estimate]:
+def _of_forks(job: _StudyRange) -> list[_Estimate]:
     """The estimates from the forks of some studies."""
     changes = asyncio.run(_forked(job))
     truth, rng = float(changes.mean()), generator(job.seed, "interval rates", job.agent, f"p={job.p:g}")
@@ -223,7 +223,7 @@ def _of_forks(job: _Job) -> list[_Estimate]:
     return found
 
 
-async def _forked(job: _Job) -> NDArray[np.float64]:
+async def _forked(job: _StudyRange) -> NDArray[np.float64]:
     """The change of success by a lie at the step, of every trial that goes on after it, shape (trials,)."""
     conditions = [f"{one_lie(FORK_STEP, rate, job.p)} + symbolic" for rate in (0.0, 1.0)]
     planned = study("flips", agent=job.agent, condition=conditions, trials=job.forked, repetitions=1, seed=job.seed)

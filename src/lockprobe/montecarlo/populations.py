@@ -23,8 +23,6 @@ from lockprobe.interventions.flip import FlipKind
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.families import DEFAULT_BOX
 from lockprobe.montecarlo import rules
-from lockprobe.montecarlo.acting import tells_states_only
-from lockprobe.montecarlo.choosing import RANDOM, play_trials
 from lockprobe.montecarlo.compiled import (
     compiled,
     deepest,
@@ -36,6 +34,8 @@ from lockprobe.montecarlo.compiled import (
     rule_of,
     scene_of,
 )
+from lockprobe.montecarlo.compiled_choices import RANDOM, play_trials
+from lockprobe.montecarlo.condition_chances import tells_states_only
 from lockprobe.montecarlo.plain import BoxWorld, heeds_order, play_plainly, policy_of, world_of
 from lockprobe.montecarlo.rules import Rule
 from lockprobe.montecarlo.streams import Counted, FromTree, LuckSource
@@ -154,7 +154,7 @@ def population(
     policy, states_only = policy_of(agent), tells_states_only(modality, flip)
     world = world_of(box, p=p, flip=flip, max_steps=max_steps, states_only=states_only)
     _check(trials, repetition, streams, threads, recorded=trials * max_steps if record else 0)
-    found = _room(trials, max_steps if record else 0)
+    found = _empty_columns(trials, max_steps if record else 0)
     _play(policy, world, found, threads, streams=streams, seed=seed, repetition=repetition, shuffle=shuffle)
     return Population(
         agent=agent if isinstance(agent, str) else type(policy).__name__,
@@ -167,7 +167,7 @@ def population(
     )
 
 
-class _Found(NamedTuple):
+class _Columns(NamedTuple):
     steps: NDArray[np.int32]
     solved: NDArray[np.bool_]
     actions: NDArray[np.int8]
@@ -187,8 +187,8 @@ def _check(trials: int, repetition: int, streams: str, threads: int | None, *, r
         raise BadValue("steps to record", recorded, f"at most {MOST_RECORDED}")
 
 
-def _room(trials: int, columns: int) -> _Found:
-    return _Found(
+def _empty_columns(trials: int, columns: int) -> _Columns:
+    return _Columns(
         steps=np.zeros(trials, np.int32),
         solved=np.zeros(trials, bool),
         actions=np.full((trials, columns), -1, np.int8),
@@ -200,7 +200,7 @@ def _room(trials: int, columns: int) -> _Found:
 def _play(
     policy: Policy[Any],
     world: BoxWorld,
-    found: _Found,
+    found: _Columns,
     threads: int | None,
     *,
     streams: Streams,
@@ -229,12 +229,12 @@ def _play(
             fill=compiled(fill) if swift else None,
         )
     if rule is not None and swift:
-        _play_swiftly(world, rule, source, found, threads or os.cpu_count() or 1)
+        _play_compiled(world, rule, source, found, threads or os.cpu_count() or 1)
     else:
         _play_plainly(policy, world, source, found)
 
 
-def _play_plainly(policy: Policy[Any], world: BoxWorld, source: LuckSource, found: _Found) -> None:
+def _play_plainly(policy: Policy[Any], world: BoxWorld, source: LuckSource, found: _Columns) -> None:
     """One trial after another."""
     for trial in range(len(found.steps)):
         played = play_plainly(policy, world, *source.luck(trial))
@@ -246,7 +246,7 @@ def _play_plainly(policy: Policy[Any], world: BoxWorld, source: LuckSource, foun
             found.told_moved[trial, :steps] = played.told_moved
 
 
-def _play_swiftly(world: BoxWorld, rule: Rule, source: LuckSource, found: _Found, threads: int) -> None:
+def _play_compiled(world: BoxWorld, rule: Rule, source: LuckSource, found: _Columns, threads: int) -> None:
     """Many trials a call, and several calls at once where no stream has to be set up by Python."""
     scene, trials = scene_of(world), max(1, PIECE // world.budget)
     if isinstance(source, Counted) and rule.kind == RANDOM and not found.actions.shape[1]:
@@ -254,12 +254,12 @@ def _play_swiftly(world: BoxWorld, rule: Rule, source: LuckSource, found: _Found
         jump = jumps(scene, depth)
 
         def piece(first: int) -> None:
-            blind(source.key, first, world.budget, jump, depth, *_part(found, first, trials)[:2])
+            blind(source.key, first, world.budget, jump, depth, *_rows(found, first, trials)[:2])
     else:
         play = compiled(play_trials)
 
         def piece(first: int) -> None:
-            steps, solved, actions, moved, told_moved = _part(found, first, trials)
+            steps, solved, actions, moved, told_moved = _rows(found, first, trials)
             orders, flips, draws = source.block(first, len(steps))
             play(
                 scene, rule, rules.record(rules.MEMORY), orders, flips, draws, steps, solved, actions, moved, told_moved
@@ -274,7 +274,9 @@ def _play_swiftly(world: BoxWorld, rule: Rule, source: LuckSource, found: _Found
             deque(pool.map(piece, others), maxlen=0)
 
 
-def _part(found: _Found, first: int, trials: int) -> _Found:
+def _rows(found: _Columns, first: int, trials: int) -> _Columns:
     """The rows of so many trials, from ``first`` on."""
     rows = slice(first, first + trials)
-    return _Found(found.steps[rows], found.solved[rows], found.actions[rows], found.moved[rows], found.told_moved[rows])
+    return _Columns(
+        found.steps[rows], found.solved[rows], found.actions[rows], found.moved[rows], found.told_moved[rows]
+    )

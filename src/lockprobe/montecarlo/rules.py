@@ -2,7 +2,7 @@
 
 Joints are places in panel order; configurations and sets of joints are numbers with bit j for joint j, and a
 configuration has a 1 where a joint is away from its start. What was compiled is kept until the file of its functions
-changes: a change of these fields has to change :mod:`lockprobe.montecarlo.choosing` too.
+changes: a change of these fields has to change :mod:`lockprobe.montecarlo.compiled_choices` too.
 """
 
 from __future__ import annotations

@@ -135,7 +135,7 @@ class Counted:
     def luck(self, trial: int) -> Luck:
         """That of one trial."""
         block = self.block(trial, 1)
-        channel, agent = (cast("np.random.Generator", _Given(numbers[0])) for numbers in block[1:])
+        channel, agent = (cast("np.random.Generator", _FixedStream(numbers[0])) for numbers in block[1:])
         return Luck(order=tuple(map(int, block.orders[0])), channel=channel, agent=agent)
 
     def block(self, first: int, trials: int) -> LuckBlock:
@@ -172,7 +172,7 @@ def _places(first: int, trials: int, offset: int, count: int) -> NDArray[np.uint
     return np.asarray(starts + np.arange(offset, offset + count, dtype=np.uint64), np.uint64)
 
 
-class _Given:
+class _FixedStream:
     """A stream of given numbers."""
 
     def __init__(self, numbers: Numbers) -> None:

@@ -66,7 +66,7 @@ class VerdictRates:
         return sum(n for found, n in self.verdicts.items() if found not in silent) / self.studies
 
 
-class _Job(NamedTuple):
+class _BlockRange(NamedTuple):
     world: str
     p: float
     seed: int
@@ -106,7 +106,7 @@ def verdict_rates(
         if number < least:
             raise BadValue(what, number, f"a number from {least}")
     jobs = [
-        _Job(world=world, p=p, seed=seed, first=first, end=min(first + BATCH, pool))
+        _BlockRange(world=world, p=p, seed=seed, first=first, end=min(first + BATCH, pool))
         for world in worlds
         for first in range(0, pool, BATCH)
     ]
@@ -170,12 +170,12 @@ def _rates(world: str, truth: Verdict, blocks: int, found: Sequence[Verdict]) ->
     return VerdictRates(world=world, truth=truth, blocks=blocks, studies=len(found), verdicts=verdicts)
 
 
-def _batch(job: _Job) -> NDArray[np.bool_]:
+def _batch(job: _BlockRange) -> NDArray[np.bool_]:
     """Whether each block was solved under true reports, lies and retracted lies, shape (blocks, 3)."""
     return asyncio.run(_play(job))
 
 
-async def _play(job: _Job) -> NDArray[np.bool_]:
+async def _play(job: _BlockRange) -> NDArray[np.bool_]:
     planned = study("why", agent=job.world, p=[job.p], trials=max(job.end, 1), repetitions=1, seed=job.seed)
     arms = [one for one in planned.conditions if one.name in ("truth", "lie", "retracted")]
     player = resolve(job.world).make()

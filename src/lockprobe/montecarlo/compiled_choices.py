@@ -105,28 +105,28 @@ def choose(scene: Scene, rule: Rule, memory: Memory, order: Integers, numbers: N
     if rule.kind == HUMAN:
         return _human(scene, rule, memory, order, numbers)
     if rule.kind == SOFTMAX:
-        _weigh(scene, rule, memory, order)
-        return _drawn(order, memory.chances, _next(memory, numbers))
+        _softmax_chances(scene, rule, memory, order)
+        return _draw(order, memory.chances, _next(memory, numbers))
     if rule.kind == MAP:
-        _meant(scene, rule, memory, order)
-        return _drawn(order, memory.chances, _next(memory, numbers))
+        _map_chances(scene, rule, memory, order)
+        return _draw(order, memory.chances, _next(memory, numbers))
     if rule.kind == NO_REPEAT and memory.last >= 0:
         everything &= ~(1 << memory.last)
-    return _picked(order, everything, _next(memory, numbers))
+    return _pick(order, everything, _next(memory, numbers))
 
 
 def remember(scene: Scene, rule: Rule, memory: Memory, joint: int, moved: int, shown: int) -> None:
     """Update the memory after a report; ``shown`` is the told configuration, -1 if positions are not told."""
     memory.steps += 1
     if rule.kind == MAP:
-        _note(memory, joint)
+        _store_first_choice(memory, joint)
         memory.recent = (memory.recent << 5 | 2 * joint + moved + 1) & ((1 << 5 * rule.window) - 1)
         memory.opened = 0 if shown == NOT_TOLD else shown
         memory.failed = memory.failed | 1 << joint if not moved and rule.avoid == AVOID_FAILED else 0
         memory.last = joint
         return
     if rule.kind == SOFTMAX:
-        _fade(scene, rule, memory, joint, moved)
+        _update_traces(scene, rule, memory, joint, moved)
     memory.seen[memory.opened] |= 1 << joint
     memory.failed = 0 if moved else memory.failed | 1 << joint
     memory.opened = memory.opened ^ moved << joint if shown == NOT_TOLD else shown
@@ -142,7 +142,7 @@ def _next(memory: Memory, numbers: Numbers) -> float:
     return float(numbers[used])
 
 
-def _picked(order: Integers, allowed: int, number: float) -> int:
+def _pick(order: Integers, allowed: int, number: float) -> int:
     """One of several equally likely joints, as :func:`lockprobe.agents.policy.pick` has it."""
     count = 0
     for joint in order:
@@ -156,7 +156,7 @@ def _picked(order: Integers, allowed: int, number: float) -> int:
     return -1
 
 
-def _drawn(order: Integers, chances: Numbers, number: float) -> int:
+def _draw(order: Integers, chances: Numbers, number: float) -> int:
     """A joint by its chance, as :func:`lockprobe.agents.policy.draw` has it; chances in the order of the listing."""
     total, last = 0.0, 0
     for place in range(len(order)):
@@ -173,7 +173,7 @@ def _human(scene: Scene, rule: Rule, memory: Memory, order: Integers, numbers: N
     target = 1 << scene.target
     everything = (1 << scene.joints) - 1
     if rule.lapse > 0 and _next(memory, numbers) < rule.lapse:
-        return _picked(order, everything, _next(memory, numbers))
+        return _pick(order, everything, _next(memory, numbers))
     ruled_out = memory.failed if rule.memory == 0 else 0
     if rule.memory == BY_CONFIGURATION:
         ruled_out = memory.seen[memory.opened]
@@ -188,7 +188,7 @@ def _human(scene: Scene, rule: Rule, memory: Memory, order: Integers, numbers: N
         fresh = fresh & ~target or target
     if rule.nearest and memory.moved >= 0:
         fresh = _nearest(scene, memory.moved, fresh)
-    return _picked(order, fresh or untried or everything, _next(memory, numbers))
+    return _pick(order, fresh or untried or everything, _next(memory, numbers))
 
 
 def _nearest(scene: Scene, moved: int, joints: int) -> int:
@@ -203,7 +203,7 @@ def _nearest(scene: Scene, moved: int, joints: int) -> int:
     return found
 
 
-def _weigh(scene: Scene, rule: Rule, memory: Memory, order: Integers) -> None:
+def _softmax_chances(scene: Scene, rule: Rule, memory: Memory, order: Integers) -> None:
     """The chances of the softmax."""
     target, closed, failure, _, _, recent, stay, position = rule.pulls
     greatest, total = -math.inf, 0.0
@@ -225,7 +225,7 @@ def _weigh(scene: Scene, rule: Rule, memory: Memory, order: Integers) -> None:
         memory.chances[place] /= total
 
 
-def _fade(scene: Scene, rule: Rule, memory: Memory, joint: int, moved: int) -> None:
+def _update_traces(scene: Scene, rule: Rule, memory: Memory, joint: int, moved: int) -> None:
     """The failure traces of the softmax after a report."""
     decay, reset = rule.pulls[3], rule.pulls[4]
     kept = decay * (1 - reset) if moved else decay
@@ -235,31 +235,31 @@ def _fade(scene: Scene, rule: Rule, memory: Memory, joint: int, moved: int) -> N
         memory.traces[joint] = 1.0
 
 
-def _state(memory: Memory) -> int:
+def _map_state(memory: Memory) -> int:
     """What the random map sees, as one number."""
     return int((memory.recent << 8 | memory.opened) << 8 | memory.failed)
 
 
-def _met(memory: Memory) -> int:
+def _find_state(memory: Memory) -> int:
     """The place of this state among those that the random map has met; -1 if it is new."""
-    state = _state(memory)
+    state = _map_state(memory)
     for met in range(memory.met):
         if memory.states[met] == state:
             return met
     return -1
 
 
-def _note(memory: Memory, joint: int) -> None:
+def _store_first_choice(memory: Memory, joint: int) -> None:
     """What the random map did first in this state."""
-    if _met(memory) < 0:
+    if _find_state(memory) < 0:
         met = memory.met
-        memory.states[met], memory.firsts[met] = _state(memory), joint
+        memory.states[met], memory.firsts[met] = _map_state(memory), joint
         memory.met = met + 1
 
 
-def _meant(scene: Scene, rule: Rule, memory: Memory, order: Integers) -> None:
+def _map_chances(scene: Scene, rule: Rule, memory: Memory, order: Integers) -> None:
     """The chances of the random map."""
-    met, barred, everything = _met(memory), memory.failed, (1 << scene.joints) - 1
+    met, barred, everything = _find_state(memory), memory.failed, (1 << scene.joints) - 1
     if rule.avoid == AVOID_LAST and memory.last >= 0:
         barred |= 1 << memory.last
     meant, count = 1 << memory.firsts[met] if met >= 0 else everything & ~barred or everything, 0
@@ -270,5 +270,20 @@ def _meant(scene: Scene, rule: Rule, memory: Memory, order: Integers) -> None:
         memory.chances[place] = rule.lapse / scene.joints + share
 
 
-PARTS = (choose, remember, forget, _next, _picked, _drawn, _human, _nearest, _weigh, _fade, _state, _met, _note, _meant)
+PARTS = (
+    choose,
+    remember,
+    forget,
+    _next,
+    _pick,
+    _draw,
+    _human,
+    _nearest,
+    _softmax_chances,
+    _update_traces,
+    _map_state,
+    _find_state,
+    _store_first_choice,
+    _map_chances,
+)
 """All that is compiled along with what calls it."""
