@@ -20,7 +20,7 @@ from lockprobe.fit.choices import Choices, Heard, rule
 from lockprobe.fit.likelihood import Lapse, Model, Softmax
 from lockprobe.fit.result import PULLS
 
-__all__ = ["RIVALS", "Rival", "Versions", "chosen_rivals", "mapped"]
+__all__ = ["RIVALS", "CandidateModel", "Versions", "candidates_named", "mapped"]
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -28,7 +28,7 @@ Versions = Mapping[str, Model]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Rival:
+class CandidateModel:
     """One candidate model.
 
     Attributes:
@@ -44,7 +44,7 @@ class Rival:
     heeds: bool = True
 
 
-def chosen_rivals(names: Iterable[str] | None = None) -> list[Rival]:
+def candidates_named(names: Iterable[str] | None = None) -> list[CandidateModel]:
     """Rivals by name, in the order of :data:`RIVALS`; all without names. ``random`` is always among them.
 
     Raises:
@@ -161,22 +161,24 @@ def _attempts(choices: Choices, window: int) -> list[Integers]:
 _SOFTMAX = "cognitive:softmax-memory"
 
 _RIVALS = (
-    Rival(name="random", versions=_softmax("random"), agent="random", heeds=False),
-    Rival(name="favourite-places", versions=_favourites("place"), heeds=False),
-    Rival(name="favourite-labels", versions=_favourites("label"), heeds=False),
-    Rival(name="round-robin", versions=_round_robin, heeds=False),
-    Rival(name="no-repeat", versions=_softmax("no-repeat", "recent"), agent=_SOFTMAX, heeds=False),
-    Rival(name="win-stay-lose-shift", versions=_softmax("win-stay-lose-shift", "recent", "stay"), agent=_SOFTMAX),
-    Rival(name="failure-memory", versions=_softmax("failure-memory", "failure"), agent=_SOFTMAX),
-    Rival(
+    CandidateModel(name="random", versions=_softmax("random"), agent="random", heeds=False),
+    CandidateModel(name="favourite-places", versions=_favourites("place"), heeds=False),
+    CandidateModel(name="favourite-labels", versions=_favourites("label"), heeds=False),
+    CandidateModel(name="round-robin", versions=_round_robin, heeds=False),
+    CandidateModel(name="no-repeat", versions=_softmax("no-repeat", "recent"), agent=_SOFTMAX, heeds=False),
+    CandidateModel(
+        name="win-stay-lose-shift", versions=_softmax("win-stay-lose-shift", "recent", "stay"), agent=_SOFTMAX
+    ),
+    CandidateModel(name="failure-memory", versions=_softmax("failure-memory", "failure"), agent=_SOFTMAX),
+    CandidateModel(
         name="goal-and-failures",
         versions=_softmax("goal-and-failures", "target", "closed", "failure"),
         agent=_SOFTMAX,
     ),
-    Rival(name="softmax-memory", versions=_softmax("softmax-memory", *PULLS), agent=_SOFTMAX),
-    Rival(name="human-inspired", versions=_human_inspired, agent="{version}"),
-    Rival(name="random-map", versions=_random_map, agent="cognitive:{version}"),
+    CandidateModel(name="softmax-memory", versions=_softmax("softmax-memory", *PULLS), agent=_SOFTMAX),
+    CandidateModel(name="human-inspired", versions=_human_inspired, agent="{version}"),
+    CandidateModel(name="random-map", versions=_random_map, agent="cognitive:{version}"),
 )
 
-RIVALS: Mapping[str, Rival] = {rival.name: rival for rival in _RIVALS}
+RIVALS: Mapping[str, CandidateModel] = {rival.name: rival for rival in _RIVALS}
 """All rivals by name."""

@@ -9,10 +9,10 @@ import numpy as np
 
 from lockprobe.analysis.outcomes import ended
 from lockprobe.errors import BadValue, UnknownName
-from lockprobe.fit.candidate_models import Rival, chosen_rivals
+from lockprobe.fit.candidate_models import CandidateModel, candidates_named
 from lockprobe.fit.choices import Choices, choices_of, cluster_of, hear
 from lockprobe.fit.held_out import folds_of, held_out, predicted
-from lockprobe.fit.model_comparison import Competitor, Tell, contest, lead_by_reports
+from lockprobe.fit.model_comparison import FittedCandidate, Tell, compare_models, lead_by_reports
 from lockprobe.fit.optimise import parameters
 from lockprobe.fit.result import AgentFit, FitReport, Parameter, RivalFit
 from lockprobe.lockbox.box import Lockbox
@@ -55,7 +55,7 @@ def fit_agents(
     """
     if folds < 2:
         raise BadValue("folds", folds, "a whole number of at least 2")
-    rivals = chosen_rivals(models)
+    rivals = candidates_named(models)
     found = [
         fit_agent(agent, mine, rivals, folds=folds, boxes=boxes, tell=tell)
         for agent, mine in _groups(trials, agents, p, by_p=by_p)
@@ -92,7 +92,7 @@ def _groups(
 def fit_agent(
     agent: str,
     trials: Sequence[Trial],
-    rivals: Sequence[Rival],
+    rivals: Sequence[CandidateModel],
     *,
     folds: int = 10,
     boxes: Mapping[str, Lockbox] | None = None,
@@ -116,10 +116,10 @@ def fit_agent(
     counted = [trial for trial in ended(trials) if trial.steps and trial.ordinary]
     if not counted:
         raise BadValue(f"trials of {agent}", f"{len(trials)} that ended as an error", "at least one that was played")
-    used = _some(counted)
+    used = _sample(counted)
     heard = [hear(trial, boxes) for trial in used]
     choices = choices_of(used, heard)
-    found = contest(choices, heard, rivals, lambda name: tell(f"{agent}: {name}"))
+    found = compare_models(choices, heard, rivals, lambda name: tell(f"{agent}: {name}"))
     rows = []
     for one in found.ranked:
         if one.bic - found.best.bic <= within:
@@ -143,7 +143,7 @@ def fit_agent(
     )
 
 
-def _row(one: Competitor, best: Competitor, choices: Choices, folds: int) -> RivalFit:
+def _row(one: FittedCandidate, best: FittedCandidate, choices: Choices, folds: int) -> RivalFit:
     found, fold, aside = parameters(one.model, one.best, choices), folds_of(choices.cluster, folds), None
     if fold.max() > 0:
         aside = predicted(choices, held_out(one.versions, one.fitted, fold, choices.present))
@@ -162,7 +162,7 @@ def _row(one: Competitor, best: Competitor, choices: Choices, folds: int) -> Riv
     )
 
 
-def _some(trials: Sequence[Trial]) -> list[Trial]:
+def _sample(trials: Sequence[Trial]) -> list[Trial]:
     """All trials, or as many whole clusters, drawn at random, as hold enough choices."""
     if sum(len(trial.steps) for trial in trials) <= ENOUGH_CHOICES:
         return list(trials)

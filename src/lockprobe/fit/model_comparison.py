@@ -16,13 +16,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lockprobe.agents.policy import Told
-from lockprobe.fit.candidate_models import RIVALS, Rival
+from lockprobe.fit.candidate_models import RIVALS, CandidateModel
 from lockprobe.fit.choices import Choices, Heard, choices_of
 from lockprobe.fit.likelihood import Model
-from lockprobe.fit.optimise import Maximum, maximum, shared_luck
+from lockprobe.fit.optimise import Maximum, design_effects, maximum
 from lockprobe.record import Trial
 
-__all__ = ["Competitor", "Contest", "Tell", "contest", "lead_by_reports"]
+__all__ = ["FittedCandidate", "ModelComparison", "Tell", "compare_models", "lead_by_reports"]
 
 Tell = Callable[[str], None]
 
@@ -31,7 +31,7 @@ _GENERAL = "softmax-memory"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Competitor:
+class FittedCandidate:
     """A rival with all its versions fitted.
 
     Attributes:
@@ -44,7 +44,7 @@ class Competitor:
             above 1.
     """
 
-    rival: Rival
+    rival: CandidateModel
     versions: Mapping[str, Model]
     fitted: Mapping[str, Maximum]
     effective: float
@@ -83,7 +83,7 @@ class Competitor:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Contest:
+class ModelComparison:
     """All competitors for the same choices.
 
     Attributes:
@@ -91,39 +91,39 @@ class Contest:
         repeats: The design effect, >= 1.
     """
 
-    competitors: tuple[Competitor, ...]
+    competitors: tuple[FittedCandidate, ...]
     repeats: float
 
     @property
-    def ranked(self) -> list[Competitor]:
+    def ranked(self) -> list[FittedCandidate]:
         """The best first, by BIC."""
         return sorted(self.competitors, key=lambda one: one.bic)
 
     @property
-    def best(self) -> Competitor:
+    def best(self) -> FittedCandidate:
         """The winner by BIC."""
         return self.ranked[0]
 
 
-def contest(
-    choices: Choices, heard: Sequence[Heard], rivals: Sequence[Rival], tell: Tell = lambda said: None
-) -> Contest:
+def compare_models(
+    choices: Choices, heard: Sequence[Heard], rivals: Sequence[CandidateModel], tell: Tell = lambda said: None
+) -> ModelComparison:
     """Fit rivals to choices, given also the trials as heard; ``tell`` gets each name before its fit."""
 
-    def fitted(rival: Rival) -> tuple[Mapping[str, Model], Mapping[str, Maximum]]:
+    def fitted(rival: CandidateModel) -> tuple[Mapping[str, Model], Mapping[str, Maximum]]:
         tell(rival.name)
-        return _maxima(rival, choices, heard)
+        return _fit_versions(rival, choices, heard)
 
     general = fitted(RIVALS[_GENERAL])
     repeats = _repeats(*general, choices)
     found = (
-        _competitor(rival, *(general if rival.name == _GENERAL else fitted(rival)), choices, repeats)
+        _fitted_candidate(rival, *(general if rival.name == _GENERAL else fitted(rival)), choices, repeats)
         for rival in rivals
     )
-    return Contest(competitors=tuple(found), repeats=repeats)
+    return ModelComparison(competitors=tuple(found), repeats=repeats)
 
 
-def lead_by_reports(winner: Competitor, trials: Sequence[Trial], heard: Sequence[Heard]) -> float | None:
+def lead_by_reports(winner: FittedCandidate, trials: Sequence[Trial], heard: Sequence[Heard]) -> float | None:
     """The lead, in BIC, of a model over itself for an agent to which reports mean nothing.
 
     That agent takes every attempt for a failure and no joint for moved. An agent that ignores reports may look as if
@@ -139,38 +139,38 @@ def lead_by_reports(winner: Competitor, trials: Sequence[Trial], heard: Sequence
     """
     if not winner.rival.heeds:
         return None
-    unheeded = [replace(one, told=tuple(map(_failed, one.told))) for one in heard]
+    unheeded = [replace(one, told=tuple(map(_as_failure, one.told))) for one in heard]
     choices = choices_of(trials, unheeded)
-    versions, maxima = _maxima(winner.rival, choices, unheeded)
-    size = _free(next(iter(versions.values())))
-    twin = _competitor(winner.rival, versions, maxima, choices, winner.repeats, size)
+    versions, maxima = _fit_versions(winner.rival, choices, unheeded)
+    size = _free_parameters(next(iter(versions.values())))
+    twin = _fitted_candidate(winner.rival, versions, maxima, choices, winner.repeats, size)
     return twin.bic - winner.bic
 
 
-def _failed(told: Told) -> Told:
+def _as_failure(told: Told) -> Told:
     """The same attempt, reported as failed."""
     return replace(told, moved=False, shifted=None if told.shifted is None else 0)
 
 
-def _maxima(
-    rival: Rival, choices: Choices, heard: Sequence[Heard]
+def _fit_versions(
+    rival: CandidateModel, choices: Choices, heard: Sequence[Heard]
 ) -> tuple[Mapping[str, Model], Mapping[str, Maximum]]:
     """The versions of a rival, fitted."""
     versions = rival.versions(choices, heard)
     return versions, {name: maximum(model) for name, model in versions.items()}
 
 
-def _competitor(
-    rival: Rival,
+def _fitted_candidate(
+    rival: CandidateModel,
     versions: Mapping[str, Model],
     fitted: Mapping[str, Maximum],
     choices: Choices,
     repeats: float,
     size: int | None = None,
-) -> Competitor:
+) -> FittedCandidate:
     """With its price: ``size`` parameters, or all that it has."""
     size = len(next(iter(fitted.values())).values) if size is None else size
-    return Competitor(
+    return FittedCandidate(
         rival=rival,
         versions=versions,
         fitted=fitted,
@@ -180,7 +180,7 @@ def _competitor(
     )
 
 
-def _free(model: Model) -> int:
+def _free_parameters(model: Model) -> int:
     """Number of parameters that change any probability: ``reset`` does not where no joint was told to have moved."""
     inside = np.array([0.5 if most == 1.0 else 1.0 for _, most in model.bounds.values()])
     return int((np.abs(model.slope(inside).scores).max(axis=0, initial=0.0) > 1e-9).sum())
@@ -189,4 +189,4 @@ def _free(model: Model) -> int:
 def _repeats(versions: Mapping[str, Model], fitted: Mapping[str, Maximum], choices: Choices) -> float:
     """The design effect under the version that fits best."""
     name = max(fitted, key=lambda one: fitted[one].log_likelihood)
-    return shared_luck(versions[name], fitted[name].values, choices.cluster).overall
+    return design_effects(versions[name], fitted[name].values, choices.cluster).overall

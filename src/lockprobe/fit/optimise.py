@@ -13,7 +13,7 @@ from lockprobe.fit.choices import Choices
 from lockprobe.fit.likelihood import Model
 from lockprobe.fit.result import Parameter
 
-__all__ = ["Maximum", "SharedLuck", "ends", "maximise", "maximum", "parameters", "shared_luck", "students_t"]
+__all__ = ["DesignEffects", "Maximum", "design_effects", "ends", "maximise", "maximum", "parameters", "students_t"]
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -81,7 +81,7 @@ def maximise(model: Model, start: Array, held: Mapping[int, float] | None = None
 
 
 @dataclass(frozen=True, slots=True)
-class SharedLuck:
+class DesignEffects:
     """Design effects of choices with shared luck.
 
     Attributes:
@@ -93,7 +93,7 @@ class SharedLuck:
     overall: float
 
 
-def shared_luck(model: Model, values: Array, clusters: Integers) -> SharedLuck:
+def design_effects(model: Model, values: Array, clusters: Integers) -> DesignEffects:
     """Design effects from the scores summed by cluster (Liang and Zeger 1986).
 
     With H the information and J the variance of the summed scores, a parameter's variance is that of ``H^-1 J H^-1``
@@ -104,7 +104,7 @@ def shared_luck(model: Model, values: Array, clusters: Integers) -> SharedLuck:
     labels, place = np.unique(clusters, return_inverse=True)
     effects = np.ones(len(values))
     if len(labels) < 2 or not len(values):
-        return SharedLuck(effects, 1.0)
+        return DesignEffects(effects, 1.0)
     slope = model.slope(values)
     sums = np.zeros((len(labels), len(values)))
     np.add.at(sums, place.reshape(-1), slope.scores)
@@ -115,7 +115,7 @@ def shared_luck(model: Model, values: Array, clusters: Integers) -> SharedLuck:
     np.divide(np.diag(variance @ squares @ variance), alone, out=effects, where=alone > 0)
     rank = round(float(np.trace(variance @ slope.information)))
     overall = float(np.trace(squares @ variance)) / rank if rank else 1.0
-    return SharedLuck(np.maximum(effects, 1.0), max(overall, 1.0))
+    return DesignEffects(np.maximum(effects, 1.0), max(overall, 1.0))
 
 
 def _inverse(information: Array) -> Array:
@@ -142,7 +142,7 @@ def parameters(model: Model, best: Maximum, choices: Choices) -> tuple[Parameter
     Bate 2007). A normal interval would reach beyond bounds, and be symmetric where two pulls trade off.
     """
     quantile = students_t(len(np.unique(choices.cluster)))
-    effects = shared_luck(model, best.values, choices.cluster).parameters
+    effects = design_effects(model, best.values, choices.cluster).parameters
     found = []
     for place, (name, (least, most)) in enumerate(model.bounds.items()):
         low, high = ends(model, best, place, quantile**2 * float(effects[place]))
@@ -179,11 +179,11 @@ def ends(model: Model, best: Maximum, place: int, cut: float) -> tuple[float | N
     along = variance[:, place] / own if own else np.zeros(len(variance))
     low, high = list(model.bounds.values())[place]
     step = float(np.sqrt(cut * own)) or (high - low) / 4
-    profile = _Profile(model, best, place, along)
+    profile = _ProfileLikelihood(model, best, place, along)
     return profile.end(cut, low, step), profile.end(cut, high, step)
 
 
-class _Profile:
+class _ProfileLikelihood:
     """The log-likelihood over one parameter, maximised over all others."""
 
     def __init__(self, model: Model, best: Maximum, place: int, along: Array) -> None:
