@@ -119,12 +119,12 @@ def effects(
         modality=first.modality,
         control=control,
         effects=tuple(seen),
-        interplays=tuple(one for crossing in crossed if (one := _interplay(crossing, found))),
+        interplays=tuple(one for crossing in crossed if (one := _interaction(crossing, found))),
         grids=tuple(one for one in summaries if one.cells),
     )
 
 
-def _interplay(crossing: Crossing, found: Mapping[str, Outcomes]) -> Interplay | None:
+def _interaction(crossing: Crossing, found: Mapping[str, Outcomes]) -> Interplay | None:
     names = (crossing.neither, crossing.first, crossing.second, crossing.both)
     if not all(name in found and len(found[name]) for name in names):
         return None

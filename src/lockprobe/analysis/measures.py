@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.analysis.behaviour import has_loop, loop_coverage, redundant_share
-from lockprobe.analysis.clustered import clustered_proportion, crossed_proportion, crossed_spread
+from lockprobe.analysis.clustered import clustered_proportion, crossed_proportion, two_way_variance
 from lockprobe.analysis.outcomes import ended
 from lockprobe.analysis.proportions import LEVEL, proportion
 from lockprobe.errors import BadValue, UnknownName
@@ -256,7 +256,7 @@ def _mean(values: NDArray[np.float64], luck: NDArray[np.int64], player: NDArray[
     from scipy.stats import t
 
     second = np.arange(len(values)) if np.array_equal(luck, player) else player
-    error = math.sqrt(crossed_spread(values - mean, luck, second)) / len(values)
+    error = math.sqrt(two_way_variance(values - mean, luck, second)) / len(values)
     half = float(t.ppf((1 + LEVEL) / 2, clusters - 1)) * error
     return mean, mean - half, mean + half
 

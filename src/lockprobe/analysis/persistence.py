@@ -84,12 +84,12 @@ def persistence(trials: Sequence[Trial]) -> Persistence:
     return Persistence(
         left=_share(owner[[i for i, _ in went_on]] if went_on else owner[:0], [left for _, (left, _) in went_on]),
         left_by_chance=fmean(chance for _, (_, chance) in went_on) if went_on else None,
-        escaped=_versus_chance(owner, [escapes(trial) for trial in counted]),
-        repeated=_versus_chance(owner, [repeats(trial) for trial in counted]),
+        escaped=_compared_with_chance(owner, [escapes(trial) for trial in counted]),
+        repeated=_compared_with_chance(owner, [repeats(trial) for trial in counted]),
     )
 
 
-def _versus_chance(owner: NDArray[np.int64], choices: Sequence[list[Choice]]) -> VersusChance:
+def _compared_with_chance(owner: NDArray[np.int64], choices: Sequence[list[Choice]]) -> VersusChance:
     """The choices of every trial against chance."""
     who = np.repeat(owner, [len(one) for one in choices])
     happened, *chances = np.array([choice for one in choices for choice in one], dtype=np.float64).reshape(-1, 3).T

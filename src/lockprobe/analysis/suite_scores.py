@@ -149,7 +149,7 @@ def _solved(trials: Sequence[Trial]) -> Proportion:
     return proportion(sum(trial.solved for trial in counted), len(counted))
 
 
-def _recovered(parts: Sequence[Score], scale: float = 1.0, shift: float = 0.0) -> Score:
+def _combined(parts: Sequence[Score], scale: float = 1.0, shift: float = 0.0) -> Score:
     """The mean of independent estimates less ``shift``, over ``scale``, with the interval that theirs give."""
     value = fmean(part.value for part in parts)
     down = math.hypot(*(part.value - part.low for part in parts)) / len(parts)
@@ -162,7 +162,7 @@ def _as_score(found: Proportion | ClusteredProportion) -> Score:
 
 
 def _competence(levels: Sequence[LevelTrials], whole: float) -> Score:
-    return _recovered([_as_score(_solved(level.told)) for level in levels], whole, shift=1 - whole)
+    return _combined([_as_score(_solved(level.told)) for level in levels], whole, shift=1 - whole)
 
 
 def _robustness(levels: Sequence[LevelTrials], whole: float) -> Score | None:
@@ -175,7 +175,7 @@ def _robustness(levels: Sequence[LevelTrials], whole: float) -> Score | None:
         # The interval is centred on a value with half a pair more of each kind, and can leave out the estimate.
         low, high = min(found.low, found.value), max(found.high, found.value)
         parts.append(Score(value=found.value, low=low, high=high))
-    return _recovered(parts, whole)
+    return _combined(parts, whole)
 
 
 def _misreading(trials: Sequence[Trial]) -> Score | None:
@@ -191,7 +191,7 @@ def _loops(told: Sequence[Sequence[Trial]]) -> Score:
         expected_loop_rate([trial.actions for trial in trials], "uniform", actions=len(trials[0].joints)).probability
         for trials in told
     ]
-    return _recovered([_as_score(proportion(int(one.sum()), len(one))) for one in found], shift=fmean(chance))
+    return _combined([_as_score(proportion(int(one.sum()), len(one))) for one in found], shift=fmean(chance))
 
 
 def _rationality(told: Sequence[Sequence[Trial]]) -> Rational | None:
@@ -209,5 +209,5 @@ def _rationality(told: Sequence[Sequence[Trial]]) -> Rational | None:
         actions += len(steps)
     if not parts:
         return None
-    found = _recovered(parts)
+    found = _combined(parts)
     return Rational(value=found.value, low=found.low, high=found.high, chance=fmean(chance), actions=actions)

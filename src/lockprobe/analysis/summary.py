@@ -15,7 +15,7 @@ import numpy as np
 
 from lockprobe.analysis.agent_comparison.leaderboard import Entrant, comparisons, ranked
 from lockprobe.analysis.agent_comparison.leaderboard_row import Standing, standing
-from lockprobe.analysis.agent_comparison.pair import Comparison
+from lockprobe.analysis.agent_comparison.pair import AgentComparison
 from lockprobe.analysis.axis import FLIPS, Axis
 from lockprobe.analysis.behaviour import ignores_reports
 from lockprobe.analysis.condition import ConditionSummary, Contrast, condition_summary, contrast
@@ -118,7 +118,7 @@ class StudySummary:
 
     agents: tuple[AgentSummary, ...]
     paces: tuple[Pace, ...]
-    comparisons: tuple[Comparison, ...]
+    comparisons: tuple[AgentComparison, ...]
     standings: tuple[Standing, ...]
     reference: Reference | None
     modalities: tuple[ModalityEffect, ...]

@@ -131,22 +131,25 @@ def arms_of(conditions: Sequence[SeriesArm]) -> tuple[float, dict[str, str]] | N
     Returns:
         None unless true reports, lies and retracted lies at one rate are among them.
     """
-    found = {_acting(one.specs): one.label for one in conditions}
+    found = {_acting_interventions(one.specs): one.label for one in conditions}
     for one in conditions:
         if len(one.specs) == 1 and (spec := Spec.parse(one.specs[0])).full_name == "flip":
             rate = float(spec.options["p"])
-            wanted = {arm: _acting(_specs(spec.format(p=rate))) for arm, spec in {**ARMS, **ON_REQUEST}.items()}
+            wanted = {
+                arm: _acting_interventions(_spec_list(spec.format(p=rate)))
+                for arm, spec in {**ARMS, **ON_REQUEST}.items()
+            }
             there = {arm: found[acting] for arm, acting in wanted.items() if acting in found}
             if rate > 0 and there.keys() >= {"truth", "lie", "retracted"}:
                 return rate, there
     return None
 
 
-def _specs(condition: str) -> tuple[str, ...]:
+def _spec_list(condition: str) -> tuple[str, ...]:
     return () if condition == ARMS["truth"] else tuple(split_specs(condition))
 
 
-def _acting(specs: Sequence[str]) -> tuple[tuple[str, tuple[tuple[str, str], ...]], ...]:
+def _acting_interventions(specs: Sequence[str]) -> tuple[tuple[str, tuple[tuple[str, str], ...]], ...]:
     """Specs in a form that does not depend on the order of options, without those of dose 0."""
     parsed = [Spec.parse(spec, "intervention") for spec in specs]
     return tuple((one.full_name, tuple(sorted(one.options.items()))) for one in parsed if one.options.get("p") != "0")
@@ -206,7 +209,7 @@ def _mean(*differences: Array, unit: float = 1.0) -> BlockMean:
 
 
 def _crossed(truth: Array, lie: Array, remark: Array, both: Array) -> dict[str, BlockMean]:
-    """The two-by-two of falsity and disturbance, over blocks that have all four."""
+    """Main effects and interaction of falsity and disturbance (2 x 2), over blocks with a trial in all four arms."""
     kept = ~np.isnan(truth + lie + remark + both)
     truth, lie, remark, both = (one[kept] for one in (truth, lie, remark, both))
     return {

@@ -87,7 +87,7 @@ def within_error(rejected: int, studies: int) -> bool:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Job:
+class _StudyRange:
     """A few studies of one world: numbers ``first`` to ``end`` - 1."""
 
     truth: World
@@ -134,7 +134,7 @@ def measure(
     if len(set(kinds)) < len(kinds):
         raise BadValue("worlds and designs", sorted(kinds), "every one once")
     jobs = [
-        _Job(truth=w, design=d, seed=seed, first=first, end=min(first + BATCH, studies), records=records)
+        _StudyRange(truth=w, design=d, seed=seed, first=first, end=min(first + BATCH, studies), records=records)
         for w in worlds
         for d in designs or (w.design,)
         for first in range(0, studies, BATCH)
@@ -165,7 +165,7 @@ def measure(
     ]
 
 
-def _batch(job: _Job) -> list[Verdict]:
+def _batch(job: _StudyRange) -> list[Verdict]:
     """The verdict of every test on each study: name, question, recommended, rejects."""
     verdicts = []
     for number in range(job.first, job.end):

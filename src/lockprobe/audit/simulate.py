@@ -39,7 +39,7 @@ Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Played:
+class _SimulatedStudy:
     """A study, one row a trial, by p, repetition and trial.
 
     Attributes:
@@ -98,7 +98,7 @@ def _player(truth: World, design: Design, place: int) -> str:
     return participant_spec(f"{condition}-{cluster * truth.people // design.clusters}")
 
 
-def _play(truth: World, design: Design, rng: np.random.Generator) -> _Played:
+def _play(truth: World, design: Design, rng: np.random.Generator) -> _SimulatedStudy:
     if len(truth.success) != len(design.p) or len(truth.trap) != len(design.p):
         raise BadValue(
             f"world {truth.name}", f"{len(truth.success)} shares", f"one for each of {len(design.p)} flip rates"
@@ -116,7 +116,7 @@ def _play(truth: World, design: Design, rng: np.random.Generator) -> _Played:
         failed = rng.random((len(solved), BUDGET)) < np.array(truth.breaks)[conditions, None]
         step = np.where(failed.any(axis=1), failed.argmax(axis=1) + 1, 0)
         broken = np.where((solved == 0) | (step <= solved), step, 0)
-    return _Played(actions=actions, solved=np.where(broken > 0, 0, solved), broken=broken)
+    return _SimulatedStudy(actions=actions, solved=np.where(broken > 0, 0, solved), broken=broken)
 
 
 def _by_player(success: Floats, truth: World, design: Design, rng: np.random.Generator) -> Floats:
@@ -172,7 +172,7 @@ def _solved_at(success: Floats, harm: float, onset: Integers, luck: Floats) -> I
 _DECISIONS = tuple(Decision(joint=joint) for joint in JOINTS)
 
 
-def _trial(truth: World, design: Design, played: _Played, place: int) -> Trial:
+def _trial(truth: World, design: Design, played: _SimulatedStudy, place: int) -> Trial:
     """One record. The joint attempted last opens the box, so it is the target."""
     condition, cluster = divmod(place, design.clusters)
     repetition, trial = (number + 1 for number in divmod(cluster, design.trials))

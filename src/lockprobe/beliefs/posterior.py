@@ -176,24 +176,24 @@ def _prior_at(
 
 def update(belief: Belief, report: ReportedAttempt) -> Belief:
     """What is known after a report, and after being asked to go on."""
-    found = _told(belief, report)
+    found = _condition_on_report(belief, report)
     if found is not None:
         return found
     before = belief.likeliest if report.positions is None else report.positions ^ (report.moved << report.joint)
-    again = _again(belief, before & ~1)
-    return _told(again, report) or _afterwards(again, before & ~1, report)
+    again = _restart(belief, before & ~1)
+    return _condition_on_report(again, report) or _restart_after(again, before & ~1, report)
 
 
-def _again(belief: Belief, configuration: int) -> Belief:
+def _restart(belief: Belief, configuration: int) -> Belief:
     """Begin again from the prior."""
     return _prior_at(belief.interlocks, belief.noise, configuration, belief.positions, belief.restarts + 1)
 
 
-def _told(belief: Belief, report: ReportedAttempt) -> Belief | None:
+def _condition_on_report(belief: Belief, report: ReportedAttempt) -> Belief | None:
     """The belief conditioned on the report and on the trial going on; None if no interlock allows it."""
     moves = belief.interlocks.may_move(belief.configuration)[:, report.joint]
-    said = _said(belief, report)
-    possible = belief.possible & _shown(belief, report, said)
+    said = _moved_as_told(belief, report)
+    possible = belief.possible & _allows_positions(belief, report, said)
     if report.joint == 0:
         possible &= ~moves
     false, told = belief.false + (moves != said), belief.told + 1
@@ -213,7 +213,7 @@ def _told(belief: Belief, report: ReportedAttempt) -> Belief | None:
     )
 
 
-def _said(belief: Belief, report: ReportedAttempt) -> NDArray[np.bool_] | bool:
+def _moved_as_told(belief: Belief, report: ReportedAttempt) -> NDArray[np.bool_] | bool:
     """Whether the joint moved as told; if positions alone are told, under each interlock."""
     if not report.states_only or report.positions is None:
         return report.moved
@@ -221,7 +221,7 @@ def _said(belief: Belief, report: ReportedAttempt) -> NDArray[np.bool_] | bool:
     return moved
 
 
-def _shown(belief: Belief, report: ReportedAttempt, said: NDArray[np.bool_] | bool) -> NDArray[np.bool_]:
+def _allows_positions(belief: Belief, report: ReportedAttempt, said: NDArray[np.bool_] | bool) -> NDArray[np.bool_]:
     """Whether each kind and interlock allows the positions told, shape (kinds, interlocks)."""
     if report.positions is None:
         return np.ones_like(belief.possible)
@@ -255,21 +255,23 @@ def _log_likelihood(p: float | None, told: int) -> Floats:
     return np.array([sum(n * odd for n, odd in zip((k, told - k), odds, strict=True) if n) for k in counts])
 
 
-def _afterwards(again: Belief, before: int, report: ReportedAttempt) -> Belief:
+def _restart_after(again: Belief, before: int, report: ReportedAttempt) -> Belief:
     """The prior at the configuration told; the target stays in place."""
     now = before ^ (report.moved << report.joint) & ~1
     fresh = _prior_at(again.interlocks, again.noise, now, report.positions, again.restarts)
     fresh = replace(fresh, moved=float(report.moved and report.joint > 0))
-    return _only(fresh, opens=False) or fresh if report.joint == 0 else fresh
+    return _condition_on_opening(fresh, opens=False) or fresh if report.joint == 0 else fresh
 
 
 def opened(belief: Belief) -> Belief:
     """What is known once the box has opened: the target was attempted, and moved."""
-    again = _again(belief, belief.likeliest)
-    return replace(_only(belief, opens=True) or _only(again, opens=True) or again, moved=1.0)
+    again = _restart(belief, belief.likeliest)
+    return replace(
+        _condition_on_opening(belief, opens=True) or _condition_on_opening(again, opens=True) or again, moved=1.0
+    )
 
 
-def _only(belief: Belief, *, opens: bool) -> Belief | None:
+def _condition_on_opening(belief: Belief, *, opens: bool) -> Belief | None:
     """The belief, given whether an attempt moves the target; None if that is impossible."""
     moves = belief.interlocks.may_move(belief.configuration)[:, 0]
     possible = belief.possible & (moves == opens)

@@ -67,23 +67,23 @@ class Lost:
 
 
 @dataclass(frozen=True, slots=True)
-class _Done(Generic[_R]):
+class _BatchResult(Generic[_R]):
     results: list[_R]
     seconds: float
 
 
 @dataclass(slots=True)
-class _Job(Generic[_J]):
+class _QueuedJob(Generic[_J]):
     value: _J
     losses: int = 0
 
 
 @dataclass(slots=True)
-class _Call(Generic[_J]):
+class _ActorCall(Generic[_J]):
     """A call of an actor; without jobs its first, in which it gets ready."""
 
     actor: Any
-    jobs: list[_Job[_J]] = field(default_factory=list)
+    jobs: list[_QueuedJob[_J]] = field(default_factory=list)
     since: float = field(default_factory=time.monotonic)
 
 
@@ -101,9 +101,9 @@ class _Actor:
             return socket.gethostname(), _versions(), str(mistake)
         return socket.gethostname(), _versions(), ""
 
-    def work(self, jobs: list[Any]) -> _Done[Any]:
+    def work(self, jobs: list[Any]) -> _BatchResult[Any]:
         began = time.perf_counter()
-        return _Done([self._work(job) for job in jobs], time.perf_counter() - began)
+        return _BatchResult([self._work(job) for job in jobs], time.perf_counter() - began)
 
 
 class Cluster:
@@ -143,7 +143,7 @@ class Cluster:
         """
         kept: dict[int, _R] = {}
         following = 0
-        for (number, _), result in self.each(_Mapped(work), list(enumerate(jobs))):
+        for (number, _), result in self.each(_NumberedWork(work), list(enumerate(jobs))):
             if isinstance(result, Lost):
                 raise Missing(f"a part of the work was lost on {_LOSSES} processors ({result.why})", "is there memory?")
             kept[number] = result
@@ -163,7 +163,7 @@ class Cluster:
             UserMistake: As ``begin`` raises it.
             Missing: If nodes have other versions, or actors keep being lost with nothing finished in between.
         """
-        work = _Work(self, begin, jobs)
+        work = _Driver(self, begin, jobs)
         try:
             yield from work.results()
         finally:
@@ -202,7 +202,7 @@ class Cluster:
 
 
 @dataclass(frozen=True, slots=True)
-class _Mapped(Generic[_J, _R]):
+class _NumberedWork(Generic[_J, _R]):
     """A function without state, of numbered jobs."""
 
     work: Callable[[_J], _R]
@@ -211,14 +211,14 @@ class _Mapped(Generic[_J, _R]):
         return lambda job: self.work(job[1])
 
 
-class _Work(Generic[_J, _R]):
+class _Driver(Generic[_J, _R]):
     """The driver's side of :meth:`Cluster.each`."""
 
     def __init__(self, cluster: Cluster, begin: Callable[[], Callable[[_J], _R]], jobs: Iterable[_J]) -> None:
         self._cluster = cluster
         self._begin = begin
-        self._queue = deque(_Job(job) for job in jobs)
-        self._calls: dict[Any, _Call[_J]] = {}
+        self._queue = deque(_QueuedJob(job) for job in jobs)
+        self._calls: dict[Any, _ActorCall[_J]] = {}
         self._lost_in_a_row = 0
         self._counted = -math.inf
         self._seconds = _AT_ONCE  # of one job, as measured
@@ -228,18 +228,18 @@ class _Work(Generic[_J, _R]):
 
     def results(self) -> Iterator[tuple[_J, _R | Lost]]:
         while self._queue or any(call.jobs for call in self._calls.values()):
-            self._hire()
+            self._hire_actors()
             for reference in self._cluster.answered(list(self._calls), _LOOK):
-                yield from self._hear(reference)
-            for reference in self._silent():
-                yield from self._bury(reference, "it did not answer")
+                yield from self._receive(reference)
+            for reference in self._dead_calls():
+                yield from self._requeue_lost(reference, "it did not answer")
 
     def stop(self) -> None:
         for call in self._calls.values():
             self._cluster.dismiss(call.actor)
         self._calls.clear()
 
-    def _hire(self) -> None:
+    def _hire_actors(self) -> None:
         """As many actors as there are processors, or jobs; processors come and go."""
         if time.monotonic() - self._looked >= _LOOK:
             self._looked = time.monotonic()
@@ -248,15 +248,15 @@ class _Work(Generic[_J, _R]):
         wanted = min(self._processors, busy + len(self._queue))
         for _ in range(wanted - len(self._calls)):
             actor = self._cluster.hire(self._begin)
-            self._calls[actor.ready.remote()] = _Call(actor)
+            self._calls[actor.ready.remote()] = _ActorCall(actor)
 
-    def _hear(self, reference: Any) -> Iterator[tuple[_J, _R | Lost]]:
+    def _receive(self, reference: Any) -> Iterator[tuple[_J, _R | Lost]]:
         call = self._calls[reference]
         answer = self._cluster.answer(reference)
         if isinstance(answer, Lost):
-            yield from self._bury(reference, answer.why)
+            yield from self._requeue_lost(reference, answer.why)
             return
-        if not isinstance(answer, _Done):
+        if not isinstance(answer, _BatchResult):
             _check_ready(*answer)
             self._send(reference)
             return
@@ -269,24 +269,24 @@ class _Work(Generic[_J, _R]):
 
     def _send(self, reference: Any) -> None:
         """Send an actor that has answered its next jobs; one without jobs is sent home."""
-        actor, jobs = self._calls.pop(reference).actor, self._taken()
+        actor, jobs = self._calls.pop(reference).actor, self._next_batch()
         if not jobs:
             self._cluster.dismiss(actor)
             return
         reference = actor.work.remote([job.value for job in jobs])
-        self._calls[reference] = _Call(actor, jobs)
+        self._calls[reference] = _ActorCall(actor, jobs)
 
-    def _taken(self) -> list[_Job[_J]]:
+    def _next_batch(self) -> list[_QueuedJob[_J]]:
         """The next jobs: as many as take a quarter of a second, fewer at the end; one that was lost goes alone."""
         most = min(_AT_ONCE / max(self._seconds, 1e-6), len(self._queue) / (2 * max(1, self._processors)))
-        jobs: list[_Job[_J]] = []
+        jobs: list[_QueuedJob[_J]] = []
         while self._queue and len(jobs) < max(1, most) and not (jobs and self._queue[0].losses):
             jobs.append(self._queue.popleft())
             if jobs[0].losses:
                 break
         return jobs
 
-    def _silent(self) -> list[Any]:
+    def _dead_calls(self) -> list[Any]:
         patience = max(_PATIENCE, 20 * self._longest)
         return [
             reference
@@ -294,7 +294,7 @@ class _Work(Generic[_J, _R]):
             if call.jobs and time.monotonic() - call.since > patience
         ]
 
-    def _bury(self, reference: Any, why: str) -> Iterator[tuple[_J, Lost]]:
+    def _requeue_lost(self, reference: Any, why: str) -> Iterator[tuple[_J, Lost]]:
         """Hand out the jobs of a lost actor again, at the end; a job that was lost too often is given up."""
         call = self._calls.pop(reference)
         self._cluster.dismiss(call.actor)

@@ -100,32 +100,32 @@ def film_trial(
     file = open_film(path)
     runs = source.make_filmed is not None
     renderer = source.settings.renderer if source.settings is not None else "auto"
-    shooting = _Shooting(file, renderer=renderer, runs=runs, rate=RATES[path.suffix.lower()], speed=speed)
+    recorder = _FilmRecorder(file, renderer=renderer, runs=runs, rate=RATES[path.suffix.lower()], speed=speed)
     try:
-        differs = _play_again(trial, plan, source, shooting, tell)
+        differs = _play_again(trial, plan, source, recorder, tell)
         file.close()
     finally:
-        shooting.close()
+        recorder.close()
         file.drop()
-    return Film(path=path, pictures=shooting.pictures, plant=source.spec, differs=differs)
+    return Film(path=path, pictures=recorder.pictures, plant=source.spec, differs=differs)
 
 
 def _play_again(
-    trial: Trial, plan: Plan, source: PlantSource, shooting: _Shooting, tell: Callable[[str], None]
+    trial: Trial, plan: Plan, source: PlantSource, recorder: _FilmRecorder, tell: Callable[[str], None]
 ) -> str | None:
-    plant = _plant(plan, source, shooting)
+    plant = _plant(plan, source, recorder)
     differs: str | None = None
     try:
         snapshot = plant.observe()
-        shooting.show(snapshot, opening_lines(trial), _HOLD)
+        recorder.show(snapshot, opening_lines(trial), _HOLD)
         for at, step in enumerate(trial.steps):
             before = bits(snapshot.configuration)
-            shooting.begin(snapshot, step_lines(trial, at))
+            recorder.begin(snapshot, step_lines(trial, at))
             snapshot = plant.attempt(trial.joints.index(step.joint))
-            shooting.show(snapshot, outcome_lines(trial, at), _HOLD)
+            recorder.show(snapshot, outcome_lines(trial, at), _HOLD)
             differs = differs or _difference(trial, at, before, snapshot)
-            tell(f"step {at + 1} of {len(trial.steps)}, {shooting.pictures} pictures")
-        shooting.end(snapshot)
+            tell(f"step {at + 1} of {len(trial.steps)}, {recorder.pictures} pictures")
+        recorder.end(snapshot)
     except TrialFault as fault:
         if trial.error is None or trial.error.boundary != fault.boundary:
             raise
@@ -135,11 +135,11 @@ def _play_again(
     return differs
 
 
-def _plant(plan: Plan, source: PlantSource, shooting: _Shooting) -> Plant:
+def _plant(plan: Plan, source: PlantSource, recorder: _FilmRecorder) -> Plant:
     labels, rng = Names(plan).labels, plan.stream("plant")
     if source.make_filmed is None:
         return source.make(plan.box, labels, rng)
-    return source.make_filmed(plan.box, labels, rng, shooting)
+    return source.make_filmed(plan.box, labels, rng, recorder)
 
 
 def _difference(trial: Trial, at: int, before: str, snapshot: Snapshot) -> str | None:
@@ -157,7 +157,7 @@ def _difference(trial: Trial, at: int, before: str, snapshot: Snapshot) -> str |
     return None
 
 
-class _Shooting:
+class _FilmRecorder:
     """Films a plant: a running twin at regular intervals, and single moments on request; ``pictures`` counts."""
 
     def __init__(self, file: FilmFile, *, renderer: RendererChoice, runs: bool, rate: float, speed: int) -> None:

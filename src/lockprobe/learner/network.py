@@ -21,7 +21,7 @@ __all__ = [
     "MOST_HIDDEN",
     "MOST_JOINTS",
     "Network",
-    "Step",
+    "StepActivations",
     "encoded",
     "gradient",
     "initial",
@@ -78,7 +78,7 @@ class Network:
         """Its parameters by name."""
         return {field.name: getattr(self, field.name) for field in fields(self)}
 
-    def step(self, read: Array, state: Array) -> Step:
+    def step(self, read: Array, state: Array) -> StepActivations:
         """The next state of every trial.
 
         Args:
@@ -91,7 +91,7 @@ class Network:
         update, reset = np.split(_sigmoid(given[:, : 2 * size] + kept[:, : 2 * size]), 2, axis=1)
         candidate = np.tanh(given[:, 2 * size :] + reset * kept[:, 2 * size :])
         after = update * state + (1 - update) * candidate
-        return Step(read, state, update, reset, candidate, kept[:, 2 * size :], after)
+        return StepActivations(read, state, update, reset, candidate, kept[:, 2 * size :], after)
 
     def logits(self, state: Array) -> Array:
         """The logit of each joint, shape (trials, n), in states of shape (trials, H)."""
@@ -99,7 +99,7 @@ class Network:
         return found
 
 
-class Step(NamedTuple):
+class StepActivations(NamedTuple):
     """What the way back needs of a step; all of shape (trials, H) but for what was read."""
 
     read: Array
@@ -156,7 +156,7 @@ def encoded(attempted: NDArray[np.int64], moved: Array, positions: Array, target
     return np.column_stack([one_hot[attempted][:, :-1], moved, positions, one_hot[target][:, :-1], first])
 
 
-def gradient(network: Network, steps: Sequence[Step], errors: Sequence[Array]) -> Network:
+def gradient(network: Network, steps: Sequence[StepActivations], errors: Sequence[Array]) -> Network:
     """The gradient of a loss, as a network of derivatives.
 
     Args:

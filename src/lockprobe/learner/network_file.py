@@ -21,7 +21,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from lockprobe.errors import BadFile
 from lockprobe.inputs import read_input
 from lockprobe.learner.network import MOST_HIDDEN, MOST_JOINTS, Network, shapes
-from lockprobe.learner.training import Schooling
+from lockprobe.learner.training import TrainingSettings
 from lockprobe.storage.atomic_file import write_file
 
 __all__ = ["SHIPPED", "Learned", "TrainedBy", "load", "save", "shipped"]
@@ -72,20 +72,20 @@ class Learned:
     sha256: str
 
 
-def save(path: Path, network: Network, schooling: Schooling) -> None:
+def save(path: Path, network: Network, settings: TrainingSettings) -> None:
     """Write a network in one step.
 
     Raises:
         BadFile: If the file cannot be written.
     """
     trained = TrainedBy(
-        updates=schooling.updates,
-        joints=schooling.joints,
-        hidden=schooling.hidden,
-        seed=schooling.seed,
-        told_lies=schooling.told_lies,
-        schedule=schooling.schedule,
-        box="" if schooling.box is None else schooling.box.name,
+        updates=settings.updates,
+        joints=settings.joints,
+        hidden=settings.hidden,
+        seed=settings.seed,
+        told_lies=settings.told_lies,
+        schedule=settings.schedule,
+        box="" if settings.box is None else settings.box.name,
     )
     content = io.BytesIO()
     with zipfile.ZipFile(content, "w") as archive:  # numpy.savez would write the time of day

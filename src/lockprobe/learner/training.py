@@ -19,11 +19,11 @@ from numpy.typing import NDArray
 
 from lockprobe.errors import BadValue
 from lockprobe.learner.boxes import Boxes, copies, random_boxes
-from lockprobe.learner.network import HIDDEN, Network, Step, encoded, gradient, initial
+from lockprobe.learner.network import HIDDEN, Network, StepActivations, encoded, gradient, initial
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.seeds import generator
 
-__all__ = ["SCHEDULE", "Course", "Schooling", "play", "success", "train"]
+__all__ = ["SCHEDULE", "PlayedTrials", "TrainingSettings", "play", "success", "train"]
 
 SCHEDULE = 900
 """Updates of the whole schedule."""
@@ -43,7 +43,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Schooling:
+class TrainingSettings:
     """How a learner is trained.
 
     Attributes:
@@ -77,7 +77,7 @@ class Schooling:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Course:
+class PlayedTrials:
     """Trials of a network, side by side.
 
     Attributes:
@@ -91,13 +91,13 @@ class Course:
     actions: NDArray[np.int64]
 
 
-def train(schooling: Schooling) -> Iterator[Network]:
+def train(settings: TrainingSettings) -> Iterator[Network]:
     """The network after every update, the same on every machine but for what rounding lets through."""
-    network = initial(schooling.joints, schooling.hidden, schooling.seed)
+    network = initial(settings.joints, settings.hidden, settings.seed)
     means, squares = ({name: np.zeros_like(a) for name, a in network.arrays().items()} for _ in range(2))
-    for update in range(1, schooling.updates + 1):
-        slope = _slope(network, schooling, update)
-        rate = RATE * min(1.0, 2 * (1 - (update - 1) / schooling.schedule))
+    for update in range(1, settings.updates + 1):
+        slope = _gradient_of_update(network, settings, update)
+        rate = RATE * min(1.0, 2 * (1 - (update - 1) / settings.schedule))
         moved = {}
         for name, array in network.arrays().items():
             means[name] += (1 - _FADES[0]) * (slope[name] - means[name])
@@ -109,13 +109,13 @@ def train(schooling: Schooling) -> Iterator[Network]:
         yield network
 
 
-def _slope(network: Network, schooling: Schooling, update: int) -> dict[str, Array]:
+def _gradient_of_update(network: Network, settings: TrainingSettings, update: int) -> dict[str, Array]:
     """The gradient of one update's loss: mean cross-entropy over the steps of its trials."""
-    rng = generator(schooling.seed, "learner", "update", update)
-    drawn = random_boxes(BATCH, schooling.joints, rng) if schooling.box is None else copies(schooling.box, BATCH, rng)
-    rate = float(rng.random()) if schooling.told_lies else 0.0
-    chance = RANDOM_AT_FIRST if update <= schooling.schedule / 3 else RANDOM_LATER
-    trials = _Trials(drawn, network, p=rate, rng=rng)
+    rng = generator(settings.seed, "learner", "update", update)
+    drawn = random_boxes(BATCH, settings.joints, rng) if settings.box is None else copies(settings.box, BATCH, rng)
+    rate = float(rng.random()) if settings.told_lies else 0.0
+    chance = RANDOM_AT_FIRST if update <= settings.schedule / 3 else RANDOM_LATER
+    trials = _TrialBatch(drawn, network, p=rate, rng=rng)
     steps, errors = [], []
     for _ in range(BUDGET):
         steps.append(trials.read())
@@ -127,7 +127,7 @@ def _slope(network: Network, schooling: Schooling, update: int) -> dict[str, Arr
     return gradient(network, steps, [error / made for error in errors]).arrays()
 
 
-class _Trials:
+class _TrialBatch:
     """A batch of trials in the course of being played."""
 
     def __init__(self, boxes: Boxes, network: Network, *, p: float, rng: np.random.Generator) -> None:
@@ -140,7 +140,7 @@ class _Trials:
         self._shown = self.state
         self._hidden = np.zeros((number, network.hidden))
 
-    def read(self) -> Step:
+    def read(self) -> StepActivations:
         """Read the last report; what the way back needs of it."""
         positions = ((self._shown[:, None] >> np.arange(self._boxes.joints)) & 1).astype(np.float64)
         step = self._network.step(encoded(self.attempted, self._moved, positions, self._boxes.target), self._hidden)
@@ -173,7 +173,7 @@ def play(
     temperature: float = 1.0,
     budget: int = BUDGET,
     seed: int = 1,
-) -> Course:
+) -> PlayedTrials:
     """Play every box once, told where the joints stand (``symbolic?tell=state``), with transient flips.
 
     Args:
@@ -184,7 +184,7 @@ def play(
         budget: Steps.
         seed: Seed of choices and flips.
     """
-    trials = _Trials(boxes, network, p=p, rng=generator(seed, "learner", "play"))
+    trials = _TrialBatch(boxes, network, p=p, rng=generator(seed, "learner", "play"))
     actions = np.full((len(boxes), budget), -1)
     for step in range(budget):
         running = trials.running
@@ -193,7 +193,7 @@ def play(
         actions[running, step] = trials.attempted[running]
         if not trials.running.any():
             break
-    return Course(solved=~trials.running, steps=(actions >= 0).sum(axis=1), actions=actions)
+    return PlayedTrials(solved=~trials.running, steps=(actions >= 0).sum(axis=1), actions=actions)
 
 
 def success(

@@ -23,7 +23,7 @@ import numpy as np
 from lockprobe.errors import BadValue, Missing, UnknownName
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.plants.symbolic import SymbolicPlant
-from lockprobe.plants.twin_settings import CameraSettings, ModelSettings, SceneSettings, TwinSettings
+from lockprobe.plants.twin_settings import CameraSettings, SceneSettings, TwinSettings, UserModelSettings
 from lockprobe.plugins import Plugin, find_plugin, plugin_names
 from lockprobe.protocols import Plant
 from lockprobe.spec import Spec, arguments_from, with_options
@@ -74,7 +74,7 @@ class PlantSource:
 def known_plants() -> dict[str, str]:
     """Lockprobe's own plants, each with a description."""
     options = {name: ", ".join(field.name for field in fields(kind)) for name, kind in _SETTINGS.items()}
-    model = ", ".join(field.name for field in fields(ModelSettings))
+    model = ", ".join(field.name for field in fields(UserModelSettings))
     return {
         "symbolic": "The rules and nothing else.",
         "fast-twin": f"The mechanism, pushed without an arm, and a camera. Options: {options['fast-twin']}.",
@@ -124,7 +124,7 @@ def resolve_plant(spec: str | Spec) -> PlantSource:
 
 def _of_a_user(spec: Spec) -> PlantSource:
     """A user's model; its spec gets the digest of the files, so that a study knows which model it was planned with."""
-    settings = with_options(ModelSettings, "twin?model", spec.options)
+    settings = with_options(UserModelSettings, "twin?model", spec.options)
     if not settings.digest:
         from lockprobe.plants.user_model.mjcf_file import read_model
 

@@ -14,10 +14,10 @@ __all__ = [
     "CameraSettings",
     "Looks",
     "MechanismKind",
-    "ModelSettings",
     "RendererChoice",
     "SceneSettings",
     "TwinSettings",
+    "UserModelSettings",
 ]
 
 MechanismKind = Literal["contact", "ideal"]
@@ -108,7 +108,7 @@ class TwinSettings(SceneSettings):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ModelSettings:
+class UserModelSettings:
     """A user's own model and its camera: the settings of ``twin?model=FILE``.
 
     Attributes:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from lockprobe.analysis.agent_comparison.pair import Comparison
+from lockprobe.analysis.agent_comparison.pair import AgentComparison
 from lockprobe.analysis.agent_comparison.paired import BlockMean
 from lockprobe.analysis.proportions import ALPHA
 from lockprobe.analysis.summary import StudySummary
@@ -40,7 +40,7 @@ def _ranking(summary: StudySummary, modality: str, *, several: bool) -> str:
     )
 
 
-def comparison_said(one: Comparison, summary: StudySummary) -> list[str]:
+def comparison_said(one: AgentComparison, summary: StudySummary) -> list[str]:
     """One pair: who solves the box more often; whether noise helps one more; who needs fewer steps."""
     names, pairs = subjects_by_name(summary), sum(other.among == one.among for other in summary.comparisons)
     second, first = names[one.second], names[one.first]
@@ -59,7 +59,7 @@ def comparison_said(one: Comparison, summary: StudySummary) -> list[str]:
     return [*said, _steps(one, second, first, pairs)]
 
 
-def _changes(one: Comparison, second: Subject, first: Subject, pairs: int) -> str:
+def _changes(one: AgentComparison, second: Subject, first: Subject, pairs: int) -> str:
     moved = one.interaction
     if moved is None:
         return ""
@@ -79,7 +79,7 @@ def _changes(one: Comparison, second: Subject, first: Subject, pairs: int) -> st
     )
 
 
-def _steps(one: Comparison, second: Subject, first: Subject, pairs: int) -> str:
+def _steps(one: AgentComparison, second: Subject, first: Subject, pairs: int) -> str:
     found = one.steps
     interval = range_said(found.low, found.high, "{:+.1f}", 1)
     test = f"{minus(f'{found.value:+.1f}', zeros=True)} steps{interval}; {_p(one.steps_adjusted, pairs)}"
@@ -92,7 +92,7 @@ def _steps(one: Comparison, second: Subject, first: Subject, pairs: int) -> str:
     return f"That one needs fewer steps than the other is not detectable ({test})."
 
 
-def _test(one: Comparison) -> str:
+def _test(one: AgentComparison) -> str:
     return "people and luck taken together" if one.people else "agents exchanged within luck"
 
 

@@ -37,7 +37,7 @@ __all__ = [
     "FORKS",
     "TOLD",
     "Branching",
-    "Left",
+    "NotForked",
     "arm_interventions",
     "branching",
     "play_forks",
@@ -72,7 +72,7 @@ _MOST = 1000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Left:
+class NotForked:
     """Trials that are not forked.
 
     Attributes:
@@ -106,7 +106,7 @@ class Branching:
     arms: tuple[str, ...]
     truthful: bool = False
     times: int = 1
-    left: Left = Left()
+    left: NotForked = NotForked()
 
     @property
     def agents(self) -> tuple[str, ...]:
@@ -292,7 +292,7 @@ def _chosen(own: Mapping[str, Trial], keys: Sequence[str]) -> dict[str, Trial]:
     return chosen
 
 
-def _forkable(chosen: Mapping[str, Trial], at: Sequence[str], *, named: bool) -> tuple[dict[str, Trial], Left]:
+def _forkable(chosen: Mapping[str, Trial], at: Sequence[str], *, named: bool) -> tuple[dict[str, Trial], NotForked]:
     """The trials that can be forked, and why others cannot; a trial that is named has to be one that can."""
     errors = [trial for trial in chosen.values() if trial.ending == "error"]
     ended = [trial for trial in chosen.values() if trial.ending != "error"]
@@ -300,9 +300,9 @@ def _forkable(chosen: Mapping[str, Trial], at: Sequence[str], *, named: bool) ->
     whole = [trial for trial in ended if not _connects(trial.agent)]
     forked = {trial.key: trial for trial in whole if any(fork_steps(trial, rule) for rule in at)}
     if forked and not (named and len(chosen) == 1):
-        return forked, Left(errors=len(errors), people=len(people), short=len(whole) - len(forked))
+        return forked, NotForked(errors=len(errors), people=len(people), short=len(whole) - len(forked))
     if forked:
-        return forked, Left()
+        return forked, NotForked()
     if people:
         expected = "a trial of an agent that is run: clients and people cannot be asked to play a part of it again"
         raise BadValue("trial", people[0].key, expected)

@@ -66,7 +66,7 @@ def play_on_cluster(
     """
     album = Album(pictures)
     fault = PlantFault if resolve(plans[0].agent).engine == "inline" else ModelFault
-    for plan, played in cluster.each(_Player(plans[0].agent), plans):
+    for plan, played in cluster.each(_PlayerFactory(plans[0].agent), plans):
         if isinstance(played, Lost):
             trial = broken(plan, fault(f"the workers of {plan.agent} on the cluster were lost ({played.why})"))
             finish(trial, Timing(key=trial.key, seconds=0.0, steps=0))
@@ -79,7 +79,7 @@ def play_on_cluster(
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Played:
+class _TrialResult:
     """A trial as it travels."""
 
     trial: Trial
@@ -88,21 +88,21 @@ class _Played:
 
 
 @dataclass(frozen=True, slots=True)
-class _Player:
+class _PlayerFactory:
     """Builds an agent where its trials are played."""
 
     spec: str
 
-    def __call__(self) -> Callable[[Plan], _Played]:
+    def __call__(self) -> Callable[[Plan], _TrialResult]:
         agent = resolve(self.spec).make()
 
-        def play(plan: Plan) -> _Played:
+        def play(plan: Plan) -> _TrialResult:
             taken: dict[str, Picture] = {}
 
             def keep(picture: Picture) -> None:
                 taken[picture.name] = picture
 
             trial, timing = asyncio.run(play_timed(plan, agent, lambda key, step: None, keep))
-            return _Played(trial=trial, timing=timing, pictures=tuple(taken.values()))
+            return _TrialResult(trial=trial, timing=timing, pictures=tuple(taken.values()))
 
         return play

@@ -77,7 +77,7 @@ def estimates(
         calls: Its calls on record.
         batch: Whether providers' batch interfaces are used.
     """
-    agents = [_Agent(study, agent, done) for agent in hosted(study)]
+    agents = [_AgentEstimator(study, agent, done) for agent in hosted(study)]
     owners = {key: agent for agent in agents for key in agent.keys}
     for call in calls if agents else ():
         if (agent := owners.get(call.key)) is not None:
@@ -119,7 +119,7 @@ def most_of_one_call(study: Study, agent: str) -> float:
     return min(most_dollars(PromptSizes(plan, settings, facts).first(), facts.price) for plan in plans)
 
 
-class _Agent:
+class _AgentEstimator:
     """One agent: its prompts, and what is known of its play."""
 
     def __init__(self, study: Study, agent: str, done: Mapping[str, Trial]) -> None:
@@ -171,9 +171,9 @@ class _Agent:
         owed = Counter(
             (shown, self._made[key], self._reached[key]) for key, shown in self._shown.items() if key not in self._done
         )
-        coming_to = self._course()
+        coming_to = self._survival()
         longer, output, repairs = self._habits()
-        expected, full, most, repeated = _Sum(), _Sum(), Usage(), 0.0
+        expected, full, most, repeated = _UsageSum(), _UsageSum(), Usage(), 0.0
         for (shown, begun, reached), trials in owed.items():
             prompt = self._prompts[shown]
             for step in range(begun + 1, self._study.max_steps + 1):
@@ -196,7 +196,7 @@ class _Agent:
             batch=batch,
         )
 
-    def _course(self) -> list[float]:
+    def _survival(self) -> list[float]:
         """For every step, from 0, the share of trials that come to it; above 0 up to where the farthest of them is."""
         steps = self._study.max_steps
         blind = [1 - solved for solved in random_curve(self._study.box, steps)]
@@ -223,7 +223,7 @@ class _Agent:
         return min(output, self._settings.most_tokens(self._facts) or output)
 
 
-class _Sum:
+class _UsageSum:
     """Adds requests up, of which not every one has to be made."""
 
     def __init__(self) -> None:

@@ -132,7 +132,7 @@ def gather(
         _refuse_another_agent(directory, journal.trials.values(), finished)
         if joined.agents != first.agents:
             write_settings(directory, joined)
-        book = _Book(journal)
+        book = _CallMerger(journal)
         counts = [_take(source, journal, book) for source in finished]
         replies = sum(book.take_begun(source) for source in finished)
         unfinished = sum(map(journal.owes, {key for source in finished for key in source.unfinished}))
@@ -200,7 +200,7 @@ def _short(value: object) -> str:
     return json.dumps(value)[:60]
 
 
-class _Same:
+class _IdentityCheck:
     """Refuses two models, prompts, runtimes or renderers under one name, as a run does that is resumed.
 
     What people played on may differ from person to person, and from trial to trial.
@@ -227,12 +227,12 @@ class _Same:
 
 
 def _refuse_another_agent(directory: Path, trials: Iterable[Trial], sources: Iterable[MergeSource]) -> None:
-    same = _Same(directory, trials)
+    same = _IdentityCheck(directory, trials)
     for source in sources:
         same.check(source)
 
 
-class _Book:
+class _CallMerger:
     """Takes calls, each once, however often an import is broken off and repeated."""
 
     def __init__(self, journal: Journal) -> None:
@@ -269,7 +269,7 @@ def _by_key(calls: Iterable[Call]) -> dict[str, list[Call]]:
     return found
 
 
-def _take(source: MergeSource, journal: Journal, book: _Book) -> tuple[int, int, int, int]:
+def _take(source: MergeSource, journal: Journal, book: _CallMerger) -> tuple[int, int, int, int]:
     """Trials taken, trials there, those of them that differ, and pictures missing.
 
     A trial's calls are on disk before it counts as finished.

@@ -84,13 +84,13 @@ async def _of_agent(
 
 async def _chances(plan: Plan, policy: Policy[Any], at: int) -> tuple[float, ...]:
     """Play a fork up to its first own choice."""
-    asked = _Asked(policy, at)
+    asked = _ChoiceProbe(policy, at)
     plant = resolve_plant(plan.plant).make(plan.box, Names(plan).labels, plan.stream("plant"))
     await play(plan, plant=plant, interventions=interventions_for(plan.condition), agent=asked)
     return asked.chances
 
 
-class _Asked:
+class _ChoiceProbe:
     """A policy that plays up to a step, and then says its chances and stops."""
 
     def __init__(self, policy: Policy[Any], at: int) -> None:

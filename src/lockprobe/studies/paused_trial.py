@@ -20,10 +20,10 @@ from lockprobe.studies.picture_store import Album
 from lockprobe.studies.play import play_timed
 from lockprobe.trial import Executor, here
 
-__all__ = ["Attempted", "PausedTrial"]
+__all__ = ["PausedTrial", "RecordedAttempt"]
 
 
-class Attempted(NamedTuple):
+class RecordedAttempt(NamedTuple):
     """A step that is on disk.
 
     Attributes:
@@ -62,7 +62,7 @@ class PausedTrial:
     async def begin(
         cls,
         plan: Plan,
-        played: Iterable[Attempted] = (),
+        played: Iterable[RecordedAttempt] = (),
         *,
         facts: Mapping[str, Fact] | None = None,
         pictures: Path | None = None,
@@ -115,7 +115,7 @@ class PausedTrial:
         with suppress(asyncio.CancelledError):
             await self._loop
 
-    async def _replay(self, number: int, step: Attempted) -> None:
+    async def _replay(self, number: int, step: RecordedAttempt) -> None:
         """Replay a step and compare the report with the one that was shown. A broken trial reports nothing."""
         what = f"step {number} of {self.plan.key}"
         if self.situation is None or step.joint not in self.situation.task.joints:

@@ -39,7 +39,7 @@ def own_thread() -> Iterator[Executor]:
         yield there
 
 
-class _Fresh:
+class _LazyPlant:
     """The plant of a plan, built when it is first looked at: what breaks in building it breaks that trial."""
 
     def __init__(self, plan: Plan) -> None:
@@ -85,7 +85,7 @@ async def play_timed(
     began = time.perf_counter()
     if calls is not None and isinstance(agent, Calling):
         agent = agent.with_calls(plan.key, calls.of(plan.key, plan.fork.name.parent if plan.fork else ""))
-    plant = _Fresh(plan)
+    plant = _LazyPlant(plan)
     try:
         trial = await play(
             plan,

@@ -63,7 +63,7 @@ def read_records(directory: Path | str, settings: Mapping[str, object] | None = 
         raise BadFile(directory, f"no {RECORDS} here; is it the directory of a study?")
     if settings is None and (path.parent / SETTINGS).exists():
         settings = read_settings(directory)
-    study = None if settings is None else _Own(settings)
+    study = None if settings is None else _RecordFilter(settings)
     trials: dict[str, Trial] = {}
     replaced = repeated = 0
     foreign: list[str] = []
@@ -92,7 +92,7 @@ def read_records(directory: Path | str, settings: Mapping[str, object] | None = 
     )
 
 
-class _Own:
+class _RecordFilter:
     """Tells records of one study from those of others."""
 
     def __init__(self, settings: Mapping[str, object]) -> None:

@@ -196,7 +196,7 @@ def _play(
         return
     album = journal.directory / ALBUM
     lanes, at_the_end = _lanes(study, source, limits.access, len(plans))
-    finish = _Finish(source.spec, journal, observer, lanes, known)
+    finish = _TrialWriter(source.spec, journal, observer, lanes, known)
     attended = study.attended
     if limits.cluster is not None and not attended and can_travel(study, source):
         play_on_cluster(plans, limits.cluster, observer.step, finish, pictures=album)
@@ -261,7 +261,7 @@ class _Stoppable(Silent):
             raise KeyboardInterrupt
 
 
-class _Finish:
+class _TrialWriter:
     """Writes finished trials down, and stops a run in which nothing but errors comes."""
 
     def __init__(self, spec: str, journal: Journal, observer: Observer, lanes: int, known: Sequence[Trial]) -> None:
@@ -338,7 +338,7 @@ async def _play_here(
     plans: list[Plan],
     source: AgentSource,
     play: Callable[[Plan, Agent], Awaitable[tuple[Trial, Timing]]],
-    finish: _Finish,
+    finish: _TrialWriter,
     *,
     lanes: int,
     at_the_end: int,

@@ -91,11 +91,11 @@ class _Pool:
                 try:
                     kind, content = worker.pipe.recv()
                 except (EOFError, ConnectionResetError):
-                    self._bury(worker)
+                    self._replace_dead(worker)
                 else:
-                    self._hear(worker, kind, content)
+                    self._receive(worker, kind, content)
 
-    def _hear(self, worker: _Worker, kind: str, content: tuple[object, ...]) -> None:
+    def _receive(self, worker: _Worker, kind: str, content: tuple[object, ...]) -> None:
         if kind == "step":
             self._on_step(*cast(tuple[str, Step], content))
             return
@@ -110,7 +110,7 @@ class _Pool:
             del self._workers[worker.pipe]
             worker.process.join()
 
-    def _bury(self, worker: _Worker) -> None:
+    def _replace_dead(self, worker: _Worker) -> None:
         """Record the trial that a dead worker was playing, and replace it."""
         del self._workers[worker.pipe]
         worker.process.join()

@@ -110,7 +110,7 @@ class StudyDifference:
         return int(np.sign(self.value)) if self.p_adjusted < ALPHA and (self.low > 0 or self.high < 0) else 0
 
 
-class _Found(NamedTuple):
+class _Estimate(NamedTuple):
     first: Proportion
     second: Proportion
     value: float
@@ -153,15 +153,15 @@ def _kind(first: Sample, second: Sample, *, every_baseline: bool) -> Kind:
 def _difference(first: Sample, second: Sample, kind: Kind) -> StudyDifference | None:
     one, two = outcomes(first.trials), outcomes(second.trials)
     shared = first.luck == second.luck and not (one.crossed and two.crossed)  # no two people play as a pair
-    found = _compared(one, two, shared=shared, same_luck=first.luck == second.luck)
+    found = _estimate(one, two, shared=shared, same_luck=first.luck == second.luck)
     if found is None:
         return None
     broken = broken_off(first.trials), broken_off(second.trials)
     p_value = found.p_value
     if any(map(len, broken)):
         ends = zip(completed(one, broken[0]), completed(two, broken[1]), strict=True)
-        bounds = [_compared(*end, shared=shared, same_luck=first.luck == second.luck) for end in ends]
-        p_value = _agreed([found, *bounds])
+        bounds = [_estimate(*end, shared=shared, same_luck=first.luck == second.luck) for end in ends]
+        p_value = _worst_case_p([found, *bounds])
     return StudyDifference(
         condition=first.condition,
         kind=kind,
@@ -178,26 +178,26 @@ def _difference(first: Sample, second: Sample, kind: Kind) -> StudyDifference | 
     )
 
 
-def _agreed(found: Sequence[_Found | None]) -> float:
+def _worst_case_p(found: Sequence[_Estimate | None]) -> float:
     """The largest p-value, and 1 where directions differ or an end cannot be tested."""
     values = [one for one in found if one is not None]
     alike = len(values) == len(found) and len({np.sign(one.value) for one in values}) == 1
     return max(one.p_value for one in values) if alike else 1.0
 
 
-def _compared(first: Outcomes, second: Outcomes, *, shared: bool, same_luck: bool) -> _Found | None:
+def _estimate(first: Outcomes, second: Outcomes, *, shared: bool, same_luck: bool) -> _Estimate | None:
     if not (len(first) and len(second)):
         return None
     if shared:
-        return _pairs(first, second)
+        return _paired(first, second)
     if first.crossed or second.crossed:
         return _clustered(first, second, same_luck=same_luck)
     shares = _share(first.solved), _share(second.solved)
     apart = difference(*shares)
-    return None if apart is None else _Found(*shares, apart.value, apart.low, apart.high, apart.p_value)
+    return None if apart is None else _Estimate(*shares, apart.value, apart.low, apart.high, apart.p_value)
 
 
-def _pairs(first: Outcomes, second: Outcomes) -> _Found | None:
+def _paired(first: Outcomes, second: Outcomes) -> _Estimate | None:
     """Trials of equal luck that both finished."""
     _, laid = sheets([replace(one, p=np.zeros(len(one))) for one in (first, second)])
     one, two = laid
@@ -207,14 +207,15 @@ def _pairs(first: Outcomes, second: Outcomes) -> _Found | None:
     person = people_of((one, two))
     solved = one.solved[both, 0], two.solved[both, 0]
     found = paired_difference(*solved, None if person is None else person[both, 0])
-    return _Found(_share(solved[0] > 0), _share(solved[1] > 0), found.value, found.low, found.high, found.p_value)
+    return _Estimate(_share(solved[0] > 0), _share(solved[1] > 0), found.value, found.low, found.high, found.p_value)
 
 
-def _clustered(first: Outcomes, second: Outcomes, *, same_luck: bool) -> _Found:
+def _clustered(first: Outcomes, second: Outcomes, *, same_luck: bool) -> _Estimate:
     """Independent samples with people on one side at least, whose trials are clustered by person and by luck."""
-    people = [_people(one, side) for side, one in enumerate((first, second))]
+    people = [_person_clusters(one, side) for side, one in enumerate((first, second))]
     lucks = [
-        [f"{0 if same_luck else side}/{place}" for place in _places(one)] for side, one in enumerate((first, second))
+        [f"{0 if same_luck else side}/{place}" for place in _trial_names(one)]
+        for side, one in enumerate((first, second))
     ]
     found = clustered_difference(
         np.concatenate([first.solved, second.solved]),
@@ -222,16 +223,16 @@ def _clustered(first: Outcomes, second: Outcomes, *, same_luck: bool) -> _Found:
         np.array(people[0] + people[1]),
         np.array(lucks[0] + lucks[1]),
     )
-    return _Found(_share(first.solved), _share(second.solved), found.value, found.low, found.high, found.interval_p)
+    return _Estimate(_share(first.solved), _share(second.solved), found.value, found.low, found.high, found.interval_p)
 
 
-def _people(one: Outcomes, side: int) -> list[str]:
+def _person_clusters(one: Outcomes, side: int) -> list[str]:
     """The cluster of each trial: its person, or an agent's trial alone."""
     players = one.player.tolist() if one.crossed else [""] * len(one)
-    return [f"{side}/{player or place}" for player, place in zip(players, _places(one), strict=True)]
+    return [f"{side}/{player or place}" for player, place in zip(players, _trial_names(one), strict=True)]
 
 
-def _places(one: Outcomes) -> list[str]:
+def _trial_names(one: Outcomes) -> list[str]:
     return [f"{r}/{t}" for r, t in zip(one.repetition.tolist(), one.trial.tolist(), strict=True)]
 
 

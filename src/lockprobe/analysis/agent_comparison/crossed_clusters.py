@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.analysis.agent_comparison.paired import Array, BlockMean, Sheet, block_mean, by_cluster, half_width
-from lockprobe.analysis.clustered import crossed_spread
+from lockprobe.analysis.clustered import two_way_variance
 
 __all__ = ["FEWEST", "at_one_p", "crossed_change", "crossed_mean", "people_of"]
 
@@ -45,7 +45,7 @@ def crossed_mean(values: Array, luck: _Labels, person: _Labels, *, unit: float |
     """
     n = len(values)
     value = float(values.mean()) if n else math.nan
-    return _judged(value, values - value, luck, person, unit=unit, pairs=n, most=unit)
+    return _clustered_mean(value, values - value, luck, person, unit=unit, pairs=n, most=unit)
 
 
 def crossed_change(low: Array, high: Array, person: tuple[_Labels, _Labels]) -> BlockMean:
@@ -58,7 +58,7 @@ def crossed_change(low: Array, high: Array, person: tuple[_Labels, _Labels]) -> 
     """
     blocks = np.arange(len(low))
     residuals = np.concatenate([low.mean() - low, high - high.mean()])
-    return _judged(
+    return _clustered_mean(
         float(high.mean() - low.mean()),
         residuals,
         np.concatenate([blocks, blocks]),
@@ -69,7 +69,7 @@ def crossed_change(low: Array, high: Array, person: tuple[_Labels, _Labels]) -> 
     )
 
 
-def _judged(
+def _clustered_mean(
     value: float,
     residuals: Array,
     luck: _Labels,
@@ -83,7 +83,7 @@ def _judged(
     none = BlockMean(value=value, low=None, high=None, p_value=None, pairs=pairs, blocks=blocks)
     if min(blocks, people) < 2:
         return none
-    spread = crossed_spread(residuals, luck, person)
+    spread = two_way_variance(residuals, luck, person)
     if spread < _TIE and unit is None:
         return none
     if unit is not None:

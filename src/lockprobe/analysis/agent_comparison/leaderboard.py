@@ -15,13 +15,13 @@ import numpy as np
 
 from lockprobe.analysis.agent_comparison.interaction import Interaction
 from lockprobe.analysis.agent_comparison.leaderboard_row import Standing
-from lockprobe.analysis.agent_comparison.pair import Among, Comparison, ComparisonAt, compare, corrected
+from lockprobe.analysis.agent_comparison.pair import AgentComparison, Among, ComparisonAt, compare, corrected
 from lockprobe.analysis.agent_comparison.paired import BlockMean, Sheet, sheets
 from lockprobe.analysis.inference.broken_trials import completed
 from lockprobe.analysis.outcomes import Outcomes
 from lockprobe.seeds import generator
 
-__all__ = ["Entrant", "agreed", "both_ends", "comparisons", "ranked"]
+__all__ = ["Entrant", "both_ends", "comparisons", "ranked", "worst_case"]
 
 BASELINES = ("human-inspired", "random")
 """References that every agent is compared with, if they were played: by the head of their spec."""
@@ -55,7 +55,7 @@ class Entrant:
         return self.agent, self.modality
 
 
-def comparisons(entrants: Sequence[Entrant], seed: int) -> tuple[Comparison, ...]:
+def comparisons(entrants: Sequence[Entrant], seed: int) -> tuple[AgentComparison, ...]:
     """Compare every two agents that the study is about, and each of them with the baselines.
 
     Two agents are compared that saw the boxes alike. Baselines read reports and are compared with all. Entrants come in
@@ -70,16 +70,17 @@ def comparisons(entrants: Sequence[Entrant], seed: int) -> tuple[Comparison, ...
     names = {one.name for one in subjects}
     baselines = [one for one in entrants if one.name not in names and one.head in BASELINES]
     pairs += [(baseline, subject, "reference") for subject, baseline in product(subjects, baselines)]
-    return corrected(_compared(pairs, entrants, seed))
+    return corrected(_uncorrected(pairs, entrants, seed))
 
 
-def _compared(
+def _uncorrected(
     pairs: Sequence[tuple[Entrant, Entrant, Among]], entrants: Sequence[Entrant], seed: int
-) -> list[Comparison]:
+) -> list[AgentComparison]:
     """All pairs, without corrections; those with broken trials as far as they hold whatever became of these."""
     ends = [both_ends(one.counted, one.broken, one.budget) for one in entrants]
     three = [
-        _laid(entrants, groups) for groups in ([one.counted for one in entrants], *map(list, zip(*ends, strict=True)))
+        _sheets_by_name(entrants, groups)
+        for groups in ([one.counted for one in entrants], *map(list, zip(*ends, strict=True)))
     ]
     found = []
     for first, second, among in pairs:
@@ -96,11 +97,11 @@ def _compared(
         ]
         if (one := made[0]) is None:
             continue
-        found.append(agreed(one, (made[1], made[2])) if bounded and made[1] and made[2] else one)
+        found.append(worst_case(one, (made[1], made[2])) if bounded and made[1] and made[2] else one)
     return found
 
 
-def _laid(
+def _sheets_by_name(
     entrants: Sequence[Entrant], groups: list[Outcomes]
 ) -> tuple[tuple[float, ...], dict[tuple[str, str], Sheet]]:
     values, laid = sheets(groups)
@@ -114,7 +115,7 @@ def both_ends(counted: Outcomes, broken: Outcomes, budget: int) -> tuple[Outcome
     return replace(unsolved, length=np.where(beyond, budget, unsolved.length)), solved
 
 
-def agreed(found: Comparison, ends: tuple[Comparison, Comparison]) -> Comparison:
+def worst_case(found: AgentComparison, ends: tuple[AgentComparison, AgentComparison]) -> AgentComparison:
     """The comparison without the broken trials, with p-values that hold at both ends too.
 
     Args:
@@ -123,15 +124,15 @@ def agreed(found: Comparison, ends: tuple[Comparison, Comparison]) -> Comparison
     """
     return replace(
         found,
-        success=_agreed_mean(found.success, *(end.success for end in ends)),
-        steps=_agreed_mean(found.steps, *(end.steps for end in ends)),
-        at=tuple(_agreed_at(one, [{at.p: at for at in end.at}[one.p] for end in ends]) for one in found.at),
-        interaction=_agreed_interaction(found.interaction, *(end.interaction for end in ends)),
+        success=_worst_case_mean(found.success, *(end.success for end in ends)),
+        steps=_worst_case_mean(found.steps, *(end.steps for end in ends)),
+        at=tuple(_worst_case_at(one, [{at.p: at for at in end.at}[one.p] for end in ends]) for one in found.at),
+        interaction=_worst_case_interaction(found.interaction, *(end.interaction for end in ends)),
         bounded=True,
     )
 
 
-def _agreed_mean(*three: BlockMean) -> BlockMean:
+def _worst_case_mean(*three: BlockMean) -> BlockMean:
     """The first, with the largest p-value; 1 where signs differ, or an interval holds 0 and the first does not."""
     values = [one.p_value for one in three if one.p_value is not None]
     if len(values) < len(three):
@@ -140,14 +141,14 @@ def _agreed_mean(*three: BlockMean) -> BlockMean:
     return replace(three[0], p_value=max(values) if holds else 1.0)
 
 
-def _agreed_at(found: ComparisonAt, ends: list[ComparisonAt]) -> ComparisonAt:
+def _worst_case_at(found: ComparisonAt, ends: list[ComparisonAt]) -> ComparisonAt:
     three = [found, *ends]
     alike = len({np.sign(one.success.value) for one in three}) == 1
     success = replace(found.success, p_value=max(one.success.p_value for one in three) if alike else 1.0)
-    return replace(found, success=success, steps=_agreed_mean(*(one.steps for one in three)))
+    return replace(found, success=success, steps=_worst_case_mean(*(one.steps for one in three)))
 
 
-def _agreed_interaction(found: Interaction | None, *ends: Interaction | None) -> Interaction | None:
+def _worst_case_interaction(found: Interaction | None, *ends: Interaction | None) -> Interaction | None:
     if found is None:
         return None
     three = [found, *(end for end in ends if end is not None)]
@@ -157,7 +158,7 @@ def _agreed_interaction(found: Interaction | None, *ends: Interaction | None) ->
     return replace(found, p_value=max(one.p_value for one in three) if len(three) == 3 and len(signs) == 1 else 1.0)
 
 
-def ranked(standings: Sequence[Standing], found: Sequence[Comparison]) -> tuple[Standing, ...]:
+def ranked(standings: Sequence[Standing], found: Sequence[AgentComparison]) -> tuple[Standing, ...]:
     """The rows with the ranks that the comparisons leave possible, the highest success first.
 
     An agent ranks below all that are shown to solve the box more often, and above all that are shown to solve it less

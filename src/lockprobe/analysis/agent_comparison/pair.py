@@ -15,7 +15,7 @@ from lockprobe.analysis.agent_comparison.paired import Array, BlockMean, Sheet, 
 from lockprobe.analysis.inference.logrank import holm
 from lockprobe.analysis.proportions import ALPHA, Paired, paired
 
-__all__ = ["Among", "Comparison", "ComparisonAt", "compare", "corrected", "paired_difference"]
+__all__ = ["AgentComparison", "Among", "ComparisonAt", "compare", "corrected", "paired_difference"]
 
 Among = Literal["subjects", "reference"]
 """Whether two agents that the study is about are compared, or one of them with an agent to compare with."""
@@ -41,7 +41,7 @@ class ComparisonAt:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Comparison:
+class AgentComparison:
     """Two agents over all p, shown the box in one way. Differences are the second less the first.
 
     Attributes:
@@ -103,7 +103,7 @@ def compare(
     laid: tuple[Sheet, Sheet],
     among: Among,
     rng: np.random.Generator,
-) -> Comparison | None:
+) -> AgentComparison | None:
     """Compare two agents over the trials that both finished; None if there are none.
 
     Args:
@@ -120,7 +120,7 @@ def compare(
         return None
     played = ~np.isnan(first.solved) | ~np.isnan(second.solved)
     most, person = _most_steps(laid), people_of(laid)
-    return Comparison(
+    return AgentComparison(
         first=names[0],
         second=names[1],
         among=among,
@@ -192,7 +192,7 @@ def _same_at_every_p(laid: Sheet) -> bool:
     )
 
 
-def corrected(found: Sequence[Comparison]) -> tuple[Comparison, ...]:
+def corrected(found: Sequence[AgentComparison]) -> tuple[AgentComparison, ...]:
     """The comparisons with p-values corrected for the number of pairs of one kind and of p (Holm).
 
     Two agents that both play alike at every p are looked at once, not once for each p.
@@ -220,7 +220,7 @@ def corrected(found: Sequence[Comparison]) -> tuple[Comparison, ...]:
     )
 
 
-def _holm(found: Sequence[Comparison], of: Callable[[Comparison], float | None]) -> list[float | None]:
+def _holm(found: Sequence[AgentComparison], of: Callable[[AgentComparison], float | None]) -> list[float | None]:
     return _by_kind([one.among for one in found], [of(one) for one in found])
 
 

@@ -9,11 +9,11 @@ import numpy as np
 from lockprobe.analysis.inference.association import Correlation, pearson
 from lockprobe.analysis.inference.broken_trials import (
     BrokenShares,
-    agreed_difference,
-    agreed_lines,
-    agreed_tests,
     broken_shares,
     completed,
+    worst_case_difference,
+    worst_case_lines,
+    worst_case_tests,
 )
 from lockprobe.analysis.inference.course import Course, course
 from lockprobe.analysis.inference.difference import AnyDifference, any_difference
@@ -116,16 +116,16 @@ def infer(
         return replace(found, tests=found.tests + kept)
     shares = broken_shares(outcomes, broken, rng)
     ends = [_tested(whole, rng, blind) for whole in completed(outcomes, broken)]
-    difference = agreed_difference(found.difference, *(end.difference for end in ends))
-    lines = agreed_lines(found.lines, *(end.lines for end in ends))
+    difference = worst_case_difference(found.difference, *(end.difference for end in ends))
+    lines = worst_case_lines(found.lines, *(end.lines for end in ends))
     return replace(
         found,
         difference=difference,
         lines=lines,
-        onset_lines=agreed_lines(found.onset_lines, *(end.onset_lines for end in ends)),
+        onset_lines=worst_case_lines(found.onset_lines, *(end.onset_lines for end in ends)),
         course=course(points(outcomes, by_repetition=False), difference, lines),
         broken=shares,
-        tests=agreed_tests(found.tests, *(end.tests for end in ends)) + kept,
+        tests=worst_case_tests(found.tests, *(end.tests for end in ends)) + kept,
     )
 
 

@@ -20,7 +20,14 @@ from lockprobe.analysis.inference.verdict import TestResult
 from lockprobe.analysis.outcomes import Outcomes, appended
 from lockprobe.analysis.proportions import ALPHA, Proportion, proportion
 
-__all__ = ["BrokenShares", "agreed_difference", "agreed_lines", "agreed_tests", "broken_shares", "completed"]
+__all__ = [
+    "BrokenShares",
+    "broken_shares",
+    "completed",
+    "worst_case_difference",
+    "worst_case_lines",
+    "worst_case_tests",
+]
 
 PERMUTATIONS = 999
 
@@ -64,14 +71,14 @@ def completed(counted: Outcomes, broken: Outcomes) -> tuple[Outcomes, Outcomes]:
     return appended(counted, unsolved), appended(counted, solved)
 
 
-def agreed_difference(found: AnyDifference, unsolved: AnyDifference, solved: AnyDifference) -> AnyDifference:
+def worst_case_difference(found: AnyDifference, unsolved: AnyDifference, solved: AnyDifference) -> AnyDifference:
     """The differences without the broken trials, with p-values that hold at both ends too."""
     bounds = [{one.p: one for one in other.at} for other in (unsolved, solved)]
-    at = tuple(_agreed_at(one, *(bound.get(one.p) for bound in bounds)) for one in found.at)
+    at = tuple(_worst_case_at(one, *(bound.get(one.p) for bound in bounds)) for one in found.at)
     return replace(found, at=at, p_value=min((one.p_value for one in at), default=None))
 
 
-def _agreed_at(found: DifferenceAt, unsolved: DifferenceAt | None, solved: DifferenceAt | None) -> DifferenceAt:
+def _worst_case_at(found: DifferenceAt, unsolved: DifferenceAt | None, solved: DifferenceAt | None) -> DifferenceAt:
     if unsolved is None or solved is None:
         return replace(found, p_value=1.0)
     three = (found, unsolved, solved)
@@ -84,7 +91,7 @@ def _agreed_at(found: DifferenceAt, unsolved: DifferenceAt | None, solved: Diffe
     )
 
 
-def agreed_lines(found: TwoLines, *others: TwoLines) -> TwoLines:
+def worst_case_lines(found: TwoLines, *others: TwoLines) -> TwoLines:
     """The two lines without the broken trials, with a shape only where all three tests show it."""
     three = (found, *others)
     if any(one.p_value is None for one in three):
@@ -97,16 +104,16 @@ def agreed_lines(found: TwoLines, *others: TwoLines) -> TwoLines:
     )
 
 
-def agreed_tests(
+def worst_case_tests(
     found: Sequence[TestResult], unsolved: Sequence[TestResult], solved: Sequence[TestResult]
 ) -> tuple[TestResult, ...]:
     """The recommended tests with the largest of three p-values, or 1 where directions differ; others unchanged."""
     return tuple(
-        _agreed(three) if three[0].recommended else three[0] for three in zip(found, unsolved, solved, strict=True)
+        _worst_case(three) if three[0].recommended else three[0] for three in zip(found, unsolved, solved, strict=True)
     )
 
 
-def _agreed(three: tuple[TestResult, TestResult, TestResult]) -> TestResult:
+def _worst_case(three: tuple[TestResult, TestResult, TestResult]) -> TestResult:
     first, values = three[0], [test.p_value for test in three if test.p_value is not None]
     if len(values) < len(three):
         return replace(first, p_value=None, note="too few remain")

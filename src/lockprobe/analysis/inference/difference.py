@@ -118,11 +118,11 @@ def any_difference(outcomes: Outcomes, rng: np.random.Generator, permutations: i
         return AnyDifference(lowest=lowest, at=(), p_value=None, omnibus=None, permutations=0, note=note)
     n = np.bincount(place).astype(np.float64)
     if apart:
-        solved, size = _whole(outcomes, place, permutations, rng)
+        solved, size = _permuted_whole_clusters(outcomes, place, permutations, rng)
         away = solved / size - (solved / size)[:, :1]
         compared = n
     else:
-        solved, away, compared = _exchanged(groups, len(values), permutations, rng)
+        solved, away, compared = _permuted_within_clusters(groups, len(values), permutations, rng)
         size = np.broadcast_to(n, solved.shape)
         if outcomes.crossed:
             away, compared = solved / size - (solved / size)[:, :1], n
@@ -180,7 +180,7 @@ def _groups(outcomes: Outcomes, place: NDArray[np.intp]) -> Groups:
     return groups
 
 
-def _exchanged(
+def _permuted_within_clusters(
     groups: Groups, places: int, permutations: int, rng: np.random.Generator
 ) -> tuple[Array, Array, NDArray[np.float64]]:
     """Outcomes exchanged inside clusters; the first row is as observed.
@@ -209,7 +209,7 @@ def _permuted(members: NDArray[np.bool_], permutations: int, rng: np.random.Gene
     return totals + np.count_nonzero(members.all(axis=1))
 
 
-def _whole(
+def _permuted_whole_clusters(
     outcomes: Outcomes, place: NDArray[np.intp], permutations: int, rng: np.random.Generator
 ) -> tuple[Array, Array]:
     """Whole clusters shuffled among the values of p: solved trials and trials per p.

@@ -97,11 +97,11 @@ def loop_hazard(outcomes: Outcomes, blind: Outcomes | None = None) -> LoopEffect
         outcomes: The trials of one agent over all p.
         blind: Trials of a blind agent with the same habits on the same box; their odds ratio is the null hypothesis.
     """
-    against = _blind(loop_hazard(blind), len(blind)) if blind is not None else None
+    against = _blind_odds_ratio(loop_hazard(blind), len(blind)) if blind is not None else None
     running, event = grid(outcomes.length, outcomes.solved)
     step = np.arange(1, running.shape[1] + 1)
     looped = outcomes.looped[:, None] & (outcomes.onset[:, None] < step)
-    return _against(_effect(outcomes, looped, event, running, against), blind)
+    return _with_null(_effect(outcomes, looped, event, running, against), blind)
 
 
 def loop_landmark(outcomes: Outcomes, blind: Outcomes | None = None, *, step: int = 10) -> LoopEffect:
@@ -109,10 +109,10 @@ def loop_landmark(outcomes: Outcomes, blind: Outcomes | None = None, *, step: in
 
     Easier to read than :func:`loop_hazard`, and weaker: loops after the step (from 1) do not count.
     """
-    against = _blind(loop_landmark(blind, step=step), len(blind)) if blind is not None else None
+    against = _blind_odds_ratio(loop_landmark(blind, step=step), len(blind)) if blind is not None else None
     running = (outcomes.length > step)[:, None].astype(np.float64)
     looped = (outcomes.looped & (outcomes.onset <= step))[:, None]
-    return _against(_effect(outcomes, looped, outcomes.solved[:, None] * running, running, against), blind)
+    return _with_null(_effect(outcomes, looped, outcomes.solved[:, None] * running, running, against), blind)
 
 
 def naive_association(outcomes: Outcomes) -> NaiveAssociation:
@@ -132,14 +132,14 @@ def naive_association(outcomes: Outcomes) -> NaiveAssociation:
     )
 
 
-def _blind(found: LoopEffect, trials: int) -> Blind | None:
+def _blind_odds_ratio(found: LoopEffect, trials: int) -> Blind | None:
     """The odds ratio of simulated trials of a blind agent; None where it is not above 0."""
     if not found.odds_ratio or found.low is None or found.high is None:
         return None
     return Blind(odds_ratio=found.odds_ratio, error=math.log(found.high / found.low) / (2 * Z), trials=trials)
 
 
-def _against(found: LoopEffect, blind: Outcomes | None) -> LoopEffect:
+def _with_null(found: LoopEffect, blind: Outcomes | None) -> LoopEffect:
     """No test where blind trials are given that have no odds ratio."""
     if blind is None or found.blind is not None or found.p_value is None:
         return found

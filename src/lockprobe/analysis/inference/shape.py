@@ -90,7 +90,7 @@ def binomial_orders(p: NDArray[np.float64], solved: NDArray[np.bool_]) -> Binomi
     found = [fit for fit in fits if fit is not None]
     orders = tuple(_order(n, found, order) for order in range(len(found)))
     if not allowed or len(found) < len(allowed):
-        return BinomialOrders(n=n, orders=orders, order=None, curve=None, note=_why(counted, len(found)))
+        return BinomialOrders(n=n, orders=orders, order=None, curve=None, note=_why_not_fitted(counted, len(found)))
     best = min(orders, key=lambda order: order.aicc).order
     return BinomialOrders(n=n, orders=orders, order=best, curve=_curve(counted, found[best]), note="")
 
@@ -99,7 +99,7 @@ def _fit(counted: Counts, order: int) -> LogitFit | None:
     return logit_fit(np.vander(counted.p, order + 1, increasing=True), counted)
 
 
-def _why(counted: Counts, order: int) -> str:
+def _why_not_fitted(counted: Counts, order: int) -> str:
     if counted.n.sum() < 3:
         return "fewer than three trials"
     if counted.solved.sum() in {0, counted.n.sum()}:

@@ -119,15 +119,15 @@ def two_lines(p: NDArray[np.float64], solved: NDArray[np.bool_], cluster: NDArra
     counted = counts(p, solved)
     if len(counted.p) < 3:
         return TwoLines(note=_TOO_FEW)
-    at = _robin_hood(counted)
+    at = _robin_hood_break(counted)
     first, second = (
         _line(side, None if cluster is None else _clustered_p(p[here], solved[here], cluster[here]))
         for side, here in zip(_sides(counted, at), (p <= counted.p[at], p >= counted.p[at]), strict=True)
     )
-    return _joined(float(counted.p[at]), first, second)
+    return _two_lines_test(float(counted.p[at]), first, second)
 
 
-def _joined(break_p: float, first: Line, second: Line) -> TwoLines:
+def _two_lines_test(break_p: float, first: Line, second: Line) -> TwoLines:
     p_value = max(first.p_value, second.p_value) if first.z * second.z < 0 else 1.0
     return TwoLines(
         break_p=break_p,
@@ -153,12 +153,12 @@ def onset_lines(outcomes: Outcomes) -> TwoLines:
     n, events, looped = running.sum(axis=0), event.sum(axis=0), here @ event.sum(axis=1)
     expected = here @ running @ (events / np.maximum(n, 1.0))
     steps = expected * n[events > 0].sum() / max(events.sum(), 1.0)  # as many as expect these first loops
-    at = _robin_hood(Counts(p=levels, solved=looped, n=np.maximum(np.maximum(looped, steps), 1.0)))
+    at = _robin_hood_break(Counts(p=levels, solved=looped, n=np.maximum(np.maximum(looped, steps), 1.0)))
     first, second = (
         _onset_line(outcomes.at(side), running[side], event[side])
         for side in (outcomes.p <= levels[at], outcomes.p >= levels[at])
     )
-    return _joined(float(levels[at]), first, second)
+    return _two_lines_test(float(levels[at]), first, second)
 
 
 def lind_mehlum(p: NDArray[np.float64], solved: NDArray[np.bool_]) -> LindMehlum:
@@ -176,8 +176,8 @@ def lind_mehlum(p: NDArray[np.float64], solved: NDArray[np.bool_]) -> LindMehlum
     slopes = ends @ fit.coefficients
     z = slopes / np.sqrt(np.einsum("ij,jk,ik->i", ends, fit.covariance, ends))
     away = z * (-1, 1) * (1 if bend > 0 else -1)
-    p_value = max(_upper(float(score)) for score in away)
-    low, high = _fieller(fit)
+    p_value = max(_upper_tail(float(score)) for score in away)
+    low, high = _fieller_interval(fit)
     return LindMehlum(
         slope_low=float(slopes[0]),
         slope_high=float(slopes[1]),
@@ -189,7 +189,7 @@ def lind_mehlum(p: NDArray[np.float64], solved: NDArray[np.bool_]) -> LindMehlum
     )
 
 
-def _upper(z: float) -> float:
+def _upper_tail(z: float) -> float:
     return 0.5 * math.erfc(z / math.sqrt(2))
 
 
@@ -261,7 +261,7 @@ def _polynomial(counted: Counts, order: int) -> tuple[Array, Array, Array]:
     return coefficients, design @ coefficients, np.sqrt(np.einsum("ij,jk,ik->i", design, covariance, design))
 
 
-def _robin_hood(counted: Counts) -> int:
+def _robin_hood_break(counted: Counts) -> int:
     """The index of the break: in the flat region about the extremum, nearer to the clearer line.
 
     The flat region holds the inner values of p whose smooth fit lies within a standard error of the most extreme. The
@@ -277,7 +277,7 @@ def _robin_hood(counted: Counts) -> int:
     return int(flat[max(0, math.ceil(quantile * len(flat) - 1e-9) - 1)])
 
 
-def _fieller(fit: LogitFit) -> tuple[float | None, float | None]:
+def _fieller_interval(fit: LogitFit) -> tuple[float | None, float | None]:
     """Fieller's interval of the extremum, where it is one: x with (b1 + 2 b2 x)^2 <= z^2 variance."""
     _, b1, b2 = fit.coefficients.tolist()
     v = Z**2 * fit.covariance

@@ -17,7 +17,7 @@ from lockprobe.errors import BadFile, BadValue
 from lockprobe.plants.calibration.calibration_file import Calibration, CalibrationErrors
 from lockprobe.plants.calibration.opencv import METHODS, Method, board_pose, find_tags, hand_eye, read_grey
 from lockprobe.plants.calibration.pose import Pose, angle_between, mean_pose, rows_of
-from lockprobe.plants.calibration.views import Intrinsics, View, Views, read_picture
+from lockprobe.plants.calibration.views import CalibrationView, Intrinsics, Views, read_picture
 from lockprobe.plants.scene.tag_layout import TagLayout
 from lockprobe.validation import check_choice
 
@@ -83,7 +83,7 @@ def look_at_views(
     return found, refused
 
 
-def _look(folder: Path, view: View, camera: Intrinsics, tags: TagLayout, fewest: int) -> BoardView | str:
+def _look(folder: Path, view: CalibrationView, camera: Intrinsics, tags: TagLayout, fewest: int) -> BoardView | str:
     """The view with the board's pose, or why it is refused."""
     path = folder / view.picture
     grey = read_grey(read_picture(folder, view), path)

@@ -28,7 +28,7 @@ from lockprobe.plants.calibration.pose import Pose, PoseRows, array_of
 from lockprobe.terminal_text import printable
 from lockprobe.validation import plain
 
-__all__ = ["VIEWS_FILE", "Intrinsics", "View", "Views", "read_picture", "read_views"]
+__all__ = ["VIEWS_FILE", "CalibrationView", "Intrinsics", "Views", "read_picture", "read_views"]
 
 VIEWS_FILE = "views.json"
 
@@ -66,7 +66,7 @@ class Intrinsics(BaseModel):
         return np.array([[self.focal[0], 0, self.centre[0]], [0, self.focal[1], self.centre[1]], [0, 0, 1]])
 
 
-class View(BaseModel):
+class CalibrationView(BaseModel):
     """One picture.
 
     Attributes:
@@ -94,7 +94,7 @@ class Views(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
     camera: Intrinsics
-    views: Annotated[tuple[View, ...], Field(min_length=1, max_length=1000)]
+    views: Annotated[tuple[CalibrationView, ...], Field(min_length=1, max_length=1000)]
 
 
 def read_views(folder: Path) -> Views:
@@ -120,7 +120,7 @@ def read_views(folder: Path) -> Views:
     return found
 
 
-def read_picture(folder: Path, view: View) -> bytes:
+def read_picture(folder: Path, view: CalibrationView) -> bytes:
     """The file of a view's picture.
 
     Raises:

@@ -112,7 +112,7 @@ def run_dry(
     arm.home()
     for joint, way in ways.items():
         for start, path in enumerate(way):
-            watched = _Watched(arm, path, height, move.held_force)
+            watched = _MonitoredArm(arm, path, height, move.held_force)
             touch = move.attempt(watched, replace(path, points=path.points - height * path.axis))
             made.append(
                 DryMotion(
@@ -129,7 +129,7 @@ def run_dry(
     return tuple(made)
 
 
-class _Watched:
+class _MonitoredArm:
     """An arm that is measured after every command, and stopped where it touches something or sinks."""
 
     def __init__(self, arm: Bounded, path: HandlePath, height: float, force: float) -> None:

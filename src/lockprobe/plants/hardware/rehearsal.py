@@ -36,14 +36,14 @@ from lockprobe.record import Fact, Snapshot
 if TYPE_CHECKING:
     from lockprobe.plants.catalogue import FilmHook
 
-__all__ = ["BOUNDS", "Attempted", "Rehearsal", "played_eye", "rehearse", "rehearse_rig"]
+__all__ = ["BOUNDS", "Rehearsal", "RehearsedAttempt", "played_eye", "rehearse", "rehearse_rig"]
 
 BOUNDS = Bounds(low=(0.0, -0.6, 0.02), high=(0.85, 0.6, 0.9), answer=2.0)
 """The workspace of rehearsals. A busy machine may need two seconds for an answer; a robot may not."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Attempted:
+class RehearsedAttempt:
     """One rehearsed attempt.
 
     Attributes:
@@ -85,7 +85,7 @@ class Rehearsal:
 
     rung: RehearsalRung
     box: str
-    attempts: tuple[Attempted, ...]
+    attempts: tuple[RehearsedAttempt, ...]
     commands_late: int
     figures: Mapping[str, int]
     facts: Mapping[str, Fact]
@@ -128,7 +128,7 @@ def rehearse_rig(
         state=parts.state if eye is None else None,
         release=parts.close,
     )
-    return rig if film is None else _Filmed(rig, parts.roll)
+    return rig if film is None else _FilmedRig(rig, parts.roll)
 
 
 def played_eye(parts: Parts) -> Eye:
@@ -152,7 +152,7 @@ def played_eye(parts: Parts) -> Eye:
     return Eye(camera=camera, handles=ImageHandles(size=size, places=places))  # type: ignore[arg-type] # pairs
 
 
-class _Filmed:
+class _FilmedRig:
     """A rig that is filmed: after every attempt the film sees how it went."""
 
     def __init__(self, rig: Rig, roll: Callable[[], None]) -> None:
@@ -177,7 +177,7 @@ def rehearse(
     *,
     attempts: int,
     seed: int = 1,
-    tell: Callable[[Attempted], None] = lambda attempted: None,
+    tell: Callable[[RehearsedAttempt], None] = lambda attempted: None,
 ) -> Rehearsal:
     """Attempt random joints from random configurations, and compare every verdict with the rules.
 
@@ -196,7 +196,7 @@ def rehearse(
     """
     luck, labels = np.random.default_rng(seed), tuple("ABCDEFGH"[: len(box.joints)])
     looks = luck.spawn(1)[0]
-    made: list[Attempted] = []
+    made: list[RehearsedAttempt] = []
     late, figures, facts = 0, Counter[str](), dict[str, Fact]()
     while len(made) < attempts:
         parts = parts_of(rung, box, labels, looks)
@@ -205,7 +205,7 @@ def rehearse(
             arm.home()
             while len(made) < attempts:
                 before = tuple(bool(at) for at in luck.integers(2, size=len(box.joints)))
-                made.append(_attempted(parts, arm, box, before, int(luck.integers(len(box.joints)))))
+                made.append(_rehearsed_attempt(parts, arm, box, before, int(luck.integers(len(box.joints)))))
                 tell(made[-1])
                 if made[-1].fault:
                     break  # the hand may hold a handle: begin again with new parts
@@ -219,13 +219,13 @@ def rehearse(
     )
 
 
-def _attempted(parts: Parts, arm: Bounded, box: Lockbox, before: Configuration, joint: int) -> Attempted:
+def _rehearsed_attempt(parts: Parts, arm: Bounded, box: Lockbox, before: Configuration, joint: int) -> RehearsedAttempt:
     after, free = box.attempt(before, joint)
-    made = Attempted(state=bits(before), joint=box.names[joint], free=free)
+    made = RehearsedAttempt(state=bits(before), joint=box.names[joint], free=free)
     try:
         parts.put(before)
         touch = GuardedMove().attempt(arm, parts.path(joint, before[joint]))
-        return Attempted(
+        return RehearsedAttempt(
             state=made.state,
             joint=made.joint,
             free=free,
@@ -235,4 +235,4 @@ def _attempted(parts: Parts, arm: Bounded, box: Lockbox, before: Configuration, 
         )
     except PlantFault as fault:
         arm.stop()
-        return Attempted(state=made.state, joint=made.joint, free=free, fault=str(fault))
+        return RehearsedAttempt(state=made.state, joint=made.joint, free=free, fault=str(fault))

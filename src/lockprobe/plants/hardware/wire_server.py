@@ -163,12 +163,12 @@ def _serve(box: Lockbox, labels: tuple[str, ...], seed: int, pipe: Connection, f
             try:
                 if pipe.poll():
                     what, value = pipe.recv()
-                    _obey(world, pipe, what, value, (ticks, late))
+                    _execute(world, pipe, what, value, (ticks, late))
             except (EOFError, OSError):
                 return
 
 
-def _obey(world: _World, pipe: Connection, what: str, value: Any, figures: tuple[int, int]) -> None:
+def _execute(world: _World, pipe: Connection, what: str, value: Any, figures: tuple[int, int]) -> None:
     if what == "freeze":
         time.sleep(value)
     elif what == "mute":

@@ -36,11 +36,11 @@ _LOST = 0.6
 """Share of pixels at edges that have no reading."""
 
 
-class _Joints(Protocol):
+class _PosableJoints(Protocol):
     def posed(self, configuration: Configuration) -> mujoco.MjData: ...
 
 
-class _Board(Protocol):
+class _PanelGeometry(Protocol):
     @property
     def pose(self) -> NDArray[np.float64]: ...
 
@@ -71,8 +71,8 @@ class PlantCamera:
         model: mujoco.MjModel,
         data: mujoco.MjData,
         *,
-        mechanism: _Joints,
-        panel: _Board,
+        mechanism: _PosableJoints,
+        panel: _PanelGeometry,
         settings: CameraSettings,
         rng: np.random.Generator,
         eye: str = EYE,

@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 
 from lockprobe.errors import BadFile
-from lockprobe.plants.user_model.mjcf_file import ModelFile
+from lockprobe.plants.user_model.mjcf_file import MjcfModel
 
 __all__ = ["CAMERA", "compile_model", "without_stderr"]
 
@@ -27,7 +27,7 @@ _REDIRECTING = threading.Lock()
 _BROKEN = (ValueError, RuntimeError, TypeError, mujoco.FatalError, mujoco.UnexpectedError)
 
 
-def compile_model(file: ModelFile) -> mujoco.MjModel:
+def compile_model(file: MjcfModel) -> mujoco.MjModel:
     """Compile a model.
 
     MuJoCo's warnings are not printed or logged from then on in this process; an unstable simulation is found in its
@@ -61,7 +61,7 @@ def without_stderr() -> Iterator[None]:
             os.close(kept)
 
 
-def _compiled(file: ModelFile) -> mujoco.MjModel:
+def _compiled(file: MjcfModel) -> mujoco.MjModel:
     spec = mujoco.MjSpec.from_string(file.text, assets=dict(file.assets))
     if len(spec.geoms) > _MOST_GEOMS:
         raise BadFile(file.path, f"{len(spec.geoms)} geoms, expected at most {_MOST_GEOMS}")

@@ -18,7 +18,7 @@ from xml.parsers import expat
 from lockprobe.errors import BadFile
 from lockprobe.inputs import read_input
 
-__all__ = ["LARGEST_ASSETS", "LARGEST_XML", "ModelFile", "read_model"]
+__all__ = ["LARGEST_ASSETS", "LARGEST_XML", "MjcfModel", "read_model"]
 
 LARGEST_XML = 1 << 20
 """Bytes of the model and of all files that it includes together."""
@@ -48,7 +48,7 @@ _FOLDERS = {"mesh": "meshdir", "texture": "texturedir", "hfield": "meshdir"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ModelFile:
+class MjcfModel:
     """A model as text, with what it needs.
 
     Attributes:
@@ -94,7 +94,7 @@ class _Tag:
     line: int
 
 
-def read_model(path: Path) -> ModelFile:
+def read_model(path: Path) -> MjcfModel:
     """Read a model and the files that it refers to.
 
     Raises:
@@ -111,7 +111,7 @@ def read_model(path: Path) -> ModelFile:
         lines.append(f"</{tag.name}>" if tag.attributes is None else f"<{tag.name}{written}>")
         origins.append((tag.file, tag.line))
     parts = sorted((name, hashlib.sha256(content).hexdigest()) for name, content in reader.parts.items())
-    return ModelFile(
+    return MjcfModel(
         path=path,
         text="\n".join(lines),
         assets=reader.assets,
