@@ -33,7 +33,7 @@ class ClusteredProportion:
         count: Successes.
         n: Trials.
         clusters: Clusters with a trial.
-        value: ``count / n``, [0, 1]; not a number if ``n`` is 0.
+        value: ``count / n``, [0, 1]; NaN if ``n`` is 0.
         design_effect: Variance over that of ``n`` independent trials, >= 1.
         low, high: Ends of the interval; 0 and 1 with fewer than two clusters, whose spread is unknown.
     """
@@ -54,7 +54,7 @@ class ClusteredDifference:
     Attributes:
         value: Second less first, [-1, 1].
         low, high: Ends of the interval; -1 and 1 with too few clusters.
-        interval_p: The p-value of the interval: below 0.05 if one at 95 % leaves out 0.
+        interval_p: The P value of the interval: below 0.05 if one at 95 % leaves out 0.
     """
 
     value: float
@@ -68,7 +68,7 @@ class ClusteredMean:
     """A mean with its 95 % bootstrap interval.
 
     Attributes:
-        value: The mean; not a number without trials.
+        value: The mean; NaN without trials.
         low, high: 2.5th and 97.5th percentile over resamples; None with fewer than two clusters.
         clusters: Number of clusters.
     """

@@ -1,7 +1,7 @@
 """Differences in success between agents of several studies, condition by condition.
 
 Studies of one seed share their luck: trials of equal repetition and number are compared in pairs. Studies of different
-seeds are independent samples, and no trial of one belongs to a trial of the other. Intervals are at 95 %; p-values are
+seeds are independent samples without pairs. Intervals are at 95 %; P values are
 corrected for the number of differences of one kind (Holm).
 """
 
@@ -34,12 +34,12 @@ _KINDS: tuple[Kind, ...] = ("between", "between-baselines", "within", "within-ba
 
 
 class Side(NamedTuple):
-    """Who is compared.
+    """One side of a comparison: an agent of one study, with its prompt.
 
     Attributes:
         study: Number of the study, from 0.
         agent: Agent spec.
-        prompt: The prompt that it got; empty for the usual one.
+        prompt: File of its prompt; empty for the default prompt.
     """
 
     study: int
@@ -52,11 +52,11 @@ class Sample:
     """The trials of one side under one condition.
 
     Attributes:
-        side: Whose trials.
+        side: The agent that played them.
         condition: Name of the condition, equal in all studies that have it.
         luck: Seed of the study: trials of equal luck, repetition and number share labels, flips and draws.
-        baseline: Whether the agent is one to compare with.
-        trials: All that were played; those that ended as error are counted apart.
+        baseline: Whether the agent is a baseline.
+        trials: All trials played. Trials that ended as error are counted in ``broken``.
     """
 
     side: Side
@@ -68,23 +68,23 @@ class Sample:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StudyDifference:
-    """Success of one side less that of another, under one condition.
+    """The difference in success between two sides under one condition, second minus first.
 
     Attributes:
         condition: Name of the condition.
-        kind: P-values are corrected within a kind.
-        first: The side that is compared with.
+        kind: P values are corrected within a kind.
+        first: The reference side.
         second: The other side.
         paired: Whether trials of equal luck are compared in pairs; otherwise the samples are independent.
-        first_success: Solved by the first, of the trials compared.
-        second_success: Solved by the second, of the trials compared.
-        value: The second's share less the first's, [-1, 1].
+        first_success: Share of the compared trials that the first side solved.
+        second_success: Share of the compared trials that the second side solved.
+        value: Second share minus first share, [-1, 1].
         low, high: Ends of the 95 % interval, not corrected: Agresti & Min's for pairs, Newcombe's for independent
             samples, clustered by person where people are on one side.
         p_value: McNemar's exact test for pairs, Fisher's for independent samples, two-sided; with people by person.
-            Where trials broke, the largest with these left out, all unsolved and all solved.
+            Where trials broke, the largest of three: without them, all unsolved, all solved.
         broken: Trials of either side that ended as error; no share counts them.
-        p_adjusted: The p-value corrected for the differences of its kind (Holm).
+        p_adjusted: The P value corrected for the differences of its kind (Holm).
     """
 
     condition: str
@@ -103,9 +103,9 @@ class StudyDifference:
 
     @property
     def verdict(self) -> int:
-        """1 if the second solves the box more often, -1 if less often, 0 if that is not shown.
+        """1 if the second side is shown to solve the box more often, -1 if less often, else 0.
 
-        The corrected test must reject, and the interval must leave out 0.
+        The corrected test must reject, and the interval must exclude 0.
         """
         return int(np.sign(self.value)) if self.p_adjusted < ALPHA and (self.low > 0 or self.high < 0) else 0
 
@@ -120,13 +120,13 @@ class _Estimate(NamedTuple):
 
 
 def study_differences(samples: Sequence[Sample]) -> tuple[StudyDifference, ...]:
-    """Every two samples of one condition, by kind, pair and condition, corrected within each kind.
+    """Pairwise differences of the samples of each condition, corrected within each kind (Holm).
 
     Args:
-        samples: Each side at most once under a condition, in the order in which they are to be compared.
+        samples: Each side at most once per condition; the order decides which side of a pair comes first.
 
     Returns:
-        Differences between studies first; none for two samples that have no trial to compare.
+        By kind (differences between studies first), pair and condition. Pairs without a trial to compare are left out.
     """
     every_baseline = all(one.baseline for one in samples)
     pairs: dict[tuple[Side, Side], list[StudyDifference]] = {}
@@ -179,7 +179,7 @@ def _difference(first: Sample, second: Sample, kind: Kind) -> StudyDifference | 
 
 
 def _worst_case_p(found: Sequence[_Estimate | None]) -> float:
-    """The largest p-value, and 1 where directions differ or an end cannot be tested."""
+    """The largest P value; 1 if directions differ or a bound cannot be tested."""
     values = [one for one in found if one is not None]
     alike = len(values) == len(found) and len({np.sign(one.value) for one in values}) == 1
     return max(one.p_value for one in values) if alike else 1.0
@@ -198,7 +198,7 @@ def _estimate(first: Outcomes, second: Outcomes, *, shared: bool, same_luck: boo
 
 
 def _paired(first: Outcomes, second: Outcomes) -> _Estimate | None:
-    """Trials of equal luck that both finished."""
+    """The paired estimate, from trials of equal luck that both sides finished."""
     _, laid = sheets([replace(one, p=np.zeros(len(one))) for one in (first, second)])
     one, two = laid
     both = ~np.isnan(one.solved[:, 0] - two.solved[:, 0])
@@ -211,7 +211,7 @@ def _paired(first: Outcomes, second: Outcomes) -> _Estimate | None:
 
 
 def _clustered(first: Outcomes, second: Outcomes, *, same_luck: bool) -> _Estimate:
-    """Independent samples with people on one side at least, whose trials are clustered by person and by luck."""
+    """The estimate from independent samples with people on at least one side, clustered by person and by luck."""
     people = [_person_clusters(one, side) for side, one in enumerate((first, second))]
     lucks = [
         [f"{0 if same_luck else side}/{place}" for place in _trial_names(one)]
@@ -227,7 +227,7 @@ def _clustered(first: Outcomes, second: Outcomes, *, same_luck: bool) -> _Estima
 
 
 def _person_clusters(one: Outcomes, side: int) -> list[str]:
-    """The cluster of each trial: its person, or an agent's trial alone."""
+    """The cluster of each trial: its person, or for an agent the trial itself."""
     players = one.player.tolist() if one.crossed else [""] * len(one)
     return [f"{side}/{player or place}" for player, place in zip(players, _trial_names(one), strict=True)]
 

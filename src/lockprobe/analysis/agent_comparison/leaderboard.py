@@ -1,8 +1,8 @@
-"""The leaderboard: which pairs of agents are compared, what holds where trials broke, and the ranks left possible.
+"""The leaderboard: pairwise comparisons of agents, bounds for broken trials, and the possible ranks of each agent.
 
-A trial that broke for one agent drops its pair. Where the long trials of an agent break, those that remain flatter it.
-So every such comparison is made three times: without the broken trials, with all of them unsolved, and with all of
-them solved at the next step (:mod:`lockprobe.analysis.inference.broken_trials` does the same between conditions).
+A trial that broke for one agent is dropped together with its pair. If an agent's long trials break, the remaining ones
+overstate its success. So such comparisons are made three times: without the broken trials, with all of them unsolved,
+and with all of them solved at the next step (between conditions: :mod:`lockprobe.analysis.inference.broken_trials`).
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ class Entrant:
     Attributes:
         agent: Agent spec.
         modality: How the box was shown.
-        head: Its spec without options.
-        reference: Whether it is only compared with.
+        head: The agent spec without options.
+        reference: Whether it is a baseline, which others are compared with.
         counted: Its ended trials.
         broken: Its trials that ended as error.
         budget: Steps of a trial.
@@ -58,8 +58,8 @@ class Entrant:
 def comparisons(entrants: Sequence[Entrant], seed: int) -> tuple[AgentComparison, ...]:
     """Compare every two agents that the study is about, and each of them with the baselines.
 
-    Two agents are compared that saw the boxes alike. Baselines read reports and are compared with all. Entrants come in
-    the order of the study; ``seed`` is the study's.
+    Two agents are compared if they saw the boxes in the same modality. Baselines read reports and are compared with
+    all. Entrants come in the order of the study; ``seed`` is the study's.
     """
     subjects = [one for one in entrants if not one.reference] or list(entrants)
     pairs: list[tuple[Entrant, Entrant, Among]] = [
@@ -76,7 +76,7 @@ def comparisons(entrants: Sequence[Entrant], seed: int) -> tuple[AgentComparison
 def _uncorrected(
     pairs: Sequence[tuple[Entrant, Entrant, Among]], entrants: Sequence[Entrant], seed: int
 ) -> list[AgentComparison]:
-    """All pairs, without corrections; those with broken trials as far as they hold whatever became of these."""
+    """All pairs without correction for their number; pairs with broken trials get worst-case P values."""
     ends = [both_ends(one.counted, one.broken, one.budget) for one in entrants]
     three = [
         _sheets_by_name(entrants, groups)
@@ -109,17 +109,17 @@ def _sheets_by_name(
 
 
 def both_ends(counted: Outcomes, broken: Outcomes, budget: int) -> tuple[Outcomes, Outcomes]:
-    """All trials of an agent: broken ones unsolved, with the whole budget; and solved, one step after their last."""
+    """All trials of an agent, twice: broken ones as unsolved with the whole budget, and as solved one step later."""
     unsolved, solved = completed(counted, broken)
     beyond = np.arange(len(unsolved)) >= len(counted)
     return replace(unsolved, length=np.where(beyond, budget, unsolved.length)), solved
 
 
 def worst_case(found: AgentComparison, ends: tuple[AgentComparison, AgentComparison]) -> AgentComparison:
-    """The comparison without the broken trials, with p-values that hold at both ends too.
+    """The comparison without the broken trials, with the largest P value of all three cases (Manski bounds).
 
     Args:
-        found: The two agents over the trials that both finished.
+        found: The comparison over the trials that both agents finished.
         ends: The same with all broken trials unsolved, and with all solved.
     """
     return replace(
@@ -133,7 +133,7 @@ def worst_case(found: AgentComparison, ends: tuple[AgentComparison, AgentCompari
 
 
 def _worst_case_mean(*three: BlockMean) -> BlockMean:
-    """The first, with the largest p-value; 1 where signs differ, or an interval holds 0 and the first does not."""
+    """The first mean with the largest P value; 1 if signs differ, or an interval holds 0 where the first does not."""
     values = [one.p_value for one in three if one.p_value is not None]
     if len(values) < len(three):
         return replace(three[0], p_value=None)
@@ -159,10 +159,10 @@ def _worst_case_interaction(found: Interaction | None, *ends: Interaction | None
 
 
 def ranked(standings: Sequence[Standing], found: Sequence[AgentComparison]) -> tuple[Standing, ...]:
-    """The rows with the ranks that the comparisons leave possible, the highest success first.
+    """The rows with the ranks that remain possible given the comparisons, the highest success first.
 
-    An agent ranks below all that are shown to solve the box more often, and above all that are shown to solve it less
-    often; it may have any rank in between.
+    An agent ranks below all agents shown to solve the box more often, and above all shown to solve it less often. Every
+    rank in between is possible.
     """
     between = [one for one in found if one.among == "subjects"]
     group = {name: name[1] for one in between for name in (one.first, one.second)}

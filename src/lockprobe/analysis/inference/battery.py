@@ -51,19 +51,19 @@ class Inference:
 
     Attributes:
         difference: Whether success depends on p.
-        course: How success goes over p, in one word; None without trials.
+        course: The course of success over p, in one word; None without trials.
         orders: Polynomials of the logit of success.
         lines: Whether success rises and falls, by two lines.
-        bend: The same by a quadratic.
+        bend: Whether success rises and falls, by a quadratic.
         speed: Whether p changes how soon the box is solved.
         onset: Whether p changes how soon the agent loops.
         onset_lines: Whether first loops come later and then sooner again, by two lines.
         hazard: Whether success is rarer after a loop, by p and step.
         landmark: The same by p, among trials that still run after step 10.
-        whole: Naive: looped against solved by whole trials.
+        whole: Naive: loop against success over whole trials.
         fine: Naive: correlation of looping and success over repetitions.
-        coarse: Naive: the same over values of p.
-        broken: Trials that ended as error, by p; None if none did.
+        coarse: Naive: correlation of looping and success over values of p.
+        broken: Trials that ended as error, by p; None if there are none.
         tests: All tests in one form, by question, the recommended one first.
     """
 
@@ -94,8 +94,8 @@ def infer(
 ) -> Inference:
     """Run all tests on one agent's trials over p.
 
-    Where trials broke, the recommended tests conclude only what holds without them, with all of them unsolved, and with
-    all of them solved (:mod:`lockprobe.analysis.inference.broken_trials`).
+    If trials broke, the recommended tests conclude only what holds in three cases: without the broken trials, with all
+    of them unsolved, and with all of them solved (:mod:`lockprobe.analysis.inference.broken_trials`).
 
     Args:
         outcomes: The ended trials of one agent.
@@ -103,7 +103,7 @@ def infer(
         broken: Its trials that ended as error.
         blind: Trials of a blind agent with the same action habits on the same box. Their odds ratio after a loop is
             the null hypothesis; without them it is 1.
-        persistence: That of the ended trials at the lowest p; without it, its questions are not asked.
+        persistence: Persistence in the ended trials at the lowest p; without it, its questions are not asked.
 
     Raises:
         BadValue: If a dose is negative or no number.

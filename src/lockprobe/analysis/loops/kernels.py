@@ -38,7 +38,7 @@ _COMPILED: dict[str, Callable[..., Any]] = {}
 
 
 def compiled(function: Callable[Given, Found], actions: int) -> Callable[Given, Found] | None:
-    """The compiled function, if it is compiled already or so many actions are worth it; None without numba."""
+    """The compiled function, if it is already compiled or this many actions justify it; None without numba."""
     name = function.__name__
     if name not in _COMPILED and actions >= WORTH_COMPILING:
         try:
