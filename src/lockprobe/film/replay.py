@@ -1,4 +1,4 @@
-"""A film of a trial: its recorded actions, played again with the same luck.
+"""Makes a film of a trial: its recorded actions are played again with the same luck.
 
 The trial's plant is built again from its spec and its stream. A trial on the symbolic plant is played on a fast-twin of
 the same box. Each step is compared with the record.
@@ -84,12 +84,12 @@ def film_trial(
         trial: The record.
         plan: Its plan.
         path: The film: ``.gif``, ``.mp4``, or a directory for the pictures.
-        speed: Speed-up of a twin's motion, 1 to 16.
+        speed: Speed-up of a twin's motion, a factor of 1 to 16.
         tell: Called with one line after every step.
 
     Raises:
         UserMistake: If the trial cannot be filmed here.
-        PlantFault: If the plant breaks and the record holds no such error.
+        PlantFault: If the plant breaks and the record holds no error of the plant.
     """
     if not 1 <= speed <= FASTEST:
         raise BadValue("speed", speed, f"a whole number from 1 to {FASTEST}")
@@ -143,7 +143,7 @@ def _plant(plan: Plan, source: PlantSource, recorder: _FilmRecorder) -> Plant:
 
 
 def _difference(trial: Trial, at: int, before: str, snapshot: Snapshot) -> str | None:
-    """The first difference of a step from the record."""
+    """The first difference between a replayed step and its record, in one line."""
     step = trial.steps[at]
     pairs: list[tuple[str, Fact, Fact]] = [
         ("configuration before it", step.state, before),
@@ -158,7 +158,7 @@ def _difference(trial: Trial, at: int, before: str, snapshot: Snapshot) -> str |
 
 
 class _FilmRecorder:
-    """Films a plant: a running twin at regular intervals, and single moments on request; ``pictures`` counts."""
+    """Records pictures of a plant: at regular intervals while a twin runs, and single pictures on request."""
 
     def __init__(self, file: FilmFile, *, renderer: RendererChoice, runs: bool, rate: float, speed: int) -> None:
         self.pictures = 0
@@ -187,13 +187,13 @@ class _FilmRecorder:
         self._add(picture, self._lines, self._seconds)
 
     def begin(self, snapshot: Snapshot, lines: tuple[CaptionLine, ...]) -> None:
-        """Set the caption for what follows; a plant that does not run is shown now."""
+        """Set the caption of the next pictures; a plant that does not run is shown now."""
         self._lines = lines
         if not self._runs:
             self.show(snapshot, lines, _HOLD / 2)
 
     def show(self, snapshot: Snapshot, lines: tuple[CaptionLine, ...], seconds: float) -> None:
-        """Show the plant's present state for a while; a twin that has not run yet, when it first runs."""
+        """Hold the plant's present state for some seconds; for a twin that has not run yet, once it runs."""
         if self._running is not None:
             self._add(self._oblique(), lines, seconds)
         elif self._runs:
@@ -202,7 +202,7 @@ class _FilmRecorder:
             self._add(snapshot.look().rgb, lines, seconds)
 
     def end(self, snapshot: Snapshot) -> None:
-        """Show a twin that never ran."""
+        """Show the state of a twin that never ran."""
         if self._first is not None and snapshot.look is not None:
             self._add(snapshot.look().rgb, *self._first)
 

@@ -1,4 +1,4 @@
-"""Fits of all models to the trials of agents."""
+"""Fits of all candidate models to the trials of agents."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from lockprobe.seeds import generator
 __all__ = ["ENOUGH_CHOICES", "fit_agent", "fit_agents"]
 
 ENOUGH_CHOICES = 20_000
-"""Of more choices than this whole clusters of luck are drawn, by lot with a fixed seed."""
+"""The most choices that are fitted. Beyond it, whole clusters of luck are sampled with a fixed seed."""
 
 
 def fit_agents(
@@ -36,15 +36,15 @@ def fit_agents(
     boxes: Mapping[str, Lockbox] | None = None,
     tell: Tell = lambda said: None,
 ) -> FitReport:
-    """Fit models to the choices of agents, given what they had been told.
+    """Fit candidate models to the choices of agents, given the reports that they had received.
 
     Args:
-        trials: Of any agents. Trials that ended as an error are left out and counted; trials under interventions other
-            than flips are left out.
-        agents: Only these; all in the order of their names without it.
+        trials: Trials of any agents. Trials that ended as an error are left out and counted; trials under
+            interventions other than flips are left out.
+        agents: Only these agents; by default all, sorted by name.
         p: Only these flip probabilities.
         models: Only these models, and ``random``.
-        folds: Parts of the trials that are left out in turn, at least 2.
+        folds: Number of folds of the cross-validation, at least 2.
         by_p: Whether each flip probability is fitted separately.
         boxes: Name -> box, for models that look at the panel.
         tell: Called with the name of each fit.
@@ -99,16 +99,16 @@ def fit_agent(
     tell: Tell = lambda said: None,
     within: float = math.inf,
 ) -> AgentFit:
-    """Fit all rivals to the trials of one agent, the best first. Other arguments as for :func:`fit_agents`.
+    """Fit all candidate models to the trials of one agent, the best first. Other arguments: :func:`fit_agents`.
 
     Args:
         agent: Its name.
         trials: Its trials.
         rivals: The candidate models, with ``random``.
-        folds: Parts of the trials that are left out in turn, at least 2.
+        folds: Number of folds of the cross-validation, at least 2.
         boxes: Name -> box, for models that look at the panel.
         tell: Called with the name of each fit.
-        within: Models further behind the best, in BIC, get no result, which saves their intervals.
+        within: Models further behind the best, in BIC, get no result, which saves computing their intervals.
 
     Raises:
         BadValue: If no trial was played.
@@ -163,7 +163,7 @@ def _row(one: FittedCandidate, best: FittedCandidate, choices: Choices, folds: i
 
 
 def _sample(trials: Sequence[Trial]) -> list[Trial]:
-    """All trials, or as many whole clusters, drawn at random, as hold enough choices."""
+    """All trials; or, if they hold too many choices, a random sample of whole clusters."""
     if sum(len(trial.steps) for trial in trials) <= ENOUGH_CHOICES:
         return list(trials)
     clusters: dict[tuple[str, int, int], list[Trial]] = {}

@@ -1,10 +1,10 @@
-"""Comparison of models of the same choices, by a criterion that charges them for their parameters.
+"""Model comparison by BIC and AICc, corrected for choices that share luck.
 
-Trials of equal repetition and trial share labels, flips and draws, so an agent may make the same choice in several of
-them, and the likelihood counts it every time: by a plain BIC most agents that act at random in the paper's design are
-something else. Log-likelihoods and numbers of choices are therefore divided by the design effect (quasi-likelihood:
-Lebreton et al. 1992; Burnham and Anderson 2002, Sec. 2.5), and a model on whose parameters the choices agree even more
-is charged for more parameters than it has (composite likelihood: Varin and Vidoni 2005; Gao and Song 2010).
+Trials of equal repetition and trial share labels, flips and draws. So an agent may make the same choice in several of
+them, and the likelihood counts it every time: a plain BIC misclassifies most random agents in the paper's design.
+Therefore log-likelihoods and numbers of choices are divided by the design effect (quasi-likelihood: Lebreton et al.
+1992; Burnham and Anderson 2002, Sec. 2.5). A model whose parameters have a larger design effect pays for more
+parameters than it has (composite likelihood: Varin and Vidoni 2005; Gao and Song 2010).
 """
 
 from __future__ import annotations
@@ -32,16 +32,16 @@ _GENERAL = "softmax-memory"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FittedCandidate:
-    """A rival with all its versions fitted.
+    """A candidate model with all its versions fitted.
 
     Attributes:
-        rival: The rival.
+        rival: The candidate model.
         versions: Its versions by name.
         fitted: Their maxima.
         effective: Effective number of choices: choices over ``repeats``.
         repeats: The design effect: choices that carry the information of one independent choice.
-        charged: Parameters that it is charged for: its own, times the ratio of their design effect to ``repeats``, if
-            above 1.
+        charged: Effective number of parameters in the criteria: its number of parameters, times the ratio of their
+            design effect to ``repeats`` if that is above 1.
     """
 
     rival: CandidateModel
@@ -58,22 +58,22 @@ class FittedCandidate:
 
     @property
     def model(self) -> Model:
-        """That version."""
+        """The model in the version that fits best."""
         return self.versions[self.version]
 
     @property
     def best(self) -> Maximum:
-        """Its maximum."""
+        """The maximum of the version that fits best."""
         return self.fitted[self.version]
 
     @property
     def bic(self) -> float:
-        """Schwarz's criterion, with versions equally likely beforehand."""
+        """Schwarz's criterion (BIC), with versions equally likely a priori."""
         return self._deviance + self.charged * math.log(self.effective) + 2 * math.log(len(self.versions))
 
     @property
     def aicc(self) -> float | None:
-        """Akaike's criterion for few choices; None with too few for it. Versions cost nothing in it."""
+        """Akaike's small-sample criterion (AICc); None with too few choices. It has no penalty for versions."""
         size, spare = self.charged, self.effective - self.charged - 1
         return self._deviance + 2 * size + 2 * size * (size + 1) / spare if spare > 0 else None
 
@@ -84,10 +84,10 @@ class FittedCandidate:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ModelComparison:
-    """All competitors for the same choices.
+    """The comparison of all candidate models of the same choices.
 
     Attributes:
-        competitors: In the order of the rivals.
+        competitors: The fitted candidates, in the order of the candidate models.
         repeats: The design effect, >= 1.
     """
 
@@ -96,19 +96,19 @@ class ModelComparison:
 
     @property
     def ranked(self) -> list[FittedCandidate]:
-        """The best first, by BIC."""
+        """The candidates by BIC, the best first."""
         return sorted(self.competitors, key=lambda one: one.bic)
 
     @property
     def best(self) -> FittedCandidate:
-        """The winner by BIC."""
+        """The best candidate by BIC."""
         return self.ranked[0]
 
 
 def compare_models(
     choices: Choices, heard: Sequence[Heard], rivals: Sequence[CandidateModel], tell: Tell = lambda said: None
 ) -> ModelComparison:
-    """Fit rivals to choices, given also the trials as heard; ``tell`` gets each name before its fit."""
+    """Fit candidate models to choices and compare them; ``tell`` receives each name before its fit."""
 
     def fitted(rival: CandidateModel) -> tuple[Mapping[str, Model], Mapping[str, Maximum]]:
         tell(rival.name)
@@ -124,18 +124,18 @@ def compare_models(
 
 
 def lead_by_reports(winner: FittedCandidate, trials: Sequence[Trial], heard: Sequence[Heard]) -> float | None:
-    """The lead, in BIC, of a model over itself for an agent to which reports mean nothing.
+    """The lead in BIC of a model over the same model without information from reports.
 
-    That agent takes every attempt for a failure and no joint for moved. An agent that ignores reports may look as if
-    failures acted on it, because it mostly attempts joints that fail; then it is predicted as well without the reports.
+    Without information, every attempt counts as a failure and no joint as moved. An agent that ignores reports may seem
+    to react to failures, because it mostly attempts joints that fail. Then both models predict it equally well.
 
     Args:
         winner: The model, as fitted to the reports.
         trials: The trials.
-        heard: The same as heard.
+        heard: The same trials as heard.
 
     Returns:
-        The lead, < 0 if reports only make it worse; None for a model that ignores them.
+        The lead, < 0 if reports make the fit worse; None for a model that ignores reports.
     """
     if not winner.rival.heeds:
         return None
@@ -148,7 +148,7 @@ def lead_by_reports(winner: FittedCandidate, trials: Sequence[Trial], heard: Seq
 
 
 def _as_failure(told: Told) -> Told:
-    """The same attempt, reported as failed."""
+    """The attempt, reported as failed."""
     return replace(told, moved=False, shifted=None if told.shifted is None else 0)
 
 
@@ -168,7 +168,7 @@ def _fitted_candidate(
     repeats: float,
     size: int | None = None,
 ) -> FittedCandidate:
-    """With its price: ``size`` parameters, or all that it has."""
+    """A fitted candidate with its effective number of parameters, from ``size`` parameters or all that it has."""
     size = len(next(iter(fitted.values())).values) if size is None else size
     return FittedCandidate(
         rival=rival,
@@ -181,7 +181,7 @@ def _fitted_candidate(
 
 
 def _free_parameters(model: Model) -> int:
-    """Number of parameters that change any probability: ``reset`` does not where no joint was told to have moved."""
+    """Number of identifiable parameters: without a reported move, ``reset`` changes no probability."""
     inside = np.array([0.5 if most == 1.0 else 1.0 for _, most in model.bounds.values()])
     return int((np.abs(model.slope(inside).scores).max(axis=0, initial=0.0) > 1e-9).sum())
 

@@ -56,7 +56,7 @@ class RecoveryDesign:
         flip: Kind of outcome flip.
         repetitions: Repetitions.
         trials: Trials per repetition and p.
-        budget: Steps of a trial.
+        budget: Budget of a trial in steps.
     """
 
     box: Lockbox = field(default_factory=box)
@@ -69,14 +69,14 @@ class RecoveryDesign:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ParameterRecovery:
-    """One parameter, fitted many times.
+    """The recovery of one parameter over many fits.
 
     Attributes:
         name: Its name.
         truth: Its true value.
-        median: Of the fitted values.
-        spread: Their standard deviation.
-        covered: Share of 95 % intervals that hold the truth, [0, 1].
+        median: Median of the fitted values.
+        spread: Standard deviation of the fitted values.
+        covered: Coverage: share of 95 % intervals that hold the truth, [0, 1].
         error: Monte Carlo standard error of that share.
     """
 
@@ -90,13 +90,13 @@ class ParameterRecovery:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ModelRecovery:
-    """How often each model won for one kind of agent.
+    """The recovery of one model: how often each candidate won for its agent.
 
     Attributes:
-        model: The true one.
+        model: The true model.
         sets: Studies played.
         bic: Model -> how often it was the best by BIC.
-        aicc: The same by AICc.
+        aicc: Model -> how often it was the best by AICc.
     """
 
     model: str
@@ -107,15 +107,15 @@ class ModelRecovery:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ClaimRecovery:
-    """Claims about agents of one kind, compared with the truth.
+    """The claims about agents of one kind, compared with the truth.
 
     Attributes:
         world: Name of the kind of agent.
         sets: Studies played.
         best: Model -> how often it was the best by BIC.
-        described: Studies in which that model was shown to predict.
-        claims: Claim -> number of studies. A claim is the effect, with ``+`` if it makes a joint likelier and ``-`` if
-            less likely.
+        described: Studies in which the best model was shown to predict.
+        claims: Claim -> number of studies. A claim is the name of the effect, with ``+`` if it makes a joint more
+            likely and ``-`` if less likely.
         false: The false claims among them.
         misled: Studies with at least one false claim.
     """
@@ -130,7 +130,7 @@ class ClaimRecovery:
 
 
 def simulate(agent: str | Agent, design: RecoveryDesign, seed: int) -> list[Trial]:
-    """One study of an agent, or of its spec, played at once."""
+    """Simulate one study of an agent, or of its spec."""
     spec, player = (agent, resolve(agent).make()) if isinstance(agent, str) else (repr(agent), agent)
     plans = [
         Plan(
@@ -165,9 +165,9 @@ def recover_parameters(
 
     Args:
         truth: Its parameters; those left out have their default.
-        sets: Studies to play and fit.
-        design: The trials of each; the paper's without it.
-        seed: Of the first study; the others follow.
+        sets: Number of studies to play and fit.
+        design: The trials of each study; by default the paper's.
+        seed: Seed of the first study; the others follow.
     """
     model = "softmax-memory"
     spec = str(Spec("cognitive", model, {name: repr(value) for name, value in truth.items()}))
@@ -206,9 +206,9 @@ def recover_models(
 
     Args:
         agents: True model -> an agent that acts by it, or its spec.
-        sets: Studies to play and fit for each.
-        design: The trials of each; the paper's without it.
-        seed: Of the first study of each; the others follow.
+        sets: Number of studies to play and fit for each agent.
+        design: The trials of each study; by default the paper's.
+        seed: Seed of the first study of each agent; the others follow.
 
     Raises:
         UnknownName: If there is no such model.
@@ -234,7 +234,7 @@ def _aicc(one: FittedCandidate) -> float:
 def recover_findings(
     worlds: Mapping[str, KnownAgent] = WORLDS, *, sets: int, design: RecoveryDesign | None = None, seed: int = 1
 ) -> Iterator[ClaimRecovery]:
-    """Count how often findings make false claims of an agent, one kind of agent after the other.
+    """Count how often fits lead to false claims about an agent, one kind of agent after the other.
 
     Other arguments as for :func:`recover_models`; ``worlds`` holds agents and the truth about them, by name.
     """

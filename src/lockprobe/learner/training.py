@@ -1,12 +1,13 @@
-"""Training of a learner: it imitates the best next joint on random boxes, in the course of its own trials.
+"""Training of a learner by imitation: the targets are the best next joints, on random boxes, in its own trials.
 
 Each update plays a batch of new boxes. In every step the network's target is the uniform distribution over the joints
-that open the box in the fewest steps, which the network cannot know; so it learns to act on what it was told before
-(decision pretraining: Lee et al. 2023, arXiv:2306.14892). Some actions are random, so that it meets states that it
-would avoid. Adam, with a rate that falls over the second half of the schedule.
+that open the box in the fewest steps. The network cannot know these joints, so it learns to infer them from earlier
+reports (decision pretraining: Lee et al. 2023, arXiv:2306.14892). Some actions are random, so that training covers
+states that the network would avoid. The optimiser is Adam; its learning rate falls over the second half of the
+schedule.
 
-Parameters are rounded after each update. Processors differ in the last bits of products, and without rounding such
-differences would grow from update to update. So one command gives one file.
+Parameters are rounded after each update, for reproducibility: processors differ in the last bits of products, and
+without rounding such differences would grow from update to update. So one command gives one file.
 """
 
 from __future__ import annotations
@@ -44,16 +45,16 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TrainingSettings:
-    """How a learner is trained.
+    """The settings of a training.
 
     Attributes:
-        updates: Updates made, from 1 to :attr:`schedule`.
+        updates: Number of updates, from 1 to :attr:`schedule`.
         joints: Joints of the boxes, from 2 to 8.
-        hidden: Units, from 1 to 256.
+        hidden: Number of hidden units, from 1 to 256.
         seed: Seed of the weights, the boxes and the actions.
-        told_lies: Whether reports are false at a rate that is drawn from [0, 1] for each update; else all are true.
-        schedule: Updates over which the learning rate and the share of random actions fall.
-        box: The only box, its joints dealt anew each time; None for random boxes.
+        told_lies: Whether reports are false at a rate drawn from [0, 1] for each update; else all are true.
+        schedule: Number of updates over which the learning rate and the share of random actions fall.
+        box: The only box, with its joints in a random order each time; None for random boxes.
 
     Raises:
         BadValue: If a number is out of range.
@@ -78,11 +79,11 @@ class TrainingSettings:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlayedTrials:
-    """Trials of a network, side by side.
+    """The finished trials of a network on a batch of boxes.
 
     Attributes:
         solved: Whether each box was opened, shape (trials,).
-        steps: Steps made, shape (trials,).
+        steps: Steps played, shape (trials,).
         actions: Joints attempted, -1 after the end, shape (trials, budget).
     """
 
@@ -92,7 +93,7 @@ class PlayedTrials:
 
 
 def train(settings: TrainingSettings) -> Iterator[Network]:
-    """The network after every update, the same on every machine but for what rounding lets through."""
+    """Yield the network after every update; reproducible on every machine, up to rare rounding differences."""
     network = initial(settings.joints, settings.hidden, settings.seed)
     means, squares = ({name: np.zeros_like(a) for name, a in network.arrays().items()} for _ in range(2))
     for update in range(1, settings.updates + 1):
@@ -128,7 +129,7 @@ def _gradient_of_update(network: Network, settings: TrainingSettings, update: in
 
 
 class _TrialBatch:
-    """A batch of trials in the course of being played."""
+    """A batch of trials during play."""
 
     def __init__(self, boxes: Boxes, network: Network, *, p: float, rng: np.random.Generator) -> None:
         number, self._boxes, self._network, self._p, self._rng = len(boxes), boxes, network, p, rng
@@ -141,7 +142,7 @@ class _TrialBatch:
         self._hidden = np.zeros((number, network.hidden))
 
     def read(self) -> StepActivations:
-        """Read the last report; what the way back needs of it."""
+        """Read the last report; returns the activations for backpropagation."""
         positions = ((self._shown[:, None] >> np.arange(self._boxes.joints)) & 1).astype(np.float64)
         step = self._network.step(encoded(self.attempted, self._moved, positions, self._boxes.target), self._hidden)
         self._hidden = step.after
@@ -149,7 +150,7 @@ class _TrialBatch:
         return step
 
     def act(self, *, temperature: float, random: float = 0.0) -> None:
-        """Attempt a joint in every trial, and be told what it did."""
+        """Attempt a joint in every trial, and receive the reports."""
         number, joints = self.logits.shape
         luck = self._rng.random((number, 4))
         chances = np.cumsum(_softmax(self.logits, temperature), axis=1)
@@ -174,14 +175,14 @@ def play(
     budget: int = BUDGET,
     seed: int = 1,
 ) -> PlayedTrials:
-    """Play every box once, told where the joints stand (``symbolic?tell=state``), with transient flips.
+    """Play every box once with reports of positions (``symbolic?tell=state``) and transient flips.
 
     Args:
-        network: Who plays.
-        boxes: Of as many joints.
+        network: The network.
+        boxes: Boxes with the network's number of joints.
         p: Flip probability, [0, 1].
-        temperature: Of the choice; 0 takes the likeliest joint.
-        budget: Steps.
+        temperature: Softmax temperature of the choice; 0 takes the most probable joint.
+        budget: Budget in steps.
         seed: Seed of choices and flips.
     """
     trials = _TrialBatch(boxes, network, p=p, rng=generator(seed, "learner", "play"))
@@ -199,9 +200,9 @@ def play(
 def success(
     network: Network, *, boxes: int = 10_000, temperature: float = 1.0, seed: int = 1, only: Lockbox | None = None
 ) -> float:
-    """The share of boxes that it opens within the budget, told the truth.
+    """The share of test boxes that a network opens within the budget with true reports.
 
-    The boxes are random, and none that any training has seen; or copies of one box, their joints dealt anew.
+    The boxes are random and used in no training, or they are copies of one box with their joints in a random order.
     """
     rng = generator(seed, "learner", "unseen boxes")
     drawn = random_boxes(boxes, network.joints, rng) if only is None else copies(only, boxes, rng)
@@ -209,7 +210,7 @@ def success(
 
 
 def _softmax(logits: Array, temperature: float) -> Array:
-    """Probabilities of joints, shape (trials, n); at temperature 0 all of it on the first likeliest."""
+    """Probabilities of joints, shape (trials, n); at temperature 0 the first most probable joint has all."""
     if temperature == 0:
         found: Array = np.eye(logits.shape[1])[logits.argmax(axis=1)]
         return found

@@ -1,7 +1,7 @@
-"""The agents' choices on arrays, for compilation: equal to :mod:`lockprobe.agents`, choice by choice.
+"""The policies as array code that numba can compile: equal to :mod:`lockprobe.agents`, choice by choice.
 
-Each choice draws as many random numbers as the policy draws. All functions that are compiled together are in this one
-file, because numba keeps compiled code until the file changes.
+Each choice draws as many random numbers as the policy draws. All functions that are compiled together are in this file,
+because numba caches compiled code until the file changes.
 """
 
 from __future__ import annotations
@@ -49,20 +49,20 @@ def play_trials(
     moves: NDArray[np.bool_],
     reports: NDArray[np.bool_],
 ) -> None:
-    """Trials of one agent.
+    """Play trials of one agent; the results are written to the last five arguments.
 
     Args:
-        scene: The box and what is told of it.
+        scene: The box, and which reports are given.
         rule: The agent.
-        memory: Room for its memory.
+        memory: Storage for the agent's memory.
         orders: The joints as they are listed in each trial, shape (trials, joints).
-        flips: Numbers of the outcome flip, shape (trials, budget); no columns where nothing is inverted.
-        draws: Numbers of the agent, shape (trials, as many as it may use).
-        steps: Written: steps made, shape (trials,).
-        solved: Written: whether the box was solved, shape (trials,).
-        actions: Written: joints attempted, shape (trials, budget); no columns where they are not wanted.
-        moves: Written: whether each moved, the same shape.
-        reports: Written: what was told of it, the same shape.
+        flips: Random numbers of the outcome flip, shape (trials, budget); zero columns without flips.
+        draws: Random numbers of the agent, shape (trials, most that it can use).
+        steps: Output: steps played, shape (trials,).
+        solved: Output: whether the box was solved, shape (trials,).
+        actions: Output: joints attempted, shape (trials, budget); zero columns if not recorded.
+        moves: Output: whether each joint moved, the same shape.
+        reports: Output: the reported outcomes, the same shape.
     """
     recorded, noisy = actions.shape[1] > 0, flips.shape[1] > 0
     for trial in range(len(steps)):
@@ -136,14 +136,14 @@ def remember(scene: Scene, rule: Rule, memory: Memory, joint: int, moved: int, s
 
 
 def _next(memory: Memory, numbers: Numbers) -> float:
-    """The next number of the stream."""
+    """The next random number of the agent's stream."""
     used = memory.used
     memory.used = used + 1
     return float(numbers[used])
 
 
 def _pick(order: Integers, allowed: int, number: float) -> int:
-    """One of several equally likely joints, as :func:`lockprobe.agents.policy.pick` has it."""
+    """One of several equally likely joints, as :func:`lockprobe.agents.policy.pick` does."""
     count = 0
     for joint in order:
         count += allowed >> joint & 1
@@ -157,7 +157,7 @@ def _pick(order: Integers, allowed: int, number: float) -> int:
 
 
 def _draw(order: Integers, chances: Numbers, number: float) -> int:
-    """A joint by its chance, as :func:`lockprobe.agents.policy.draw` has it; chances in the order of the listing."""
+    """A joint drawn by probability, as :func:`lockprobe.agents.policy.draw` does; in the order of the listing."""
     total, last = 0.0, 0
     for place in range(len(order)):
         total += chances[place]
@@ -169,7 +169,7 @@ def _draw(order: Integers, chances: Numbers, number: float) -> int:
 
 
 def _human(scene: Scene, rule: Rule, memory: Memory, order: Integers, numbers: Numbers) -> int:
-    """The human-inspired strategy."""
+    """The choice of the human-inspired strategy."""
     target = 1 << scene.target
     everything = (1 << scene.joints) - 1
     if rule.lapse > 0 and _next(memory, numbers) < rule.lapse:
@@ -192,7 +192,7 @@ def _human(scene: Scene, rule: Rule, memory: Memory, order: Integers, numbers: N
 
 
 def _nearest(scene: Scene, moved: int, joints: int) -> int:
-    """Those of some joints that are nearest on the panel to the one that moved last."""
+    """The subset of joints nearest on the panel to the joint that moved last."""
     found, least = 0, math.inf
     for joint in range(scene.joints):
         if joints >> joint & 1:
@@ -204,7 +204,7 @@ def _nearest(scene: Scene, moved: int, joints: int) -> int:
 
 
 def _softmax_chances(scene: Scene, rule: Rule, memory: Memory, order: Integers) -> None:
-    """The chances of the softmax."""
+    """Write the choice probabilities of the softmax."""
     target, closed, failure, _, _, recent, stay, position = rule.pulls
     greatest, total = -math.inf, 0.0
     for place in range(scene.joints):
@@ -226,7 +226,7 @@ def _softmax_chances(scene: Scene, rule: Rule, memory: Memory, order: Integers) 
 
 
 def _update_traces(scene: Scene, rule: Rule, memory: Memory, joint: int, moved: int) -> None:
-    """The failure traces of the softmax after a report."""
+    """Update the failure traces of the softmax after a report."""
     decay, reset = rule.pulls[3], rule.pulls[4]
     kept = decay * (1 - reset) if moved else decay
     for other in range(scene.joints):
@@ -236,12 +236,12 @@ def _update_traces(scene: Scene, rule: Rule, memory: Memory, joint: int, moved: 
 
 
 def _map_state(memory: Memory) -> int:
-    """What the random map sees, as one number."""
+    """The state of the random map, as one number."""
     return int((memory.recent << 8 | memory.opened) << 8 | memory.failed)
 
 
 def _find_state(memory: Memory) -> int:
-    """The place of this state among those that the random map has met; -1 if it is new."""
+    """The index of the current state among the states that the random map has met; -1 if it is new."""
     state = _map_state(memory)
     for met in range(memory.met):
         if memory.states[met] == state:
@@ -250,7 +250,7 @@ def _find_state(memory: Memory) -> int:
 
 
 def _store_first_choice(memory: Memory, joint: int) -> None:
-    """What the random map did first in this state."""
+    """Store the first choice of the random map in this state."""
     if _find_state(memory) < 0:
         met = memory.met
         memory.states[met], memory.firsts[met] = _map_state(memory), joint
@@ -258,7 +258,7 @@ def _store_first_choice(memory: Memory, joint: int) -> None:
 
 
 def _map_chances(scene: Scene, rule: Rule, memory: Memory, order: Integers) -> None:
-    """The chances of the random map."""
+    """Write the choice probabilities of the random map."""
     met, barred, everything = _find_state(memory), memory.failed, (1 << scene.joints) - 1
     if rule.avoid == AVOID_LAST and memory.last >= 0:
         barred |= 1 << memory.last
@@ -286,4 +286,4 @@ PARTS = (
     _store_first_choice,
     _map_chances,
 )
-"""All that is compiled along with what calls it."""
+"""The functions that have to be compiled together with their callers."""

@@ -1,6 +1,6 @@
-"""Populations: many trials of one agent in one condition, without records.
+"""Populations: many simulated trials of one agent under one condition, without records.
 
-The curves of mechanisms need thousands of trials for each point. The results equal those of the same trials played by
+Precise curves need thousands of trials per point. The results equal those of the same trials played by
 :func:`lockprobe.run_trial`. With the extra ``fast`` the loop is compiled.
 """
 
@@ -54,17 +54,17 @@ PIECE = 40_000
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Population:
-    """What became of the trials of one agent in one condition; every column has one row a trial.
+    """The outcomes of many trials of one agent under one condition; columns have one row per trial.
 
     Attributes:
         agent: Agent spec, or the name of its class.
-        world: The box, what was told of it, and the budget.
+        world: The box, its reports and the budget.
         solved: Whether the target moved, shape (trials,).
-        steps: Steps made, shape (trials,).
-        actions: Joints attempted, by place in panel order, -1 after the end, shape (trials, budget); None where
-            nothing was recorded.
-        moved: Whether each moved, the same shape; False after the end.
-        told_moved: What was told of it, the same.
+        steps: Steps played, shape (trials,).
+        actions: Joints attempted, by index in panel order, -1 after the end, shape (trials, budget); None if not
+            recorded.
+        moved: Whether each joint moved, the same shape; False after the end.
+        told_moved: The reported outcomes, the same shape.
     """
 
     agent: str
@@ -80,7 +80,7 @@ class Population:
 
     @property
     def success(self) -> float:
-        """Share of trials that were solved."""
+        """Share of trials solved, [0, 1]."""
         return float(self.solved.mean())
 
     @property
@@ -90,7 +90,7 @@ class Population:
         return np.asarray(np.cumsum(ends) / len(self), np.float64)
 
     def loops(self, *, overlap: bool = False, min_length: int = 3) -> LoopMeasures:
-        """What loops make of each trial; see :func:`lockprobe.analysis.loops.measure`.
+        """The loop measures of each trial; see :func:`lockprobe.analysis.loops.measure`.
 
         Raises:
             BadValue: If no actions were recorded.
@@ -124,26 +124,26 @@ def population(
     record: bool = False,
     threads: int | None = None,
 ) -> Population:
-    """Play many trials of one agent in one condition.
+    """Play many trials of one agent under one condition.
 
-    With ``streams="study"`` trial i is ``run_trial(..., trial=i)``, action by action and report by report (rows begin
-    at 0, trials at 1). With ``fast`` it is another, equally probable one, and the population may be very large. The
-    layout of the panel is fixed.
+    With ``streams="study"`` trial i equals ``run_trial(..., trial=i)``, action by action and report by report (rows
+    start at 0, trials at 1). With ``fast`` it is another draw from the same distribution, and the population may be
+    very large. The layout of the panel is fixed.
 
     Args:
         agent: Spec of an agent that is a policy, or a policy.
         box: Name of a box, path of a TOML file, or a box.
         p: Flip probability, [0, 1].
         flip: Kind of outcome flip.
-        modality: As of :func:`lockprobe.propagate`: ``symbolic?tell=state``, or ``symbolic``, which tells outcomes too.
-        trials: How many.
+        modality: As for :func:`lockprobe.propagate`: ``symbolic?tell=state``, or ``symbolic``, with outcomes too.
+        trials: Number of trials.
         seed: Seed of the study.
-        repetition: Repetition of the study, from 1; for ``study``.
+        repetition: Repetition of the study, from 1; only for ``streams="study"``.
         max_steps: Budget in steps.
         shuffle: Whether the joints are listed in an order drawn for each trial.
-        streams: Where the random numbers come from.
+        streams: Source of the random numbers.
         record: Whether actions and outcomes are kept.
-        threads: How many work at once; as many as there are processors if not given. It changes no result.
+        threads: Number of threads; by default the number of processors. It changes no result.
 
     Raises:
         UserMistake: If a name does not exist, or a value is out of range.
@@ -208,7 +208,7 @@ def _play(
     repetition: int,
     shuffle: bool,
 ) -> None:
-    """Plays the trials in the quickest way that there is, with as many random numbers as this policy may need."""
+    """Play the trials by the fastest available method, with as many random numbers as this policy can need."""
     rule = rule_of(policy)
     swift = rule is not None and pays(len(found.steps) * world.budget)
     joints, flips = len(world.places), world.budget if world.p or not swift else 0
@@ -235,7 +235,7 @@ def _play(
 
 
 def _play_plainly(policy: Policy[Any], world: BoxWorld, source: LuckSource, found: _Columns) -> None:
-    """One trial after another."""
+    """Play one trial after another in Python."""
     for trial in range(len(found.steps)):
         played = play_plainly(policy, world, *source.luck(trial))
         steps = len(played.joints)
@@ -247,7 +247,7 @@ def _play_plainly(policy: Policy[Any], world: BoxWorld, source: LuckSource, foun
 
 
 def _play_compiled(world: BoxWorld, rule: Rule, source: LuckSource, found: _Columns, threads: int) -> None:
-    """Many trials a call, and several calls at once where no stream has to be set up by Python."""
+    """Play many trials per compiled call, with several threads if Python has to set up no streams."""
     scene, trials = scene_of(world), max(1, PIECE // world.budget)
     if isinstance(source, Counted) and rule.kind == RANDOM and not found.actions.shape[1]:
         blind, depth, trials = compiled(play_blind), deepest(scene.joints), 32 * trials

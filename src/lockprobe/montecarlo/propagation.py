@@ -124,7 +124,7 @@ def propagate(
 
 
 class _State(NamedTuple):
-    """Where a trial is; configurations are numbers as in :mod:`lockprobe.montecarlo.plain`."""
+    """A state of the Markov chain; configurations are numbers as in :mod:`lockprobe.montecarlo.plain`."""
 
     configuration: int
     told: int | None  # heeded by the next report where false positions persist; None where the last one told none

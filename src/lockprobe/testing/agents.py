@@ -1,4 +1,4 @@
-"""The contract of an agent. Hosted models cannot fulfil it, since their answers vary."""
+"""The contract test of an agent. Hosted models cannot pass it, because their answers vary."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def _played(trial: Trial) -> tuple[object, ...]:
 
 @dataclass(frozen=True)
 class _RecordedCall:
-    """One call of an agent: the situation, its stream before the call, and its decision."""
+    """A recorded call of an agent: the situation, the random stream before the call, and the decision."""
 
     situation: Situation
     rng: np.random.Generator
@@ -85,7 +85,7 @@ class _RecordedCall:
 
 @dataclass
 class _RecordingAgent:
-    """An agent whose calls are noted. Before each call it is asked again about a call of another trial."""
+    """An agent that records its calls. Before each call it repeats a call of another trial."""
 
     agent: Agent
     others: Sequence[_RecordedCall] = ()
