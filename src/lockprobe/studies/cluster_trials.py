@@ -1,8 +1,8 @@
-"""Trials on the processors of a cluster.
+"""Plays trials on the processors of a cluster.
 
-An actor plays trials and returns each with its clock reading and its pictures. This process alone writes them down. A
-hosted model is asked from here, so that every call is in this study's log and budget. Agents, plants and interventions
-of other packages stay here too: they may pay, or move a robot.
+An actor plays trials and returns each with its timing and its pictures. Only this process writes to the journal. Hosted
+models are asked from this process, so that every call is in the study's log and budget. Agents, plants and
+interventions of other packages also stay in this process: they may cost money, or move a robot.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _SIMULATED = ("symbolic", "fast-twin", "twin")
 
 
 def can_travel(study: Study, source: AgentSource) -> bool:
-    """Whether an agent's trials can be played on other machines: if agent, plant and interventions ship with Lockprobe.
+    """Whether an agent's trials can run on other machines: agent, plant and interventions must ship with Lockprobe.
 
     Args:
         study: The study.
@@ -56,13 +56,13 @@ def play_on_cluster(
     *,
     pictures: Path,
 ) -> None:
-    """Play plans of one agent, in any order.
+    """Play plans of one agent on a cluster, in any order.
 
-    ``on_step`` is called for all steps of a trial when it arrives, then ``finish``. The pictures that its record names
+    When a trial arrives, ``on_step`` is called for all its steps, then ``finish``. The pictures that its record names
     are then in the directory ``pictures``. A trial whose workers were lost three times ends as an ``error``.
 
     Raises:
-        UserMistake: If the agent cannot be had on a node, or workers keep being lost.
+        UserMistake: If the agent is not available on a node, or workers keep being lost.
     """
     album = Album(pictures)
     fault = PlantFault if resolve(plans[0].agent).engine == "inline" else ModelFault
@@ -80,7 +80,7 @@ def play_on_cluster(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _TrialResult:
-    """A trial as it travels."""
+    """A played trial with its timing and pictures, as an actor returns it."""
 
     trial: Trial
     timing: Timing
@@ -89,7 +89,7 @@ class _TrialResult:
 
 @dataclass(frozen=True, slots=True)
 class _PlayerFactory:
-    """Builds an agent where its trials are played."""
+    """A picklable factory: builds an agent on a node and returns the function that plays plans with it."""
 
     spec: str
 
