@@ -44,17 +44,17 @@ MakeFilmed = Callable[[Lockbox, tuple[str, ...], np.random.Generator, FilmHook],
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlantSource:
-    """How to get a plant.
+    """A resolved plant spec: how to build and check the plant.
 
     Attributes:
         spec: Its spec.
-        settings: The options of a simulated box; None for any other plant.
+        settings: The settings of a simulated plant; None for any other plant.
         make: Builds it for one trial from the box, its joints' labels in panel order and the trial's stream ``plant``.
-        check: Tests whether ``make`` works here for a box; raises the same errors.
-        make_filmed: Builds it for a film of an arm that moves; None if it has none to show.
+        check: Checks whether ``make`` works on this machine for a box; raises the same errors.
+        make_filmed: Builds it for a film of its moving arm; None if there is nothing to film.
         photographs: Whether a real camera takes its pictures.
-        is_attended: Whether somebody answers its questions at the terminal, so that trials are played in this process
-            and one at a time. A plant of another package says so by an attribute ``attended = True``.
+        is_attended: Whether somebody answers its questions at the terminal, so that trials run in this process one at a
+            time. A plant of another package declares this by an attribute ``attended = True``.
     """
 
     spec: str
@@ -67,7 +67,7 @@ class PlantSource:
 
     @property
     def has_camera(self) -> bool:
-        """Whether it can be looked at."""
+        """Whether the plant can give pictures."""
         return self.settings is not None or self.photographs
 
 
@@ -91,7 +91,7 @@ def resolve_plant(spec: str | Spec) -> PlantSource:
     """The plant that a spec names.
 
     Raises:
-        UnknownName: If there is none, or an option does not exist; the message lists what exists.
+        UnknownName: If there is no such plant or option; the message lists what exists.
         BadValue: If an option has a value that it cannot have.
     """
     if not isinstance(spec, str | Spec):
@@ -123,7 +123,7 @@ def resolve_plant(spec: str | Spec) -> PlantSource:
 
 
 def _of_a_user(spec: Spec) -> PlantSource:
-    """A user's model; its spec gets the digest of the files, so that a study knows which model it was planned with."""
+    """The plant of a user's model. Its spec includes the digest of the files, to detect a changed model."""
     settings = with_options(UserModelSettings, "twin?model", spec.options)
     if not settings.digest:
         from lockprobe.plants.user_model.mjcf_file import read_model
@@ -239,7 +239,7 @@ def require_mujoco() -> None:
 
 
 def _check(settings: SceneSettings, make: Make, box: Lockbox) -> None:
-    """Refuses a plant that this machine cannot simulate or draw, and a box that cannot be built or reached."""
+    """Refuse a plant that this machine cannot simulate or draw, and a box that cannot be built or reached."""
     _check_renderer(settings)
     make(box, box.names, np.random.default_rng(0)).close()
 

@@ -1,11 +1,12 @@
-"""Rehearsals: the adapter of a robot, everything but the robot. A ladder of three rungs before the first real motion.
+"""Rehearsals: software-in-the-loop tests of a rig without the robot, on three rungs of increasing realism.
 
-* ``scripted``: an arm without a body; the whole program runs, in milliseconds.
+* ``scripted``: an arm without a body; the whole program runs in milliseconds.
 * ``twin``: the simulated arm and box in this process.
-* ``wire``: Franka's real client library, over loopback, to a process that plays the robot with the same arm and box.
+* ``wire``: Franka's real client library, over loopback, to a process that simulates the robot with the same arm and
+  box.
 
-On the last two a camera can tell the truth: pictures of the simulation come through the library of a real depth camera.
-Every rung drives the same :class:`~lockprobe.plants.hardware.rig.Rig`, bounds and guarded move.
+On the last two rungs a camera can tell the truth: pictures of the simulation pass through the library of a real depth
+camera. Every rung drives the same :class:`~lockprobe.plants.hardware.rig.Rig`, bounds and guarded move.
 """
 
 from __future__ import annotations
@@ -50,10 +51,10 @@ class RehearsedAttempt:
         state: The configuration before, a bit string in panel order.
         joint: Name of the joint.
         free: Whether the rules let it move.
-        verdict: The robot's judgement; empty if a fault ended the attempt.
-        true: Whether the joints afterwards stand as the rules have it.
+        verdict: The robot's verdict; empty if a fault ended the attempt.
+        true: Whether the configuration afterwards follows the rules.
         peak_force: Newtons.
-        fault: What ended the attempt; empty if nothing did.
+        fault: The fault that ended the attempt; empty without a fault.
     """
 
     state: str
@@ -66,21 +67,21 @@ class RehearsedAttempt:
 
     @property
     def right(self) -> bool:
-        """Whether verdict and truth are those of the rules."""
+        """Whether the verdict and the configuration agree with the rules."""
         return self.true and self.verdict == ("moved" if self.free else "blocked")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rehearsal:
-    """A rehearsal.
+    """The result of a rehearsal.
 
     Attributes:
         rung: How real it was.
         box: Name of the box.
         attempts: All attempts, in order.
         commands_late: Commands of a move that took longer than 1.5 periods of wall time.
-        figures: How a simulated robot kept time: ``ticks`` of 1 ms, and those ``late``; else empty.
-        facts: What the parts are.
+        figures: Timing of a simulated robot: number of ``ticks`` of 1 ms, and of ``late`` ones; else empty.
+        facts: Facts about the parts, for the record.
     """
 
     rung: RehearsalRung
@@ -92,7 +93,7 @@ class Rehearsal:
 
     @property
     def right(self) -> int:
-        """Attempts whose verdict and truth are those of the rules."""
+        """Number of attempts whose verdict and configuration agree with the rules."""
         return sum(one.right for one in self.attempts)
 
 
@@ -103,10 +104,10 @@ def rehearse_rig(
     rng: np.random.Generator,
     film: FilmHook | None = None,
 ) -> Plant:
-    """A rig on a rung, as a plant: ``--plant 'rig?rung=wire'``. Nobody has to agree, because nothing real moves.
+    """A rig on a rung, as a plant: ``--plant 'rig?rung=wire'``. No operator has to agree: nothing real moves.
 
     Raises:
-        UserMistake: If the rung cannot be had here.
+        UserMistake: If the rung is not available here.
         PlantFault: If a process does not start.
     """
     parts, operator = parts_of(settings.rung, box, labels, rng, film), ConsentingOperator()
@@ -191,7 +192,7 @@ def rehearse(
         tell: Called after every attempt.
 
     Raises:
-        UserMistake: If the rung cannot be had here.
+        UserMistake: If the rung is not available here.
         PlantFault: If a process does not start.
     """
     luck, labels = np.random.default_rng(seed), tuple("ABCDEFGH"[: len(box.joints)])

@@ -1,4 +1,4 @@
-"""A user's model, compiled by MuJoCo and kept within limits, with a camera that sees it."""
+"""Compiles a user's model in MuJoCo within limits, and adds a camera that sees it."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ _BROKEN = (ValueError, RuntimeError, TypeError, mujoco.FatalError, mujoco.Unexpe
 
 
 def compile_model(file: MjcfModel) -> mujoco.MjModel:
-    """Compile a model.
+    """Compile a user's model.
 
-    MuJoCo's warnings are not printed or logged from then on in this process; an unstable simulation is found in its
+    Afterwards this process neither prints nor logs MuJoCo's warnings; an unstable simulation is detected from its
     state.
 
     Raises:
@@ -50,7 +50,7 @@ def compile_model(file: MjcfModel) -> mujoco.MjModel:
 
 @contextmanager
 def without_stderr() -> Iterator[None]:
-    """Drop what C libraries write to the standard error: the library that wraps meshes explains itself at length."""
+    """Discard the standard error of C libraries: the mesh library is verbose."""
     with _REDIRECTING, open(os.devnull, "wb") as nowhere:  # noqa: PTH123 - a device
         kept = os.dup(2)
         os.dup2(nowhere.fileno(), 2)
@@ -73,7 +73,7 @@ def _compiled(file: MjcfModel) -> mujoco.MjModel:
 
 
 def _beyond(model: mujoco.MjModel) -> Iterator[str]:
-    """What is beyond the limits: it would simulate or draw for hours, or be drawn wrongly."""
+    """The limits that a model exceeds: it would simulate or render for hours, or be drawn wrongly."""
     for what, value, least, most in (
         ("timestep", model.opt.timestep, 2e-4, 0.01),
         ("iterations", model.opt.iterations, 1, 1000),

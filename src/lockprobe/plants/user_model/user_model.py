@@ -30,7 +30,7 @@ PANEL = "panel"
 
 
 def check_model(box: Lockbox, settings: UserModelSettings) -> int:
-    """Read a model, and compare it with the rules of a box by pushing.
+    """Read a model, and check it against the rules of a box by pushing.
 
     Returns:
         The number of configurations in which every joint was pushed.
@@ -53,7 +53,7 @@ class UserModel:
         rng: The trial's random stream for the plant; the noise of depth draws from a child of it.
 
     Raises:
-        BadFile: If the model cannot be read, is another one than the settings say, or lacks a joint.
+        BadFile: If the model cannot be read, differs from the digest in the settings, or lacks a joint.
         PlantFault: If it does not rest in the initial configuration.
     """
 
@@ -126,7 +126,7 @@ class UserModel:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _BoardGeometry:
-    """Pose of the board in the world, shape (4, 4), and both ends of every handle in its frame, metres."""
+    """Pose of the board in the world, shape (4, 4), and both end positions of every handle in its frame, metres."""
 
     pose: NDArray[np.float64]
     handles: NDArray[np.float64]
