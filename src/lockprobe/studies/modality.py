@@ -26,7 +26,6 @@ __all__ = [
     "MODALITIES",
     "check_distinct",
     "check_shown",
-    "false_rate",
     "interventions_for",
     "is_pictured",
     "shown",
@@ -80,11 +79,6 @@ def shown(modality: str) -> TextChannel | CameraChannel:
         BadValue: If an option has a value that it cannot have.
     """
     return _read(modality)[0]
-
-
-def false_rate(modality: str) -> float:
-    """The rate of false pictures in a modality's own option (``rgb?p=0.4``), [0, 1]. Raises as :func:`shown`."""
-    return _read(modality)[1]
 
 
 def check_shown(conditions: Sequence[Condition], plant: PlantSource) -> None:

@@ -116,7 +116,6 @@ class Detector:
         score: Function of the actions in order and of the told outcomes; higher means more repetitive.
         rule: Whether the score is a verdict, 0 or 1; other scores need a threshold.
         needs_outcome: Whether it uses the outcomes; others accept empty outcomes.
-        online: Whether it can stop a running trial: once it flags a trial, more steps do not change that.
     """
 
     name: str
@@ -125,7 +124,6 @@ class Detector:
     score: Score
     rule: bool = False
     needs_outcome: bool = False
-    online: bool = False
 
 
 DETECTORS = (
@@ -135,7 +133,6 @@ DETECTORS = (
         source="the paper, Sec. 3.3",
         score=holds_loop,
         rule=True,
-        online=True,
     ),
     Detector(
         name="coverage",
@@ -150,7 +147,6 @@ DETECTORS = (
         score=stuck,
         rule=True,
         needs_outcome=True,
-        online=True,
     ),
     Detector(
         name="goose-like",
@@ -158,7 +154,6 @@ DETECTORS = (
         source="goose, RepetitionInspector with max_repetitions 3",
         score=in_a_row(4),
         rule=True,
-        online=True,
     ),
     Detector(
         name="gemini-cli-like",
@@ -166,7 +161,6 @@ DETECTORS = (
         source="gemini-cli, LoopDetectionService",
         score=in_a_row(5),
         rule=True,
-        online=True,
     ),
     Detector(
         name="autocorrelation",
