@@ -132,20 +132,18 @@ def proportion(count: int, n: int, level: float = LEVEL, method: Literal["wilson
     return Proportion(count=count, n=n, value=count / n, low=low if count else 0.0, high=high if count < n else 1.0)
 
 
-def difference(first: Proportion, second: Proportion, *, choices: int = 1) -> Difference | None:
+def difference(first: Proportion, second: Proportion) -> Difference | None:
     """The second proportion minus the first, taken as independent; None if one of them has no trials.
 
     Conditions of one study share their luck (common random numbers). If that luck acts alike in both, interval and test
-    are conservative. The interval has the level 1 - 0.05 / ``choices``, with ``choices`` the number of conditions that
-    the second was chosen from.
+    are conservative.
     """
     if first.n == 0 or second.n == 0:
         return None
     from scipy.stats import fisher_exact
 
     value = second.value - first.value
-    level = 1 - (1 - LEVEL) / choices
-    first, second = proportion(first.count, first.n, level), proportion(second.count, second.n, level)
+    first, second = proportion(first.count, first.n), proportion(second.count, second.n)
     down = math.hypot(second.value - second.low, first.high - first.value)
     up = math.hypot(second.high - second.value, first.value - first.low)
     table = np.array([[second.count, second.n - second.count], [first.count, first.n - first.count]])
