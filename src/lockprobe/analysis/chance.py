@@ -30,7 +30,7 @@ Null = Literal["uniform", "no-repeat"]
 """The blind agent: any action with equal probability, or any but the one before."""
 
 ENUMERABLE = 2**18
-"""Sequences up to which all are looked at."""
+"""The largest number of sequences that are enumerated."""
 
 CHUNKS, CHUNK, FEWEST = 20, 20_000, 5
 """20 chunks of 20 000 sequences are simulated; of long trials fewer, but at least 5 in each chunk."""
@@ -39,7 +39,7 @@ CELLS = CHUNK * 70**2
 """Bounds the work of a chunk, which grows with the square of the length: longer trials are simulated less often."""
 
 FIRST = 20
-"""Steps of the shortest simulated trials; others are 40, 80 ... steps, and answer for every length below."""
+"""Steps of the shortest simulated trials; others have 40, 80 ... steps. A trial serves for every shorter length."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

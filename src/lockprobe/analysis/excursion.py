@@ -57,7 +57,7 @@ FEWEST = 15
 the strategy ``human-inspired`` cover the exact effect in 82 % of studies, with 15 or more in 92 to 95 %."""
 
 _POWER = 0.8416
-"""Standard errors beyond the critical value with which an effect is found with a power of 80 %."""
+"""The normal quantile of a power of 80 %."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -41,13 +41,13 @@ SHUFFLES = 400
 """Shuffles of a trial."""
 
 ENUMERABLE = 2_520
-"""Orders of one trial up to which all are looked at: every trial of 8 steps over 4 actions."""
+"""The largest number of orders of a trial that are enumerated: every trial of 8 steps over 4 actions."""
 
 LONGEST = 20
-"""Steps of a trial of which all orders may be looked at."""
+"""The most steps of a trial whose orders are enumerated."""
 
 Shape = tuple[int, ...]
-"""How often a trial took each of its actions, falling."""
+"""The number of times that a trial took each of its actions, descending."""
 
 CELLS = 10**8
 """Bounds the simulation of long trials, whose work grows with the square of the length."""

@@ -36,7 +36,7 @@ _LOOP = 3
 
 
 Choice = tuple[bool, float, float]
-"""Whether an action is of a kind, and the chance of that: uniformly random, and random without immediate repeats."""
+"""Whether an action is of a kind; its probability for uniformly random actions; and without immediate repeats."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -29,7 +29,7 @@ LEVEL = 0.95
 """Confidence level of every interval."""
 
 Z = NormalDist().inv_cdf((1 + LEVEL) / 2)
-"""Its normal quantile."""
+"""The normal quantile of :data:`LEVEL`."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -49,7 +49,7 @@ __all__ = [
 ]
 
 OBSERVERS = ("naive", "aware")
-"""The noise models of the observers that judge."""
+"""The noise models of the judging observers."""
 
 JUDGED, ACTIONS = 100, 5000
 """The most trials of a condition that are judged, the first by repetition and trial; and the actions after which no
@@ -59,7 +59,7 @@ MANY = 1 << 14
 """Moments that are cached; each takes a few kilobytes."""
 
 _NOTHING = 1e-9
-"""Bits below which an attempt tells nothing."""
+"""Expected information below which an attempt counts as uninformative, bits."""
 
 Told = tuple[int, ReportedAttempt | None]
 """The number of the joint attempted, and its report; None if the box opened."""

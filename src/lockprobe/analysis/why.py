@@ -50,14 +50,14 @@ ON_REQUEST: Mapping[str, str] = {
 reports of the same agent are inverted at random steps. They tell the least of all arms (``docs/why.md``)."""
 
 MARGIN = 0.1
-"""Changes of success of at most 10 points count as none, chosen by eye."""
+"""Equivalence margin: changes of success up to 10 percentage points count as none. The value is a convention."""
 
 Verdict = Literal["says", "disturbs", "both", "unexplained", "no change", "not detectable"]
 """Lies change success because of what they say, because they disturb, or both; they change it, and neither part is
 detectable; they change it by less than the margin; or no change is detectable."""
 
 _POWER = 0.8
-"""The power for which blocks are counted."""
+"""The power for which the needed blocks are computed."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -31,7 +31,7 @@ MOST_INTERLOCKS = 20_000
 """The largest prior that is built."""
 
 NEVER = 255
-"""The distance from where the target can never move."""
+"""The distance of configurations from which the target can never move."""
 
 Need = tuple[int, int] | None
 """The other joint that a joint needs, and its position; None for a joint that is free."""

@@ -30,10 +30,10 @@ _J = TypeVar("_J")
 _R = TypeVar("_R")
 
 _LOSSES = 3
-"""So often a job is handed out before it counts as lost. So many times in a row actors may be lost."""
+"""Attempts of a job before it counts as lost; also the most losses of actors in a row."""
 
 _PATIENCE = 600.0
-"""Seconds after which an actor that does not answer is given up, if no answer has taken a twentieth of it longer."""
+"""Seconds after which a silent actor is given up, or 20 times the longest answer so far if that is longer."""
 
 _AT_ONCE = 0.25
 """Seconds of work that are sent at once. A call takes the driver and the network some milliseconds."""

@@ -181,4 +181,4 @@ _RIVALS = (
 )
 
 RIVALS: Mapping[str, CandidateModel] = {rival.name: rival for rival in _RIVALS}
-"""All rivals by name."""
+"""All candidate models by name."""

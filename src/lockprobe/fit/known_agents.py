@@ -159,4 +159,4 @@ WORLDS: Mapping[str, KnownAgent] = {
         pulls=dict.fromkeys(("target", "closed", "failure", "recent", "stay", "position"), None) | {"reports": 1},
     ),
 }
-"""By what they do. The last two heed reports, so that it is seen whether true sentences are still said."""
+"""The known agents by their behaviour. The last two heed reports, to check that true claims are still made."""

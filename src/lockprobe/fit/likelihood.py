@@ -20,7 +20,7 @@ Integers = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
 BOUND = 15.0
-"""Pulls are sought up to this size. It makes a choice three million times as likely; more could not be told apart."""
+"""Bound of the pulls. At this size a choice is three million times as likely; larger pulls are indistinguishable."""
 
 _LEAST_LAPSE = 1e-9
 _TINY = 1e-300

@@ -27,7 +27,7 @@ __all__ = ["FittedCandidate", "ModelComparison", "Tell", "compare_models", "lead
 Tell = Callable[[str], None]
 
 _GENERAL = "softmax-memory"
-"""The most general model, from which it is taken how far choices repeat each other."""
+"""The most general model, from which the design effect is estimated."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -21,7 +21,7 @@ Integers = NDArray[np.int64]
 _ITERATIONS = 200
 _LEAST_DAMPING = 1e-7
 _SMALL = 3
-"""Steps of no gain to speak of, either way, after which the climb is over."""
+"""Steps without a relevant gain after which the search stops."""
 ENOUGH = 1e-6
 """Gain in log-likelihood below which a step is the last."""
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 __all__ = ["CLOSE", "PULLS", "AgentFit", "FitClaim", "FitReport", "Parameter", "Predicted", "RivalFit"]
 
 CLOSE = 6.0
-"""Difference in BIC below which a second model is not told apart from the first: odds of 20 to 1."""
+"""Difference in BIC below which two models are not distinguished: odds of 20 to 1."""
 
 PULLS = ("target", "closed", "failure", "recent", "stay", "position")
 """The pulls of :class:`lockprobe.agents.cognitive.SoftmaxMemory`, which also has ``decay`` and ``reset``."""

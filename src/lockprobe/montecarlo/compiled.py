@@ -46,10 +46,10 @@ Given = ParamSpec("Given")
 Made = TypeVar("Made")
 
 WORTH_COMPILING = 500_000
-"""Steps in one process from which on compiling pays: played plainly they take about two seconds."""
+"""Steps in one process above which compiling pays: in plain Python they take about two seconds."""
 
 SPAN = 1 << 17
-"""Numbers set aside for each trial."""
+"""Random numbers reserved for each trial."""
 
 _GAMMA, _ONE, _TWO = map(np.uint64, (0x9E3779B97F4A7C15, 0xBF58476D1CE4E5B9, 0x94D049BB133111EB))
 _11, _12, _27, _30, _31, _52 = map(np.uint64, (11, 12, 27, 30, 31, 52))

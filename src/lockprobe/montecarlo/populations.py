@@ -44,7 +44,7 @@ from lockprobe.validation import check_choice
 __all__ = ["Population", "Streams", "population"]
 
 Streams = Literal["study", "fast"]
-"""``study``: trial i is trial i of a study with this seed. ``fast``: numbers by counting."""
+"""``study``: trial i is trial i of a study with this seed. ``fast``: counter-based random numbers."""
 
 MOST_TRIALS = 100_000_000
 MOST_RECORDED = 1_000_000_000
@@ -275,7 +275,7 @@ def _play_compiled(world: BoxWorld, rule: Rule, source: LuckSource, found: _Colu
 
 
 def _rows(found: _Columns, first: int, trials: int) -> _Columns:
-    """The rows of so many trials, from ``first`` on."""
+    """The rows of this many trials, from ``first`` on."""
     rows = slice(first, first + trials)
     return _Columns(
         found.steps[rows], found.solved[rows], found.actions[rows], found.moved[rows], found.told_moved[rows]

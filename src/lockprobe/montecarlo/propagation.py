@@ -147,7 +147,7 @@ class _MarkovChain:
         self, policy: Policy[Any], world: BoxWorld, chances: ConditionChances, order: tuple[int, ...], most_states: int
     ) -> None:
         self.transitions: dict[tuple[int, int], list[tuple[int | None, float, bool]]] = {}
-        self._phases: dict[Hashable, int] = {}  # so are the phases of the condition
+        self._phases: dict[Hashable, int] = {}  # phases of the condition, by number
         self._reports: dict[tuple[int, bool], list[Report]] = {}
         self._numbers: dict[_State, int] = {}  # states are compared once and then known by number
         self._states: list[_State] = []

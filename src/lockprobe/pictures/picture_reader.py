@@ -39,7 +39,7 @@ _DIM = 0.15
 """Sum of red, green and blue, 0 to 3, below which a colour is hardly told from grey."""
 
 _ROUNDS = 4
-"""Of fitting a plane to the board without what stands out of it."""
+"""Iterations of the plane fit to the board, each without the points that stand out of it."""
 
 _FARTHEST, _SPAN = 2.0, 0.14
 """Metres: nothing farther is read from packed depth, and what counts as one there, as the usual window does."""

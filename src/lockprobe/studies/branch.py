@@ -55,17 +55,17 @@ TOLD: Mapping[str, str] = {
     "remark": "distract?p=1&at={at}",
     "withheld": "drop?p=1&at={at}",
 }
-"""What can be told at a fork -> what acts there."""
+"""Report at a fork -> the interventions that give it."""
 
 ACTS: Mapping[str, str] = {
     "tremble": "tremble?p=1&at={after}",
     "random": "force?at={after}",
     "force": "force?at={after}&joint={joint}",
 }
-"""What can be done after a fork, in the next step, where the report is true -> what acts there."""
+"""Action in the step after a fork with a true report -> the interventions that force it."""
 
 _PICTURED = ("truth", "lie", "remark")
-"""What pictures can tell."""
+"""Reports that pictures can give."""
 
 _MOST = 1000
 """Continuations of one arm."""

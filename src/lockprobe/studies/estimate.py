@@ -24,7 +24,7 @@ from lockprobe.studies.study import Study
 __all__ = ["Estimate", "estimates", "most_of_one_call", "together"]
 
 _REASONING = 1000
-"""Tokens of reasoning before a reply where nothing has been played; models differ by more than tenfold."""
+"""Assumed tokens of reasoning before a reply without history; models differ by more than tenfold."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -35,7 +35,7 @@ __all__ = [
 _DEPTH = {"rgb": "none", "rgbd": "turbo"}
 
 _OF_DEPTH = ("depth", "near", "far")
-"""Options that ``rgb`` has not."""
+"""Options of ``rgbd`` alone."""
 
 _WITHOUT_WINDOW = ("height", "packed")
 """Kinds of depth that mean the same whatever ``near`` and ``far`` are."""

@@ -30,7 +30,7 @@ SMALLEST_CACHED = 1024
 """Tokens below which providers keep no prefix (OpenAI's and Anthropic's guides to prompt caching; some models 2048)."""
 
 HYPOTHESIS = "The target seems to be locked by the joint beside it, which has to be moved first."
-"""As long as what models write there."""
+"""A hypothesis of typical length."""
 
 _LONGEST_HYPOTHESIS = 4000
 """Characters; a longer one is malformed."""
@@ -39,7 +39,7 @@ _MARKS = 4
 """Tokens around a message."""
 
 _PICTURE = 1000
-"""Tokens of a picture where nothing is known of the model."""
+"""Assumed tokens of a picture for an unknown model."""
 
 _COUNTED = 200
 """Steps up to which each request is looked at for what it can cost at most. With more of them, and where pictures
@@ -138,7 +138,7 @@ def _head(plan: Plan) -> bytes:
 
 
 _SAID: Mapping[str, object] = {"last_action": "did not move", "confidence": 90, "report_false": False, "joint": "A"}
-"""What a made-up reply says to what it is asked, but for its hypothesis."""
+"""The values of a made-up reply by key, except its hypothesis."""
 
 
 def reply(hypothesis: str, asked: Iterable[str] = ("last_action", "hypothesis", "joint")) -> str:

@@ -56,7 +56,7 @@ _INTERRUPTIBLE = 0.1
 """Seconds after which a thread that waits for another one notices an interrupt at the latest."""
 
 _PLANT_FACTS = ("engine", "renderer")
-"""Of a plant, what its spec does not say and its pictures depend on."""
+"""Facts about a plant that its pictures depend on and its spec does not hold."""
 
 
 class Observer(Protocol):

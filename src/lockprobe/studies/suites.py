@@ -42,7 +42,7 @@ SCORES = "suite.json"
 """The file of a suite's directory: which suite it is and, once trials have ended, its scores."""
 
 _PICTURES = "-pictures"
-"""How the names of directories end whose agents look at pictures."""
+"""Suffix of the names of directories whose agents read pictures."""
 
 _LARGEST = 2**24
 """Bytes of the file."""

@@ -110,7 +110,7 @@ class StudyDifference:
         return int(np.sign(self.value)) if self.p_adjusted < ALPHA and (self.low > 0 or self.high < 0) else 0
 
 
-class _Estimate(NamedTuple):
+class _PairEstimate(NamedTuple):
     first: Proportion
     second: Proportion
     value: float
@@ -178,14 +178,14 @@ def _difference(first: Sample, second: Sample, kind: Kind) -> StudyDifference | 
     )
 
 
-def _worst_case_p(found: Sequence[_Estimate | None]) -> float:
+def _worst_case_p(found: Sequence[_PairEstimate | None]) -> float:
     """The largest P value; 1 if directions differ or a bound cannot be tested."""
     values = [one for one in found if one is not None]
     alike = len(values) == len(found) and len({np.sign(one.value) for one in values}) == 1
     return max(one.p_value for one in values) if alike else 1.0
 
 
-def _estimate(first: Outcomes, second: Outcomes, *, shared: bool, same_luck: bool) -> _Estimate | None:
+def _estimate(first: Outcomes, second: Outcomes, *, shared: bool, same_luck: bool) -> _PairEstimate | None:
     if not (len(first) and len(second)):
         return None
     if shared:
@@ -194,10 +194,10 @@ def _estimate(first: Outcomes, second: Outcomes, *, shared: bool, same_luck: boo
         return _clustered(first, second, same_luck=same_luck)
     shares = _share(first.solved), _share(second.solved)
     apart = difference(*shares)
-    return None if apart is None else _Estimate(*shares, apart.value, apart.low, apart.high, apart.p_value)
+    return None if apart is None else _PairEstimate(*shares, apart.value, apart.low, apart.high, apart.p_value)
 
 
-def _paired(first: Outcomes, second: Outcomes) -> _Estimate | None:
+def _paired(first: Outcomes, second: Outcomes) -> _PairEstimate | None:
     """The paired estimate, from trials of equal luck that both sides finished."""
     _, laid = sheets([replace(one, p=np.zeros(len(one))) for one in (first, second)])
     one, two = laid
@@ -207,10 +207,12 @@ def _paired(first: Outcomes, second: Outcomes) -> _Estimate | None:
     person = people_of((one, two))
     solved = one.solved[both, 0], two.solved[both, 0]
     found = paired_difference(*solved, None if person is None else person[both, 0])
-    return _Estimate(_share(solved[0] > 0), _share(solved[1] > 0), found.value, found.low, found.high, found.p_value)
+    return _PairEstimate(
+        _share(solved[0] > 0), _share(solved[1] > 0), found.value, found.low, found.high, found.p_value
+    )
 
 
-def _clustered(first: Outcomes, second: Outcomes, *, same_luck: bool) -> _Estimate:
+def _clustered(first: Outcomes, second: Outcomes, *, same_luck: bool) -> _PairEstimate:
     """The estimate from independent samples with people on at least one side, clustered by person and by luck."""
     people = [_person_clusters(one, side) for side, one in enumerate((first, second))]
     lucks = [
@@ -223,7 +225,9 @@ def _clustered(first: Outcomes, second: Outcomes, *, same_luck: bool) -> _Estima
         np.array(people[0] + people[1]),
         np.array(lucks[0] + lucks[1]),
     )
-    return _Estimate(_share(first.solved), _share(second.solved), found.value, found.low, found.high, found.interval_p)
+    return _PairEstimate(
+        _share(first.solved), _share(second.solved), found.value, found.low, found.high, found.interval_p
+    )
 
 
 def _person_clusters(one: Outcomes, side: int) -> list[str]:

@@ -20,7 +20,7 @@ from lockprobe.analysis.clustered import two_way_variance
 __all__ = ["FEWEST", "at_one_p", "crossed_change", "crossed_mean", "people_of"]
 
 FEWEST = 7
-"""People, and blocks of luck, below which nothing is tested: a variance from so few is too uncertain."""
+"""The fewest people, and the fewest blocks of luck, for a test: a variance from fewer is too uncertain."""
 
 _TIE = 1e-9
 _Labels = NDArray[Any]

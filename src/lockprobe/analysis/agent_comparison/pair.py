@@ -18,7 +18,7 @@ from lockprobe.analysis.proportions import ALPHA, Paired, paired
 __all__ = ["AgentComparison", "Among", "ComparisonAt", "compare", "corrected", "paired_difference"]
 
 Among = Literal["subjects", "reference"]
-"""Whether two agents that the study is about are compared, or one of them with an agent to compare with."""
+"""Kind of pair: two agents that the study is about, or one of them and a baseline."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

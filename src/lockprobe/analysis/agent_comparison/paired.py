@@ -23,10 +23,10 @@ __all__ = ["Array", "BlockMean", "Sheet", "block_mean", "by_cluster", "half_widt
 Array = NDArray[np.float64]
 
 _EXACT = 50_000_000
-"""Additions up to which the distribution of a sum under exchange is worked out exactly; beyond, it is normal."""
+"""Additions up to which the exchange distribution of a sum is exact; beyond, it is approximated as normal."""
 
 _TIE = 1e-9
-"""Squared differences of blocks from their mean below which they all differ alike, but for rounding."""
+"""Sum of squared deviations of blocks below which all blocks count as equal, within rounding."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -187,4 +187,4 @@ DETECTORS = (
         score=compression,
     ),
 )
-"""The paper's two first."""
+"""All detectors; the paper's two come first."""
