@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.analysis.agent_comparison.pair import Comparison, compare, corrected
+from lockprobe.analysis.agent_comparison.pair import AgentComparison, compare, corrected
 from lockprobe.analysis.agent_comparison.paired import Sheet, sheets, sign_flip
 from lockprobe.analysis.proportions import ALPHA
 from lockprobe.audit.simulate import simulate_outcomes
@@ -65,7 +65,7 @@ CASES = (
 )
 
 
-def compared(case: Case, design: Design, shared: float, number: int, *, alike: bool) -> tuple[Comparison, float]:
+def compared(case: Case, design: Design, shared: float, number: int, *, alike: bool) -> tuple[AgentComparison, float]:
     """One study: two agents that share luck over p, and with each other or not; and the p-value of the mean change."""
     groups = [
         simulate_outcomes(
@@ -82,7 +82,7 @@ def compared(case: Case, design: Design, shared: float, number: int, *, alike: b
     return corrected([found])[0], sign_flip((apart[:, 1:] - apart[:, :1]).sum(axis=1))
 
 
-def judged(case: Case, found: Comparison, mean_p: float) -> list[float]:
+def judged(case: Case, found: AgentComparison, mean_p: float) -> list[float]:
     """Whether each test rejects, and how many of its intervals hold the truth."""
     moved = found.interaction
     assert moved is not None

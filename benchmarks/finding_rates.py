@@ -21,7 +21,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from lockprobe.analysis.inference.broken_trials import agreed_difference, completed
+from lockprobe.analysis.inference.broken_trials import completed, worst_case_difference
 from lockprobe.analysis.inference.course import course, course_kind, levels
 from lockprobe.analysis.inference.difference import any_difference
 from lockprobe.analysis.inference.logrank import loop_onset_logrank
@@ -46,11 +46,11 @@ def judged(truth: World, design: Design, number: int) -> list[bool]:
     counted, broken = simulate_columns(truth, design, generator(number, truth.name, design.clusters))
     rng = np.random.default_rng(number)
     found = any_difference(counted, rng, PERMUTATIONS)
-    agreed = found
+    worst_case = found
     if len(broken):
         ends = [any_difference(whole, rng, PERMUTATIONS) for whole in completed(counted, broken)]
-        agreed = agreed_difference(found, *ends)
-    p_values = [min(at.exchange for at in found.at), found.p_value, agreed.p_value]
+        worst_case = worst_case_difference(found, *ends)
+    p_values = [min(at.exchange for at in found.at), found.p_value, worst_case.p_value]
     return [p_value is not None and p_value < ALPHA for p_value in p_values]
 
 

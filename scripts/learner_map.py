@@ -19,7 +19,7 @@ from scipy.stats import t
 from lockprobe.analysis.inference.ushape import two_lines
 from lockprobe.analysis.loops import onset_batch
 from lockprobe.learner.boxes import copies
-from lockprobe.learner.training import Schooling, play, success, train
+from lockprobe.learner.training import TrainingSettings, play, success, train
 from lockprobe.lockbox.families import box
 from lockprobe.seeds import generator
 
@@ -34,7 +34,7 @@ OUT = Path(__file__).parent.parent / "docs" / "learner-map.json"
 def rows(seed: int) -> list[dict[str, object]]:
     """The cells of one training seed."""
     found = []
-    for updates, network in enumerate(train(Schooling(updates=CHECKPOINTS[-1], seed=seed)), 1):
+    for updates, network in enumerate(train(TrainingSettings(updates=CHECKPOINTS[-1], seed=seed)), 1):
         if updates not in CHECKPOINTS:
             continue
         for temperature in TEMPERATURES:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from solved import people
 
-from lockprobe.analysis.clustered import clustered_proportion, crossed_proportion, crossed_spread, share_of
+from lockprobe.analysis.clustered import clustered_proportion, crossed_proportion, share_of, two_way_variance
 from lockprobe.analysis.proportions import proportion
 
 
@@ -20,9 +20,9 @@ def test_clusters_of_one_kind_alone_give_what_that_kind_gives():
 
 def test_two_kinds_add_up_less_what_both_hold():
     residuals = np.array([1.0, 1.0, -1.0, -1.0])
-    assert crossed_spread(residuals, [0, 0, 1, 1], [0, 1, 2, 3]) == pytest.approx(2 / 1 * 8)
+    assert two_way_variance(residuals, [0, 0, 1, 1], [0, 1, 2, 3]) == pytest.approx(2 / 1 * 8)
     first, second, trial = 2 / 1 * 8, 2 / 1 * 0, 4 / 3 * 4
-    assert crossed_spread(residuals, [0, 0, 1, 1], [0, 1, 0, 1]) == pytest.approx(max(first, first + second - trial))
+    assert two_way_variance(residuals, [0, 0, 1, 1], [0, 1, 0, 1]) == pytest.approx(max(first, first + second - trial))
 
 
 def test_it_is_never_narrower_than_with_either_kind():

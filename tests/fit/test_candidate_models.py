@@ -7,7 +7,7 @@ from lockprobe import run_trial
 from lockprobe.agents.catalogue import resolve
 from lockprobe.errors import UnknownName
 from lockprobe.fit import fit_agents
-from lockprobe.fit.candidate_models import RIVALS, chosen_rivals
+from lockprobe.fit.candidate_models import RIVALS, candidates_named
 from lockprobe.fit.choices import choices_of, hear, rule
 from lockprobe.fit.optimise import maximum
 from lockprobe.fit.recovery import RecoveryDesign, simulate
@@ -17,12 +17,16 @@ TRIALS = simulate("human-inspired:target-last?lapse=0.3", RecoveryDesign(p=(0.2,
 
 
 def test_names_are_theirs_and_random_is_always_among_them():
-    assert [rival.name for rival in chosen_rivals()] == list(RIVALS)
-    assert [rival.name for rival in chosen_rivals(["random-map", "no-repeat"])] == ["random", "no-repeat", "random-map"]
+    assert [rival.name for rival in candidates_named()] == list(RIVALS)
+    assert [rival.name for rival in candidates_named(["random-map", "no-repeat"])] == [
+        "random",
+        "no-repeat",
+        "random-map",
+    ]
     with pytest.raises(
         UnknownName, match=r"no model is called 'randm-map' \(did you mean 'random-map'\?\).*human-insp"
     ):
-        chosen_rivals(["randm-map"])
+        candidates_named(["randm-map"])
 
 
 def test_the_spec_of_a_fitted_model_is_an_agent_with_its_probabilities():

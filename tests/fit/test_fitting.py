@@ -8,9 +8,9 @@ from builders import make_trial, played_by_people, small_study
 
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.fit import RIVALS, fit_agents, fitting
-from lockprobe.fit.candidate_models import chosen_rivals
+from lockprobe.fit.candidate_models import candidates_named
 from lockprobe.fit.choices import choices_of, hear
-from lockprobe.fit.model_comparison import contest
+from lockprobe.fit.model_comparison import compare_models
 from lockprobe.fit.recovery import RecoveryDesign, simulate
 from lockprobe.lockbox.families import box
 from lockprobe.prose.model_fit import finding
@@ -60,7 +60,7 @@ def test_luck_that_repeats_itself_is_not_taken_for_evidence():
         trials = simulate("random", RecoveryDesign(repetitions=1, trials=12), seed)
         for name, used in (("as one", [t for t in trials if t.p == 0]), ("seven times", trials)):
             heard = [hear(trial) for trial in used]
-            held = contest(choices_of(used, heard), heard, chosen_rivals(["favourite-labels", "no-repeat"]))
+            held = compare_models(choices_of(used, heard), heard, candidates_named(["favourite-labels", "no-repeat"]))
             wrong[name] += held.best.rival.name != "random"
             if used is trials:
                 counted = [

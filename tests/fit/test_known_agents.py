@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from lockprobe.fit.candidate_models import chosen_rivals
+from lockprobe.fit.candidate_models import candidates_named
 from lockprobe.fit.choices import choices_of, hear
 from lockprobe.fit.known_agents import WORLDS, Favourites, FirstFour, RuleAgent, Switching
-from lockprobe.fit.model_comparison import contest
+from lockprobe.fit.model_comparison import compare_models
 from lockprobe.fit.recovery import RecoveryDesign, simulate
 from lockprobe.protocols import Agent
 from lockprobe.record import Decision, Percept, Situation, Task, Turn
@@ -87,5 +87,7 @@ def test_favourites_alone_are_among_the_rivals():
     for by in ("label", "place"):
         trials = simulate(Favourites(by=by, pull=1.5), RecoveryDesign(p=(0.0, 0.3), repetitions=1, trials=10), 2)
         heard = [hear(trial) for trial in trials]
-        held = contest(choices_of(trials, heard), heard, chosen_rivals(["favourite-labels", "favourite-places"]))
+        held = compare_models(
+            choices_of(trials, heard), heard, candidates_named(["favourite-labels", "favourite-places"])
+        )
         assert held.best.rival.name == f"favourite-{by}s"

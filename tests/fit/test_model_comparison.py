@@ -2,10 +2,10 @@
 
 import pytest
 
-from lockprobe.fit.candidate_models import chosen_rivals
+from lockprobe.fit.candidate_models import candidates_named
 from lockprobe.fit.choices import choices_of, hear
 from lockprobe.fit.known_agents import Favourites, FirstFour
-from lockprobe.fit.model_comparison import contest, lead_by_reports
+from lockprobe.fit.model_comparison import compare_models, lead_by_reports
 from lockprobe.fit.recovery import RecoveryDesign, simulate
 from lockprobe.fit.result import CLOSE
 
@@ -16,7 +16,7 @@ def winner(agent, *names):
     """The best of some models for an agent, and how far reports put it ahead."""
     trials = simulate(agent, SMALL, 1)
     heard = [hear(trial) for trial in trials]
-    best = contest(choices_of(trials, heard), heard, chosen_rivals(names or None)).best
+    best = compare_models(choices_of(trials, heard), heard, candidates_named(names or None)).best
     return best, lead_by_reports(best, trials, heard)
 
 
@@ -58,7 +58,7 @@ def test_without_false_reports_and_without_movement_reports_say_nothing_that_att
     """Nothing is told to have moved within the first step: the model and its twin hear the same, but for their price."""
     trials = simulate("random", RecoveryDesign(p=(0.0,), repetitions=2, trials=10, budget=1), 1)
     heard = [hear(trial) for trial in trials]
-    found = contest(choices_of(trials, heard), heard, chosen_rivals(["failure-memory"])).competitors
+    found = compare_models(choices_of(trials, heard), heard, candidates_named(["failure-memory"])).competitors
     memory = next(one for one in found if one.rival.name == "failure-memory")
     assert lead_by_reports(memory, trials, heard) == pytest.approx(-memory.bic + contest_of_nothing(memory))
 

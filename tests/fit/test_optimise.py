@@ -12,7 +12,7 @@ from lockprobe.fit.candidate_models import RIVALS
 from lockprobe.fit.choices import choices_of, hear
 from lockprobe.fit.known_agents import Favourites
 from lockprobe.fit.likelihood import BOUND, Lapse
-from lockprobe.fit.optimise import ends, maximise, maximum, parameters, shared_luck
+from lockprobe.fit.optimise import design_effects, ends, maximise, maximum, parameters
 from lockprobe.fit.recovery import RecoveryDesign, simulate
 
 SMALL = RecoveryDesign(p=(0.0, 0.4), repetitions=1, trials=12)
@@ -136,11 +136,11 @@ def test_trials_played_over_again_with_the_same_luck_say_nothing_new(times):
     choices, heard = known("cognitive:softmax-memory?target=1&recent=-1", RecoveryDesign(trials=6))
     model = model_of("win-stay-lose-shift", choices, heard)
     best = maximum(model)
-    luck = shared_luck(model, best.values, choices.cluster)
+    luck = design_effects(model, best.values, choices.cluster)
     assert luck.parameters.min() > 1
     again = np.tile(np.arange(len(choices)), times)
     more = replace(model, features=model.features[again], chosen=model.chosen[again], present=model.present[again])
-    repeated = shared_luck(more, best.values, choices.cluster[again])
+    repeated = design_effects(more, best.values, choices.cluster[again])
     assert repeated.parameters == pytest.approx(times * luck.parameters)
     assert repeated.overall == pytest.approx(times * luck.overall)
 
@@ -150,9 +150,9 @@ def test_independent_choices_share_no_luck():
     choices, heard = known("random", RecoveryDesign(p=(0.0,), trials=40, repetitions=2))
     dealt = np.random.default_rng(1).integers(0, 80, len(choices))
     model = model_of("favourite-labels", choices, heard, "favourite-labels")
-    assert shared_luck(model, maximum(model).values, dealt).overall < 1.5
+    assert design_effects(model, maximum(model).values, dealt).overall < 1.5
     alone = np.zeros(len(choices), dtype=np.int64)
-    assert shared_luck(model, maximum(model).values, alone).overall == 1
+    assert design_effects(model, maximum(model).values, alone).overall == 1
 
 
 def test_one_choice_is_enough_not_to_break():

@@ -7,7 +7,7 @@ from lockprobe.fit import fit_agents, optimise
 from lockprobe.fit.candidate_models import RIVALS
 from lockprobe.fit.choices import choices_of, hear
 from lockprobe.fit.known_agents import WORLDS, Favourites, FirstFour, KnownAgent
-from lockprobe.fit.optimise import SharedLuck, maximum
+from lockprobe.fit.optimise import DesignEffects, maximum
 from lockprobe.fit.recovery import RecoveryDesign, recover_findings, recover_models, recover_parameters, simulate
 from lockprobe.prose.model_fit import finding
 
@@ -58,7 +58,7 @@ def test_intervals_that_knew_nothing_of_shared_luck_would_hold_them_too_rarely(m
         return sum(one.low <= 0 <= one.high for one in found) / len(found)
 
     known = held()
-    monkeypatch.setattr(optimise, "shared_luck", lambda model, values, cluster: SharedLuck(0 * values + 1, 1.0))
+    monkeypatch.setattr(optimise, "design_effects", lambda model, values, cluster: DesignEffects(0 * values + 1, 1.0))
     assert known > 0.85
     assert held() < 0.75
 

@@ -10,7 +10,7 @@ import pytest
 from lockprobe.errors import BadValue
 from lockprobe.learner.boxes import copies
 from lockprobe.learner.network_file import SHIPPED, load, save, shipped
-from lockprobe.learner.training import Schooling, play, success, train
+from lockprobe.learner.training import TrainingSettings, play, success, train
 from lockprobe.lockbox.families import box
 from lockprobe.seeds import generator
 
@@ -18,8 +18,8 @@ TRAINED = """
 import sys
 from pathlib import Path
 from lockprobe.learner.network_file import save
-from lockprobe.learner.training import Schooling, train
-schooling = Schooling(updates=2)
+from lockprobe.learner.training import TrainingSettings, train
+schooling = TrainingSettings(updates=2)
 *_, network = train(schooling)
 save(Path(sys.argv[1]), network, schooling)
 """
@@ -69,8 +69,8 @@ def test_trials_end_when_the_target_moves_and_nothing_moves_after():
 
 
 def test_other_boxes_and_lies_are_learned_too(tmp_path):
-    for schooling in (Schooling(updates=3, joints=6, hidden=16), Schooling(updates=3, told_lies=True),
-                      Schooling(updates=3, box=box("chain-4"), hidden=16)):  # fmt: skip
+    for schooling in (TrainingSettings(updates=3, joints=6, hidden=16), TrainingSettings(updates=3, told_lies=True),
+                      TrainingSettings(updates=3, box=box("chain-4"), hidden=16)):  # fmt: skip
         *_, network = train(schooling)
         save(tmp_path / "one.npz", network, schooling)
         found = load(tmp_path / "one.npz")
@@ -86,4 +86,4 @@ def test_settings_that_cannot_be_are_refused():
         {"updates": 1, "box": box("chain-6")},
     ):
         with pytest.raises(BadValue):
-            Schooling(**wrong)
+            TrainingSettings(**wrong)

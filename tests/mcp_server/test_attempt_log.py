@@ -4,9 +4,9 @@ import pytest
 
 from lockprobe.errors import BadFile
 from lockprobe.mcp_server.attempt_log import AttemptLog
-from lockprobe.studies.paused_trial import Attempted
+from lockprobe.studies.paused_trial import RecordedAttempt
 
-STEPS = [Attempted("A", None, "You attempted A.", "why"), Attempted("B", "moved", "", "\N{SNOWMAN}")]
+STEPS = [RecordedAttempt("A", None, "You attempted A.", "why"), RecordedAttempt("B", "moved", "", "\N{SNOWMAN}")]
 
 
 def written(directory, key="k", steps=STEPS):

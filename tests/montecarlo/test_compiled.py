@@ -12,7 +12,6 @@ from lockprobe.agents.human_inspired import HumanInspired
 from lockprobe.agents.strategies import RandomAgent, RandomNoRepeat, RoundRobin
 from lockprobe.lockbox.families import box
 from lockprobe.montecarlo import compiled as compiling
-from lockprobe.montecarlo.choosing import play_trials
 from lockprobe.montecarlo.compiled import (
     compiled,
     deepest,
@@ -23,6 +22,7 @@ from lockprobe.montecarlo.compiled import (
     rule_of,
     scene_of,
 )
+from lockprobe.montecarlo.compiled_choices import play_trials
 from lockprobe.montecarlo.plain import play_plainly, world_of
 from lockprobe.montecarlo.rules import MEMORY, record
 from lockprobe.montecarlo.streams import Counted

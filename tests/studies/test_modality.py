@@ -9,7 +9,7 @@ from lockprobe.interventions.delay import Delay
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.words import TextChannel
 from lockprobe.studies import modality
-from lockprobe.studies.modality import check_distinct, false_rate, interventions_for, is_pictured, shown, taken_in
+from lockprobe.studies.modality import check_distinct, interventions_for, is_pictured, shown, taken_in
 
 
 def test_reports_are_flipped_and_put_into_words():
@@ -39,8 +39,6 @@ def test_false_pictures_are_made_by_a_flip_before_the_camera():
     flipped = (OutcomeFlip(p=0.3, persistence="sticky"), CameraChannel())
     assert interventions_for(flips((0.3,), "sticky", ("rgb",))[0]) == flipped
     assert interventions_for(flips((0.0,), "sticky", ("rgb?p=0.3",))[0]) == flipped
-    assert false_rate("rgbd?p=0.25&depth=gray") == 0.25
-    assert false_rate("rgbd") == false_rate("symbolic?tell=state") == 0.0
     under = Condition(interventions=(Delay(lag=1),), modality="rgb")
     assert interventions_for(under) == (Delay(lag=1), CameraChannel())
 

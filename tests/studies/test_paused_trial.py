@@ -12,7 +12,7 @@ from lockprobe.errors import BadFile, BadValue
 from lockprobe.interventions.condition import flips
 from lockprobe.plants import catalogue
 from lockprobe.plants.symbolic import SymbolicPlant
-from lockprobe.studies.paused_trial import Attempted, PausedTrial
+from lockprobe.studies.paused_trial import PausedTrial, RecordedAttempt
 
 STUDY = people_study(layout="shuffled")
 PLAN = STUDY.plan(participant_spec("3f9a01bc"), STUDY.condition(0.4), 1, 2)
@@ -21,7 +21,7 @@ PLAN = STUDY.plan(participant_spec("3f9a01bc"), STUDY.condition(0.4), 1, 2)
 def steps_of(trial):
     """A trial as its steps are on disk."""
     labels = dict(zip(trial.joints, trial.labels, strict=True))
-    return [Attempted(labels[step.joint], step.decision.claimed, step.told) for step in trial.steps]
+    return [RecordedAttempt(labels[step.joint], step.decision.claimed, step.told) for step in trial.steps]
 
 
 @pytest.fixture(scope="module")
@@ -74,12 +74,12 @@ def test_another_history_is_never_shown(alone, wrong):
     played = steps_of(alone)
     said = {"joint": played[1].joint, "claimed": played[1].claimed, "told": played[1].told}
     with pytest.raises(BadValue, match=r"step 2 of flips/participant/p=0\.4/rep=1/trial=2"):
-        asyncio.run(PausedTrial.begin(PLAN, [played[0], Attempted(**(said | wrong)), *played[2:4]]))
+        asyncio.run(PausedTrial.begin(PLAN, [played[0], RecordedAttempt(**(said | wrong)), *played[2:4]]))
 
 
 def test_more_steps_than_there_were_are_refused(alone):
     with pytest.raises(BadValue, match="a step of this trial"):
-        asyncio.run(PausedTrial.begin(PLAN, [*steps_of(alone), Attempted("A")]))
+        asyncio.run(PausedTrial.begin(PLAN, [*steps_of(alone), RecordedAttempt("A")]))
 
 
 class _Counted(SymbolicPlant):

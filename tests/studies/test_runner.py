@@ -270,13 +270,13 @@ def test_a_plant_that_takes_time_has_a_thread_of_its_own_where_calls_wait_and_pl
 ):
     pytest.importorskip("inspect_ai")
     pytest.importorskip("mujoco")
-    seen, observe = set(), play._Fresh.observe
+    seen, observe = set(), play._LazyPlant.observe
 
     def watched(fresh):
         seen.add(threading.current_thread().name)
         return observe(fresh)
 
-    monkeypatch.setattr(play._Fresh, "observe", watched)
+    monkeypatch.setattr(play._LazyPlant, "observe", watched)
     settings = {"plant": plant, "max_steps": 3}
     there, _ = hosted(tmp_path / "there", monkeypatch, truthful, trials=3, connections=3, settings=settings)
     assert [name.startswith("plants") for name in seen] == [plant != "symbolic"]

@@ -1,1 +1,1 @@
-"""Trials in, numbers out."""
+"""Analysis of trials: every number that a study reports, and the tests behind its conclusions."""

@@ -12,12 +12,12 @@ AGENT = "agent"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Axis:
-    """The option in which conditions differ.
+    """The dose axis: the one option in which conditions differ.
 
     Attributes:
         kind: Name of the intervention, for example ``tremble``; :data:`AGENT` for an option of agents.
         dose: The option that is its dose.
-        rest: The other interventions of all conditions, as specs joined by plus signs; empty without any.
+        rest: The other interventions, equal in all conditions, as specs joined by plus signs; empty if there are none.
     """
 
     kind: str

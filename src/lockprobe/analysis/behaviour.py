@@ -39,12 +39,12 @@ class Behaviour:
     Attributes:
         loops: Share of trials that hold an action loop.
         chance: The share expected in trials of exactly these lengths under each null; empty without trials.
-        by_symbol: Share of trials that hold a loop of actions, of actions with their true outcomes, and of pairs of
+        by_symbol: Share of trials with a loop, by what repeats: actions, actions with their true outcomes, or pairs of
             true configuration and action; empty without trials.
         coverage: Mean over trials of :func:`loop_coverage`, [0, 1].
         redundant_share: Mean over trials of :func:`redundant_share`, [0, 1].
         entropy: Mean of :func:`policy_entropy` in bits; None where no step carries choice probabilities.
-        entropy_steps: Number of steps that carry them.
+        entropy_steps: Number of steps that carry choice probabilities.
     """
 
     loops: Proportion
@@ -109,9 +109,9 @@ def loop_coverage(trial: Trial) -> float:
 
 
 def redundant_share(trial: Trial) -> float:
-    """Share of steps that tried a joint again in a true configuration in which it had been tried, [0, 1].
+    """Share of steps that retry a joint in a true configuration in which it was already tried, [0, 1].
 
-    With true reports such a step is uninformative; with false ones it can be a check.
+    With true reports such a step is uninformative; with false reports it can be a check.
     """
     pairs = {(step.state, step.joint) for step in trial.steps}
     return 1.0 - len(pairs) / len(trial.steps) if trial.steps else 0.0
@@ -127,10 +127,10 @@ def policy_entropy(trial: Trial) -> list[float]:
 
 
 def ignores_reports(trials: Sequence[Trial]) -> bool:
-    """Whether every repetition and trial went alike at every p although its reports differed.
+    """Whether an agent is blind: it played each repetition and trial identically at every p though reports differed.
 
-    Only reports that are followed by an action count, at least :data:`REPORTS` of them. Where several people play as
-    one agent, another one played each p, so it is never blind.
+    Only reports that are followed by an action count, and at least :data:`REPORTS` of them are needed. People who play
+    as one agent are never blind, because different people play each p.
     """
     if trials[0].player:
         return False

@@ -1,8 +1,8 @@
-"""What one report did: forks of recorded trials, and the effect of what was told at the fork.
+"""The effect of one report, from forks of recorded trials.
 
-A fork leaves a trial on record after one report, which is changed, and the agent plays on. Arms share what came before
-and, where the agent is seeded, the luck of what comes after. So the difference between two arms is the effect of that
-report alone, also of the first lie in a truthful world, which the records of a study cannot give.
+A fork replays a recorded trial up to one report, changes that report, and lets the agent play on. Arms share the past
+and, if the agent is seeded, the luck of the future. So the difference between two arms is the effect of that report
+alone. Forks also measure the first lie in a truthful world, which the records of a study cannot give.
 """
 
 from __future__ import annotations
@@ -45,18 +45,18 @@ _EARLIEST = 3
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BranchEffect:
-    """What an arm changes at one place of one agent's trials, compared with a true report.
+    """The effect of an arm at one fork point of one agent's trials, compared with a true report.
 
     Attributes:
         agent: Agent spec.
-        condition: The condition of the trials that were forked, as their keys name it.
-        where: A step's number, or a rule (:data:`RULES`).
-        arm: What was done.
+        condition: The condition of the forked trials, as their keys name it.
+        where: The fork point: a step's number, or a rule (:data:`RULES`).
+        arm: Name of the arm.
         truthful: Whether all later reports are true.
-        outcome: What is compared.
-        after_truth: Its mean after a true report.
-        change: Its change, over trials; a trial's continuations count together. The P value of a change of success is
-            corrected for all of them on one agent (Holm); others are not corrected, and intervals are not.
+        outcome: The outcome that is compared.
+        after_truth: Mean outcome after a true report.
+        change: Mean change of the outcome over trials; the continuations of a trial form a cluster. P values of changes
+            of success are corrected for all of one agent (Holm); other P values and all intervals are not corrected.
         forks: Continuations compared.
     """
 
@@ -72,7 +72,7 @@ class BranchEffect:
 
 
 def check_rule(rule: str) -> None:
-    """Refuse what names no place of a trial.
+    """Refuse a rule that names no fork point.
 
     Raises:
         BadValue: If it is neither a step from 1 nor one of :data:`RULES`.
@@ -82,7 +82,7 @@ def check_rule(rule: str) -> None:
 
 
 def fork_steps(trial: Trial, rule: str) -> tuple[int, ...]:
-    """The steps after whose reports a rule forks a trial; only those after which it went on.
+    """The steps after whose reports a rule forks a trial. The trial must have gone on after them.
 
     Raises:
         BadValue: As :func:`check_rule`.
@@ -105,7 +105,7 @@ def fork_steps(trial: Trial, rule: str) -> tuple[int, ...]:
 
 
 def _onset(trial: Trial) -> int:
-    """The step that completes the first loop; 0 where there is none."""
+    """The step that completes the first loop; 0 without a loop."""
     actions = trial.actions
     return next((n for n in range(1, len(actions) + 1) if continuation(actions[:n]) is not None), 0)
 
@@ -116,17 +116,17 @@ def branch_effects(
     rules: Sequence[str] | None = None,
     chances: Chances | None = None,
 ) -> list[BranchEffect]:
-    """The effect of every arm at every place, compared with a true report there.
+    """The effect of every arm at every fork point, compared with a true report there.
 
     Args:
-        forks: Their records; those that ended as error are left out.
-        parents: Key -> trial on record.
+        forks: The records of the forks; those that ended as error are left out.
+        parents: Key -> recorded trial.
         rules: Places as they were asked for, ``every`` for each step apart. If not given, every step and rule, for
             arms in which all trials are forked there that are forked anywhere and go on there.
-        chances: Those of the next choice, where they are known and not on record.
+        chances: Key of a fork -> probabilities of its next choice, where they are known and not on record.
 
     Returns:
-        By agent, condition, place, arm and outcome; places that only one trial has are left out.
+        By agent, condition, fork point, arm and outcome; fork points with a single trial are left out.
     """
     known = chances or {}
     placed: dict[tuple[str, str, bool], dict[tuple[str, int], dict[str, dict[int, Trial]]]] = {}
@@ -162,7 +162,7 @@ def branch_effects(
 
 
 def _corrected(effects: Sequence[BranchEffect]) -> list[BranchEffect]:
-    """The effects with P values of success corrected for all of them on one agent (Holm)."""
+    """The effects with P values of success corrected for all effects on one agent (Holm)."""
     found = list(effects)
     for agent in {one.agent for one in effects}:
         places = [i for i, one in enumerate(found) if (one.agent, one.outcome) == (agent, "solved")]
@@ -180,7 +180,7 @@ def _condition(trial: Trial) -> str:
 def _by_place(
     there: Mapping[tuple[str, int], object], parents: Mapping[str, Trial], rules: Sequence[str] | None
 ) -> dict[str, list[tuple[str, int]]]:
-    """Place -> the trials and steps that are there, of trials that were forked anywhere."""
+    """Fork point -> the trials and steps at it, among all forked trials."""
     steps = [str(at) for at in sorted({at for _, at in there})]
     asked = [*steps, *(rule for rule in RULES if rule != "every")] if rules is None else rules
     named = dict.fromkeys(one for rule in asked for one in (steps if rule == "every" else [rule]))
@@ -196,9 +196,9 @@ def _row(
     outcome: BranchOutcome,
     chances: Chances,
 ) -> tuple[Array, Array] | None:
-    """Outcomes of an arm and of a true report, a pair for every continuation; None where one of the two is missing.
+    """Outcomes of an arm and of a true report, one pair per continuation; None if either is missing.
 
-    Where continuations share no luck, one true report may stand for several: it is the trial on record.
+    If continuations share no luck, one true report may serve several pairs: it is the recorded trial.
     """
     told, changed = arms.get(TRUTH), arms.get(arm)
     if not told or not changed:
@@ -213,7 +213,7 @@ def _row(
 
 
 def _moved_chances(told: Trial, changed: Trial, at: int, chances: Chances) -> tuple[Array, Array] | None:
-    """How far the chances of the next choice are from those after a true report; None where they are not known."""
+    """The distance of the next choice's probabilities from those after a true report; None if they are not known."""
     there = [fork.steps[at].decision.probabilities or chances.get(fork.key) for fork in (told, changed)]
     if there[0] is None or there[1] is None:
         return None
@@ -234,7 +234,7 @@ def _outcome(fork: Trial, parent: Trial, at: int, outcome: BranchOutcome) -> flo
 
 
 def _effect(rows: Sequence[tuple[Array, Array]], outcome: BranchOutcome) -> tuple[float, BlockMean, int] | None:
-    """Mean after a true report, change, and number of pairs; a row for each trial."""
+    """Mean after a true report, change, and number of pairs, from one row per trial."""
     if len(rows) < 2:
         return None
     widest = max(len(changed) for changed, _ in rows)

@@ -1,8 +1,8 @@
-"""The chance level of action loops: how often the trials of a blind agent hold one, by trial length.
+"""The chance level of action loops: the loop rate of a blind agent, by trial length.
 
 Over 4 joints and 20 steps a uniformly random agent loops in 80 % of its trials. The paper (section "Repetitive Action
-Loops as a Candidate Failure Mode") reports about 80 % as its maximum. A loop rate means something only against this
-level at the same length.
+Loops as a Candidate Failure Mode") reports about 80 % as its maximum. A loop rate means something only next to the
+chance level for the same length.
 
 Most levels are exact. ``chance_table.json``, made by ``scripts/make_chance_table.py``, counts loop-free patterns
 (sequences up to the names of their actions). Other levels are enumerated where that is cheap, else simulated.
@@ -30,7 +30,7 @@ Null = Literal["uniform", "no-repeat"]
 """The blind agent: any action with equal probability, or any but the one before."""
 
 ENUMERABLE = 2**18
-"""Sequences up to which all are looked at."""
+"""The largest number of sequences that are enumerated."""
 
 CHUNKS, CHUNK, FEWEST = 20, 20_000, 5
 """20 chunks of 20 000 sequences are simulated; of long trials fewer, but at least 5 in each chunk."""
@@ -39,16 +39,16 @@ CELLS = CHUNK * 70**2
 """Bounds the work of a chunk, which grows with the square of the length: longer trials are simulated less often."""
 
 FIRST = 20
-"""Steps of the shortest simulated trials; others are 40, 80 ... steps, and answer for every length below."""
+"""Steps of the shortest simulated trials; others have 40, 80 ... steps. A trial serves for every shorter length."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Chance:
-    """The probability that a blind agent's trial of a given length holds an action loop.
+    """A chance level: the probability that a blind agent's trial of a given length holds an action loop.
 
     Args:
         probability: Between 0 and 1.
-        method: Whether it was counted or simulated.
+        method: ``exact`` (counted) or ``simulation``.
         error: Standard error of the probability; 0 if exact, and never 0 if simulated.
     """
 
@@ -60,7 +60,7 @@ class Chance:
 def simulated_chance(values: ArrayLike) -> Chance:
     """The mean of simulated values in [0, 1], shape (trials,): 1 for a trial with a loop, 0 for one without.
 
-    The standard error is that of one more trial with and one more without a loop, so it is never 0.
+    The standard error counts one extra trial with a loop and one without, so it is never 0.
     """
     found = np.asarray(values, dtype=np.float64)
     error = np.append(found, (0.0, 1.0)).std() / sqrt(len(found))
@@ -73,8 +73,8 @@ def chance_level(
     """The chance level of an action loop, given the length of the trial.
 
     Exact for loops of three over 4 actions or fewer up to length 20 (5: 18, 6: 17, more: 16; without repeats
-    5: 20, 6: 19, 7: 18, more: 17), for at most 262 144 sequences, and wherever it is 0 or 1. Otherwise from the same
-    simulated sequences at every call: 400 000 up to length 40, fewer beyond.
+    5: 20, 6: 19, 7: 18, more: 17), for at most 262 144 sequences, and wherever it is 0 or 1. Otherwise simulated, with
+    the same sequences at every call: 400 000 up to length 40, fewer beyond.
 
     Args:
         length: Steps in the trial (at least 0).
@@ -145,7 +145,7 @@ def _loop_free(length: int, actions: int, null: Null, *, overlap: bool) -> int |
 
 
 def _every(length: int, actions: int, null: Null) -> NDArray[np.int64]:
-    """All sequences the blind agent may make, shape (sequences, length)."""
+    """All sequences that the blind agent can produce, shape (sequences, length)."""
     sequences = np.arange(actions**length)[:, None] // actions ** np.arange(length) % actions
     if null == "no-repeat":
         sequences = sequences[(sequences[:, 1:] != sequences[:, :-1]).all(axis=1)]
@@ -163,7 +163,7 @@ def _simulated(length: int, actions: int, null: Null, min_length: int, *, overla
 
 @cache
 def _onsets(steps: int, actions: int, null: Null, min_length: int, *, overlap: bool) -> NDArray[np.int64]:
-    """Steps at which seeded trials complete their first loop. The trials do not depend on what counts as one."""
+    """Steps at which seeded trials complete their first loop. The trials do not depend on the definition of a loop."""
     rng = generator(0, "chance", null, actions)
     chunk = min(CHUNK, max(FEWEST, CELLS // steps**2))
     found = []
@@ -187,7 +187,7 @@ def decisive_length(actions: int, min_length: int) -> int:
 def first_loops(
     sequences: NDArray[np.integer[Any]], *, min_length: int = 3, overlap: bool = False
 ) -> NDArray[np.int64]:
-    """As :func:`onset_batch`, faster for trials that mostly loop early: it looks at 20 steps, then 40, 80 ...
+    """As :func:`onset_batch`, faster for trials that mostly loop early: it examines 20 steps, then 40, 80 ...
 
     Args:
         sequences: Actions as integers, shape (trials, n).

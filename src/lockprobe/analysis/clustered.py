@@ -18,8 +18,8 @@ __all__ = [
     "clustered_difference",
     "clustered_proportion",
     "crossed_proportion",
-    "crossed_spread",
     "share_of",
+    "two_way_variance",
 ]
 
 RESAMPLES = 2000
@@ -33,7 +33,7 @@ class ClusteredProportion:
         count: Successes.
         n: Trials.
         clusters: Clusters with a trial.
-        value: ``count / n``, [0, 1]; not a number if ``n`` is 0.
+        value: ``count / n``, [0, 1]; NaN if ``n`` is 0.
         design_effect: Variance over that of ``n`` independent trials, >= 1.
         low, high: Ends of the interval; 0 and 1 with fewer than two clusters, whose spread is unknown.
     """
@@ -54,7 +54,7 @@ class ClusteredDifference:
     Attributes:
         value: Second less first, [-1, 1].
         low, high: Ends of the interval; -1 and 1 with too few clusters.
-        interval_p: The p-value of the interval: below 0.05 if one at 95 % leaves out 0.
+        interval_p: The P value of the interval: below 0.05 if one at 95 % leaves out 0.
     """
 
     value: float
@@ -68,7 +68,7 @@ class ClusteredMean:
     """A mean with its 95 % bootstrap interval.
 
     Attributes:
-        value: The mean; not a number without trials.
+        value: The mean; NaN without trials.
         low, high: 2.5th and 97.5th percentile over resamples; None with fewer than two clusters.
         clusters: Number of clusters.
     """
@@ -102,14 +102,15 @@ def clustered_proportion(counts: ArrayLike, sizes: ArrayLike) -> ClusteredPropor
     count, n, k = int(solved.sum()), int(trials.sum()), len(trials)
     share = count / n if n else math.nan
     variance = k / (k - 1) * float(np.sum((solved - share * trials) ** 2)) / n**2 if k > 1 else 0.0
-    return _wilson(count, n, k, variance, _least_effect(solved, trials))
+    return _wilson(count, n, k, variance, _least_design_effect(solved, trials))
 
 
 def crossed_proportion(counts: ArrayLike, sizes: ArrayLike, first: ArrayLike, second: ArrayLike) -> ClusteredProportion:
-    """The same for trials in clusters of two kinds at once, such as players and luck.
+    """A pooled share of trials in two crossed kinds of clusters, such as players and luck.
 
-    The variance is that of :func:`crossed_spread`. Student's t has one degree of freedom less than the kind with fewer
-    clusters has clusters. The design effect is at least that of half a cluster more of either kind.
+    The interval is that of :func:`clustered_proportion` with the variance of :func:`two_way_variance`. Student's t has
+    k - 1 degrees of freedom, k the number of clusters of the kind with fewer. The design effect is at least that of
+    half a cluster more of either kind.
 
     Args:
         counts: Successes of each trial, shape (trials,).
@@ -124,22 +125,22 @@ def crossed_proportion(counts: ArrayLike, sizes: ArrayLike, first: ArrayLike, se
     if k < 2:
         return _wilson(count, n, k, 0.0, 1.0)
     kinds = (np.unique(kind, return_inverse=True)[1].reshape(-1) for kind in (one, two))
-    least = max(_least_effect(np.bincount(kind, solved), np.bincount(kind, trials)) for kind in kinds)
-    return _wilson(count, n, k, crossed_spread(solved - count / n * trials, one, two) / n**2, least)
+    least = max(_least_design_effect(np.bincount(kind, solved), np.bincount(kind, trials)) for kind in kinds)
+    return _wilson(count, n, k, two_way_variance(solved - count / n * trials, one, two) / n**2, least)
 
 
 def clustered_difference(
     happened: ArrayLike, later: ArrayLike, first: ArrayLike, second: ArrayLike, *, choices: int = 1
 ) -> ClusteredDifference:
-    """The difference between the shares of two groups of trials in clusters of two kinds.
+    """The difference between the shares of two groups of trials in two crossed kinds of clusters.
 
-    The variance is that of :func:`crossed_spread`, and at least that of independent trials with one more of each
-    outcome (Agresti and Caffo 2000), whose difference is the centre of the interval. Student's t has two degrees of
-    freedom less than the kind with fewer clusters has clusters.
+    The variance is that of :func:`two_way_variance`, and at least that of independent trials with one more of each
+    outcome (Agresti and Caffo 2000), whose difference is the centre of the interval. Student's t has k - 2 degrees of
+    freedom, k the number of clusters of the kind with fewer.
 
     Args:
-        happened: Whether it happened, shape (trials,); both groups have at least one trial.
-        later: Whether the trial is of the second group, of the same shape.
+        happened: Whether the event happened, shape (trials,); both groups have at least one trial.
+        later: Whether the trial belongs to the second group, of the same shape.
         first: Its cluster of one kind, of the same shape.
         second: Its cluster of the other kind, of the same shape.
         choices: Number of groups that the second was chosen from; the interval has the level 1 - 0.05 / choices.
@@ -153,7 +154,7 @@ def clustered_difference(
         return ClusteredDifference(value=value, low=-1.0, high=1.0, interval_p=1.0)
     from scipy.stats import t
 
-    spread = crossed_spread((events - shares[group]) * (2 * group - 1) / n[group], first, second)
+    spread = two_way_variance((events - shares[group]) * (2 * group - 1) / n[group], first, second)
     error = math.sqrt(max(spread, float(np.sum(smooth * (1 - smooth) / (n + 2)))))
     half = float(t.isf((1 - LEVEL) / choices / 2, freedom)) * error
     return ClusteredDifference(
@@ -165,12 +166,12 @@ def clustered_difference(
 
 
 def share_of(happened: ArrayLike, player: ArrayLike, luck: ArrayLike) -> Proportion:
-    """A share of the trials of one condition with Wilson's interval, which takes those of one player together.
+    """A share of the trials of one condition with Wilson's interval, clustered by player where there are players.
 
     Args:
-        happened: Whether it happened, shape (trials,).
-        player: Who played it, of the same shape; empty where trials of one condition are independent.
-        luck: Its luck, of the same shape.
+        happened: Whether the event happened, shape (trials,).
+        player: The player of each trial, of the same shape; empty where trials of one condition are independent.
+        luck: The block of luck of each trial, of the same shape.
     """
     events = np.asarray(happened, dtype=np.float64)
     if not len(np.asarray(player)):
@@ -179,10 +180,10 @@ def share_of(happened: ArrayLike, player: ArrayLike, luck: ArrayLike) -> Proport
     return Proportion(count=found.count, n=found.n, value=found.value, low=found.low, high=found.high)
 
 
-def crossed_spread(residuals: ArrayLike, first: ArrayLike, second: ArrayLike) -> float:
+def two_way_variance(residuals: ArrayLike, first: ArrayLike, second: ArrayLike) -> float:
     """Two-way clustered variance of a sum of trials (Cameron, Gelbach and Miller 2011).
 
-    The sum of both one-way variances less that of single trials, and at least either of them.
+    It is the sum of both one-way variances minus the variance of single trials, and at least either one-way variance.
 
     Args:
         residuals: Each trial less its expectation, shape (trials,).
@@ -190,17 +191,19 @@ def crossed_spread(residuals: ArrayLike, first: ArrayLike, second: ArrayLike) ->
         second: Its cluster of the other kind, of the same shape; at least two clusters.
     """
     rest = np.asarray(residuals, dtype=np.float64)
-    one, two = (_spread(rest, np.unique(kind, return_inverse=True)[1].reshape(-1)) for kind in (first, second))
-    return max(one, two, one + two - _spread(rest, np.arange(len(rest))))
+    one, two = (
+        _one_way_variance(rest, np.unique(kind, return_inverse=True)[1].reshape(-1)) for kind in (first, second)
+    )
+    return max(one, two, one + two - _one_way_variance(rest, np.arange(len(rest))))
 
 
-def _spread(residuals: NDArray[np.float64], place: NDArray[np.int64]) -> float:
+def _one_way_variance(residuals: NDArray[np.float64], place: NDArray[np.int64]) -> float:
     sums = np.bincount(place, weights=residuals)
     return len(sums) / (len(sums) - 1) * float(np.sum(sums**2))
 
 
-def _least_effect(counts: ArrayLike, sizes: ArrayLike) -> float:
-    """The design effect, >= 1, with half a cluster more of the rarer outcome, of the mean size over trials."""
+def _least_design_effect(counts: ArrayLike, sizes: ArrayLike) -> float:
+    """The design effect, >= 1, after adding half a cluster of the rarer outcome; its size is the mean over trials."""
     solved, trials = np.asarray(counts, dtype=np.float64), np.asarray(sizes, dtype=np.float64)
     n = float(trials.sum())
     if not n:
@@ -213,7 +216,7 @@ def _least_effect(counts: ArrayLike, sizes: ArrayLike) -> float:
 
 
 def _wilson(count: int, n: int, k: int, variance: float, least: float) -> ClusteredProportion:
-    """Wilson's interval with the effective number of trials: by the design effect, at least ``least``."""
+    """Wilson's interval for the effective number of trials; the design effect is at least ``least``."""
     share = count / n if n else math.nan
     if k < 2:
         return ClusteredProportion(count=count, n=n, clusters=k, value=share, design_effect=1.0, low=0.0, high=1.0)

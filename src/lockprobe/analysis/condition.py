@@ -23,23 +23,23 @@ __all__ = ["ConditionSummary", "Contrast", "condition_summary", "contrast"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ConditionSummary:
-    """One agent under one condition.
+    """The results of one agent under one condition.
 
     Attributes:
         key: Its readable name, for example ``flips/random/p=0.4``.
         name: Name of the condition.
         agent: Agent spec.
         modality: How the box was shown.
-        p: Its dose on the axis of the analysis: the flip probability, [0, 1], or another.
-        success: Solved trials of those that ended as solved or out of budget; players are clusters.
-        errors: Trials that ended as error, by boundary; in no other number.
+        p: The dose on the axis of the analysis: the flip probability, [0, 1], or another dose.
+        success: Share solved of the trials that ended as solved or out of budget; players are clusters.
+        errors: Trials that ended as error, by boundary; no other number counts them.
         curve: Success by step.
-        relative: The same between a random agent and the optimum; None where the box is not known.
+        relative: The curve's area on a scale from a random agent (0) to the optimum (1); None if the box is not known.
         behaviour: Loops, redundancy, entropy.
-        persistence: Whether loops are left, and blocked joints tried again.
+        persistence: Whether the agent leaves loops and retries blocked joints.
         claims: Misinterpretations.
-        rationality: Its actions judged by two ideal observers; empty where the box is too large for a prior.
-        points: One per repetition.
+        rationality: Actions judged by two ideal observers; empty if the box is too large for a prior.
+        points: One point per repetition.
     """
 
     key: str
@@ -60,15 +60,15 @@ class ConditionSummary:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Contrast:
-    """The condition with the fewest flips against the condition whose success differs most clearly.
+    """The contrast of the lowest p with the p whose success differs most clearly.
 
     Attributes:
-        baseline: The lower p.
-        other: The p with the smallest p-value; of several the farthest.
-        difference: Success at ``other`` less success at ``baseline``, corrected for the choice.
+        baseline: The condition at the lowest p.
+        other: The condition with the smallest P value; of several the one with the largest difference.
+        difference: Success at ``other`` minus success at ``baseline``, corrected for the choice of ``other``.
         choices: Number of conditions that ``other`` was chosen from.
-        farthest: Whether no other p differs by more.
-        fisher: Fisher's exact test of the same trials as independent; not corrected.
+        farthest: Whether no other p has a larger difference.
+        fisher: P value of Fisher's exact test, which takes the trials as independent; not corrected.
     """
 
     baseline: ConditionSummary
@@ -85,13 +85,13 @@ class Contrast:
 
     @property
     def whole(self) -> bool:
-        """Whether the sample holds all trials of both conditions that ended."""
+        """Whether the sample holds all ended trials of both conditions."""
         compared = self.difference.first.n, self.difference.second.n
         return compared == (self.baseline.success.n, self.other.success.n)
 
 
 def condition_summary(trials: Sequence[Trial], reference: Reference | None) -> ConditionSummary:
-    """The numbers of the trials of one agent, modality and p."""
+    """The results of one agent's trials in one modality at one p."""
     first = trials[0]
     curve, found = success_curve(trials), outcomes(trials)
     budget = len(curve.share)
@@ -114,7 +114,7 @@ def condition_summary(trials: Sequence[Trial], reference: Reference | None) -> C
 
 
 def contrast(conditions: Sequence[ConditionSummary], tested: AnyDifference) -> Contrast | None:
-    """The lowest p against the p that differs most clearly; None where no two can be compared."""
+    """The contrast of the lowest p with the p that differs most clearly; None if no two can be compared."""
     found = tested.clearest
     if found is None:
         return None

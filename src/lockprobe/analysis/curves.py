@@ -35,7 +35,7 @@ class SuccessCurve:
 
     Attributes:
         n: Trials that ended as solved or out of budget.
-        errors: Trials that ended as error; in none of the shares.
+        errors: Trials that ended as error; no share counts them.
         solved_at: Steps of the solved trials, ascending.
         share: Share solved by step 0, 1, ... up to the largest budget, [0, 1].
         low, high: Ends of the pointwise 95 % band of :class:`Incidence`.
@@ -60,33 +60,33 @@ class SuccessCurve:
         return _first(self.share, share)
 
     def steps_to_interval(self, share: float = 0.8) -> tuple[int | None, int | None]:
-        """The 95 % interval of :meth:`steps_to`, from the ends of the band; None stands for beyond the budget."""
+        """The 95 % interval of :meth:`steps_to`, from the ends of the band; None means beyond the budget."""
         return _first(self.high, share), _first(self.low, share)
 
     @property
     def km_median(self) -> int | None:
-        """Median steps over *all* trials (Kaplan-Meier); None if fewer than half are solved."""
+        """Kaplan-Meier median of the steps over *all* trials; None if fewer than half are solved."""
         return self.steps_to(0.5)
 
     @property
     def restricted_mean_steps(self) -> float | None:
-        """Mean steps over *all* trials, an unsolved one counted with the whole budget; None without a trial."""
+        """Restricted mean steps over *all* trials, unsolved ones counted with the whole budget; None without trials."""
         return sum(1 - share for share in self.share[:-1]) if self.n else None
 
     @property
     def median_steps(self) -> float | None:
-        """Median steps of solved trials; None without any. Failures improve it: compare by :attr:`km_median`."""
+        """Median steps of solved trials; None if none is. Failures lower it, so compare :attr:`km_median` instead."""
         return float(median(self.solved_at)) if self.solved_at else None
 
     @property
     def mean_steps(self) -> float | None:
-        """Mean steps of solved trials; None without any. As misleading as :attr:`median_steps`."""
+        """Mean steps of solved trials; None if none is. It misleads as :attr:`median_steps` does."""
         return sum(self.solved_at) / len(self.solved_at) if self.solved_at else None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LogRank:
-    """Whether groups of trials are solved equally fast.
+    """The log-rank test of the null hypothesis that groups of trials are solved equally fast.
 
     Attributes:
         statistic: Chi-squared.
@@ -104,11 +104,11 @@ class Relative:
     """An agent between chance and the optimum on the same box.
 
     Attributes:
-        value: Area of its curve: 0 as a uniformly random agent, 1 as the shortest plan; negative if worse than random.
-            An agent that has to find out the interlock cannot reach 1.
+        value: Area of its curve, scaled: 0 for a uniformly random agent, 1 for the shortest plan, negative if worse
+            than random. An agent that has to find out the interlock cannot reach 1.
         low, high: Ends of the 95 % interval.
-        steps: Mean steps, an unsolved trial counted with the whole budget.
-        random_steps: The same of the random agent, exact.
+        steps: Mean steps; an unsolved trial counts with the whole budget.
+        random_steps: Mean steps of the random agent, exact.
         optimal_steps: Steps of the shortest plan.
     """
 
@@ -121,7 +121,7 @@ class Relative:
 
 
 def success_curve(trials: Sequence[Trial]) -> SuccessCurve:
-    """Cumulative success by step over the trials of one condition; its band takes players as clusters."""
+    """Cumulative success by step over the trials of one condition, with a band clustered by player."""
     counted = ended(trials)
     budget = max((trial.budget for trial in trials), default=0)
     steps = np.array([len(trial.steps) for trial in counted], dtype=np.int64)
@@ -139,7 +139,7 @@ def success_curve(trials: Sequence[Trial]) -> SuccessCurve:
 
 
 def _design_effect(counted: Outcomes) -> float:
-    """The design effect of the players on the share solved; 1 where every trial stands alone."""
+    """The design effect of clustering by player on the share solved; 1 if all trials are independent."""
     if not counted.crossed:
         return 1.0
     ones = np.ones(len(counted))
@@ -153,7 +153,7 @@ def _first(values: Sequence[float], share: float) -> int | None:
 def logrank(groups: Sequence[Sequence[Trial]], weights: Literal["log-rank", "gehan"] = "log-rank") -> LogRank | None:
     """Log-rank test of steps to solve between two or more groups of trials; unsolved trials are censored.
 
-    Groups are taken as independent. Luck that they share and that acts alike in all makes the test conservative.
+    Groups are taken as independent. Shared luck with the same effect in all groups makes the test conservative.
 
     Args:
         groups: Trials of one condition each; error trials are left out.
@@ -161,8 +161,8 @@ def logrank(groups: Sequence[Sequence[Trial]], weights: Literal["log-rank", "geh
             is stronger where curves differ early and meet late.
 
     Returns:
-        None with fewer than two groups that still ran when the first trial was solved, or without a step at which
-        some but not all running trials were solved.
+        None with fewer than two groups at risk when the first trial was solved, or without a step at which some but
+        not all trials at risk were solved.
     """
     from scipy.stats import chi2
     from statsmodels.duration.survfunc import survdiff
@@ -184,15 +184,15 @@ def logrank(groups: Sequence[Sequence[Trial]], weights: Literal["log-rank", "geh
 
 
 def relative(curve: SuccessCurve, random: Sequence[float], optimum: int | None) -> Relative | None:
-    """An agent's curve between a uniformly random agent's and the shortest plan's on the same box.
+    """An agent's success curve on a scale from a uniformly random agent to the shortest plan on the same box.
 
     Args:
-        curve: The agent's.
-        random: The exact curve of chance (:func:`lockprobe.lockbox.solve.random_curve`) to the same budget.
+        curve: The agent's curve.
+        random: The exact curve of a random agent (:func:`lockprobe.lockbox.solve.random_curve`) to the same budget.
         optimum: The fewest steps that solve the box (:func:`lockprobe.lockbox.solve.optimum`).
 
     Returns:
-        None without a trial, and where the budget leaves no room between chance and the optimum.
+        None without a trial, or if a random agent is as fast as the optimum within the budget.
     """
     budget = len(curve.share) - 1
     if len(random) != len(curve.share):

@@ -1,8 +1,8 @@
-"""Crossed doses of two interventions: a grid of conditions, and the interaction of both doses.
+"""Factorial designs: crossed doses of two interventions, and the interaction of both doses.
 
-The interaction is one contrast of all cells, *trend by trend*: the least-squares slope over the product of both doses
-in a model with a level for every row and column. It is scaled to the whole range: how much more the highest dose of one
-changes success at the highest than at the lowest dose of the other. In a two-by-two grid it is the difference of
+The interaction is the *linear-by-linear contrast* of all cells: the least-squares slope over the product of both doses
+in a model with an effect for every row and column. It is scaled to the whole range: how much more the highest dose of
+one changes success at the highest than at the lowest dose of the other. In a two-by-two grid it is the difference of
 differences. It is computed within blocks of equal luck that have a trial in every cell.
 """
 
@@ -28,11 +28,11 @@ __all__ = ["Grid", "GridCell", "GridSummary", "contrast", "grid_summary", "grids
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Grid:
-    """Conditions that differ only in the doses of two interventions.
+    """A grid of conditions that differ only in the doses of two interventions.
 
     Attributes:
         rows, columns: The axes of the first and the second intervention.
-        row_doses, column_doses: Their doses, ascending; at 0 the intervention is missing.
+        row_doses, column_doses: Their doses, ascending; dose 0 means without the intervention.
         conditions: (Row dose, column dose) -> condition; combinations that are not played are missing.
         modality: How the box is shown in all of them.
     """
@@ -78,10 +78,10 @@ class GridSummary:
     Attributes:
         grid: The doses and conditions.
         cells: Those that are played, by row, then by column.
-        interaction: Trend by trend over both ranges, in shares, tested by exchange of signs of whole blocks; interval
-            and p-value are corrected for ``choices``. None where a combination is not played, or no block of luck has a
-            trial in every cell.
-        choices: Grids of this agent.
+        interaction: The linear-by-linear contrast over both ranges, in shares, tested by sign flips of whole blocks;
+            interval and P value are corrected for ``choices``. None if a combination is not played, or no block of
+            luck has a trial in every cell.
+        choices: Number of grids of this agent.
     """
 
     grid: Grid
@@ -91,16 +91,16 @@ class GridSummary:
 
     @property
     def detectable(self) -> bool:
-        """Whether the test rejects and the interval leaves out 0."""
+        """Whether the test rejects and the interval excludes 0."""
         found = self.interaction
         return found is not None and found.p_value is not None and found.p_value < ALPHA and found.clear
 
 
 def grids(arms: Sequence[SeriesArm]) -> tuple[Grid, ...]:
-    """Every pair of interventions with at least two doses each that were played together, in the order of conditions.
+    """The grids of a study: pairs of interventions with two or more doses each, in the order of conditions.
 
     Args:
-        arms: The conditions of a study; another modality, or other interventions in all cells, make another grid.
+        arms: The conditions of a study. Each modality, and each set of other interventions, makes a separate grid.
     """
     known: dict[tuple[str, tuple[str, ...]], str] = {}
     for arm in arms:
@@ -140,7 +140,7 @@ def _grid(members: Sequence[tuple[SeriesArm, int, int]], known: Mapping[tuple[st
 
 
 def contrast(row_doses: Sequence[float], column_doses: Sequence[float]) -> tuple[list[int], Fraction]:
-    """The weights of all cells in trend by trend, as whole numbers, and their common factor.
+    """The weights of all cells in the linear-by-linear contrast, as whole numbers, and their common factor.
 
     >>> contrast((0, 0.4), (0, 0.1))
     ([1, -1, -1, 1], Fraction(1, 1))

@@ -1,7 +1,7 @@
 """The effects of interventions on one agent: against the control, crossed, and as dose grids.
 
-Trials of equal repetition and trial share their luck under all conditions. A difference, its interval and its p-value
-rest on the trials that both conditions have, corrected for the number of comparisons with the control.
+Trials of equal repetition and trial share their luck under all conditions. A difference, its interval and its P value
+use the trials that both conditions have, and are corrected for the number of comparisons with the control.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ __all__ = ["Effect", "Effects", "Interplay", "effects"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Effect:
-    """Success under one condition against the control.
+    """The difference in success between one condition and the control.
 
     Attributes:
         condition: Its name.
-        difference: Success under it less success under the control, in one sample of trials.
+        difference: Success under the condition minus success under the control, in one sample of trials.
     """
 
     condition: str
@@ -47,8 +47,8 @@ class Interplay:
 
     Attributes:
         crossing: The four conditions.
-        change: The effect of the second with the first, less its effect alone, over blocks of equal luck, [-2, 2]. The
-            p-value exchanges signs of whole blocks; p-value and interval are not corrected.
+        change: The effect of the second with the first, minus its effect alone, over blocks of equal luck, [-2, 2].
+            The P value is from sign flips of whole blocks; P value and interval are not corrected.
     """
 
     crossing: Crossing
@@ -56,7 +56,7 @@ class Interplay:
 
     @property
     def detectable(self) -> bool:
-        """Whether the test rejects and the interval leaves out 0."""
+        """Whether the test rejects and the interval excludes 0."""
         return self.change.p_value is not None and self.change.p_value < ALPHA and self.change.clear
 
 
@@ -68,7 +68,7 @@ class Effects:
         agent: Agent spec.
         modality: How the box was shown.
         control: The condition that the others are compared with.
-        effects: The others, in the order of the study; those without a trial in common with the control are left out.
+        effects: The other conditions, in the order of the study, if they share a trial with the control.
         interplays: Every crossing of two interventions that was played.
         grids: Every pair of interventions with several crossed doses.
     """
@@ -82,7 +82,7 @@ class Effects:
 
     @property
     def alone(self) -> tuple[Interplay, ...]:
-        """The crossings outside of grids that have an interaction."""
+        """The crossings that are not part of a grid with an interaction."""
         told = {name for one in self.grids if one.interaction for name in one.grid.conditions.values()}
         return tuple(one for one in self.interplays if one.crossing.both not in told)
 
@@ -93,16 +93,16 @@ def effects(
     crossed: Sequence[Crossing] = (),
     gridded: Sequence[Grid] = (),
 ) -> Effects | None:
-    """Compare the conditions of one agent, shown the box in one way.
+    """Compare the conditions of one agent in one modality with the control.
 
     Args:
         trials: Condition -> its trials, in the order of the study.
-        control: The condition that the others are compared with; one of them.
-        crossed: Four conditions each; those that are not all here are left out.
-        gridded: Crossed doses; those without a trial are left out.
+        control: The condition that the others are compared with; a key of ``trials``.
+        crossed: Crossings of four conditions each; incomplete ones are left out.
+        gridded: Grids of crossed doses; those without a trial are left out.
 
     Returns:
-        None where no two conditions have a trial in common.
+        None if no two conditions share a trial.
     """
     found = {name: outcomes(members) for name, members in trials.items()}
     first = next((one for one in trials.get(control, ())), None)
@@ -119,12 +119,12 @@ def effects(
         modality=first.modality,
         control=control,
         effects=tuple(seen),
-        interplays=tuple(one for crossing in crossed if (one := _interplay(crossing, found))),
+        interplays=tuple(one for crossing in crossed if (one := _interaction(crossing, found))),
         grids=tuple(one for one in summaries if one.cells),
     )
 
 
-def _interplay(crossing: Crossing, found: Mapping[str, Outcomes]) -> Interplay | None:
+def _interaction(crossing: Crossing, found: Mapping[str, Outcomes]) -> Interplay | None:
     names = (crossing.neither, crossing.first, crossing.second, crossing.both)
     if not all(name in found and len(found[name]) for name in names):
         return None

@@ -1,11 +1,11 @@
-"""What one false report changes: causal excursion effects from the records of a flip study.
+"""The effect of one false report: causal excursion effects from the records of a flip study.
 
 Every report of a flip study was inverted by a coin of known probability, so a study with 0 < p < 1 is a
 micro-randomised trial (Klasnja et al. 2015; Boruvka, Almirall, Witkiewitz and Murphy 2018). A *decision point* is a
 report after which the trial goes on. The effect of one lie there, with the other reports as they come in the study, is
 estimated by least squares of an outcome on a few covariates and on the centred coin, flip - p. The covariates only make
 it more precise: the estimate is right whatever they miss, since the coin depends on nothing. Standard errors are
-clustered by luck, with residuals corrected for their leverage (Mancl and DeRouen 2001), and Student's distribution.
+clustered by luck, with residuals corrected for their leverage (Mancl and DeRouen 2001), and used with Student's t.
 """
 
 from __future__ import annotations
@@ -57,21 +57,21 @@ FEWEST = 15
 the strategy ``human-inspired`` cover the exact effect in 82 % of studies, with 15 or more in 92 to 95 %."""
 
 _POWER = 0.8416
-"""Standard errors beyond the critical value with which an effect is found with a power of 80 %."""
+"""The normal quantile of a power of 80 %."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DecisionPoints:
-    """Reports after which the trial went on, a row each; every column has the shape (points,).
+    """Decision points: the reports after which a trial went on, one row each; columns have the shape (points,).
 
     Attributes:
         flipped: Whether the report was false.
-        p: The probability with which it was to be, (0, 1).
+        p: The probability that it was false, (0, 1).
         step: From 1.
         moved: Whether the joint truly moved.
         looping: Whether the last three actions have stood in this order before.
         cluster: Trials that share their luck, or their player, from 0.
-        outcomes: Outcome -> 1 where it happened, 0 where not, not a number where it does not apply.
+        outcomes: Outcome -> 1 if it happened, 0 if not, NaN if it does not apply.
     """
 
     flipped: NDArray[np.bool_]
@@ -91,16 +91,16 @@ class Excursion:
     """The effect of one false report on an outcome, averaged over decision points.
 
     Attributes:
-        outcome: What is changed.
-        among: Which decision points.
+        outcome: The outcome.
+        among: The subset of decision points.
         effect: Change of the probability of the outcome, [-1, 1].
         low: Lower end of its 95 % interval.
         high: Upper end.
         p_value: Student's t, two-sided; not corrected.
         standard_error: Clustered by luck.
-        points: Decision points.
-        clusters: Clusters of luck.
-        smallest: The smallest effect that a study with this standard error finds with a power of 80 %.
+        points: Number of decision points.
+        clusters: Number of clusters of luck.
+        smallest: Minimum detectable effect: the effect that this standard error detects with a power of 80 %.
     """
 
     outcome: Outcome
@@ -118,7 +118,7 @@ class Excursion:
 def decision_points(trials: Iterable[Trial]) -> DecisionPoints:
     """The decision points of trials whose reports were flipped with a probability above 0 and below 1.
 
-    Trials that ended as error are left out, and so are reports that say nothing.
+    Trials that ended as error and withheld reports are left out.
     """
     rows: list[tuple[float, ...]] = []
     lucks: list[str] = []
@@ -170,7 +170,7 @@ def _rows(trial: Trial) -> Iterable[tuple[float, ...]]:
 
 
 def _optimal(trial: Trial) -> list[float]:
-    """Whether each action is optimal for one who believes every report; not a number where nobody can judge it."""
+    """Whether each action is optimal for an observer who believes every report; NaN if it cannot be judged."""
     prior = prior_for(len(trial.joints))
     if prior is None or not trial.steps or not trial.ordinary:
         return [np.nan] * len(trial.steps)
@@ -180,8 +180,8 @@ def _optimal(trial: Trial) -> list[float]:
 def flipped(trial: Trial, i: int) -> bool:
     """Whether the report of step ``i + 1`` was inverted; the trial goes on after it.
 
-    An agent that is told positions alone compares two reports, and the one before may have been false as well. Then
-    the report itself counts: whether it shows the attempted joint where it is not.
+    An agent that is told only positions compares two reports, and the earlier one may be false too. Then the report
+    itself counts: it is false if it shows the attempted joint in the wrong position.
     """
     step = trial.steps[i]
     if not trial.states_only:
@@ -200,9 +200,9 @@ def continuation(actions: tuple[str, ...]) -> str | None:
 
 
 def excursions(points: DecisionPoints) -> list[Excursion]:
-    """The effect of one lie on every outcome: over all points, by kind of lie, and in a loop or elsewhere.
+    """The effect of one lie on every outcome: over all points, by kind of lie, and inside or outside loops.
 
-    Effects that cannot be estimated, for lack of points or clusters, are left out.
+    Effects without enough points or clusters to estimate them are left out.
     """
     everywhere = np.ones(len(points), dtype=np.bool_)
     among: dict[Among, NDArray[np.bool_]] = {
@@ -228,13 +228,13 @@ def excursion(
     chosen: NDArray[np.bool_],
     among: Among = "all",
 ) -> Excursion | None:
-    """The effect of one lie on an outcome over some decision points.
+    """The effect of one lie on an outcome over a subset of decision points.
 
     Args:
         points: Decision points.
-        outcome: What is changed.
-        chosen: The points, chosen by what was known before the coin was thrown, shape (points,).
-        among: What they are called.
+        outcome: The outcome.
+        chosen: The subset, shape (points,), chosen by facts known before the coin toss.
+        among: Name of the subset.
 
     Returns:
         None with too few trials (:data:`FEWEST`) or clusters.

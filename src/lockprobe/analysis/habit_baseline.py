@@ -2,7 +2,7 @@
 
 A blind agent ignores every report. Its success still correlates with its loops, because of the box: a repeated action
 may meet an unchanged box, and a habit of taking all joints in turn solves the box in the second round. The odds of
-solving after a loop with these habits on this box are the null hypothesis of whether loops do harm
+solving after a loop with these habits on this box are the null hypothesis for the test of whether loops do harm
 (:mod:`lockprobe.analysis.inference.hazard`).
 
 *Habits* are a first-order Markov chain of actions at each p, as in the null ``markov`` of loop rates. Labels and their
@@ -41,8 +41,8 @@ class Actions:
     Attributes:
         p: Flip probability of each trial, [0, 1], shape (trials,).
         joints: The joints that each trial attempted, by place in the box, at least one.
-        ways: The joint of each symbol, shape (3, trials, n): symbols are joints, labels in alphabetical order, or
-            places in the list.
+        ways: The joint of each symbol, shape (3, trials, n). The three codings use joints, labels in alphabetical
+            order, or places in the list as symbols.
         budget: Steps of a trial.
     """
 
@@ -54,7 +54,7 @@ class Actions:
 
 @dataclass(frozen=True, slots=True)
 class _Chain:
-    """A fitted chain: its symbols in order, probabilities of the first and of each after each."""
+    """A fitted Markov chain: its symbols in order, initial probabilities and transition probabilities."""
 
     symbols: Whole
     first: NDArray[np.float64]
@@ -62,14 +62,14 @@ class _Chain:
 
 
 def blind_twin(trials: Sequence[Trial], box: Lockbox | None, rng: np.random.Generator) -> Outcomes | None:
-    """Simulated trials of a blind agent with the habits of these trials; None where the box is not known."""
+    """Simulated trials of a blind agent with the habits of these trials; None if the box is not known."""
     if box is None or any(set(trial.joints) != set(box.names) for trial in trials):
         return None
     return blind_trials(actions_of(trials, box), box, rng)
 
 
 def actions_of(trials: Sequence[Trial], box: Lockbox) -> Actions:
-    """The actions of ended trials of one agent on the box."""
+    """The actions in one agent's ended trials on the box."""
     played = [trial for trial in ended(trials) if trial.steps]
     meant = [
         {label: box.names.index(name) for label, name in zip(trial.labels, trial.joints, strict=True)}
@@ -89,9 +89,9 @@ def actions_of(trials: Sequence[Trial], box: Lockbox) -> Actions:
 
 
 def blind_trials(actions: Actions, box: Lockbox, rng: np.random.Generator) -> Outcomes | None:
-    """Trials of a blind agent with these habits on the same box, in the same shares over p; None without trials.
+    """Simulated trials of a blind agent with these habits on the same box; None without trials.
 
-    The box follows its rules; failures of a robot are not simulated.
+    The shares of trials over p are equal. The box follows its rules; failures of a robot are not simulated.
     """
     if not actions.joints:
         return None
@@ -137,7 +137,7 @@ def played_out(joints: Whole, p: NDArray[np.float64], box: Lockbox) -> Outcomes:
 
 
 def _fitted(actions: Actions, way: Whole) -> tuple[dict[float, _Chain], float]:
-    """The chain at each p, and the log-likelihood of all actions, with ``way`` as the meaning of symbols."""
+    """The chain at each p and the log-likelihood of all actions, with ``way`` as the coding of symbols."""
     symbols = [meant.argsort()[joints] for meant, joints in zip(way, actions.joints, strict=True)]
     chains, likelihood = {}, 0.0
     for at in np.unique(actions.p).tolist():

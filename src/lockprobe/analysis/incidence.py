@@ -1,4 +1,4 @@
-"""Cumulative incidence by step with censored trials (one minus Kaplan-Meier), its band and its area."""
+"""Cumulative incidence by step (one minus Kaplan-Meier) for censored trials, with a confidence band and its area."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ __all__ = ["Area", "Incidence", "incidence"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Area:
-    """Mean incidence over steps 1 to the horizon: 1 if all trials have the event by step 1, 0 if none has.
+    """Mean incidence over steps 1 to the horizon: 1 if all trials have the event at step 1, 0 if none has it.
 
     Attributes:
         value: [0, 1].
@@ -32,7 +32,7 @@ class Area:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Incidence:
-    """Share of trials with the event by each step, one minus Kaplan-Meier.
+    """Cumulative incidence: the share of trials with the event by each step, one minus Kaplan-Meier.
 
     The band is Wilson's interval for as many trials as carry the same Greenwood variance (Rothman 1978). Without early
     censoring it is exactly Wilson's interval of a plain share. Unlike the log-log band it exists at shares of 0 and 1.
@@ -52,13 +52,13 @@ class Incidence:
 def incidence(
     steps: NDArray[np.integer[Any]], happened: NDArray[np.bool_], horizon: int, design_effect: float = 1.0
 ) -> Incidence:
-    """One minus Kaplan-Meier on a grid of steps, in whole numbers: plain shares are exact.
+    """One minus Kaplan-Meier on a grid of steps, computed in whole numbers, so that plain shares are exact.
 
     Args:
         steps: The step of the event, or the last step played without it, shape (trials,).
-        happened: Whether it was an event, of the same shape.
+        happened: Whether the event happened at that step, of the same shape.
         horizon: Last step of the curve.
-        design_effect: Variance over that of independent trials, >= 1.
+        design_effect: Variance relative to that of independent trials, >= 1.
     """
     left = np.bincount(steps, minlength=horizon + 1)[: horizon + 1]
     running = (len(steps) - np.cumsum(left) + left).tolist()
@@ -86,7 +86,7 @@ def incidence(
 
 
 def _wilson(share: float, n: float) -> tuple[float, float]:
-    """Wilson's interval for a number of trials that need not be whole."""
+    """Wilson's interval; the number of trials may be fractional."""
     if n == 0:
         return 0.0, 1.0
     centre = (share + Z**2 / (2 * n)) / (1 + Z**2 / n)
@@ -95,7 +95,7 @@ def _wilson(share: float, n: float) -> tuple[float, float]:
 
 
 def _area(share: NDArray[np.float64], greenwood: NDArray[np.float64], n: float) -> Area:
-    """Agresti and Coull's interval for means of scores in [0, 1]: ``Z**2`` trials more, half of score 1, half of 0."""
+    """Agresti and Coull's interval for a mean of scores in [0, 1]: adds ``Z**2`` trials, half of score 1, half of 0."""
     value = float(np.mean(share[1:]))
     beyond = np.cumsum((1 - share)[::-1])[::-1] / (len(share) - 1)
     variance = float(np.sum(beyond**2 * greenwood))

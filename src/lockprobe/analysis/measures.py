@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.analysis.behaviour import has_loop, loop_coverage, redundant_share
-from lockprobe.analysis.clustered import clustered_proportion, crossed_proportion, crossed_spread
+from lockprobe.analysis.clustered import clustered_proportion, crossed_proportion, two_way_variance
 from lockprobe.analysis.outcomes import ended
 from lockprobe.analysis.proportions import LEVEL, proportion
 from lockprobe.errors import BadValue, UnknownName
@@ -33,7 +33,7 @@ Measure = Callable[[Trial], float | bool | None]
 
 
 def _steps_to_solve(trial: Trial) -> int | None:
-    """Steps until the target moved, of solved trials only: to be read with the share of solved ones."""
+    """Steps until the target moved, in solved trials only: read it with the share solved."""
     return len(trial.steps) if trial.solved else None
 
 
@@ -43,14 +43,14 @@ def _solved(trial: Trial) -> bool:
 
 
 def _repeated(trial: Trial) -> float | None:
-    """Share of choices that are the same joint as the choice before, of trials of two steps or more, [0, 1]."""
+    """Share of choices that repeat the joint of the choice before, in trials of two steps or more, [0, 1]."""
     chosen = [step.chosen or step.joint for step in trial.steps]
     pairs = list(pairwise(chosen))
     return sum(first == second for first, second in pairs) / len(pairs) if pairs else None
 
 
 def _redundant(trial: Trial) -> float | None:
-    """Share of steps that tried a joint again in a true configuration in which it had been tried, [0, 1]."""
+    """Share of steps that retry a joint in a true configuration in which it was already tried, [0, 1]."""
     return redundant_share(trial) if trial.steps else None
 
 
@@ -65,7 +65,7 @@ def _covered(trial: Trial) -> float | None:
 
 
 def _told_falsely(trial: Trial) -> float | None:
-    """Share of reported attempts of which the report said the opposite of what happened, [0, 1]."""
+    """Share of reported attempts whose report was false, [0, 1]."""
     reported = [step for step in trial.steps if step.told_moved is not None]
     return sum(step.told_falsely for step in reported) / len(reported) if reported else None
 
@@ -121,16 +121,16 @@ class NamedMeasure:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Measured:
-    """One measure over some trials. Error trials are left out.
+    """The mean of one measure over some trials, with its interval. Error trials are left out.
 
     Attributes:
         name: Its spec.
         what: Its description in a line.
-        kind: ``share`` of a yes or no; ``mean`` of a number.
+        kind: ``share`` for a yes or no; ``mean`` for a number.
         n: Trials to which it applies.
-        left_out: Trials that ended as solved or out of budget and to which it does not apply.
+        left_out: Ended trials (solved or out of budget) to which it does not apply.
         value: The mean over the ``n`` trials; None without one.
-        low, high: Ends of its 95 % interval: of a share Wilson's, on the effective number of trials; of a mean
+        low, high: Ends of its 95 % interval: for a share Wilson's, with the effective number of trials; for a mean
             Student's t over clusters. None for a mean with fewer than two clusters, or if all values are equal.
     """
 
@@ -256,7 +256,7 @@ def _mean(values: NDArray[np.float64], luck: NDArray[np.int64], player: NDArray[
     from scipy.stats import t
 
     second = np.arange(len(values)) if np.array_equal(luck, player) else player
-    error = math.sqrt(crossed_spread(values - mean, luck, second)) / len(values)
+    error = math.sqrt(two_way_variance(values - mean, luck, second)) / len(values)
     half = float(t.ppf((1 + LEVEL) / 2, clusters - 1)) * error
     return mean, mean - half, mean + half
 

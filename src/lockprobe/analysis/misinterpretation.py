@@ -1,4 +1,4 @@
-"""Agents' claims about their last action, against the report and the truth (paper, Sec. 3.1, Table 1).
+"""Misinterpretation rates: agents' claims about their last action, against report and truth (Sec. 3.1, Table 1).
 
 - *misinterpretation*: the claim contradicts the report (the paper's "incorrect assessment of a state change").
 - *false report*: the report contradicts the truth. The channel causes it.
@@ -60,7 +60,7 @@ class Claim:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ClaimCount:
-    """The number of claims of one of the eight kinds; fields as in :class:`Claim`."""
+    """The number of claims with one of the eight combinations of claim, report and truth; see :class:`Claim`."""
 
     claimed: Outcome
     told: Outcome
@@ -121,13 +121,13 @@ class Misinterpretations:
         pooled: Misinterpretations over claims, as if all claims were independent.
         against_truth: Claims that contradict the truth, over claims, as if all claims were independent.
         misinterpreted: Misinterpretations over claims.
-        falsely_told: Claims about a step whose report was false, over claims.
+        falsely_told: Claims about a step with a false report, over claims.
         false_reports: Steps whose report was false, over all steps of all trials.
         false_belief: Claims that contradict the truth, over claims.
-        moved_for_blocked: Said to have moved, of the claims about a step reported as blocked.
-        blocked_for_moved: Said to have been blocked, of the claims about a step reported as moved.
-        hallucinated: Said to have moved though told blocked, of all misinterpretations.
-        counts: All eight kinds of (said, told, true).
+        moved_for_blocked: Share of claims "moved" among the claims about steps reported as blocked.
+        blocked_for_moved: Share of claims "blocked" among the claims about steps reported as moved.
+        hallucinated: Share of claims "moved" after the report "blocked" among all misinterpretations.
+        counts: All eight combinations of (claimed, told, truth).
         not_asked: Trials in which the agent was not asked what its actions did.
     """
 
@@ -155,7 +155,7 @@ class Misinterpretations:
 
     @property
     def undone(self) -> int:
-        """False reports that were misread, so that the claim is true."""
+        """False reports that were misread, so that the claim was true."""
         return self._count(misread=True, false=True)
 
     @property
@@ -190,7 +190,7 @@ def _outcome(*, moved: bool) -> Outcome:
 
 
 def trial_claims(trial: Trial) -> TrialClaims:
-    """What was said in one trial, and how often its reports were false."""
+    """The claims of one trial, and how often its reports were false."""
     return TrialClaims(
         key=trial.key,
         claims=tuple(claims(trial)),
@@ -200,7 +200,7 @@ def trial_claims(trial: Trial) -> TrialClaims:
 
 
 def misinterpretations(trials: Sequence[Trial]) -> Misinterpretations:
-    """Count over the trials of one condition; error trials are left out."""
+    """The misinterpretations in the trials of one condition; error trials are left out."""
     counted = [trial_claims(trial) for trial in ended(trials)]
     asked = [trial for trial in counted if trial.claims]
     rates = [rate for trial in asked if (rate := trial.rate) is not None]
@@ -232,7 +232,7 @@ def misinterpretations(trials: Sequence[Trial]) -> Misinterpretations:
 
 
 def _misread(asked: Sequence[TrialClaims], told: Outcome) -> ClusteredProportion:
-    """Misinterpretations of reports that said this, over the claims about such reports."""
+    """Misinterpretations of reports with this outcome, over the claims about such reports."""
     about = [found for trial in asked if (found := [claim for claim in trial.claims if claim.told == told])]
     return clustered_proportion(
         [sum(claim.misinterpreted for claim in found) for found in about], list(map(len, about))

@@ -31,15 +31,15 @@ _SPOKEN: Mapping[str, str] = {"rgb": "RGB", "rgbd": "RGB-D", "symbolic": "ground
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ModalityPair:
-    """Two modalities of one agent.
+    """The comparison of two modalities for one agent.
 
     Attributes:
-        first: The one of lower fidelity.
-        second: The other.
-        hazard_ratio: Of solving, second over first: above 1 if the second is faster; None where it is not defined.
+        first: The modality of lower fidelity.
+        second: The other modality.
+        hazard_ratio: Hazard ratio of solving, second over first: above 1 if the second is faster; None if undefined.
         p_value: Log-rank, two-sided, clustered by luck; None with too few clusters.
         p_adjusted: Corrected for the number of pairs (Holm).
-        final: Success at the end, second minus first, over trials that both have.
+        final: Difference in final success, second minus first, over the trials that both have.
     """
 
     first: str
@@ -57,13 +57,13 @@ class ModalityEffect:
     Attributes:
         agent: Agent spec.
         p: Flip probability, [0, 1].
-        modalities: Compared, from low to high fidelity.
+        modalities: The modalities, from low to high fidelity.
         direction: 1 if the box is solved sooner at higher fidelity, -1 if later or more rarely, else 0.
         p_value: Log-rank test of a trend over fidelity in equal steps, two-sided, clustered by luck. Variants of a
             modality (``rgbd?depth=gray``) have equal fidelity. None with fewer than two fidelities, or with six
             clusters or fewer, which could never be significant.
         p_all: Log-rank test of any difference; None with too few clusters.
-        pairs: Every two of them.
+        pairs: All pairwise comparisons.
     """
 
     agent: str
@@ -99,19 +99,19 @@ def spoken(modality: str) -> str:
 
 
 def by_fidelity(modality: str) -> tuple[int, str]:
-    """Sorts modalities from low to high fidelity."""
+    """The sort key of a modality, from low to high fidelity."""
     rank = _fidelity(modality)
     return len(_SPOKEN) if rank is None else rank, modality
 
 
 def _fidelity(modality: str) -> int | None:
-    """From 0, the same for all variants of one; None for a modality that the paper does not rank."""
+    """The rank of a modality's fidelity from 0, equal for all its variants; None if the paper does not rank it."""
     name = spec_name(modality)
     return list(_SPOKEN).index(name) if name in _SPOKEN else None
 
 
 def modality_effect(groups: Sequence[Sequence[Trial]]) -> ModalityEffect | None:
-    """Compare one agent's trials at one p, a group for each modality; None if fewer than two have ended trials."""
+    """Compare one agent's trials at one p, one group per modality; None if fewer than two groups have ended trials."""
     ordered = sorted((group for group in groups if group), key=lambda group: by_fidelity(group[0].modality))
     found = [(group[0].modality, counted) for group in ordered if len(counted := outcomes(group))]
     if len(found) < 2:
@@ -134,7 +134,7 @@ def modality_effect(groups: Sequence[Sequence[Trial]]) -> ModalityEffect | None:
 
 
 def _trend(found: Sequence[tuple[str, Outcomes]]) -> tuple[int, float | None]:
-    """Direction and p-value of the trend over fidelity (Tarone 1975); modalities without fidelity are left out."""
+    """Direction and P value of the trend over fidelity (Tarone 1975); modalities without a rank are left out."""
     ranked = [(rank, group) for modality, group in found if (rank := _fidelity(modality)) is not None]
     if len({rank for rank, _ in ranked}) < 2:
         return 0, None

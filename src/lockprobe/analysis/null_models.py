@@ -1,12 +1,12 @@
 """Null models of loop rates: the chance levels of a condition's own trials.
 
-A null keeps a property of the agent and leaves the rest to chance; a loop rate above it is more than that property
-explains. All nulls are conditional on the length of every trial:
+A null model keeps one property of the agent and leaves the rest to chance. A loop rate above its level is more than
+that property explains. All null models keep the length of every trial, and also:
 
-* ``uniform``, ``no-repeat``: nothing but the lengths; any action, or any but the one before (:mod:`.chance`).
-* ``permutation``: how often each trial took each action, in any order.
-* ``markov``: which action follows which, pooled over the trials. A loop rate at this level needs no memory beyond the
-  last action. Orders that differ from trial to trial are mixed, and not explained.
+* ``uniform``, ``no-repeat``: nothing else; any action, or any action except the one before (:mod:`.chance`).
+* ``permutation``: the number of times that each trial took each action; their order is random.
+* ``markov``: the transition probabilities between actions, pooled over trials. A loop rate at this level needs no
+  memory beyond the last action. Orders that differ from trial to trial are mixed, and not explained.
 """
 
 from __future__ import annotations
@@ -41,13 +41,13 @@ SHUFFLES = 400
 """Shuffles of a trial."""
 
 ENUMERABLE = 2_520
-"""Orders of one trial up to which all are looked at: every trial of 8 steps over 4 actions."""
+"""The largest number of orders of a trial that are enumerated: every trial of 8 steps over 4 actions."""
 
 LONGEST = 20
-"""Steps of a trial of which all orders may be looked at."""
+"""The most steps of a trial whose orders are enumerated."""
 
 Shape = tuple[int, ...]
-"""How often a trial took each of its actions, falling."""
+"""The number of times that a trial took each of its actions, descending."""
 
 CELLS = 10**8
 """Bounds the simulation of long trials, whose work grows with the square of the length."""
@@ -62,15 +62,15 @@ def expected_loop_rate(
     min_length: int = 3,
     seed: int = 0,
 ) -> Chance:
-    """The share of trials expected to hold a loop under a null, in trials of exactly these lengths.
+    """The loop rate expected under a null model, in trials of exactly these lengths.
 
     Args:
         sequences: The actions of each trial (at least one trial).
         null: The null model.
-        actions: Number of actions; ``markov`` and ``permutation`` use those of the trials, at most ``MOST_ACTIONS``.
+        actions: Number of actions; ``markov`` and ``permutation`` use the trials' own, at most ``MOST_ACTIONS``.
         overlap: Whether the two copies of a loop may share actions.
         min_length: Fewest actions in a loop.
-        seed: Of the simulations for ``markov`` and ``permutation``; the other nulls have their own.
+        seed: Seed of the simulations for ``markov`` and ``permutation``; the other null models have fixed seeds.
 
     Returns:
         The mean over trials. Its error is an upper bound where levels of several lengths were simulated together.
@@ -103,10 +103,10 @@ def expected_loop_rate(
 
 
 def markov_chain(sequences: Sequence[Sequence[Hashable]]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The first-order Markov chain of greatest likelihood, over the K actions that the trials hold.
+    """The maximum-likelihood first-order Markov chain over the K actions of the trials.
 
-    Counts are pooled over trials and not smoothed. An action that only ever ends a trial is followed by the actions in
-    their overall shares.
+    Counts are pooled over trials and not smoothed. An action that only ends trials is followed by the actions in their
+    overall shares.
 
     Returns:
         Probabilities of the first action, shape (K,), and of each action after each, shape (K, K), in order of
@@ -156,7 +156,7 @@ def _markov(sequences: Sequence[Sequence[Hashable]], *, overlap: bool, min_lengt
 
 
 def _permutation(sequences: Sequence[Sequence[Hashable]], *, overlap: bool, min_length: int, seed: int) -> Chance:
-    """Trials of equal action counts share their shuffles, whatever the actions are called."""
+    """The permutation level. Trials with equal action counts share their shuffles; names of actions do not matter."""
     shapes = Counter(tuple(sorted(Counter(sequence).values(), reverse=True)) for sequence in sequences)
     levels = {shape: _every_order(shape, min_length, overlap=overlap) for shape in shapes if _enumerable(shape)}
     if long := sorted(shape for shape in shapes if shape not in levels):
@@ -170,7 +170,7 @@ def _permutation(sequences: Sequence[Sequence[Hashable]], *, overlap: bool, min_
 def _shuffled(shapes: Sequence[Shape], min_length: int, *, seed: int) -> NDArray[np.integer[Any]]:
     """Shuffled trials of each shape, drawn without replacement, shape (shapes, shuffles, steps).
 
-    Only the beginning of long trials is drawn. Beyond its end a trial goes on with unique actions, which make no loop.
+    Only the beginning of long trials is drawn. After its end a trial is padded with unique actions, which make no loop.
     """
     steps = max(min(sum(shape), decisive_length(len(shape), min_length)) for shape in shapes)
     shuffles = min(SHUFFLES, max(20, CELLS // steps**2))

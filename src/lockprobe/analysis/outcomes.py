@@ -1,4 +1,4 @@
-"""The ended trials of one agent as columns and clusters, and its repetitions as points."""
+"""The ended trials of one agent as columns with clusters, and its repetitions as points."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ class Outcomes:
 
     @property
     def cluster(self) -> NDArray[np.int64]:
-        """The main cluster of each trial, from 0, shape (trials,): its player, or its luck where nobody shares it.
+        """The main cluster of each trial, from 0, shape (trials,): its player if there are players, else its luck.
 
         Trials of one player are alike in skill. No player meets a luck twice.
         """
@@ -93,7 +93,7 @@ class Outcomes:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Point:
-    """One repetition of one condition, or all of it.
+    """One repetition of one condition, or the whole condition.
 
     Attributes:
         p: Flip probability, [0, 1].
@@ -111,7 +111,7 @@ class Point:
 
 
 def ended(trials: Iterable[Trial]) -> list[Trial]:
-    """The trials that are solved or out of budget. An error is not a failure to solve."""
+    """The trials that ended as solved or out of budget. An error is not a failure to solve."""
     return [trial for trial in trials if trial.ending != "error"]
 
 
@@ -137,7 +137,7 @@ def outcomes(trials: Sequence[Trial]) -> Outcomes:
 
 
 def broken_off(trials: Sequence[Trial]) -> Outcomes:
-    """The same columns of the trials that ended as error, up to the error."""
+    """The columns of the trials that ended as error, up to the error."""
     return _columns([trial for trial in trials if trial.ending == "error"])
 
 
@@ -155,14 +155,14 @@ def _columns(counted: Sequence[Trial]) -> Outcomes:
 
 
 def appended(first: Outcomes, second: Outcomes) -> Outcomes:
-    """Trials of the same agent, one group after the other."""
+    """Two groups of trials of one agent, concatenated."""
     if not len(first) or not len(second):
         return first if len(first) else second
     return _stacked([first, second])
 
 
 def joined(groups: Sequence[Outcomes]) -> Outcomes:
-    """Several groups of trials as columns in which ``p`` is the number of the group, from 0."""
+    """Several groups of trials, concatenated, with the number of the group (from 0) in the column ``p``."""
     crossed = any(group.crossed for group in groups)
     numbered = [
         replace(
@@ -180,11 +180,11 @@ def _stacked(groups: Sequence[Outcomes]) -> Outcomes:
 
 
 def with_players_of(other: Outcomes, group: Outcomes) -> Outcomes:
-    """An agent's trials at one p, each in the cluster of the player, if any, who met the same luck at that p.
+    """An agent's trials at one p, each in the cluster of the person, if any, who met the same luck at that p.
 
     Args:
-        other: Trials of another agent, whose players count.
-        group: The trials. They are returned as they are if they have players, or the others have none.
+        other: Trials of people.
+        group: The agent's trials. They are returned unchanged if they have players, or ``other`` has none.
     """
     if group.crossed or not other.crossed:
         return group
@@ -216,7 +216,7 @@ def _lucks(group: Outcomes) -> list[tuple[int, int]]:
 
 
 def points(counted: Outcomes, *, by_repetition: bool = True) -> list[Point]:
-    """The shares that the paper's fits and correlation look at, by p and repetition, or by p alone."""
+    """The points of the paper's fits and correlation: shares by p and repetition, or by p alone."""
     repetition = counted.repetition if by_repetition else np.zeros_like(counted.repetition)
     keys = sorted(set(zip(counted.p.tolist(), repetition.tolist(), strict=True)))
     found = []

@@ -1,4 +1,4 @@
-"""The speed of two agents: hazard ratio and log-rank tests (paper, Fig. 3)."""
+"""The speed of two agents compared: hazard ratio and log-rank tests (paper, Fig. 3)."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ __all__ = ["Pace", "pace"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Pace:
-    """Two agents, or one agent shown the box in two ways, at one p.
+    """The speed of two agents, or of one agent in two modalities, at one p.
 
     Attributes:
         first, second: Agent spec and modality of each.
         p: Flip probability, [0, 1].
-        hazard_ratio: Of solving, second over first: above 1 if the second is faster; None where it is not defined.
+        hazard_ratio: Hazard ratio of solving, second over first: above 1 if the second is faster; None if undefined.
         p_value: Log-rank, two-sided, clustered by luck, or by player.
-        independent: Log-rank as if all trials were independent; None where it is not defined.
-        gehan: The same with Gehan-Wilcoxon weights, stronger where curves differ early and meet late.
+        independent: P value of the log-rank test for independent trials; None if undefined.
+        gehan: The same with Gehan-Wilcoxon weights, which have more power for early differences.
     """
 
     first: tuple[str, str]
@@ -36,7 +36,7 @@ class Pace:
 
 
 def pace(first: Sequence[Trial], second: Sequence[Trial]) -> Pace | None:
-    """Compare the trials of two agents at one p, which share their luck; None if one has no trial that ended."""
+    """Compare two agents at one p on trials with shared luck; None if one has no ended trial."""
     one, two = outcomes(first), outcomes(second)
     if not len(one) or not len(two):
         return None

@@ -23,14 +23,14 @@ __all__ = ["AtPosition", "People", "PeopleAt", "people"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PeopleAt:
-    """People under one condition, or in one modality under all.
+    """The results of people under one condition, or in one modality over all conditions.
 
     Attributes:
         modality: How the box was shown.
         p: Flip probability, [0, 1]; None for all together.
         people: Number of people.
         success: Trials solved, clustered by player and luck.
-        steps: Steps that they needed.
+        steps: Steps that they needed, with the Kaplan-Meier median.
     """
 
     modality: str
@@ -42,7 +42,7 @@ class PeopleAt:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AtPosition:
-    """The boxes that people played at one position.
+    """The results of people on the boxes at one position in their sequence.
 
     Attributes:
         position: From 1.
@@ -61,13 +61,13 @@ class People:
         people: People with a trial that ended.
         trials: Trials that ended.
         fewest, most: Fewest and most trials of one person.
-        success: Solved over all conditions.
-        first: Solved first boxes, without learning from other boxes.
-        positions: By position, where it is known.
-        at: By modality and p.
-        over: By modality, over all p.
-        relative: Agents' steps, by agent, modality and p, each with all p together last.
-        saw: Trials by fact of the record that describes the display (view, language, feedback and so on).
+        success: Share solved over all conditions.
+        first: Share of first boxes solved, without learning from other boxes.
+        positions: Results by position, where it is known.
+        at: Results by modality and p.
+        over: Results by modality, over all p.
+        relative: Agents' steps relative to people's, by agent, modality and p, with all p together last.
+        saw: Number of trials by fact about the display (view, language, feedback and so on) and its value.
     """
 
     people: int
@@ -88,7 +88,7 @@ _SAW = ("view", "history", "feedback", "design", "words", "page")
 
 
 def people(trials: Sequence[Trial]) -> People | None:
-    """The results of people in the trials of one study; None where none of their trials has ended."""
+    """The results of people in the trials of one study; None if none of their trials has ended."""
     counted = ended(trials)
     own = [trial for trial in counted if trial.player]
     if not own:

@@ -36,17 +36,17 @@ _LOOP = 3
 
 
 Choice = tuple[bool, float, float]
-"""Whether an action is of a kind, and the chance of that: uniformly random, and random without immediate repeats."""
+"""Whether an action is of a kind; its probability for uniformly random actions; and without immediate repeats."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VersusChance:
-    """How often actions are of a kind, against chance. Clusters are trials, or all trials of one player.
+    """The share of actions of one kind, compared with chance. Clusters are trials, or all trials of one player.
 
     Attributes:
-        share: Actions of the kind, of those that could be.
-        uniform: The share expected of uniformly random actions at the same steps, [0, 1]; None without any.
-        no_repeat: The same of random actions without immediate repeats.
+        share: Share of actions of this kind, among the actions that could be.
+        uniform: The share expected of uniformly random actions at the same steps, [0, 1]; None without such steps.
+        no_repeat: The share expected of random actions without immediate repeats.
         p_value: The larger of Student's t tests against both, two-sided; 1 if they point in different directions; None
             with fewer than seven clusters.
         direction: 1 if more than both, -1 if less than both, else 0.
@@ -64,10 +64,10 @@ class Persistence:
     """Persistence in the trials of one condition.
 
     Attributes:
-        left: Trials in which the first loop was left, of those that went on after it.
+        left: Share of trials that left their first loop, of those that went on after it.
         left_by_chance: The share expected of uniformly random actions in as many steps, [0, 1]; None without a loop.
-        escaped: Actions that leave a loop, of those in a loop.
-        repeated: Actions that repeat a joint just reported blocked, of those with an alternative.
+        escaped: Share of actions that leave a loop, among actions in a loop (the hazard of escape).
+        repeated: Share of actions that retry a joint just reported blocked, among actions with an alternative.
     """
 
     left: ClusteredProportion
@@ -77,20 +77,20 @@ class Persistence:
 
 
 def persistence(trials: Sequence[Trial]) -> Persistence:
-    """Measure the trials of one condition; error trials are left out."""
+    """The persistence in the trials of one condition; error trials are left out."""
     counted = ended(trials)
     owner = np.unique([trial.player or trial.key for trial in counted], return_inverse=True)[1].reshape(-1)
     went_on = [(i, found) for i, trial in enumerate(counted) if (found := loop_left(trial)) is not None]
     return Persistence(
         left=_share(owner[[i for i, _ in went_on]] if went_on else owner[:0], [left for _, (left, _) in went_on]),
         left_by_chance=fmean(chance for _, (_, chance) in went_on) if went_on else None,
-        escaped=_versus_chance(owner, [escapes(trial) for trial in counted]),
-        repeated=_versus_chance(owner, [repeats(trial) for trial in counted]),
+        escaped=_compared_with_chance(owner, [escapes(trial) for trial in counted]),
+        repeated=_compared_with_chance(owner, [repeats(trial) for trial in counted]),
     )
 
 
-def _versus_chance(owner: NDArray[np.int64], choices: Sequence[list[Choice]]) -> VersusChance:
-    """The choices of every trial against chance."""
+def _compared_with_chance(owner: NDArray[np.int64], choices: Sequence[list[Choice]]) -> VersusChance:
+    """Compare the choices of all trials with chance."""
     who = np.repeat(owner, [len(one) for one in choices])
     happened, *chances = np.array([choice for one in choices for choice in one], dtype=np.float64).reshape(-1, 3).T
     clusters, place = np.unique(who, return_inverse=True)
@@ -111,7 +111,7 @@ def _versus_chance(owner: NDArray[np.int64], choices: Sequence[list[Choice]]) ->
 
 
 def loop_left(trial: Trial) -> tuple[bool, float] | None:
-    """Whether the first loop was left, and how likely random actions would leave it; None if it did not go on."""
+    """Whether the first loop was left, and the chance of that under random actions; None if the trial ended with it."""
     complete, actions = onset(trial), trial.actions
     if not complete or complete == len(actions):
         return None
@@ -123,7 +123,7 @@ def loop_left(trial: Trial) -> tuple[bool, float] | None:
 
 
 def escapes(trial: Trial) -> list[Choice]:
-    """For every action in a loop: whether it leaves the loop, and the chances of that."""
+    """For every action in a loop: whether it leaves the loop, and its probability under both kinds of chance."""
     found, actions, n = list[Choice](), trial.actions, len(trial.joints)
     for i in range(1, len(actions)):
         on = continuation(actions[:i])
@@ -133,7 +133,7 @@ def escapes(trial: Trial) -> list[Choice]:
 
 
 def repeats(trial: Trial) -> list[Choice]:
-    """For every action that counts: whether it repeats a joint just reported blocked, and the chances of that."""
+    """For every action that counts: whether it retries a joint just reported blocked, and the probability of that."""
     found, tried, last, n = list[Choice](), set[str](), "", len(trial.joints)
     for step in trial.steps:
         if 0 < len(tried) < n:
@@ -149,7 +149,7 @@ def _share(owner: NDArray[np.int64], happened: Sequence[float]) -> ClusteredProp
 
 
 def _p_value(beyond: NDArray[np.float64]) -> float | None:
-    """Student's t test that sums over clusters have mean 0; a sign test where all are equal."""
+    """Student's t-test that sums over clusters have mean 0; a sign test if all sums are equal."""
     if len(beyond) < 7:
         return None
     if np.ptp(beyond) < 1e-9:

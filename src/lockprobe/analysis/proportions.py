@@ -1,4 +1,4 @@
-"""Shares with their intervals, and the difference, ratio and pairing of two shares."""
+"""Proportions with confidence intervals: single, and their difference, ratio and paired difference."""
 
 from __future__ import annotations
 
@@ -29,17 +29,17 @@ LEVEL = 0.95
 """Confidence level of every interval."""
 
 Z = NormalDist().inv_cdf((1 + LEVEL) / 2)
-"""Its normal quantile."""
+"""The normal quantile of :data:`LEVEL`."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Proportion:
-    """A share with its 95 % interval, Wilson's unless asked otherwise.
+    """A share with its 95 % interval, by default Wilson's.
 
     Attributes:
         count: Successes.
         n: Trials.
-        value: ``count / n``, [0, 1]; not a number if ``n`` is 0.
+        value: ``count / n``, [0, 1]; NaN if ``n`` is 0.
         low, high: Ends of the interval; 0 and 1 if ``n`` is 0.
     """
 
@@ -82,13 +82,13 @@ class Ratio:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Paired:
-    """Pairs of trials with the same luck under two conditions.
+    """The paired difference of two conditions, over pairs of trials with the same luck (McNemar's design).
 
     Attributes:
         only_first: Pairs solved under the first condition alone.
         only_second: Pairs solved under the second condition alone.
         n: Pairs.
-        value: Share solved under the second condition less the first, [-1, 1]; not a number without pairs.
+        value: Share solved under the second condition minus the first, [-1, 1]; NaN without pairs.
         low, high: Ends of the interval of ``value`` (Agresti & Min 2005), [-1, 1].
         p_value: McNemar's exact test, two-sided; 1 if no pair differs.
     """
@@ -103,7 +103,7 @@ class Paired:
 
     @property
     def interval_p(self) -> float:
-        """The p-value that belongs to the interval: below 0.05 if one at 95 % leaves out 0."""
+        """The P value of the interval: below 0.05 if the 95 % interval excludes 0."""
         middle, error = _agresti_min(self.only_first, self.only_second, self.n)
         return min(1.0, 2 * NormalDist().cdf(-abs(middle) / error))
 
@@ -113,10 +113,10 @@ def proportion(count: int, n: int, level: float = LEVEL, method: Literal["wilson
     """A share with its interval.
 
     Args:
-        count: How many, 0 to ``n``.
-        n: Of how many; 0 gives the interval [0, 1].
+        count: Successes, 0 to ``n``.
+        n: Trials; 0 gives the interval [0, 1].
         level: Confidence level, (0, 1).
-        method: Wilson's interval, which holds the level on average, or Clopper & Pearson's, which never falls below it.
+        method: Wilson's interval, with the right average coverage, or ``exact`` (Clopper & Pearson), never below it.
 
     >>> round(proportion(7, 30).low, 3), round(proportion(7, 30).high, 3)
     (0.118, 0.409)
@@ -132,20 +132,18 @@ def proportion(count: int, n: int, level: float = LEVEL, method: Literal["wilson
     return Proportion(count=count, n=n, value=count / n, low=low if count else 0.0, high=high if count < n else 1.0)
 
 
-def difference(first: Proportion, second: Proportion, *, choices: int = 1) -> Difference | None:
-    """The second proportion less the first, taken as independent; None if one of them has no trials.
+def difference(first: Proportion, second: Proportion) -> Difference | None:
+    """The second proportion minus the first, taken as independent; None if one of them has no trials.
 
-    Conditions of one study share their luck (common random numbers). Where that luck acts alike in both, interval and
-    test are conservative. The interval has the level 1 - 0.05 / ``choices``, the number of conditions that the second
-    was chosen from.
+    Conditions of one study share their luck (common random numbers). If that luck acts alike in both, interval and test
+    are conservative.
     """
     if first.n == 0 or second.n == 0:
         return None
     from scipy.stats import fisher_exact
 
     value = second.value - first.value
-    level = 1 - (1 - LEVEL) / choices
-    first, second = proportion(first.count, first.n, level), proportion(second.count, second.n, level)
+    first, second = proportion(first.count, first.n), proportion(second.count, second.n)
     down = math.hypot(second.value - second.low, first.high - first.value)
     up = math.hypot(second.high - second.value, first.value - first.low)
     table = np.array([[second.count, second.n - second.count], [first.count, first.n - first.count]])
@@ -158,7 +156,7 @@ def difference(first: Proportion, second: Proportion, *, choices: int = 1) -> Di
 
 
 def ratio(first: Proportion, second: Proportion, method: Literal["score", "log"] = "score") -> Ratio | None:
-    """The second proportion over the first; None where the ratio, or the log interval, is not finite.
+    """The second proportion over the first; None if the ratio, or the log interval, is not finite.
 
     The interval is Miettinen & Nurminen's score interval, or Katz's normal interval of the logarithm, which is narrower
     and needs a success on either side.
@@ -180,7 +178,7 @@ def ratio(first: Proportion, second: Proportion, method: Literal["score", "log"]
 
 
 def _ratio_score(first: Proportion, second: Proportion, value: float) -> float:
-    """The second proportion less ``value`` times the first, in standard errors under that ratio."""
+    """The score statistic: second proportion minus ``value`` times the first, in standard errors under that ratio."""
     total, solved = first.n + second.n, first.count + second.count
     square, linear = total * value, second.n * value + second.count + first.n + first.count * value
     base = (linear - math.sqrt(max(0.0, linear**2 - 4 * square * solved))) / (2 * square)
@@ -191,11 +189,11 @@ def _ratio_score(first: Proportion, second: Proportion, value: float) -> float:
 
 
 def paired(first: NDArray[np.bool_], second: NDArray[np.bool_], *, choices: int = 1) -> Paired:
-    """The difference between two outcomes of the same trials, whatever luck they share.
+    """The paired difference between two conditions on the same trials, valid for any shared luck.
 
     Args:
         first: Whether each trial was solved under one condition, shape (pairs,).
-        second: The same trials under another condition.
+        second: The same for the other condition.
         choices: Number of conditions that the second was chosen from; the interval has the level 1 - 0.05 / choices.
     """
     from scipy.stats import binomtest, norm
@@ -214,7 +212,7 @@ def paired(first: NDArray[np.bool_], second: NDArray[np.bool_], *, choices: int 
 
 
 def _agresti_min(only_first: int, only_second: int, pairs: int) -> tuple[float, float]:
-    """The middle of their interval and its standard error, with half a pair more of each of the four kinds."""
+    """Centre and standard error of Agresti and Min's interval: half a pair is added to each of the four cells."""
     n = pairs + 2
     middle = (only_second - only_first) / n
     return middle, math.sqrt((only_first + only_second + 1) / n - middle**2) / math.sqrt(n)

@@ -1,7 +1,7 @@
 """The paper's published results, as counts where its text implies them.
 
 23.3 % of 30 trials are 7, and 20 is the only whole number near 2.85 times that. Loop rates are reconstructed as 24 and
-16 of 30, which fits "approximately 80 %" and a drop of "more than 26 %" in points.
+16 of 30, which fits "approximately 80 %" and a drop of "more than 26 %" (percentage points).
 """
 
 from __future__ import annotations
@@ -49,10 +49,10 @@ class MisreadRate:
 
     Attributes:
         mean: Mean of the rates, [0, 1].
-        sd: Their standard deviation.
-        total: Misinterpretations in all.
-        affected: Trials with at least one.
-        trials: Trials.
+        sd: Standard deviation of the rates.
+        total: Number of misinterpretations.
+        affected: Trials with at least one misinterpretation.
+        trials: Number of trials.
     """
 
     mean: float
@@ -63,7 +63,7 @@ class MisreadRate:
 
     @property
     def steps(self) -> int:
-        """Steps in all that the row implies, if the mean rate is the pooled rate."""
+        """The number of steps that the row implies if the mean rate is the pooled rate."""
         return round(self.total / self.mean)
 
 

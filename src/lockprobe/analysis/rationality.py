@@ -3,11 +3,11 @@
 Two observers judge, both under a stated prior (:mod:`lockprobe.beliefs.structures`):
 
 * ``naive`` believes every report. Its expected steps are exact. At p = 0 it is right.
-* ``aware`` infers how often reports are false and whether false positions stay. Its expected steps are QMDP's: as if
-  all were known after the next attempt. They are lower bounds and give no credit for information.
+* ``aware`` infers how often reports are false and whether false positions stay. Its expected steps are QMDP's, which
+  assume full knowledge after the next attempt: lower bounds that give no credit for information.
 
-Pictures are judged as if they were read without error: what a picture shows counts as told, as in words that tell
-positions alone (``symbolic?tell=state``), and a misreading counts against the agent.
+Pictures are judged as if read without error: a picture counts as a report of positions (``symbolic?tell=state``), and
+a misreading counts against the agent.
 
 An action is *optimal* if no other costs fewer expected steps; its *regret* is its extra cost, in steps that the
 observer expects under its prior, not on the box that was played. Each share is compared with that of a uniformly
@@ -49,7 +49,7 @@ __all__ = [
 ]
 
 OBSERVERS = ("naive", "aware")
-"""The noise models of the observers that judge."""
+"""The noise models of the judging observers."""
 
 JUDGED, ACTIONS = 100, 5000
 """The most trials of a condition that are judged, the first by repetition and trial; and the actions after which no
@@ -59,7 +59,7 @@ MANY = 1 << 14
 """Moments that are cached; each takes a few kilobytes."""
 
 _NOTHING = 1e-9
-"""Bits below which an attempt tells nothing."""
+"""Expected information below which an attempt counts as uninformative, bits."""
 
 Told = tuple[int, ReportedAttempt | None]
 """The number of the joint attempted, and its report; None if the box opened."""
@@ -67,7 +67,7 @@ Told = tuple[int, ReportedAttempt | None]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class JudgedStep:
-    """One action, compared with a uniformly random choice in the same situation.
+    """One judged action, compared with a uniformly random choice in the same situation.
 
     Attributes:
         step: From 1.
@@ -77,7 +77,7 @@ class JudgedStep:
         best: Expected information of the most informative action, bits.
         optimal: Whether no other action costs fewer expected steps.
         regret: Expected steps more than those of the best action, >= 0.
-        uninformative: Whether it could neither tell anything nor open the box.
+        uninformative: Whether it could neither give information nor open the box.
         by_chance: Means of ``expected``, ``optimal``, ``regret`` and ``uninformative`` of the random choice.
     """
 
@@ -115,7 +115,7 @@ class JudgedTrial:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rationality:
-    """The actions of one condition, judged by one observer. Shares and means are over all its actions.
+    """The rationality of one condition's actions, judged by one observer. Shares and means are over all actions.
 
     Intervals take the trial as a cluster. Error trials are left out.
 
@@ -128,7 +128,7 @@ class Rationality:
         not_judged: Trials that ended but lie beyond :data:`JUDGED` or :data:`ACTIONS`.
         optimal: Share of optimal actions.
         regret: Mean regret in expected steps.
-        uninformative: Share of actions that could neither tell anything nor open the box.
+        uninformative: Share of actions that could neither give information nor open the box.
         gained, expected, best: Means of these fields of :class:`JudgedStep`, bits.
         by_chance: ``optimal``, ``regret``, ``uninformative`` and ``expected`` of a random choice.
         entropy_left: Mean entropy at the end of a trial, bits.
@@ -158,7 +158,7 @@ def prior_for(joints: int) -> str | None:
 
 
 def rationality(trials: Sequence[Trial]) -> tuple[Rationality, ...]:
-    """Judge the trials of one condition; nothing if none has ended with a step, or the box is too large for a prior."""
+    """Judge the trials of one condition; empty if none has ended with a step, or the box is too large for a prior."""
     counted = [trial for trial in ended(trials) if trial.steps and trial.ordinary]
     prior = prior_for(len(counted[0].joints)) if counted else None
     told = [(trial, _told(trial)) for trial in _first(counted)]
@@ -200,7 +200,7 @@ def _first(trials: Sequence[Trial]) -> Sequence[Trial]:
 
 
 def judge(trial: Trial, *, prior: str, noise: str = "naive") -> JudgedTrial:
-    """Judge every action of a trial, of any agent, by an observer who was told the same.
+    """Judge every action of a trial, of any agent, by an ideal observer who was told the same.
 
     Args:
         trial: With at least one step.
@@ -209,7 +209,7 @@ def judge(trial: Trial, *, prior: str, noise: str = "naive") -> JudgedTrial:
 
     Raises:
         UnknownName: If there is no such prior.
-        BadValue: If there is no such noise model, or the prior has too many interlocks over so many joints.
+        BadValue: If there is no such noise model, or the prior has too many interlocks over this number of joints.
     """
     return _judge(trial, _told(trial), prior, noise)
 

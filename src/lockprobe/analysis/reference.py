@@ -12,11 +12,11 @@ __all__ = ["Reference", "reference_of"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reference:
-    """Success of random agents and the shortest plan, exact.
+    """Exact success curves of random agents, and the length of the shortest plan.
 
     Attributes:
         random: Share solved by step 0, 1, ... up to the budget by a uniformly random agent.
-        no_repeat: The same by a random agent that never attempts a joint twice in a row.
+        no_repeat: The same for a random agent that never attempts a joint twice in a row.
         optimum: The fewest steps that solve the box; None if nothing does.
     """
 

@@ -1,7 +1,7 @@
-"""Steps that people need, and agents' steps relative to theirs on the same trials: ratios of medians.
+"""Agents' steps relative to people's on the same trials, as ratios of Kaplan-Meier medians.
 
-The median is Kaplan-Meier's: an unsolved trial is censored at its budget, so failures do not look fast. A ratio of 2 is
-twice the steps of people. ARC-AGI-3 scores the inverse, squared.
+An unsolved trial is censored at its budget, so failures do not look fast. A ratio of 2 means twice the steps of people.
+ARC-AGI-3 scores the inverse, squared.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ Labels = NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Steps:
-    """Steps to open a box over all trials of people, an unsolved one censored at its budget.
+    """Steps that people need to open a box. An unsolved trial is censored at its budget.
 
     Attributes:
-        median: Kaplan-Meier's; None if fewer than half were solved.
+        median: Kaplan-Meier median; None if fewer than half were solved.
         low, high: Ends of its 95 % interval; None if beyond the budget or unknown.
-        mean: Mean, an unsolved trial counted with its whole budget.
+        mean: Mean; an unsolved trial counts with its whole budget.
     """
 
     median: int | None
@@ -51,12 +51,12 @@ class RelativeSteps:
         p: Flip probability, [0, 1]; None for all together.
         trials: Trials that both finished.
         steps: The agent's median (Kaplan-Meier); None if it solved fewer than half.
-        people: The human median on the same trials; None if people solved fewer than half.
-        ratio: ``steps`` over ``people``; None where either is missing.
-        least: Lower bound of the ratio where only the agent's median lies beyond the budget; else None.
-        most: Upper bound where only the human median lies beyond the budget; else None.
+        people: People's median on the same trials; None if people solved fewer than half.
+        ratio: ``steps`` over ``people``; None if either is missing.
+        least: Lower bound of the ratio if only the agent's median lies beyond the budget; else None.
+        most: Upper bound of the ratio if only people's median lies beyond the budget; else None.
         low, high: Ends of the ratio's 95 % interval; None where it is open or unknown.
-        mean_ratio: Ratio of mean steps, unsolved trials counted with their whole budget; always exists.
+        mean_ratio: Ratio of mean steps, unsolved trials counted with the whole budget; it always exists.
         mean_low, mean_high: Ends of its 95 % interval; None with fewer than two people.
     """
 
@@ -156,7 +156,7 @@ def _relative(pairs: Sequence[tuple[Trial, Trial]], agent: str, modality: str, p
 
 
 def _intervals(drawn: Sequence[Sequence[Array]], budget: int) -> tuple[float | None, ...]:
-    """Ends of the ratios of medians and of means; open where a median lies beyond the budget too often."""
+    """Interval ends of the ratios of medians and of means; None where a median lies beyond the budget too often."""
     if not drawn:
         return None, None, None, None
     lows, highs, means = [], [], []
@@ -182,9 +182,9 @@ def _reached(trials: Sequence[Trial]) -> tuple[Array, int]:
 
 
 def _drawn(theirs: Sequence[Trial], rng: np.random.Generator, groups: Sequence[Array]) -> list[list[Array]]:
-    """Shares solved by each step in two cluster bootstraps: of people, and of luck.
+    """Shares solved by each step in two cluster bootstraps: over people, and over luck.
 
-    No bootstrap keeps clusters of two kinds, so each kind is resampled alone. An interval takes the wider of the two.
+    No bootstrap keeps two crossed kinds of clusters, so each kind is resampled alone, and the wider interval is used.
 
     Args:
         theirs: The trials of people.
@@ -192,7 +192,7 @@ def _drawn(theirs: Sequence[Trial], rng: np.random.Generator, groups: Sequence[A
         groups: Values of these trials, each of shape (trials, steps).
 
     Returns:
-        For each kind, and each group, shares of shape (resamples, steps); nothing with a single person or luck.
+        For each kind and group, shares of shape (resamples, steps); empty with a single person or luck.
     """
     kinds = labels(theirs)
     if min(len(np.unique(kind)) for kind in kinds) < 2:
@@ -212,7 +212,7 @@ def _drawn(theirs: Sequence[Trial], rng: np.random.Generator, groups: Sequence[A
 
 
 def _median(shares: Array) -> NDArray[np.int64]:
-    """The first step by which half are solved; one more than the budget if that never happens."""
+    """The first step by which half are solved; the budget plus 1 if that never happens."""
     found: NDArray[np.int64] = np.sum(shares < 0.5 - 1e-12, axis=-1)
     return found
 

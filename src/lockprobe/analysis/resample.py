@@ -1,6 +1,6 @@
 """The cluster bootstrap of a study: whole clusters of trials are drawn with replacement.
 
-Trials of equal luck over all p are drawn together, within their repetition; so are all trials of one player.
+A cluster is the trials of equal luck over all p, drawn within their repetition, or all trials of one player.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ class Resamples:
     """Resampled points, aligned with :func:`lockprobe.analysis.outcomes.points`.
 
     Attributes:
-        success: Shares solved, shape (resamples, points); no rows if a repetition has a single trial.
+        success: Shares solved, shape (resamples, points); zero rows if a repetition has a single trial.
         loop_rate: Shares with an action loop, of the same shape.
     """
 

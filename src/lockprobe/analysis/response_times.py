@@ -15,12 +15,12 @@ __all__ = ["ResponseTimes", "response_times"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ResponseTimes:
-    """Response times under one condition, or in one modality under all.
+    """Response times under one condition, or in one modality over all conditions.
 
     Attributes:
         modality: How the box was shown.
         p: Flip probability, [0, 1]; None for all together.
-        choices: Choices with a time.
+        choices: Number of choices with a time.
         low, median, high: Quartiles, ms.
         first: Median of the first choices of boxes, which include looking at the panel, ms; None without any.
     """
@@ -35,11 +35,11 @@ class ResponseTimes:
 
 
 def response_times(trials: Sequence[Trial], times: Mapping[tuple[str, int], float]) -> tuple[ResponseTimes, ...]:
-    """For each modality: by p, ascending, then over all p where there are several.
+    """Response times of people for each modality: by p, ascending, then over all p if there are several.
 
     Args:
-        trials: Of one study; agents' trials and errors are left out.
-        times: By key of the trial and step from 1, ms.
+        trials: The trials of one study; agents' trials and errors are left out.
+        times: (Key of the trial, step from 1) -> time in ms.
     """
     own = [trial for trial in ended(trials) if trial.player]
     found = []

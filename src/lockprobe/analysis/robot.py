@@ -1,4 +1,4 @@
-"""A robot's verdicts on its attempts, from force and path, against the truth."""
+"""Error rates of a robot's verdicts on its attempts: verdicts from force and path, compared with the truth."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ __all__ = ["Verdicts", "verdicts"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Verdicts:
-    """A robot's verdicts over all trials. Agents are told the truth, not these. Trials of equal luck are a cluster.
+    """A robot's verdicts over all trials, clustered by luck. Agents are told the truth, not these verdicts.
 
     Attributes:
         attempts: Steps with a verdict.
-        failed: Of these, steps without a grip on the handle or without a conclusion.
-        wrong: Verdicts moved or blocked that contradict the truth, over all that say moved or blocked.
-        moved_for_blocked: Of the wrong ones, those that say moved.
-        blocked_for_moved: Of the wrong ones, those that say blocked.
+        failed: Steps without a grip on the handle or without a conclusion.
+        wrong: Share of the verdicts "moved" and "blocked" that contradict the truth.
+        moved_for_blocked: Wrong verdicts "moved".
+        blocked_for_moved: Wrong verdicts "blocked".
     """
 
     attempts: int
@@ -32,7 +32,7 @@ class Verdicts:
 
 
 def verdicts(trials: Sequence[Trial]) -> Verdicts | None:
-    """Count a robot's verdicts, trials that broke later included; None if no step has one."""
+    """Count a robot's verdicts, including trials that broke later; None if no step has a verdict."""
     by_luck: dict[tuple[int, int], list[Step]] = defaultdict(list)
     for trial in trials:
         by_luck[trial.repetition, trial.trial] += [step for step in trial.steps if "verdict" in step.sensed]

@@ -18,12 +18,12 @@ _FEWEST = 3
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SeriesArm:
-    """A condition and its specs.
+    """A condition as specs, for the search for dose series.
 
     Attributes:
         label: Its name.
         specs: The specs of its interventions, in order.
-        doses: For each the option that is its dose; empty text where it has none.
+        doses: For each intervention the name of its dose option; empty without a dose.
         modality: How the box is shown.
     """
 
@@ -34,15 +34,15 @@ class SeriesArm:
 
     @property
     def acting(self) -> tuple[int, ...]:
-        """The places of interventions that act. One at dose 0 does not, unless its other options change reports."""
+        """The places of interventions with an effect. At dose 0 there is none, unless other options change reports."""
         return tuple(i for i in range(len(self.specs)) if self._dose(i) != 0 or "outcome-only" in self.specs[i])
 
     def without(self, *places: int) -> tuple[str, ...]:
-        """The specs of acting interventions, except at some places."""
+        """The specs of interventions with an effect, except at these places."""
         return tuple(self.specs[i] for i in self.acting if i not in places)
 
     def dose(self, place: int) -> float:
-        """The dose of the intervention at a place; not a number where it has none."""
+        """The dose of the intervention at a place; NaN without a dose."""
         found = self._dose(place)
         return float("nan") if found is None else found
 
@@ -51,7 +51,7 @@ class SeriesArm:
         return float(options[dose]) if dose and dose in options else None
 
     def family(self, place: int) -> tuple[str, str, tuple[tuple[str, str], ...], tuple[str, ...], str]:
-        """The key that conditions share if they differ only in the dose at a place."""
+        """A key that is equal for conditions that differ only in the dose at a place."""
         spec = Spec.parse(self.specs[place], "intervention")
         others = tuple(sorted(spec.without([self.doses[place]]).options.items()))
         return spec.full_name, self.doses[place], others, self.without(place), self.modality
@@ -65,7 +65,7 @@ class Series:
         axis: The dose or option.
         doses: Condition, or agent spec -> its dose, ascending; 0 for the condition without the intervention.
         modality: How the box is shown in all of them.
-        agent: For agents their spec without the option; else empty.
+        agent: For a series of agents, their spec without the option; else empty.
     """
 
     axis: Axis
@@ -91,7 +91,7 @@ def control_of(arms: Sequence[SeriesArm], modality: str = STATES) -> SeriesArm |
 
 
 def series_of(arms: Sequence[SeriesArm]) -> tuple[Series, ...]:
-    """Every series of at least three doses, in the order in which the conditions stand."""
+    """Every series of at least three doses, in the order of the conditions."""
     families: dict[tuple[object, ...], list[tuple[SeriesArm, int]]] = {}
     for arm in arms:
         for place in arm.acting:
@@ -140,7 +140,7 @@ def _number(text: str) -> float | None:
 
 
 def crossings(arms: Sequence[SeriesArm]) -> tuple[Crossing, ...]:
-    """Every two interventions that were played alone, together, and not at all, with the same others."""
+    """Every 2 x 2 crossing: two interventions played alone, together and not at all, all else equal."""
     known: dict[tuple[str, tuple[str, ...]], str] = {}
     for arm in arms:
         known.setdefault((arm.modality, arm.without()), arm.label)

@@ -1,11 +1,11 @@
 """Five scores of an agent over boxes of rising difficulty, each with its 95 % interval.
 
-* ``competence``: success with true reports between chance (0, a uniformly random agent, exact) and the optimum (1,
-  every box opened within the budget). Mean success and mean chance are taken over levels first.
-* ``robustness``: what false reports change of the competence; 0 is unmoved, below 0 is a loss.
+* ``competence``: success with true reports, on a scale from chance (0, a uniformly random agent, exact) to the optimum
+  (1, every box opened within the budget). Success and chance are averaged over levels first.
+* ``robustness``: the change of the competence by false reports; 0 is no change, below 0 is a loss.
 * ``misreading``: share of claims about the last action that contradict the report (the paper's misinterpretations).
-* ``loops``: share of trials with an action loop (true reports) less the share that random actions of these lengths
-  have; 0 is chance.
+* ``loops``: share of trials with an action loop (true reports) minus the share expected of random actions in trials of
+  these lengths; 0 is chance.
 * ``rationality``: share of actions (true reports) that are optimal to an ideal observer who was told the same, next
   to the share that random choices in the same situations have; on the boxes that the observer's prior holds.
 
@@ -40,7 +40,7 @@ class LevelTrials:
         box: Name of the box.
         chance: Success of a uniformly random agent within the budget, exact, [0, 1].
         told: Trials with true reports.
-        misled: Trials with false reports, of the same luck.
+        misled: Trials with false reports and the same luck.
         judged: Whether the prior of the ideal observer holds the box.
     """
 
@@ -101,11 +101,11 @@ class LevelScore:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SuiteScore:
-    """The scores of one agent; None where a level has no trial that ended, or the agent is not asked.
+    """The scores of one agent; None if a level has no ended trial, or the agent is not asked for claims.
 
     Attributes:
         trials: Trials that ended as solved or out of budget.
-        broken: Trials that ended as an error; they are in no score.
+        broken: Trials that ended as an error; no score counts them.
         competence, robustness, misreading, loops, rationality: As this module says.
         levels: Success level by level.
     """
@@ -121,10 +121,10 @@ class SuiteScore:
 
 
 def suite_score(levels: Sequence[LevelTrials]) -> SuiteScore:
-    """The scores of one agent, shown the boxes in one way.
+    """The scores of one agent in one modality.
 
     Args:
-        levels: Its trials, at least one level.
+        levels: Its trials by level, at least one level.
     """
     every = [trial for level in levels for trial in (*level.told, *level.misled)]
     told = [ended(level.told) for level in levels]
@@ -149,8 +149,8 @@ def _solved(trials: Sequence[Trial]) -> Proportion:
     return proportion(sum(trial.solved for trial in counted), len(counted))
 
 
-def _recovered(parts: Sequence[Score], scale: float = 1.0, shift: float = 0.0) -> Score:
-    """The mean of independent estimates less ``shift``, over ``scale``, with the interval that theirs give."""
+def _combined(parts: Sequence[Score], scale: float = 1.0, shift: float = 0.0) -> Score:
+    """(Mean of independent estimates - ``shift``) / ``scale``, with an interval by variance estimates recovery."""
     value = fmean(part.value for part in parts)
     down = math.hypot(*(part.value - part.low for part in parts)) / len(parts)
     up = math.hypot(*(part.high - part.value for part in parts)) / len(parts)
@@ -162,7 +162,7 @@ def _as_score(found: Proportion | ClusteredProportion) -> Score:
 
 
 def _competence(levels: Sequence[LevelTrials], whole: float) -> Score:
-    return _recovered([_as_score(_solved(level.told)) for level in levels], whole, shift=1 - whole)
+    return _combined([_as_score(_solved(level.told)) for level in levels], whole, shift=1 - whole)
 
 
 def _robustness(levels: Sequence[LevelTrials], whole: float) -> Score | None:
@@ -175,7 +175,7 @@ def _robustness(levels: Sequence[LevelTrials], whole: float) -> Score | None:
         # The interval is centred on a value with half a pair more of each kind, and can leave out the estimate.
         low, high = min(found.low, found.value), max(found.high, found.value)
         parts.append(Score(value=found.value, low=low, high=high))
-    return _recovered(parts, whole)
+    return _combined(parts, whole)
 
 
 def _misreading(trials: Sequence[Trial]) -> Score | None:
@@ -191,11 +191,11 @@ def _loops(told: Sequence[Sequence[Trial]]) -> Score:
         expected_loop_rate([trial.actions for trial in trials], "uniform", actions=len(trials[0].joints)).probability
         for trials in told
     ]
-    return _recovered([_as_score(proportion(int(one.sum()), len(one))) for one in found], shift=fmean(chance))
+    return _combined([_as_score(proportion(int(one.sum()), len(one))) for one in found], shift=fmean(chance))
 
 
 def _rationality(told: Sequence[Sequence[Trial]]) -> Rational | None:
-    """Of the levels that are judged; levels have equal weight."""
+    """The rationality over the judged levels; levels have equal weight."""
     parts, chance, actions = list[Score](), list[float](), 0
     for trials in told:
         prior = prior_for(len(trials[0].joints)) if trials else None
@@ -209,5 +209,5 @@ def _rationality(told: Sequence[Sequence[Trial]]) -> Rational | None:
         actions += len(steps)
     if not parts:
         return None
-    found = _recovered(parts)
+    found = _combined(parts)
     return Rational(value=found.value, low=found.low, high=found.high, chance=fmean(chance), actions=actions)

@@ -1,4 +1,4 @@
-"""The results of a study: one row per condition, trends and tests per agent."""
+"""All results of a study: a summary per condition, trends and tests per agent, comparisons between agents."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ import numpy as np
 
 from lockprobe.analysis.agent_comparison.leaderboard import Entrant, comparisons, ranked
 from lockprobe.analysis.agent_comparison.leaderboard_row import Standing, standing
-from lockprobe.analysis.agent_comparison.pair import Comparison
+from lockprobe.analysis.agent_comparison.pair import AgentComparison
 from lockprobe.analysis.axis import FLIPS, Axis
 from lockprobe.analysis.behaviour import ignores_reports
 from lockprobe.analysis.condition import ConditionSummary, Contrast, condition_summary, contrast
@@ -52,21 +52,21 @@ _REFERENCES = ("random", "random-no-repeat", "round-robin", "human-inspired", "i
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AgentSummary:
-    """One agent, shown the box in one way, over all doses of one axis.
+    """The results of one agent in one modality over all doses of one axis.
 
     Attributes:
         agent: Agent spec.
         modality: How the box was shown.
-        shown: The modality, unless it is the only default one, and ``axis.rest``, in words.
+        shown: The modality (unless it is the default and the only one) and ``axis.rest``, in words.
         reference: Whether it is a baseline.
         blind: Whether it ignores reports, so that its conditions are copies of each other.
-        conditions: By dose, ascending.
+        conditions: The results by dose, ascending.
         success_fit: Trend of success over p (Fig. 4).
         loop_fit: Trend of the loop rate over p (Fig. 5b).
         correlation: Loop rate against success (Fig. 5a).
         peak: The p of highest success, with its uncertainty.
-        inference: The tests, the valid ones and the paper's.
-        contrast: Success at the lowest p against the p that differs most clearly; None with one p, or if blind.
+        inference: The tests, recommended ones and the paper's.
+        contrast: The lowest p against the p that differs most clearly; None with one p, or if blind.
         axis: The dose in which its conditions differ.
     """
 
@@ -91,7 +91,7 @@ class AgentSummary:
 
     @property
     def invited(self) -> bool:
-        """Whether people play it, who are invited and not run; their trials are clusters."""
+        """Whether it is people, who are invited rather than run; their trials are clustered by person."""
         return self.agent == PEOPLE
 
     @property
@@ -102,14 +102,14 @@ class AgentSummary:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StudySummary:
-    """A whole study.
+    """The results of a whole study.
 
     Attributes:
-        agents: In the order in which they first appear in the trials.
+        agents: The results by agent, in the order of the trials.
         paces: The speed of every two agents at their common lowest p.
-        comparisons: Every two agents that the study is about, and each with the baselines, on the same boxes.
+        comparisons: Pairwise comparisons of the agents that the study is about, and of each with the baselines.
         standings: Every agent over all p, the highest success first.
-        reference: Success of random agents and the shortest plan on the box; None where the box is not known.
+        reference: Success of random agents and the shortest plan on the box; None if the box is not known.
         modalities: The effect of the modality on every agent with several.
         verdicts: The robot's verdicts; None without a robot.
         people: The results of people; None without people.
@@ -118,7 +118,7 @@ class StudySummary:
 
     agents: tuple[AgentSummary, ...]
     paces: tuple[Pace, ...]
-    comparisons: tuple[Comparison, ...]
+    comparisons: tuple[AgentComparison, ...]
     standings: tuple[Standing, ...]
     reference: Reference | None
     modalities: tuple[ModalityEffect, ...]
@@ -133,19 +133,19 @@ class StudySummary:
 
     @property
     def subjects(self) -> tuple[AgentSummary, ...]:
-        """The agents that the study is about: those that are no reference, or all if all are."""
+        """The agents that the study is about: all except baselines, or all if all are baselines."""
         return tuple(agent for agent in self.agents if not agent.reference) or self.agents
 
 
 def summarise(
     trials: Sequence[Trial], box: Lockbox | None = None, *, each: Each = map, axis: Axis = FLIPS
 ) -> StudySummary:
-    """All numbers of a study. The order of an agent's trials does not matter.
+    """Compute all results of a study. The order of an agent's trials does not matter.
 
     Args:
-        trials: Of one box; those that ended as ``error`` are counted apart.
+        trials: Trials of one box; those that ended as ``error`` are counted separately.
         box: The box, for the reference curves and the habit baseline.
-        each: Works on one agent after the other, or on several at once.
+        each: A map function over agents, sequential or parallel.
         axis: The dose in which conditions differ.
 
     Raises:
@@ -187,7 +187,7 @@ def summarise(
 
 
 def _courses_corrected(agents: tuple[AgentSummary, ...]) -> tuple[AgentSummary, ...]:
-    """Courses at levels corrected for the number of agents that heed reports."""
+    """The agents with courses tested at levels corrected for the number of agents that heed reports."""
     heeds = [not agent.blind and agent.inference.course is not None for agent in agents]
     if sum(heeds) < 2:
         return agents
@@ -224,14 +224,14 @@ def is_reference(agent: str) -> bool:
 
 
 def _paces(by_agent: Sequence[Sequence[Trial]]) -> tuple[Pace, ...]:
-    """Every two agents that share their lowest p."""
+    """The paces of every two agents with the same lowest p."""
     lowest = _lowest(by_agent)
     found = [pace(first, second) for first, second in combinations(lowest, 2) if first[0].dose == second[0].dose]
     return tuple(compared for compared in found if compared)
 
 
 def _modalities(by_agent: Sequence[Sequence[Trial]]) -> tuple[ModalityEffect, ...]:
-    """Every agent that was shown the box in several ways, at the lowest p."""
+    """The modality effect of every agent with several modalities, at the lowest p."""
     lowest = _lowest(by_agent)
     agents = dict.fromkeys(members[0].group for members in lowest)
     least = min((members[0].dose for members in lowest), default=0.0)

@@ -1,7 +1,7 @@
-"""Why false reports change success: because of what they say, or because they disturb.
+"""The analysis of the study ``why``: do false reports act by their content, or because they disturb?
 
-The arms of the study ``why`` hit the same steps of the same trials. A lie that is taken back at once disturbs like a
-lie and leaves nothing false. So the effect of lies is the sum of two parts, both of paired differences:
+The arms hit the same steps of the same trials. A lie that is retracted at once disturbs like a lie and leaves nothing
+false. So the effect of lies is the sum of two paired differences:
 
     lie - truth = (lie - retracted) + (retracted - truth)
                   what lies say       that they disturb
@@ -50,26 +50,26 @@ ON_REQUEST: Mapping[str, str] = {
 reports of the same agent are inverted at random steps. They tell the least of all arms (``docs/why.md``)."""
 
 MARGIN = 0.1
-"""Changes of success of at most 10 points count as none, chosen by eye."""
+"""Equivalence margin: changes of success up to 10 percentage points count as none. The value is a convention."""
 
 Verdict = Literal["says", "disturbs", "both", "unexplained", "no change", "not detectable"]
 """Lies change success because of what they say, because they disturb, or both; they change it, and neither part is
 detectable; they change it by less than the margin; or no change is detectable."""
 
 _POWER = 0.8
-"""The power for which blocks are counted."""
+"""The power for which the needed blocks are computed."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ArmEffect:
-    """Success in one arm, and against the arm with true reports.
+    """Success in one arm, and its change from the arm with true reports.
 
     Attributes:
         arm: As in :data:`ARMS` and :data:`ON_REQUEST`.
         condition: The name of the condition in the study.
         success: Share solved.
-        change: Success less success under true reports, over blocks, [-1, 1]; None for the true reports. Its P value is
-            corrected for the number of arms (Holm); its interval is not.
+        change: Success minus success under true reports, over blocks, [-1, 1]; None for the arm of true reports. Its
+            P value is corrected for the number of arms (Holm); its interval is not.
     """
 
     arm: str
@@ -80,25 +80,24 @@ class ArmEffect:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Why:
-    """What false reports do to one agent, and through what.
+    """The effect of false reports on one agent, decomposed into content and disturbance.
 
     Attributes:
         agent: Agent spec.
         modality: How the box was shown.
         p: The rate at which reports were hit, (0, 1].
         arms: Success in each arm.
-        change: Lie less truth: what lies do.
-        says: Lie less retracted lie: what remains false changes this much ("debunking").
-        disturbs: Retracted lie less truth: the disturbance alone changes this much.
-        falsity: False less true report, over both arms without and with a remark; None without these arms.
-        disturbance: With less without a remark, over true and false reports; None without these arms.
-        interaction: The effect of a lie with a remark less that without; None without these arms.
-        contingent: Lies in loops less as many lies at random steps; None without these arms.
-        equivalence: P value of two one-sided tests that lies change success by the margin or more, [0, 1].
-        margin: The margin, (0, 1).
-        verdict: What is concluded.
-        needed: Blocks with which a change as large as the margin would be detected with a power of 80 %, as far as the
-            spread of these blocks tells.
+        change: Lie minus truth: the total effect of lies.
+        says: Lie minus retracted lie: the effect of the false content ("debunking effect").
+        disturbs: Retracted lie minus truth: the effect of the disturbance alone.
+        falsity: Main effect of falsity, over the arms with and without a remark; None without these arms.
+        disturbance: Main effect of a remark, over true and false reports; None without these arms.
+        interaction: The effect of a lie with a remark minus that without; None without these arms.
+        contingent: Lies in loops minus equally many lies at random steps; None without these arms.
+        equivalence: P value of the equivalence test (TOST) against changes of the margin or more, [0, 1].
+        margin: The equivalence margin, (0, 1).
+        verdict: The conclusion.
+        needed: Blocks needed to detect a change of the margin with a power of 80 %, given the variance of these blocks.
     """
 
     agent: str
@@ -123,30 +122,33 @@ class Why:
 
 
 def arms_of(conditions: Sequence[SeriesArm]) -> tuple[float, dict[str, str]] | None:
-    """The rate of a study of controls and its conditions by arm, as their specs tell them.
+    """The flip rate of a study of controls, and its conditions by arm, recognised by their specs.
 
     Args:
         conditions: Conditions of one modality.
 
     Returns:
-        None unless true reports, lies and retracted lies at one rate are among them.
+        None unless true reports, lies and retracted lies at one flip rate are among them.
     """
-    found = {_acting(one.specs): one.label for one in conditions}
+    found = {_acting_interventions(one.specs): one.label for one in conditions}
     for one in conditions:
         if len(one.specs) == 1 and (spec := Spec.parse(one.specs[0])).full_name == "flip":
             rate = float(spec.options["p"])
-            wanted = {arm: _acting(_specs(spec.format(p=rate))) for arm, spec in {**ARMS, **ON_REQUEST}.items()}
+            wanted = {
+                arm: _acting_interventions(_spec_list(spec.format(p=rate)))
+                for arm, spec in {**ARMS, **ON_REQUEST}.items()
+            }
             there = {arm: found[acting] for arm, acting in wanted.items() if acting in found}
             if rate > 0 and there.keys() >= {"truth", "lie", "retracted"}:
                 return rate, there
     return None
 
 
-def _specs(condition: str) -> tuple[str, ...]:
+def _spec_list(condition: str) -> tuple[str, ...]:
     return () if condition == ARMS["truth"] else tuple(split_specs(condition))
 
 
-def _acting(specs: Sequence[str]) -> tuple[tuple[str, tuple[tuple[str, str], ...]], ...]:
+def _acting_interventions(specs: Sequence[str]) -> tuple[tuple[str, tuple[tuple[str, str], ...]], ...]:
     """Specs in a form that does not depend on the order of options, without those of dose 0."""
     parsed = [Spec.parse(spec, "intervention") for spec in specs]
     return tuple((one.full_name, tuple(sorted(one.options.items()))) for one in parsed if one.options.get("p") != "0")
@@ -155,15 +157,15 @@ def _acting(specs: Sequence[str]) -> tuple[tuple[str, tuple[tuple[str, str], ...
 def why(
     trials: Mapping[str, Sequence[Trial]], conditions: Sequence[SeriesArm], *, margin: float = MARGIN
 ) -> Why | None:
-    """Why lies change the success of one agent, shown the box in one way.
+    """Analyse why lies change the success of one agent in one modality.
 
     Args:
         trials: Condition -> the agent's trials.
-        conditions: Those conditions as their specs tell them.
-        margin: Changes up to here count as none, (0, 1).
+        conditions: The conditions with their specs.
+        margin: Equivalence margin: smaller changes count as none, (0, 1).
 
     Returns:
-        None where no two blocks have true reports, lies and retracted lies.
+        None unless two blocks or more have true reports, lies and retracted lies.
     """
     if (found := arms_of(conditions)) is None:
         return None
@@ -196,7 +198,7 @@ def why(
 
 
 def _by_block(counted: Mapping[str, Outcomes]) -> dict[str, Array]:
-    """Arm -> 1 where it was solved, 0 where not, a row for each block; not a number where none has ended."""
+    """Arm -> 1 if solved, 0 if not, one row per block; NaN where no trial has ended."""
     _, made = sheets([replace(one, p=np.zeros(len(one))) for one in counted.values()])
     return {arm: sheet.solved[:, 0] for arm, sheet in zip(counted, made, strict=True)}
 
@@ -206,7 +208,7 @@ def _mean(*differences: Array, unit: float = 1.0) -> BlockMean:
 
 
 def _crossed(truth: Array, lie: Array, remark: Array, both: Array) -> dict[str, BlockMean]:
-    """The two-by-two of falsity and disturbance, over blocks that have all four."""
+    """Main effects and interaction of falsity and disturbance (2 x 2), over blocks with a trial in all four arms."""
     kept = ~np.isnan(truth + lie + remark + both)
     truth, lie, remark, both = (one[kept] for one in (truth, lie, remark, both))
     return {
@@ -234,10 +236,10 @@ def _arms(
 
 
 def verdict(change: BlockMean, says: BlockMean, disturbs: BlockMean, equivalence: float) -> Verdict:
-    """What is concluded, with an error of at most 5 % in all.
+    """The conclusion, with a familywise error rate of at most 5 %.
 
-    The two parts are looked at only where lies change success. Then at most one of them is zero, since they add up, and
-    each is tested at 5 %: no correction is needed (closed testing of three hypotheses of which two imply the third).
+    The two parts are tested only if lies change success. Then at most one part is zero, because they add up, and each
+    is tested at 5 % without correction (closed testing of three hypotheses, two of which imply the third).
     """
     if not _detectable(change):
         return "no change" if equivalence < ALPHA else "not detectable"
@@ -248,25 +250,25 @@ def verdict(change: BlockMean, says: BlockMean, disturbs: BlockMean, equivalence
 
 
 def verdict_of(truth: Array, lie: Array, retracted: Array, margin: float = MARGIN) -> Verdict:
-    """What is concluded from three arms alone.
+    """The conclusion from three arms alone.
 
     Args:
         truth: 1 where the block was solved under true reports, 0 where not, shape (blocks,).
         lie: The same under false reports.
-        retracted: The same under false reports that are taken back at once.
-        margin: As of :func:`why`.
+        retracted: The same under false reports that are retracted at once.
+        margin: As for :func:`why`.
     """
     change = lie - truth
     return verdict(_mean(change), _mean(lie - retracted), _mean(retracted - truth), _equivalence(change, margin))
 
 
 def _detectable(found: BlockMean) -> bool:
-    """Whether the test rejects and the interval leaves out 0."""
+    """Whether the test rejects and the interval excludes 0."""
     return found.p_value is not None and found.p_value < ALPHA and found.clear
 
 
 def _standard_error(differences: Array) -> tuple[float, float, int]:
-    """Mean, standard error and number of differences, as if one pair more differed (Agresti and Min 2005)."""
+    """Mean, standard error and number of differences, after adding one differing pair (Agresti and Min 2005)."""
     kept = differences[~np.isnan(differences)]
     n, mean = len(kept), float(kept.mean())
     return mean, math.sqrt((float(np.sum((kept - mean) ** 2)) + 1) / (n - 1) / n), n
@@ -281,7 +283,7 @@ def _equivalence(differences: Array, margin: float) -> float:
 
 
 def _needed(differences: Array, effect: float) -> int:
-    """Blocks with which a two-sided test at 5 % finds an effect with a power of 80 %."""
+    """Sample size: blocks at which a two-sided test at 5 % detects an effect with a power of 80 %."""
     from scipy.stats import norm
 
     _, error, n = _standard_error(differences)

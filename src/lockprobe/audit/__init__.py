@@ -1,1 +1,1 @@
-"""Error rates and power of every test, on simulated agents with known truth."""
+"""The audit: false-positive rates and power of every test, on simulated agents with known truth."""

@@ -27,19 +27,19 @@ REPETITIONS = 3
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Needed:
-    """Trials per p that one test needs for one effect.
+    """The sample size that one test needs for one effect: trials per p.
 
     Attributes:
         world: The effect.
         question: The question of the test.
-        test: Its name.
+        test: Name of the test.
         recommended: Whether the report concludes from it.
-        measured: Its power at every number of trials, ascending.
+        measured: Its power at every measured number of trials, ascending.
         trials: Trials per p at which the target is reached, interpolated; None if it is not.
-        low: Lower end of its 95 % interval: where the upper ends of the Wilson intervals of power reach the target;
-            None if the smallest number does.
-        high: Upper end: where the lower ends do; None if they do not.
-        below: Whether the smallest number measured reaches the target.
+        low: Lower end of its 95 % interval: the number at which the upper ends of power's Wilson intervals reach the
+            target; None if the smallest number does.
+        high: Upper end: the number at which the lower ends reach it; None if they do not.
+        below: Whether the smallest measured number of trials reaches the target.
     """
 
     world: str
@@ -54,7 +54,7 @@ class Needed:
 
 
 def default_worlds() -> tuple[World, ...]:
-    """A rise and fall of success like the paper's (Fig. 4), and an agent that loops trap (Sec. 3.3).
+    """The default effects: a rise and fall of success like the paper's (Fig. 4), and a trap of loops (Sec. 3.3).
 
     The paper's text gives 0.23 at p = 0 and 2.85 times that at 0.4; the other values are assumptions.
     """
@@ -64,13 +64,13 @@ def default_worlds() -> tuple[World, ...]:
 def stated_world(
     success: Sequence[float], *, p: Sequence[float] = P, trap: Sequence[float] = (), harm: float = 1.0
 ) -> World:
-    """The effect that a user states.
+    """The simulated agent with the effect that a user states.
 
     Args:
-        success: Probability to solve the box at each p as long as loops do no harm, [0, 1).
+        success: Probability of solving the box at each p if loops do no harm, [0, 1).
         p: Flip probabilities, ascending, 0.000001 or more apart.
-        trap: Chance per step to fall into a cycle at each p, [0, 1]; none by default.
-        harm: Factor on the chance to solve once a loop is complete, [0, 1].
+        trap: Probability per step of falling into a cycle at each p, [0, 1]; 0 by default.
+        harm: Factor on the probability of solving once a loop is complete, [0, 1].
     """
     if len(success) != len(p):
         raise BadValue(
@@ -95,7 +95,7 @@ def stated_world(
 
 
 def _check_p(p: Sequence[float]) -> None:
-    """Refuse flip probabilities that make no design; nearly equal ones allow no trend."""
+    """Refuse flip probabilities that make no design, such as nearly equal ones, which allow no trend."""
     if list(p) != sorted(set(p)) or len(p) < 2 or not all(0 <= value <= 1 for value in p):
         raise BadValue("p", ",".join(f"{value:g}" for value in p), "two values or more from 0 to 1, ascending")
     if any(round(high - low, 9) < 1e-6 for low, high in pairwise(p)):
@@ -103,7 +103,7 @@ def _check_p(p: Sequence[float]) -> None:
 
 
 def _truths(success: Sequence[float], trap: Sequence[float], harm: float) -> frozenset[Question]:
-    """The questions whose answer is yes. Where loops hurt, the trap changes success too."""
+    """The questions whose true answer is yes. If loops hurt, the trap changes success too."""
     traps = len(set(trap)) > 1
     found: set[Question] = set()
     if len(set(success)) > 1 or (traps and harm < 1):
@@ -133,7 +133,7 @@ def power(
     workers: Pool = THIS_PROCESS,
     progress: Progress = lambda done, of: None,
 ) -> list[Needed]:
-    """Power of every test whose question has the answer yes, and the trials per p that it needs.
+    """The power of every test whose true answer is yes, and the trials per p that it needs.
 
     Simulated trials share no luck over p, like those of a sampled model. With shared luck, differences of success need
     fewer trials, and tests of speed and loops need other numbers.
@@ -145,8 +145,8 @@ def power(
         target: Power to be reached, (0, 1).
         studies: Studies per world and number of trials.
         seed: Seed of everything.
-        workers: Where the studies are simulated.
-        progress: Told how many studies are done.
+        workers: The pool of processes that simulates the studies.
+        progress: Called with the number of studies done.
     """
     if not 0 < target < 1:
         raise BadValue("target power", target, "a number between 0 and 1")
@@ -168,7 +168,7 @@ def power(
 
 
 def needed(measured: Sequence[Rate], target: float) -> Needed:
-    """The trials at which one test's power first reaches the target, interpolated linearly in their logarithm."""
+    """The number of trials at which a test's power first reaches the target, interpolated in its logarithm."""
     first = measured[0]
     trials = [rate.trials for rate in measured]
     shares = [proportion(rate.rejected, rate.studies) for rate in measured]

@@ -1,8 +1,8 @@
 """False-positive rates and power of every test, over many simulated studies with known truth.
 
-Studies go from their records through the same tests as a user's. Where the truth is *no*, a test may reject in 5 % of
-the studies; where it is *yes*, its share of rejections is its power. ``measured.json`` ships the rates of this release:
-the output of ``lockprobe audit --studies 1000 --json``.
+Simulated studies pass from their records through the same tests as a user's. If the truth is *no*, a test may reject in
+5 % of the studies; if it is *yes*, the share of rejections is the power. ``measured.json`` ships the rates of this
+release: the output of ``lockprobe audit --studies 1000 --json``.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ Progress = Callable[[int, int], None]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rate:
-    """How often one test rejected in one world.
+    """The rejection rate of one test in one world: a false-positive rate or a power.
 
     Attributes:
         world: Name of the world.
@@ -46,10 +46,10 @@ class Rate:
         question: The question of the test.
         test: Name of the test.
         recommended: Whether the report concludes from it.
-        truth: The true answer; False makes the rate one of false positives, True makes it power.
-        studies: Studies played.
+        truth: The true answer: False for a false-positive rate, True for power.
+        studies: Number of studies.
         rejected: Studies in which it rejected at 0.05; a test that cannot be computed does not reject.
-        early: Rejections among the first 20 studies, which are quick to repeat.
+        early: Rejections in the first 20 studies, which are quick to repeat.
     """
 
     world: str
@@ -64,31 +64,31 @@ class Rate:
 
     @property
     def rate(self) -> float:
-        """Share of studies in which the test rejected, [0, 1]."""
+        """The share of studies in which the test rejected, [0, 1]."""
         return self.rejected / self.studies
 
     @property
     def error(self) -> float:
-        """Monte Carlo standard error of the rate, with one more study of each outcome."""
+        """Monte Carlo standard error of the rate, after adding one study of each outcome."""
         smooth = (self.rejected + 1) / (self.studies + 2)
         return math.sqrt(smooth * (1 - smooth) / self.studies)
 
     @property
     def valid(self) -> bool | None:
-        """Whether a false-positive rate is at most 0.05 within Monte Carlo error; None where it is power."""
+        """Whether a false-positive rate is at most 0.05 within Monte Carlo error; None for power."""
         return None if self.truth else within_error(self.rejected, self.studies)
 
 
 def within_error(rejected: int, studies: int) -> bool:
-    """Whether so many rejections, or more, have a probability above 0.001 at a rate of 0.05."""
+    """Whether this number of rejections or more has a binomial probability above 0.001 at a rate of 0.05."""
     from scipy.stats import binom
 
     return bool(binom.sf(rejected - 1, studies, ALPHA) > 0.001)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Job:
-    """A few studies of one world: numbers ``first`` to ``end`` - 1."""
+class _StudyRange:
+    """A range of studies of one world, the work of one job: numbers ``first`` to ``end`` - 1."""
 
     truth: World
     design: Design
@@ -114,16 +114,16 @@ def measure(
     records: bool = True,
     progress: Progress = lambda done, of: None,
 ) -> list[Rate]:
-    """Play studies of every world and count the rejections of each test.
+    """Simulate studies of every world and count the rejections of each test.
 
     Args:
         worlds: Simulated agents with known truth.
         studies: Studies per world and design, at least 1.
         seed: Seed of everything; the number of workers changes nothing.
-        designs: The designs of a study; by default that of its world.
-        workers: Where the studies are simulated.
-        records: Whether studies are written and read as records; False is quicker and gives the same.
-        progress: Told how many studies are done.
+        designs: The designs of a study; by default its world's design.
+        workers: The pool of processes that simulates the studies.
+        records: Whether studies are written and read as records; False is faster with equal results.
+        progress: Called with the number of studies done.
 
     Returns:
         By world, then design, then test in the order of the battery.
@@ -134,7 +134,7 @@ def measure(
     if len(set(kinds)) < len(kinds):
         raise BadValue("worlds and designs", sorted(kinds), "every one once")
     jobs = [
-        _Job(truth=w, design=d, seed=seed, first=first, end=min(first + BATCH, studies), records=records)
+        _StudyRange(truth=w, design=d, seed=seed, first=first, end=min(first + BATCH, studies), records=records)
         for w in worlds
         for d in designs or (w.design,)
         for first in range(0, studies, BATCH)
@@ -165,7 +165,7 @@ def measure(
     ]
 
 
-def _batch(job: _Job) -> list[Verdict]:
+def _batch(job: _StudyRange) -> list[Verdict]:
     """The verdict of every test on each study: name, question, recommended, rejects."""
     verdicts = []
     for number in range(job.first, job.end):
@@ -183,7 +183,7 @@ def _batch(job: _Job) -> list[Verdict]:
 
 
 def as_data(rates: Sequence[Rate], *, seed: int) -> dict[str, Any]:
-    """The audit as JSON holds it."""
+    """The audit as JSON data."""
     return {
         "seed": seed,
         "worlds": {name: WORLDS[name].says for name in dict.fromkeys(rate.world for rate in rates)},
@@ -193,7 +193,7 @@ def as_data(rates: Sequence[Rate], *, seed: int) -> dict[str, Any]:
 
 @cache
 def shipped() -> dict[str, Any]:
-    """The shipped audit as JSON holds it; not to be changed."""
+    """The shipped audit as JSON data; do not modify it."""
     found: dict[str, Any] = json.loads(files("lockprobe.audit").joinpath("measured.json").read_text(encoding="utf-8"))
     worlds = {name: WORLDS[name].says if name in WORLDS else says for name, says in found["worlds"].items()}
     return found | {"worlds": worlds}

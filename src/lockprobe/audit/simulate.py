@@ -1,8 +1,8 @@
 """Simulated trials of an agent with known truth, as records or as columns.
 
-It acts without immediate repeats, unless its world allows them. From the fourth step on the box opens with an equal
-chance at every step, whatever the joint, so that solved trials are shorter whether or not loops matter. The joint that
-opens it counts as the target.
+The agent acts without immediate repeats, unless its world allows them. From the fourth step on, the box opens with
+equal probability at every step, whatever the joint, so solved trials are shorter whether or not loops matter. The joint
+that opens it counts as the target.
 """
 
 from __future__ import annotations
@@ -39,13 +39,13 @@ Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Played:
-    """A study, one row a trial, by p, repetition and trial.
+class _SimulatedStudy:
+    """A simulated study, one row per trial, by p, repetition and trial.
 
     Attributes:
-        actions: As if no trial ended early, shape (trials, BUDGET).
-        solved: The step that solves each, 0 if none does or it breaks before, shape (trials,).
-        broken: The step whose call fails, 0 if none does before the end, shape (trials,).
+        actions: Actions up to the budget, even after a trial has ended, shape (trials, BUDGET).
+        solved: The step that solves the trial; 0 if none does or it breaks before; shape (trials,).
+        broken: The step at which the trial breaks; 0 if it does not break; shape (trials,).
     """
 
     actions: Integers
@@ -93,12 +93,12 @@ def simulate_study(truth: World, design: Design, rng: np.random.Generator) -> tu
 
 
 def _player(truth: World, design: Design, place: int) -> str:
-    """The player of a trial: at each p every player has equally many trials, one after the other."""
+    """The player of a trial: at each p every player has equally many consecutive trials."""
     condition, cluster = divmod(place, design.clusters)
     return participant_spec(f"{condition}-{cluster * truth.people // design.clusters}")
 
 
-def _play(truth: World, design: Design, rng: np.random.Generator) -> _Played:
+def _play(truth: World, design: Design, rng: np.random.Generator) -> _SimulatedStudy:
     if len(truth.success) != len(design.p) or len(truth.trap) != len(design.p):
         raise BadValue(
             f"world {truth.name}", f"{len(truth.success)} shares", f"one for each of {len(design.p)} flip rates"
@@ -116,11 +116,11 @@ def _play(truth: World, design: Design, rng: np.random.Generator) -> _Played:
         failed = rng.random((len(solved), BUDGET)) < np.array(truth.breaks)[conditions, None]
         step = np.where(failed.any(axis=1), failed.argmax(axis=1) + 1, 0)
         broken = np.where((solved == 0) | (step <= solved), step, 0)
-    return _Played(actions=actions, solved=np.where(broken > 0, 0, solved), broken=broken)
+    return _SimulatedStudy(actions=actions, solved=np.where(broken > 0, 0, solved), broken=broken)
 
 
 def _by_player(success: Floats, truth: World, design: Design, rng: np.random.Generator) -> Floats:
-    """Each trial's chance, given its player's skill; the mean over players is as stated."""
+    """Each trial's probability of success, given its player's skill; the mean over players is as stated."""
     from scipy.special import ndtr, ndtri
 
     names = np.array([_player(truth, design, place) for place in range(len(success))])
@@ -131,7 +131,7 @@ def _by_player(success: Floats, truth: World, design: Design, rng: np.random.Gen
 
 
 def _luck(truth: World, conditions: int, clusters: int, rng: np.random.Generator) -> Floats:
-    """Uniform numbers of shape (conditions x clusters, BUDGET, 3): for choosing, for cycling, for solving."""
+    """Uniform random numbers, shape (conditions x clusters, BUDGET, 3): for choices, cycles and solutions."""
     own = rng.random((conditions, clusters, BUDGET, 3))
     common = rng.random((clusters, BUDGET, 3))
     alike = rng.random(clusters) < truth.shared
@@ -142,7 +142,7 @@ def _luck(truth: World, conditions: int, clusters: int, rng: np.random.Generator
 
 
 def _actions(trap: Floats, luck: Floats, *, repeats: bool) -> Integers:
-    """What the agent attempts, whether or not the box has opened, shape (trials, BUDGET)."""
+    """The joints attempted, even after the box has opened, shape (trials, BUDGET)."""
     n = len(trap)
     actions = np.empty((n, BUDGET), dtype=np.int64)
     actions[:, 0] = luck[:, 0, 0] * len(JOINTS)
@@ -161,7 +161,7 @@ def _actions(trap: Floats, luck: Floats, *, repeats: bool) -> Integers:
 
 
 def _solved_at(success: Floats, harm: float, onset: Integers, luck: Floats) -> Integers:
-    """The step at which each trial is solved, 0 if it is not. A loop that is complete at t acts from t + 1 on."""
+    """The step at which each trial is solved, 0 if it is not. A loop completed at t has its effect from t + 1 on."""
     steps = np.arange(1, BUDGET + 1)
     hazard = (1 - (1 - success) ** (1 / (BUDGET - FIRST + 1)))[:, None] * (steps >= FIRST)
     looped = (onset[:, None] > 0) & (onset[:, None] < steps)
@@ -172,8 +172,8 @@ def _solved_at(success: Floats, harm: float, onset: Integers, luck: Floats) -> I
 _DECISIONS = tuple(Decision(joint=joint) for joint in JOINTS)
 
 
-def _trial(truth: World, design: Design, played: _Played, place: int) -> Trial:
-    """One record. The joint attempted last opens the box, so it is the target."""
+def _trial(truth: World, design: Design, played: _SimulatedStudy, place: int) -> Trial:
+    """The record of one trial. The joint attempted last opens the box, so it is the target."""
     condition, cluster = divmod(place, design.clusters)
     repetition, trial = (number + 1 for number in divmod(cluster, design.trials))
     actions = played.actions[place, : played.length[place]].tolist()

@@ -24,7 +24,7 @@ class Design:
 
     Attributes:
         p: Flip probabilities, ascending.
-        repetitions: Repetitions of the whole.
+        repetitions: Repetitions of the design.
         trials: Trials per repetition and p.
     """
 
@@ -40,20 +40,23 @@ class Design:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class World:
-    """The truth about a simulated agent. ``success`` and ``trap`` are given at each p of the design, ascending.
+    """A world: the truth about a simulated agent. ``success`` and ``trap`` have one value per p, ascending.
 
     Attributes:
         name: Its name.
         says: The truth in one sentence.
-        success: Probability to solve the box within the budget as long as loops do no harm, [0, 1).
-        trap: Chance per step to fall into a cycle of three or four actions, [0, 1]; 0 acts at random throughout.
-        harm: Factor on the chance to solve once a loop is complete; 1 if loops are irrelevant, below 1 if they hurt.
-        shared: Share of trials that have the same luck at every p, [0, 1].
-        apart: Whether the lowest p has other luck even so: success is equal at every p, but not in the same trials.
+        success: Probability of solving the box within the budget if loops do no harm, [0, 1).
+        trap: Probability per step of falling into a cycle of three or four actions, [0, 1]; 0 acts at random
+            throughout.
+        harm: Factor on the probability of solving once a loop is complete; 1 if loops are irrelevant, below 1 if they
+            hurt.
+        shared: Share of trials with the same luck at every p, [0, 1].
+        apart: Whether the lowest p has different luck in spite of ``shared``: success is equal at every p, but in
+            different trials.
         people: People who play at each p, each at a single p; 0 for an agent.
         likeness: Intraclass correlation of one person's trials, on the latent scale, [0, 1).
-        breaks: Chance per step that a call fails and ends the trial as error, at each p, [0, 1).
-        repeats: Whether any action may follow any; else none is repeated at once, outside of cycles.
+        breaks: Probability per step that a call fails and ends the trial as error, at each p, [0, 1).
+        repeats: Whether an action may be repeated at once outside of cycles.
         lost: Share of trials in which the agent falls into cycles and hardly ever solves the box, at any p, [0, 1].
         design: The default design.
         truths: Questions whose true answer is yes.

@@ -1,1 +1,1 @@
-"""Priors over interlocks, the exact posterior given reports, and plans under it."""
+"""Bayesian beliefs about interlocks: priors, the exact posterior given reports, and planning under it."""

@@ -1,13 +1,13 @@
-"""Exact planning where every report is true: fewest expected steps by branch and bound.
+"""Exact planning if every report is true: minimum expected steps by branch and bound.
 
-A belief is a configuration and the set of interlocks that are still possible. Attempts that surely move keep the set,
-others split it::
+A belief is a configuration and the set of interlocks that are still possible. An attempt that moves the joint under all
+of them keeps the set; any other attempt splits it::
 
     V(set, c) = min over joints of 1 + f V(set that moves, c') + (1 - f) V(set that does not, c)
 
 with f the share of the set that lets the joint move; V is 0 once the target moves. The mean distance over the set, as
-if the interlock were known, bounds V from below. From the start the bound leaves 151 of 6400 beliefs under
-``single-parent`` over 4 joints and 6251 of 271 498 under ``any-literal``.
+if the interlock were known, is a lower bound of V. From the start, this bound prunes the search to 151 of 6400 beliefs
+under ``single-parent`` over 4 joints, and to 6251 of 271 498 under ``any-literal``.
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ SAME = 1e-9
 
 
 def can_plan(interlocks: Interlocks) -> bool:
-    """Whether exact planning takes well below a second per decision."""
+    """Whether exact planning is affordable: well below a second per decision."""
     return interlocks.distance.size <= MOST_PLANNED
 
 
 @cache
 def planner(interlocks: Interlocks) -> Planner:
-    """The planner of these interlocks, with a memory of its results.
+    """The planner of these interlocks, with a cache of its results.
 
     Raises:
         BadValue: If there are too many.
@@ -56,10 +56,10 @@ class _Split(NamedTuple):
 
     Attributes:
         bound: Lower bound of the expected steps through it.
-        steps: Steps up to and including it.
+        steps: Number of steps up to and including the attempt.
         share: Share of the interlocks that let the joint move.
-        moved: Those interlocks and the configuration after it; None if the box is open then.
-        blocked: The other interlocks and the configuration.
+        moved: These interlocks and the configuration after the attempt; None if the box is then open.
+        blocked: The other interlocks and the unchanged configuration.
     """
 
     bound: float
@@ -70,10 +70,10 @@ class _Split(NamedTuple):
 
 
 class Planner:
-    """Fewest expected steps where every report is true. A set of interlocks is a number with bit s for interlock s.
+    """Minimum expected steps if every report is true. A set of interlocks is a number with bit s for interlock s.
 
     Args:
-        interlocks: Those of a prior. Every set given must be solvable from the configuration given with it.
+        interlocks: The interlocks of a prior. Each set passed to a method must be solvable from its configuration.
     """
 
     def __init__(self, interlocks: Interlocks) -> None:
@@ -84,15 +84,15 @@ class Planner:
         ]
 
     def __len__(self) -> int:
-        """Number of beliefs in its memory."""
+        """Number of beliefs in the cache."""
         return len(self._best)
 
     def values(self, alive: int, configuration: int) -> tuple[float, ...]:
-        """Expected steps if each joint is attempted next."""
+        """Expected steps for each joint if it is attempted next."""
         return tuple(self._attempt(alive, configuration, joint) for joint in range(self._known.joints))
 
     def value(self, alive: int, configuration: int) -> float:
-        """Fewest expected steps."""
+        """Minimum expected steps."""
         found = self._best.get((alive, configuration))
         if found is None:
             found = self._best[alive, configuration] = self._search(alive, configuration)
@@ -109,12 +109,12 @@ class Planner:
         return steps
 
     def _bound(self, alive: int, configuration: int) -> float:
-        """Expected steps if the interlock were known."""
+        """The lower bound: expected steps if the interlock were known."""
         total = sum(steps * (alive & mask).bit_count() for steps, mask in self._at[configuration])
         return total / alive.bit_count()
 
     def _search(self, alive: int, configuration: int) -> float:
-        """Follow the sure moves, then value the splits in the order of their bounds until none can be better."""
+        """Make all certain moves, then evaluate the splits in the order of their bounds until none can be better."""
         if alive & (alive - 1) == 0:
             return self._bound(alive, configuration)
         best, splits = self._reach(alive, configuration)
@@ -127,7 +127,7 @@ class Planner:
         return best
 
     def _reach(self, alive: int, configuration: int) -> tuple[float, list[_Split]]:
-        """Steps if the box can be opened by sure moves (else infinite), and the splits that can be reached by them."""
+        """Steps to open the box by certain moves (infinite if impossible), and the splits that they can reach."""
         away, queue, splits = {configuration: 0}, [configuration], list[_Split]()
         for here in queue:
             for joint in range(self._known.joints):

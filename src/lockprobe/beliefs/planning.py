@@ -1,8 +1,8 @@
-"""Planning under a belief: the expected steps and the expected information of each attempt.
+"""Planning under a belief: the expected steps and the expected information gain of each attempt.
 
-Where every report is true the expected steps are exact (:mod:`lockprobe.beliefs.exact`). Where reports may be false
-they are QMDP's (Littman, Cassandra and Kaelbling 1995): one step, then the distance averaged over the posterior, as if
-all were known after this attempt. That is a lower bound and gives no credit for information.
+If every report is true, the expected steps are exact (:mod:`lockprobe.beliefs.exact`). If reports may be false, they
+are QMDP's (Littman, Cassandra and Kaelbling 1995): one step plus the distance averaged over the posterior, which
+assumes full knowledge after this attempt. That is a lower bound and gives no credit for information.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ Floats = NDArray[np.float64]
 
 
 def expected_steps(belief: Belief) -> Floats:
-    """Expected steps to solve the box if each joint is attempted next, shape (n,).
+    """Expected steps to solve the box for each joint if it is attempted next, shape (n,).
 
     Exact for a naive observer; QMDP's lower bound for others.
 
@@ -40,7 +40,7 @@ def expected_steps(belief: Belief) -> Floats:
 
 
 def qmdp(belief: Belief) -> Floats:
-    """Expected steps if the interlock and the configuration were known after the next attempt, shape (n,)."""
+    """QMDP's expected steps: as if the state were known after the next attempt, shape (n,)."""
     known = belief.interlocks
     every = np.arange(known.joints)
     moves = known.may_move(belief.configuration)
@@ -52,7 +52,7 @@ def qmdp(belief: Belief) -> Floats:
 
 
 def information(belief: Belief) -> Floats:
-    """Expected bits about the interlock that attempting each joint next would give, shape (n,), from 0.
+    """Expected information gain about the interlock from attempting each joint next, bits, shape (n,), >= 0.
 
     An attempt shows whether the box opens; else the outcome told, or the position of the attempted joint where no
     outcome is told, and new positions.
@@ -87,10 +87,10 @@ def next_false(belief: Belief) -> Floats:
 
 
 def _by_position(told: Floats, configuration: NDArray[np.int64]) -> Floats:
-    """Probabilities of the position told of the attempted joint, from those of the outcome told.
+    """Probabilities of the reported position of the attempted joint, from those of the reported outcome.
 
     Args:
-        told: Of "moved" for each joint, then of "blocked", shape (interlocks, 2n).
+        told: Probabilities of the report "moved" for each joint, then of "blocked", shape (interlocks, 2n).
         configuration: The configuration under each interlock, shape (interlocks,).
     """
     n = told.shape[1] // 2
@@ -102,7 +102,7 @@ def _by_position(told: Floats, configuration: NDArray[np.int64]) -> Floats:
 def _news(belief: Belief) -> NDArray[np.int64]:
     """The positions before each attempt that a report would show, shape (kinds, interlocks, n).
 
-    The attempted joint's follows only from its position and the outcome told.
+    The attempted joint's reported position follows from its position and the reported outcome.
     """
     where, bit = belief.configuration[:, None], 1 << np.arange(belief.interlocks.joints)
     found = np.zeros((len(belief.noise.kinds), len(where), len(bit)), dtype=np.int64)
@@ -113,7 +113,7 @@ def _news(belief: Belief) -> NDArray[np.int64]:
 
 
 def _gained(mass: Floats, news: NDArray[np.int64]) -> Floats:
-    """Entropy of the observation minus its joint entropy with the interlock, unnormalised, shape (2n,).
+    """Mutual information terms: entropy of the observation minus joint entropy, unnormalised, shape (2n,).
 
     Args:
         mass: Probability of each kind, interlock and outcome told, shape (kinds, interlocks, 2n).
@@ -138,9 +138,9 @@ def _bits(share: Floats) -> Floats:
 
 
 def best_joints(belief: Belief, plan: PlanGoal) -> NDArray[np.bool_]:
-    """The joints that are best by a plan, shape (n,).
+    """The joints that are optimal under a planning criterion, shape (n,).
 
-    With ``information`` a known interlock (posterior probability 0.95) is planned for fewest steps.
+    With ``information``, once an interlock has a posterior probability of 0.95, the criterion is the fewest steps.
 
     Raises:
         BadValue: If the plan is ``steps``, the observer naive and its prior too large to plan exactly.
@@ -155,6 +155,6 @@ def best_joints(belief: Belief, plan: PlanGoal) -> NDArray[np.bool_]:
 
 
 def least(values: Floats) -> NDArray[np.bool_]:
-    """Whether each value is the least, within rounding, shape (n,)."""
+    """Whether each value is the minimum, within rounding, shape (n,)."""
     chosen: NDArray[np.bool_] = values <= values.min() + SAME
     return chosen

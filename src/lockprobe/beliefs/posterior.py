@@ -3,9 +3,9 @@
 Under each interlock the attempts determine the configuration and the number of false reports. The posterior is the
 prior times the probability of these counts:
 
-* ``naive``: every report is true; only interlocks without a false report are left.
+* ``naive``: every report is true; only interlocks without a false report remain.
 * a number p: every report is false with probability p, independently; k false ones of t have p^k (1 - p)^(t - k).
-* ``aware``: p is unknown, with equal density over [0, 1], and inferred jointly; k of t have k! (t - k)! / (t + 1)!.
+* ``aware``: p is unknown, with a uniform prior over [0, 1], and inferred jointly; k of t have k! (t - k)! / (t + 1)!.
 
 The content of a report depends on the kind of flip (:mod:`lockprobe.interventions.flip`). In each kind the position
 told of the attempted joint, with the outcome told, gives its position before. ``transient`` reports also show the
@@ -14,9 +14,9 @@ alone. With positions and no outcomes (``tell=state``) a report is false if the 
 whatever comparing it with the last report says. An observer who was not told the kind infers it, from equal odds; a
 naive one takes every position as true. A trial that goes on shows that the target has not moved, whatever was reported.
 
-If no interlock of the prior allows the reports, the observer keeps only the last one. It begins again from the prior at
-the configuration told before it (or believed, where none was told), and if that is impossible too, at the configuration
-told after it. Interlocks that cannot be solved from there are left out. These restarts are counted.
+If no interlock of the prior allows the reports, the observer keeps only the last report. It restarts from the prior at
+the configuration told before it (or the most probable one, if none was told). If that is impossible too, it restarts at
+the configuration told after it. Interlocks that cannot be solved from there are left out. Restarts are counted.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class Noise:
 
     Attributes:
         name: ``naive``, ``aware`` or a number.
-        p: Probability that a report is false, [0, 1]; None if it is inferred.
+        p: Probability that a report is false, [0, 1]; None if the observer infers it.
         kinds: The possible kinds of flip.
     """
 
@@ -65,7 +65,7 @@ def noise_model(name: str, persistence: Persistence = "unknown") -> Noise:
 
     Args:
         name: ``naive``, ``aware``, or a flip probability from 0 to 1; 0 is ``naive``.
-        persistence: What the observer was told of false positions; a naive one ignores it.
+        persistence: The kind of flip that the observer was told; a naive observer ignores it.
 
     Raises:
         BadValue: If it is none of these.
@@ -86,7 +86,7 @@ class ReportedAttempt:
 
     Attributes:
         joint: The joint attempted.
-        moved: Whether it moved, as told, or as positions imply.
+        moved: Whether it moved, according to the report or to the reported positions.
         positions: The configuration as told afterwards; None where positions are not told.
         states_only: Whether positions are told and no outcomes.
     """
@@ -99,14 +99,14 @@ class ReportedAttempt:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Belief:
-    """An observer's knowledge at one moment. Beliefs with the same consequences are equal, whatever their history.
+    """An observer's belief at one moment. Beliefs with the same consequences are equal, whatever their history.
 
     Attributes:
-        interlocks: Those of the prior.
+        interlocks: The interlocks of the prior.
         noise: The model of reports.
         possible: Whether the reports are possible, by kind of flip and interlock, shape (kinds, interlocks).
         configuration: The configuration under each interlock, shape (interlocks,).
-        false: The number of false reports under it, of the same shape.
+        false: The number of false reports under each interlock, of the same shape.
         weights: The posterior probability of every interlock, of the same shape.
         told: Reports since the beginning or the last restart.
         positions: The configuration as told last; None where positions are not told.
@@ -153,14 +153,14 @@ class Belief:
 
 
 def begin(interlocks: Interlocks, noise: Noise) -> Belief:
-    """What is known before the first report: the prior, at the start."""
+    """The belief before the first report: the prior at the initial configuration."""
     return _prior_at(interlocks, noise, 0)
 
 
 def _prior_at(
     interlocks: Interlocks, noise: Noise, configuration: int, positions: int | None = 0, restarts: int = 0
 ) -> Belief:
-    """The prior at a configuration, with the positions told of it."""
+    """The prior at a configuration, with the reported positions."""
     solvable = interlocks.distance[:, configuration] < NEVER
     return Belief(
         interlocks=interlocks,
@@ -175,25 +175,25 @@ def _prior_at(
 
 
 def update(belief: Belief, report: ReportedAttempt) -> Belief:
-    """What is known after a report, and after being asked to go on."""
-    found = _told(belief, report)
+    """The posterior after a report, given that the trial goes on."""
+    found = _condition_on_report(belief, report)
     if found is not None:
         return found
     before = belief.likeliest if report.positions is None else report.positions ^ (report.moved << report.joint)
-    again = _again(belief, before & ~1)
-    return _told(again, report) or _afterwards(again, before & ~1, report)
+    again = _restart(belief, before & ~1)
+    return _condition_on_report(again, report) or _restart_after(again, before & ~1, report)
 
 
-def _again(belief: Belief, configuration: int) -> Belief:
-    """Begin again from the prior."""
+def _restart(belief: Belief, configuration: int) -> Belief:
+    """Restart from the prior at a configuration."""
     return _prior_at(belief.interlocks, belief.noise, configuration, belief.positions, belief.restarts + 1)
 
 
-def _told(belief: Belief, report: ReportedAttempt) -> Belief | None:
+def _condition_on_report(belief: Belief, report: ReportedAttempt) -> Belief | None:
     """The belief conditioned on the report and on the trial going on; None if no interlock allows it."""
     moves = belief.interlocks.may_move(belief.configuration)[:, report.joint]
-    said = _said(belief, report)
-    possible = belief.possible & _shown(belief, report, said)
+    said = _moved_as_told(belief, report)
+    possible = belief.possible & _allows_positions(belief, report, said)
     if report.joint == 0:
         possible &= ~moves
     false, told = belief.false + (moves != said), belief.told + 1
@@ -213,16 +213,16 @@ def _told(belief: Belief, report: ReportedAttempt) -> Belief | None:
     )
 
 
-def _said(belief: Belief, report: ReportedAttempt) -> NDArray[np.bool_] | bool:
-    """Whether the joint moved as told; if positions alone are told, under each interlock."""
+def _moved_as_told(belief: Belief, report: ReportedAttempt) -> NDArray[np.bool_] | bool:
+    """Whether the joint moved according to the report; under each interlock if only positions are told."""
     if not report.states_only or report.positions is None:
         return report.moved
     moved: NDArray[np.bool_] = (belief.configuration ^ report.positions) >> report.joint & 1 == 1
     return moved
 
 
-def _shown(belief: Belief, report: ReportedAttempt, said: NDArray[np.bool_] | bool) -> NDArray[np.bool_]:
-    """Whether each kind and interlock allows the positions told, shape (kinds, interlocks)."""
+def _allows_positions(belief: Belief, report: ReportedAttempt, said: NDArray[np.bool_] | bool) -> NDArray[np.bool_]:
+    """Whether each kind of flip and interlock allows the reported positions, shape (kinds, interlocks)."""
     if report.positions is None:
         return np.ones_like(belief.possible)
     bit = 1 << report.joint
@@ -235,7 +235,7 @@ def _shown(belief: Belief, report: ReportedAttempt, said: NDArray[np.bool_] | bo
 
 
 def _weights(noise: Noise, possible: NDArray[np.bool_], false: NDArray[np.int64], told: int) -> Floats | None:
-    """The posterior of the counts of false reports, shape (interlocks,); None if nothing is possible."""
+    """The posterior over interlocks, from their counts of false reports, shape (interlocks,); None if impossible."""
     logs = np.where(possible.any(axis=0), _log_likelihood(noise.p, told)[false], -inf)
     most = float(logs.max())
     if most == -inf:
@@ -247,7 +247,7 @@ def _weights(noise: Noise, possible: NDArray[np.bool_], false: NDArray[np.int64]
 
 @lru_cache(maxsize=4096)
 def _log_likelihood(p: float | None, told: int) -> Floats:
-    """Of 0, 1, ... false reports among ``told``, shape (told + 1,)."""
+    """The log-likelihood of 0, 1, ... false reports among ``told``, shape (told + 1,)."""
     counts = range(told + 1)
     if p is None:
         return np.array([lgamma(k + 1) + lgamma(told - k + 1) - lgamma(told + 2) for k in counts])
@@ -255,21 +255,23 @@ def _log_likelihood(p: float | None, told: int) -> Floats:
     return np.array([sum(n * odd for n, odd in zip((k, told - k), odds, strict=True) if n) for k in counts])
 
 
-def _afterwards(again: Belief, before: int, report: ReportedAttempt) -> Belief:
-    """The prior at the configuration told; the target stays in place."""
+def _restart_after(again: Belief, before: int, report: ReportedAttempt) -> Belief:
+    """Restart from the prior at the reported configuration; the target stays in place."""
     now = before ^ (report.moved << report.joint) & ~1
     fresh = _prior_at(again.interlocks, again.noise, now, report.positions, again.restarts)
     fresh = replace(fresh, moved=float(report.moved and report.joint > 0))
-    return _only(fresh, opens=False) or fresh if report.joint == 0 else fresh
+    return _condition_on_opening(fresh, opens=False) or fresh if report.joint == 0 else fresh
 
 
 def opened(belief: Belief) -> Belief:
-    """What is known once the box has opened: the target was attempted, and moved."""
-    again = _again(belief, belief.likeliest)
-    return replace(_only(belief, opens=True) or _only(again, opens=True) or again, moved=1.0)
+    """The posterior once the box has opened: the target was attempted and moved."""
+    again = _restart(belief, belief.likeliest)
+    return replace(
+        _condition_on_opening(belief, opens=True) or _condition_on_opening(again, opens=True) or again, moved=1.0
+    )
 
 
-def _only(belief: Belief, *, opens: bool) -> Belief | None:
+def _condition_on_opening(belief: Belief, *, opens: bool) -> Belief | None:
     """The belief, given whether an attempt moves the target; None if that is impossible."""
     moves = belief.interlocks.may_move(belief.configuration)[:, 0]
     possible = belief.possible & (moves == opens)

@@ -1,7 +1,7 @@
 """Priors over interlocks, all of equal weight: chains, single parents, any literal.
 
-Joints are numbers, the target is joint 0. A configuration is a number; bit j says that joint j is "open": away from its
-start. Every interlock lets a joint move always, or under the position of one other joint:
+Joints are numbers; the target is joint 0. A configuration is a number whose bit j says that joint j is "open" (away
+from its start). In every interlock, a joint is always free or depends on the position of one other joint:
 
 * ``chains``: the target needs another joint open, that one the next, and so on through all; the last is free. The
   orders of the only public code of this lineage (Baum et al., IROS 2017), 6 for 4 joints.
@@ -9,7 +9,7 @@ start. Every interlock lets a joint move always, or under the position of one ot
 * ``any-literal``: every joint is free or needs one other in one of its two positions; 2152 for 4 joints.
 
 Interlocks under which the target can never move are left out (114 of 256, 249 of 2401). A box with two conditions on
-one joint is in none of these priors; its reports can be impossible to an observer.
+one joint is in none of these priors, so its reports can be impossible for an observer.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ MOST_INTERLOCKS = 20_000
 """The largest prior that is built."""
 
 NEVER = 255
-"""The distance from where the target can never move."""
+"""The distance of configurations from which the target can never move."""
 
 Need = tuple[int, int] | None
 """The other joint that a joint needs, and its position; None for a joint that is free."""
@@ -47,11 +47,11 @@ class Interlocks:
     Attributes:
         prior: Name of the prior.
         joints: Number of joints n.
-        needs: The need of every joint, one tuple of n per interlock.
-        asks: The bit that a joint's condition reads, shape (interlocks, n); 0 for a joint that is free.
-        finds: The value that this bit must have, of the same shape.
-        distance: Fewest steps that solve the box from every configuration, shape (interlocks, 2**n); 255 where
-            nothing does.
+        needs: The condition of every joint, one tuple of n per interlock.
+        asks: Bit mask of the joint that a condition reads, shape (interlocks, n); 0 for a free joint.
+        finds: The value that the masked bit must have, of the same shape.
+        distance: Fewest steps that solve the box from every configuration, shape (interlocks, 2**n); 255 if it is
+            unsolvable.
     """
 
     prior: str
@@ -129,7 +129,7 @@ def interlocks(prior: str, joints: int) -> Interlocks:
 
     Raises:
         UnknownName: If there is no such prior.
-        BadValue: If it has more than :data:`MOST_INTERLOCKS` interlocks over so many joints.
+        BadValue: If it has more than :data:`MOST_INTERLOCKS` interlocks over this number of joints.
 
     >>> len(interlocks("single-parent", 4))
     142

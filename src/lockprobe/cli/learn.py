@@ -14,7 +14,7 @@ from lockprobe.errors import BadFile
 from lockprobe.formatting import percent
 from lockprobe.learner.network import HIDDEN
 from lockprobe.learner.network_file import load, save
-from lockprobe.learner.training import SCHEDULE, Schooling, success, train
+from lockprobe.learner.training import SCHEDULE, TrainingSettings, success, train
 from lockprobe.lockbox.families import box as find_box
 
 __all__ = ["learn"]
@@ -45,7 +45,7 @@ def learn(
     if not out.parent.is_dir():
         raise BadFile(out, "its directory does not exist")
     only = None if box is None else find_box(box)
-    schooling = Schooling(
+    schooling = TrainingSettings(
         updates=updates,
         joints=joints if only is None else len(only.names),
         hidden=hidden,

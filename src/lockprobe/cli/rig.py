@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from lockprobe.plants.arm.protocol import StoppableArm
     from lockprobe.plants.hardware.arm_check import ArmCheck
     from lockprobe.plants.hardware.dry_run import DryMotion, DryRun
-    from lockprobe.plants.hardware.rehearsal import Attempted, Rehearsal
+    from lockprobe.plants.hardware.rehearsal import Rehearsal, RehearsedAttempt
 
 __all__ = ["app", "check", "dry_run", "rehearse"]
 
@@ -168,7 +168,7 @@ def _fault_in_one_line() -> Iterator[None]:
         raise UserMistake(str(fault)) from None
 
 
-def _tell(one: Attempted) -> None:
+def _tell(one: RehearsedAttempt) -> None:
     what = one.fault or f"{one.verdict}, {one.peak_force:.1f} N"
     print(f"{one.state}  {one.joint:16} {'free' if one.free else 'locked':7} {what}{'' if one.right else '  <- WRONG'}")
 

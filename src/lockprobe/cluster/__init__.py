@@ -1,4 +1,4 @@
-"""Other machines: jobs on the processors of a Ray cluster."""
+"""Distributed work: jobs on the processors of a Ray cluster."""
 
 from lockprobe.cluster.work import Cluster, Lost, Node
 

@@ -24,7 +24,7 @@ _SETTINGS = {
     "RAY_ENABLE_UV_RUN_RUNTIME_ENV": "0",  # else it packs the working directory and builds an environment on each node
     "RAY_USAGE_STATS_ENABLED": "0",
 }
-"""What Ray reads from the environment when it is imported."""
+"""Environment variables that Ray reads when it is imported."""
 
 _REACHED = 5.0
 """Seconds in which the cluster's address has to answer."""
@@ -53,18 +53,18 @@ def connected(address: str) -> Iterator[Any]:
 
 
 def _silence() -> None:
-    """Keep Ray from printing what happens to nodes on standard output, where the lines of ``--json`` are."""
+    """Keep Ray from printing events of nodes to standard output, which carries the lines of ``--json``."""
     from ray._private import worker
 
     worker.print_to_stdstream = lambda *_, **__: None
 
 
 def _check_reachable(address: str) -> None:
-    """Refuse what is no address, and one at which nobody listens: Ray would wait for a minute.
+    """Refuse an invalid address, and one without a listener, for which Ray would wait a minute.
 
     Raises:
-        BadValue: If it is no address.
-        Missing: If nobody answers.
+        BadValue: If it is not an address.
+        Missing: If nothing answers.
     """
     if address == "auto":
         return
@@ -80,7 +80,7 @@ def _check_reachable(address: str) -> None:
 
 @contextmanager
 def _standard_error() -> Iterator[list[str]]:
-    """What is written to standard error meanwhile, also by libraries: there afterwards, and nothing is shown."""
+    """Capture standard error, including that of C libraries; the text is in the list after the block."""
     said: list[str] = []
     with tempfile.TemporaryFile() as file:
         kept = os.dup(2)
@@ -95,7 +95,7 @@ def _standard_error() -> Iterator[list[str]]:
 
 
 def _unreachable(address: str, error: Exception, written: str) -> Missing:
-    """Why Ray could not connect, in one line."""
+    """The reason why Ray could not connect, in one line."""
     said, token = readable(" ".join(str(error).split())), "copy ~/.ray/auth_token from the head node to this machine"
     if "InvalidAuthToken" in written:
         return Missing(f"the Ray cluster at {address} has another token", token)

@@ -1,10 +1,10 @@
 """Jobs on the processors of a Ray cluster.
 
-This process, the driver, hands out jobs and collects their results. On every processor of the cluster an actor builds
-what it needs once and then works on the jobs that it is sent. Ray repeats nothing: it may report an actor as lost that
-has done its work. The driver itself hands out the jobs of a lost actor again, and no result of a lost actor is taken,
-so that every job has one result. Losing actors is normal; the work ends only if they are lost three times in a row and
-nothing is finished in between.
+This process, the driver, hands out jobs and collects their results. On every processor of the cluster, an actor sets
+itself up once and then works on the jobs that it receives. Ray's own retries are off, because Ray may report an actor
+as lost that has done its work. Instead the driver requeues the jobs of a lost actor and ignores its results, so every
+job has exactly one result. Losing actors is normal. The work ends only if actors are lost three times in a row with
+nothing finished in between.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ _J = TypeVar("_J")
 _R = TypeVar("_R")
 
 _LOSSES = 3
-"""So often a job is handed out before it counts as lost. So many times in a row actors may be lost."""
+"""Attempts of a job before it counts as lost; also the most losses of actors in a row."""
 
 _PATIENCE = 600.0
-"""Seconds after which an actor that does not answer is given up, if no answer has taken a twentieth of it longer."""
+"""Seconds after which a silent actor is given up, or 20 times the longest answer so far if that is longer."""
 
 _AT_ONCE = 0.25
 """Seconds of work that are sent at once. A call takes the driver and the network some milliseconds."""
@@ -48,7 +48,7 @@ class Node:
 
     Attributes:
         host: Its name.
-        processors: How many jobs it does at once.
+        processors: Number of jobs that it runs in parallel.
     """
 
     host: str
@@ -57,53 +57,53 @@ class Node:
 
 @dataclass(frozen=True, slots=True)
 class Lost:
-    """In place of a result: every actor that worked on the job was lost.
+    """The result of a job whose actors were all lost.
 
     Attributes:
-        why: What happened to the last one.
+        why: The reason why the last actor was lost.
     """
 
     why: str
 
 
 @dataclass(frozen=True, slots=True)
-class _Done(Generic[_R]):
+class _BatchResult(Generic[_R]):
     results: list[_R]
     seconds: float
 
 
 @dataclass(slots=True)
-class _Job(Generic[_J]):
+class _QueuedJob(Generic[_J]):
     value: _J
     losses: int = 0
 
 
 @dataclass(slots=True)
-class _Call(Generic[_J]):
-    """A call of an actor; without jobs its first, in which it gets ready."""
+class _ActorCall(Generic[_J]):
+    """A pending call of an actor; its first call has no jobs and sets the actor up."""
 
     actor: Any
-    jobs: list[_Job[_J]] = field(default_factory=list)
+    jobs: list[_QueuedJob[_J]] = field(default_factory=list)
     since: float = field(default_factory=time.monotonic)
 
 
 class _Actor:
-    """What works on a processor of the cluster. Its only state is what ``begin`` made."""
+    """A worker on a processor of the cluster. Its only state is the function that ``begin`` returned."""
 
     def __init__(self, begin: Callable[[], Callable[[Any], Any]]) -> None:
         self._begin = begin
 
     def ready(self) -> tuple[str, dict[str, str], str]:
-        """Get ready; the host, its versions, and what the user has to mend, if anything."""
+        """Set up; returns the host, its versions, and a message if the user has to fix something."""
         try:
             self._work = self._begin()
         except UserMistake as mistake:
             return socket.gethostname(), _versions(), str(mistake)
         return socket.gethostname(), _versions(), ""
 
-    def work(self, jobs: list[Any]) -> _Done[Any]:
+    def work(self, jobs: list[Any]) -> _BatchResult[Any]:
         began = time.perf_counter()
-        return _Done([self._work(job) for job in jobs], time.perf_counter() - began)
+        return _BatchResult([self._work(job) for job in jobs], time.perf_counter() - began)
 
 
 class Cluster:
@@ -136,14 +136,14 @@ class Cluster:
         )
 
     def map(self, work: Callable[[_J], _R], jobs: Sequence[_J], /) -> Iterator[_R]:
-        """The results in the order of the jobs; see :class:`lockprobe.parallel.Pool`.
+        """Yield the results in the order of the jobs; see :class:`lockprobe.parallel.Pool`.
 
         Raises:
             Missing: If actors keep being lost.
         """
         kept: dict[int, _R] = {}
         following = 0
-        for (number, _), result in self.each(_Mapped(work), list(enumerate(jobs))):
+        for (number, _), result in self.each(_NumberedWork(work), list(enumerate(jobs))):
             if isinstance(result, Lost):
                 raise Missing(f"a part of the work was lost on {_LOSSES} processors ({result.why})", "is there memory?")
             kept[number] = result
@@ -152,45 +152,45 @@ class Cluster:
                 following += 1
 
     def each(self, begin: Callable[[], Callable[[_J], _R]], jobs: Iterable[_J]) -> Iterator[tuple[_J, _R | Lost]]:
-        """Work on jobs, each with one result, in the order in which results arrive.
+        """Yield each job with its one result, in the order in which results arrive.
 
         Args:
-            begin: Called once in every actor; makes the function that works on a job. It is sent by name, so it has to
-                be part of an installed package.
+            begin: Called once in every actor; returns the function that works on a job. It is sent by name, so it has
+                to be part of an installed package.
             jobs: The jobs.
 
         Raises:
             UserMistake: As ``begin`` raises it.
             Missing: If nodes have other versions, or actors keep being lost with nothing finished in between.
         """
-        work = _Work(self, begin, jobs)
+        work = _Driver(self, begin, jobs)
         try:
             yield from work.results()
         finally:
             work.stop()
 
     def hire(self, begin: Callable[[], Callable[[Any], Any]]) -> Any:
-        """A new actor, which starts when a processor is free."""
+        """Create an actor, which starts when a processor is free."""
         kind = self._ray.remote(num_cpus=1, max_restarts=0, max_task_retries=0)(_Actor)
         return kind.remote(begin)
 
     def dismiss(self, actor: Any) -> None:
-        """End an actor; its calls are lost."""
+        """Kill an actor; its pending calls are lost."""
         with suppress(Exception):  # it may be gone
             self._ray.kill(actor)
 
     def answered(self, calls: Sequence[Any], seconds: float) -> list[Any]:
-        """Those calls that were answered or lost; waits for one of them for some seconds."""
+        """The calls that are finished or lost; waits up to this many seconds for the first of them."""
         found, _ = self._ray.wait(list(calls), num_returns=1, timeout=seconds)
         if found and len(calls) > 1:
             found, _ = self._ray.wait(list(calls), num_returns=len(calls), timeout=0)
         return cast(list[Any], found)
 
     def answer(self, call: Any) -> Any:
-        """What a call returned, or :class:`Lost`.
+        """The result of a call, or :class:`Lost`.
 
         Raises:
-            Exception: What the job raised.
+            Exception: The exception that the job raised.
         """
         errors = self._ray.exceptions
         try:
@@ -202,8 +202,8 @@ class Cluster:
 
 
 @dataclass(frozen=True, slots=True)
-class _Mapped(Generic[_J, _R]):
-    """A function without state, of numbered jobs."""
+class _NumberedWork(Generic[_J, _R]):
+    """A stateless function applied to numbered jobs, for :meth:`Cluster.map`."""
 
     work: Callable[[_J], _R]
 
@@ -211,14 +211,14 @@ class _Mapped(Generic[_J, _R]):
         return lambda job: self.work(job[1])
 
 
-class _Work(Generic[_J, _R]):
+class _Driver(Generic[_J, _R]):
     """The driver's side of :meth:`Cluster.each`."""
 
     def __init__(self, cluster: Cluster, begin: Callable[[], Callable[[_J], _R]], jobs: Iterable[_J]) -> None:
         self._cluster = cluster
         self._begin = begin
-        self._queue = deque(_Job(job) for job in jobs)
-        self._calls: dict[Any, _Call[_J]] = {}
+        self._queue = deque(_QueuedJob(job) for job in jobs)
+        self._calls: dict[Any, _ActorCall[_J]] = {}
         self._lost_in_a_row = 0
         self._counted = -math.inf
         self._seconds = _AT_ONCE  # of one job, as measured
@@ -228,19 +228,19 @@ class _Work(Generic[_J, _R]):
 
     def results(self) -> Iterator[tuple[_J, _R | Lost]]:
         while self._queue or any(call.jobs for call in self._calls.values()):
-            self._hire()
+            self._hire_actors()
             for reference in self._cluster.answered(list(self._calls), _LOOK):
-                yield from self._hear(reference)
-            for reference in self._silent():
-                yield from self._bury(reference, "it did not answer")
+                yield from self._receive(reference)
+            for reference in self._dead_calls():
+                yield from self._requeue_lost(reference, "it did not answer")
 
     def stop(self) -> None:
         for call in self._calls.values():
             self._cluster.dismiss(call.actor)
         self._calls.clear()
 
-    def _hire(self) -> None:
-        """As many actors as there are processors, or jobs; processors come and go."""
+    def _hire_actors(self) -> None:
+        """Create actors up to the number of processors or jobs; processors may join and leave."""
         if time.monotonic() - self._looked >= _LOOK:
             self._looked = time.monotonic()
             self._processors = max(1, sum(node.processors for node in self._cluster.nodes))
@@ -248,15 +248,15 @@ class _Work(Generic[_J, _R]):
         wanted = min(self._processors, busy + len(self._queue))
         for _ in range(wanted - len(self._calls)):
             actor = self._cluster.hire(self._begin)
-            self._calls[actor.ready.remote()] = _Call(actor)
+            self._calls[actor.ready.remote()] = _ActorCall(actor)
 
-    def _hear(self, reference: Any) -> Iterator[tuple[_J, _R | Lost]]:
+    def _receive(self, reference: Any) -> Iterator[tuple[_J, _R | Lost]]:
         call = self._calls[reference]
         answer = self._cluster.answer(reference)
         if isinstance(answer, Lost):
-            yield from self._bury(reference, answer.why)
+            yield from self._requeue_lost(reference, answer.why)
             return
-        if not isinstance(answer, _Done):
+        if not isinstance(answer, _BatchResult):
             _check_ready(*answer)
             self._send(reference)
             return
@@ -268,25 +268,25 @@ class _Work(Generic[_J, _R]):
             yield job.value, result
 
     def _send(self, reference: Any) -> None:
-        """Send an actor that has answered its next jobs; one without jobs is sent home."""
-        actor, jobs = self._calls.pop(reference).actor, self._taken()
+        """Send an idle actor its next jobs; dismiss it if there are none."""
+        actor, jobs = self._calls.pop(reference).actor, self._next_batch()
         if not jobs:
             self._cluster.dismiss(actor)
             return
         reference = actor.work.remote([job.value for job in jobs])
-        self._calls[reference] = _Call(actor, jobs)
+        self._calls[reference] = _ActorCall(actor, jobs)
 
-    def _taken(self) -> list[_Job[_J]]:
-        """The next jobs: as many as take a quarter of a second, fewer at the end; one that was lost goes alone."""
+    def _next_batch(self) -> list[_QueuedJob[_J]]:
+        """The next batch: jobs for about a quarter of a second, fewer at the end; a lost job goes alone."""
         most = min(_AT_ONCE / max(self._seconds, 1e-6), len(self._queue) / (2 * max(1, self._processors)))
-        jobs: list[_Job[_J]] = []
+        jobs: list[_QueuedJob[_J]] = []
         while self._queue and len(jobs) < max(1, most) and not (jobs and self._queue[0].losses):
             jobs.append(self._queue.popleft())
             if jobs[0].losses:
                 break
         return jobs
 
-    def _silent(self) -> list[Any]:
+    def _dead_calls(self) -> list[Any]:
         patience = max(_PATIENCE, 20 * self._longest)
         return [
             reference
@@ -294,8 +294,8 @@ class _Work(Generic[_J, _R]):
             if call.jobs and time.monotonic() - call.since > patience
         ]
 
-    def _bury(self, reference: Any, why: str) -> Iterator[tuple[_J, Lost]]:
-        """Hand out the jobs of a lost actor again, at the end; a job that was lost too often is given up."""
+    def _requeue_lost(self, reference: Any, why: str) -> Iterator[tuple[_J, Lost]]:
+        """Requeue the jobs of a lost actor at the end; yield those that were lost too often."""
         call = self._calls.pop(reference)
         self._cluster.dismiss(call.actor)
         if call.since > self._counted:  # what is lost together, as with its node, is one loss
@@ -318,7 +318,7 @@ def _versions() -> dict[str, str]:
 
 
 def _check_ready(host: str, there: dict[str, str], mistake: str) -> None:
-    """Refuse a node with other versions, and say what it lacks.
+    """Refuse a node with other versions or a failed set-up.
 
     Raises:
         Missing: If it has other versions, or lacks something.

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from matplotlib.axes import Axes
 
-from lockprobe.analysis.agent_comparison.pair import Comparison
+from lockprobe.analysis.agent_comparison.pair import AgentComparison
 from lockprobe.analysis.agent_comparison.paired import BlockMean
 from lockprobe.analysis.proportions import ALPHA
 from lockprobe.analysis.summary import StudySummary
@@ -20,7 +20,7 @@ SHOWN = 15
 """Pairs that one picture has room for."""
 
 
-def shown(result: StudySummary) -> Sequence[Comparison]:
+def shown(result: StudySummary) -> Sequence[AgentComparison]:
     """The pairs that are drawn: of agents that the study is about; with baselines if there is only one such agent."""
     between = [one for one in result.comparisons if one.among == "subjects"]
     return (between or result.comparisons)[:SHOWN]
@@ -59,7 +59,7 @@ def draw_changes(axes: Axes, result: StudySummary) -> None:
     title(axes, "change from the lowest flip rate, at the clearest difference")
 
 
-def _row(result: StudySummary, one: Comparison, mean: BlockMean, *, shown: bool, where: str = "") -> ForestRow:
+def _row(result: StudySummary, one: AgentComparison, mean: BlockMean, *, shown: bool, where: str = "") -> ForestRow:
     names = {(agent.agent, agent.modality): agent_label(agent) for agent in result.agents}
     return ForestRow(
         name=f"{names[one.second]}\n\N{MINUS SIGN} {names[one.first]}",

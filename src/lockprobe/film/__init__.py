@@ -1,1 +1,1 @@
-"""Films of trials, for people."""
+"""Films of trials as GIF, MP4 or pictures."""

@@ -1,4 +1,4 @@
-"""A film of the pictures that an agent saw, from a study's files and without simulation."""
+"""Makes a film of the pictures that an agent saw, from a study's files and without simulation."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def film_seen(trial: Trial, directory: Path, path: Path) -> Film:
 
 
 def _shown(directory: Path, names: Mapping[PictureKind, str]) -> NDArray[np.uint8]:
-    """Colours, with depth to the right if the agent saw it."""
+    """The colour picture, with the depth picture at its right if the agent saw it."""
     kinds: tuple[PictureKind, ...] = ("rgb", "depth")
     return np.concatenate([_read(directory, names[kind]) for kind in kinds if kind in names], axis=1)
 

@@ -1,4 +1,4 @@
-"""The caption under a film's picture: the attempt, truth and told, and the agent's claim."""
+"""Captions under a film's pictures: the attempt, truth and report, and the agent's claim."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class CaptionLine:
 
     Attributes:
         text: The text.
-        alarming: Whether it holds something false; then it is red.
+        alarming: Whether it states something false, which is shown in red.
     """
 
     text: str
@@ -40,7 +40,7 @@ class CaptionLine:
 
 
 def opening_lines(trial: Trial) -> tuple[CaptionLine, ...]:
-    """Agent, box, condition, target and budget."""
+    """The first caption: agent, box, condition, target and budget."""
     target = trial.labels[trial.joints.index(trial.target)]
     return (
         CaptionLine(f"{trial.agent} on {trial.box}, {trial.modality}, trial {trial.repetition}.{trial.trial}"),
@@ -49,14 +49,14 @@ def opening_lines(trial: Trial) -> tuple[CaptionLine, ...]:
 
 
 def step_lines(trial: Trial, at: int) -> tuple[CaptionLine, ...]:
-    """The attempt of a step, counted from 0."""
+    """The caption before a step (from 0): the attempt."""
     step = trial.steps[at]
     label = trial.labels[trial.joints.index(step.joint)]
     return (CaptionLine(f"Step {at + 1} of {trial.budget}: {label} ({step.joint})"),)
 
 
 def outcome_lines(trial: Trial, at: int) -> tuple[CaptionLine, ...]:
-    """The attempt with truth, report (with pictures: if false), the robot's verdict and the agent's next claim."""
+    """The caption after a step: attempt, truth, report (pictures: if false), robot's verdict, agent's next claim."""
     step = trial.steps[at]
     truth = _word(step.moved)
     verdict = step.sensed.get("verdict")
@@ -80,7 +80,7 @@ def captioned(picture: NDArray[np.uint8], lines: Sequence[CaptionLine], corner: 
     Args:
         picture: Shape (height, width, 3).
         lines: At most three.
-        corner: A few characters at the right of the first line.
+        corner: Short text at the right of the first line.
 
     Returns:
         Shape (even number, WIDTH, 3).

@@ -1,4 +1,4 @@
-"""Films as files: GIF, MP4 or a directory of pictures, written picture by picture."""
+"""Writes films picture by picture: GIF, MP4 or a directory of pictures."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _SAME = 255
 
 
 class FilmFile(Protocol):
-    """A film while it is written."""
+    """A film file that is being written."""
 
     def add(self, picture: NDArray[np.uint8], seconds: float) -> None:
         """Add a picture.
@@ -44,7 +44,7 @@ class FilmFile(Protocol):
         ...
 
     def close(self) -> None:
-        """Finish the file. Without this call no file appears."""
+        """Finish the file. The file appears only with this call."""
         ...
 
     def drop(self) -> None:

@@ -1,4 +1,4 @@
-"""A film of a trial: its recorded actions, played again with the same luck.
+"""Makes a film of a trial: its recorded actions are played again with the same luck.
 
 The trial's plant is built again from its spec and its stream. A trial on the symbolic plant is played on a fast-twin of
 the same box. Each step is compared with the record.
@@ -84,12 +84,12 @@ def film_trial(
         trial: The record.
         plan: Its plan.
         path: The film: ``.gif``, ``.mp4``, or a directory for the pictures.
-        speed: Speed-up of a twin's motion, 1 to 16.
+        speed: Speed-up of a twin's motion, a factor of 1 to 16.
         tell: Called with one line after every step.
 
     Raises:
         UserMistake: If the trial cannot be filmed here.
-        PlantFault: If the plant breaks and the record holds no such error.
+        PlantFault: If the plant breaks and the record holds no error of the plant.
     """
     if not 1 <= speed <= FASTEST:
         raise BadValue("speed", speed, f"a whole number from 1 to {FASTEST}")
@@ -100,32 +100,32 @@ def film_trial(
     file = open_film(path)
     runs = source.make_filmed is not None
     renderer = source.settings.renderer if source.settings is not None else "auto"
-    shooting = _Shooting(file, renderer=renderer, runs=runs, rate=RATES[path.suffix.lower()], speed=speed)
+    recorder = _FilmRecorder(file, renderer=renderer, runs=runs, rate=RATES[path.suffix.lower()], speed=speed)
     try:
-        differs = _play_again(trial, plan, source, shooting, tell)
+        differs = _play_again(trial, plan, source, recorder, tell)
         file.close()
     finally:
-        shooting.close()
+        recorder.close()
         file.drop()
-    return Film(path=path, pictures=shooting.pictures, plant=source.spec, differs=differs)
+    return Film(path=path, pictures=recorder.pictures, plant=source.spec, differs=differs)
 
 
 def _play_again(
-    trial: Trial, plan: Plan, source: PlantSource, shooting: _Shooting, tell: Callable[[str], None]
+    trial: Trial, plan: Plan, source: PlantSource, recorder: _FilmRecorder, tell: Callable[[str], None]
 ) -> str | None:
-    plant = _plant(plan, source, shooting)
+    plant = _plant(plan, source, recorder)
     differs: str | None = None
     try:
         snapshot = plant.observe()
-        shooting.show(snapshot, opening_lines(trial), _HOLD)
+        recorder.show(snapshot, opening_lines(trial), _HOLD)
         for at, step in enumerate(trial.steps):
             before = bits(snapshot.configuration)
-            shooting.begin(snapshot, step_lines(trial, at))
+            recorder.begin(snapshot, step_lines(trial, at))
             snapshot = plant.attempt(trial.joints.index(step.joint))
-            shooting.show(snapshot, outcome_lines(trial, at), _HOLD)
+            recorder.show(snapshot, outcome_lines(trial, at), _HOLD)
             differs = differs or _difference(trial, at, before, snapshot)
-            tell(f"step {at + 1} of {len(trial.steps)}, {shooting.pictures} pictures")
-        shooting.end(snapshot)
+            tell(f"step {at + 1} of {len(trial.steps)}, {recorder.pictures} pictures")
+        recorder.end(snapshot)
     except TrialFault as fault:
         if trial.error is None or trial.error.boundary != fault.boundary:
             raise
@@ -135,15 +135,15 @@ def _play_again(
     return differs
 
 
-def _plant(plan: Plan, source: PlantSource, shooting: _Shooting) -> Plant:
+def _plant(plan: Plan, source: PlantSource, recorder: _FilmRecorder) -> Plant:
     labels, rng = Names(plan).labels, plan.stream("plant")
     if source.make_filmed is None:
         return source.make(plan.box, labels, rng)
-    return source.make_filmed(plan.box, labels, rng, shooting)
+    return source.make_filmed(plan.box, labels, rng, recorder)
 
 
 def _difference(trial: Trial, at: int, before: str, snapshot: Snapshot) -> str | None:
-    """The first difference of a step from the record."""
+    """The first difference between a replayed step and its record, in one line."""
     step = trial.steps[at]
     pairs: list[tuple[str, Fact, Fact]] = [
         ("configuration before it", step.state, before),
@@ -157,8 +157,8 @@ def _difference(trial: Trial, at: int, before: str, snapshot: Snapshot) -> str |
     return None
 
 
-class _Shooting:
-    """Films a plant: a running twin at regular intervals, and single moments on request; ``pictures`` counts."""
+class _FilmRecorder:
+    """Records pictures of a plant: at regular intervals while a twin runs, and single pictures on request."""
 
     def __init__(self, file: FilmFile, *, renderer: RendererChoice, runs: bool, rate: float, speed: int) -> None:
         self.pictures = 0
@@ -187,13 +187,13 @@ class _Shooting:
         self._add(picture, self._lines, self._seconds)
 
     def begin(self, snapshot: Snapshot, lines: tuple[CaptionLine, ...]) -> None:
-        """Set the caption for what follows; a plant that does not run is shown now."""
+        """Set the caption of the next pictures; a plant that does not run is shown now."""
         self._lines = lines
         if not self._runs:
             self.show(snapshot, lines, _HOLD / 2)
 
     def show(self, snapshot: Snapshot, lines: tuple[CaptionLine, ...], seconds: float) -> None:
-        """Show the plant's present state for a while; a twin that has not run yet, when it first runs."""
+        """Hold the plant's present state for some seconds; for a twin that has not run yet, once it runs."""
         if self._running is not None:
             self._add(self._oblique(), lines, seconds)
         elif self._runs:
@@ -202,7 +202,7 @@ class _Shooting:
             self._add(snapshot.look().rgb, lines, seconds)
 
     def end(self, snapshot: Snapshot) -> None:
-        """Show a twin that never ran."""
+        """Show the state of a twin that never ran."""
         if self._first is not None and snapshot.look is not None:
             self._add(snapshot.look().rgb, *self._first)
 

@@ -1,6 +1,6 @@
 """The candidate models of an agent's choices.
 
-Some come in versions, for example one for each preset. The version that fits best stands for its model, and results
+Some models have versions, for example one for each preset. The version that fits best represents its model, and results
 state the number of versions.
 """
 
@@ -20,7 +20,7 @@ from lockprobe.fit.choices import Choices, Heard, rule
 from lockprobe.fit.likelihood import Lapse, Model, Softmax
 from lockprobe.fit.result import PULLS
 
-__all__ = ["RIVALS", "Rival", "Versions", "chosen_rivals", "mapped"]
+__all__ = ["RIVALS", "CandidateModel", "Versions", "candidates_named", "mapped"]
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -28,13 +28,13 @@ Versions = Mapping[str, Model]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Rival:
+class CandidateModel:
     """One candidate model.
 
     Attributes:
         name: Its name.
-        versions: From the choices to its versions by name.
-        agent: The spec of the agent of a version, without fitted parameters; empty if there is no such agent.
+        versions: Function from the choices to the model's versions by name.
+        agent: Template of the spec of a version's agent, without fitted parameters; empty if there is no such agent.
         heeds: Whether it uses reports, and not only attempts.
     """
 
@@ -44,8 +44,8 @@ class Rival:
     heeds: bool = True
 
 
-def chosen_rivals(names: Iterable[str] | None = None) -> list[Rival]:
-    """Rivals by name, in the order of :data:`RIVALS`; all without names. ``random`` is always among them.
+def candidates_named(names: Iterable[str] | None = None) -> list[CandidateModel]:
+    """Candidate models by name, in the order of :data:`RIVALS`, with ``random`` always included; all without names.
 
     Raises:
         UnknownName: If there is no such model; the message lists those that exist.
@@ -57,7 +57,7 @@ def chosen_rivals(names: Iterable[str] | None = None) -> list[Rival]:
 
 
 def _softmax(name: str, *pulls: str) -> Callable[[Choices, Sequence[Heard]], Versions]:
-    """The softmax over a fading memory with some of its pulls; the others are 0."""
+    """The softmax over a fading memory with a subset of its pulls; other pulls are 0."""
 
     def versions(choices: Choices, heard: Sequence[Heard]) -> Versions:
         features = {
@@ -82,7 +82,7 @@ def _softmax(name: str, *pulls: str) -> Callable[[Choices, Sequence[Heard]], Ver
 
 
 def _favourites(which: str) -> Callable[[Choices, Sequence[Heard]], Versions]:
-    """One pull for every place in the listing, or for every label, against the first."""
+    """One pull for each place in the listing, or for each label, relative to the first."""
 
     def versions(choices: Choices, heard: Sequence[Heard]) -> Versions:
         width = choices.present.shape[1]
@@ -113,7 +113,7 @@ def _round_robin(choices: Choices, heard: Sequence[Heard]) -> Versions:
 
 
 def _human_inspired(choices: Choices, heard: Sequence[Heard]) -> Versions:
-    """Every preset; presets that look at the panel only where it is known."""
+    """A version for each preset; presets that use the panel need a known panel."""
     seen = all(one.view.places for one in heard)
     agents = {
         f"human-inspired:{name}": HumanInspired(**preset)  # type: ignore[arg-type] # a preset is what it takes
@@ -124,7 +124,7 @@ def _human_inspired(choices: Choices, heard: Sequence[Heard]) -> Versions:
 
 
 def _random_map(choices: Choices, heard: Sequence[Heard]) -> Versions:
-    """Every window and everything to avoid; without a window there is no last joint to avoid."""
+    """A version for each window and each rule of avoidance; without a window there is no last joint to avoid."""
     kinds = [(w, avoid) for w, avoid in product(range(4), ("none", "last", "failed")) if w or avoid != "last"]
     return {
         f"random-map?window={window}&avoid={avoid}": _follows(choices, mapped(choices, window, avoid))
@@ -135,7 +135,7 @@ def _random_map(choices: Choices, heard: Sequence[Heard]) -> Versions:
 def mapped(choices: Choices, window: int, avoid: str) -> Array:
     """The choices of :class:`lockprobe.agents.cognitive.RandomMap`, as probabilities of shape (choices, joints).
 
-    In a state met before in the trial it repeats its first choice there, in a new one it takes any joint not avoided.
+    In a known state it repeats its first choice in that state; in a new state it takes any joint that is not avoided.
     """
     rows, places = np.arange(len(choices)), np.arange(choices.present.shape[1])
     failed = choices.failed if avoid == "failed" else np.zeros_like(choices.failed)
@@ -150,7 +150,7 @@ def mapped(choices: Choices, window: int, avoid: str) -> Array:
 
 
 def _attempts(choices: Choices, window: int) -> list[Integers]:
-    """The last attempts as heard, the latest first; -1 before there were any."""
+    """The last attempts as reported, the latest first; -1 before the first attempt."""
     found = []
     for back in range(window):
         there = np.maximum(np.arange(len(choices)) - back, 0)
@@ -161,22 +161,24 @@ def _attempts(choices: Choices, window: int) -> list[Integers]:
 _SOFTMAX = "cognitive:softmax-memory"
 
 _RIVALS = (
-    Rival(name="random", versions=_softmax("random"), agent="random", heeds=False),
-    Rival(name="favourite-places", versions=_favourites("place"), heeds=False),
-    Rival(name="favourite-labels", versions=_favourites("label"), heeds=False),
-    Rival(name="round-robin", versions=_round_robin, heeds=False),
-    Rival(name="no-repeat", versions=_softmax("no-repeat", "recent"), agent=_SOFTMAX, heeds=False),
-    Rival(name="win-stay-lose-shift", versions=_softmax("win-stay-lose-shift", "recent", "stay"), agent=_SOFTMAX),
-    Rival(name="failure-memory", versions=_softmax("failure-memory", "failure"), agent=_SOFTMAX),
-    Rival(
+    CandidateModel(name="random", versions=_softmax("random"), agent="random", heeds=False),
+    CandidateModel(name="favourite-places", versions=_favourites("place"), heeds=False),
+    CandidateModel(name="favourite-labels", versions=_favourites("label"), heeds=False),
+    CandidateModel(name="round-robin", versions=_round_robin, heeds=False),
+    CandidateModel(name="no-repeat", versions=_softmax("no-repeat", "recent"), agent=_SOFTMAX, heeds=False),
+    CandidateModel(
+        name="win-stay-lose-shift", versions=_softmax("win-stay-lose-shift", "recent", "stay"), agent=_SOFTMAX
+    ),
+    CandidateModel(name="failure-memory", versions=_softmax("failure-memory", "failure"), agent=_SOFTMAX),
+    CandidateModel(
         name="goal-and-failures",
         versions=_softmax("goal-and-failures", "target", "closed", "failure"),
         agent=_SOFTMAX,
     ),
-    Rival(name="softmax-memory", versions=_softmax("softmax-memory", *PULLS), agent=_SOFTMAX),
-    Rival(name="human-inspired", versions=_human_inspired, agent="{version}"),
-    Rival(name="random-map", versions=_random_map, agent="cognitive:{version}"),
+    CandidateModel(name="softmax-memory", versions=_softmax("softmax-memory", *PULLS), agent=_SOFTMAX),
+    CandidateModel(name="human-inspired", versions=_human_inspired, agent="{version}"),
+    CandidateModel(name="random-map", versions=_random_map, agent="cognitive:{version}"),
 )
 
-RIVALS: Mapping[str, Rival] = {rival.name: rival for rival in _RIVALS}
-"""All rivals by name."""
+RIVALS: Mapping[str, CandidateModel] = {rival.name: rival for rival in _RIVALS}
+"""All candidate models by name."""

@@ -1,7 +1,7 @@
-"""The choices of one agent's trials as arrays, with everything that the agent had been told.
+"""The choices of one agent's trials as arrays, with the information that the agent had.
 
-Joints are places in the listing, as for :class:`lockprobe.agents.policy.Policy`. A box of fewer joints than the largest
-is filled up with joints that are not ``present``.
+Joints are places in the listing, as for :class:`lockprobe.agents.policy.Policy`. Boxes with fewer joints than the
+largest are padded with joints that are not ``present``.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ Memory = TypeVar("Memory")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Heard:
-    """One trial as a policy would have experienced it.
+    """One trial as a policy would have experienced it: the task and the reports.
 
     Attributes:
         view: The task in numbers.
@@ -41,23 +41,23 @@ class Heard:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Choices:
-    """Choices and the information before them. Arrays have the shape (choices,) or (choices, joints).
+    """Choices with the information available before each. Arrays have the shape (choices,) or (choices, joints).
 
     Attributes:
         trial: The trial of each choice, from 0.
-        cluster: Its cluster of luck: trials of equal repetition and trial have equal labels, flips and draws; for
+        cluster: The cluster of luck: trials of equal repetition and trial have equal labels, flips and draws; for
             people, all trials of one person.
         chosen: The joint chosen.
-        present: Which joints there are.
-        target: Which is the target.
+        present: Whether each joint exists.
+        target: Whether each joint is the target.
         label: The label of each joint, as a place in ``labels``.
-        closed: Joints still at their start position, as told.
-        age: Steps since each joint failed last, 0 if it has just done so; -1 if it never did.
-        moves: Perceived moves since then.
-        attempt: The step before, as heard: ``2 * joint + moved``; -1 before the first.
+        closed: Whether each joint is reported at its start position.
+        age: Steps since each joint's last failure, 0 for the step before; -1 if it never failed.
+        moves: Reported moves since then.
+        attempt: The step before, as reported: ``2 * joint + moved``; -1 before the first.
         reported: Joints reported away from their start position, bit j for joint j; 0 where positions are not told.
-        failed: Joints that failed since the last perceived move, bit j for joint j.
-        own: Probabilities that the agent itself recorded; of no rows if it did not do so at every step.
+        failed: Joints that failed since the last reported move, bit j for joint j.
+        own: Probabilities that the agent itself recorded; zero rows unless it recorded them at every step.
         labels: All labels, in alphabetical order.
     """
 
@@ -81,28 +81,28 @@ class Choices:
 
     @property
     def joints(self) -> Integers:
-        """How many joints there were to choose from."""
+        """Number of joints to choose from."""
         count: Integers = self.present.sum(axis=1)
         return count
 
     @property
     def last(self) -> Flags:
-        """Which joint was attempted last."""
+        """Whether each joint was attempted last."""
         last: Flags = (self.attempt >> 1)[:, None] == np.arange(self.present.shape[1])
         return last
 
     @property
     def stayed(self) -> Flags:
-        """Which joint was attempted last and moved, as told."""
+        """Whether each joint was attempted last and reported to have moved."""
         return self.last & (self.attempt & 1 > 0)[:, None]
 
     @property
     def place(self) -> Array:
-        """Where each joint stands in the listing, from 0 (first) to 1 (last)."""
+        """The relative place of each joint in the listing, from 0 (first) to 1 (last)."""
         return np.arange(self.present.shape[1]) / np.maximum(self.joints - 1, 1)[:, None]
 
     def at(self, rows: Flags) -> Choices:
-        """Some of the choices, by a boolean array of shape (choices,)."""
+        """A subset of the choices, by a boolean array of shape (choices,)."""
         arrays = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "labels"}
         return replace(self, **{name: array[rows] if len(array) else array for name, array in arrays.items()})
 
@@ -110,8 +110,8 @@ class Choices:
 def hear(trial: Trial, boxes: Mapping[str, Lockbox] | None = None) -> Heard:
     """A trial as a policy would have experienced it.
 
-    The positions before the first step are the true ones: no channel changes them, as nothing has been attempted. A
-    policy may look at the panel of a box in ``boxes`` (by name) that has the joints of the trial.
+    The positions before the first step are the true ones, because channels change only reports of attempts. A policy
+    can use the panel of a box in ``boxes`` (by name) if that box has the joints of the trial.
     """
     panel = [trial.labels.index(label) for label in trial.listing]
     box = (boxes or {}).get(trial.box)
@@ -146,7 +146,7 @@ def cluster_of(trial: Trial) -> tuple[str, int, int]:
 
 
 def choices_of(trials: Sequence[Trial], heard: Sequence[Heard]) -> Choices:
-    """All choices of one agent's trials, given also as heard."""
+    """All choices of one agent's trials; ``heard`` holds the same trials as heard."""
     widest = max((one.view.joints for one in heard), default=0)
     rows = [row for one in heard for row in _rows(one.view.joints, one.told)]
     sizes = [len(one.told) for one in heard]
@@ -188,7 +188,7 @@ class _Row(NamedTuple):
 
 
 def _rows(joints: int, reports: Sequence[Told]) -> Iterator[_Row]:
-    """The information before each choice of a trial: nothing, then the first report, and so on."""
+    """The information before each choice of a trial, from the reports so far."""
     known = _Row(opened=0, age=[-1] * joints, moves=[0] * joints, attempt=-1, reported=0, failed=0)
     for told in reports:
         yield known
@@ -218,7 +218,7 @@ def _own(trials: Sequence[Trial], width: int) -> Array:
 
 
 def rule(policy: Policy[Memory], heard: Sequence[Heard]) -> Array:
-    """The probabilities of a policy in the place of an agent, shape (choices, joints), from its trials as heard."""
+    """The choice probabilities of a policy that hears an agent's trials, shape (choices, joints)."""
     later: dict[tuple[View, Memory, Told], Memory] = {}
     chances: dict[tuple[View, Memory], tuple[float, ...]] = {}
     width = max((one.view.joints for one in heard), default=0)

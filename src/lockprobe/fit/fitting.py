@@ -1,4 +1,4 @@
-"""Fits of all models to the trials of agents."""
+"""Fits of all candidate models to the trials of agents."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ import numpy as np
 
 from lockprobe.analysis.outcomes import ended
 from lockprobe.errors import BadValue, UnknownName
-from lockprobe.fit.candidate_models import Rival, chosen_rivals
+from lockprobe.fit.candidate_models import CandidateModel, candidates_named
 from lockprobe.fit.choices import Choices, choices_of, cluster_of, hear
 from lockprobe.fit.held_out import folds_of, held_out, predicted
-from lockprobe.fit.model_comparison import Competitor, Tell, contest, lead_by_reports
+from lockprobe.fit.model_comparison import FittedCandidate, Tell, compare_models, lead_by_reports
 from lockprobe.fit.optimise import parameters
 from lockprobe.fit.result import AgentFit, FitReport, Parameter, RivalFit
 from lockprobe.lockbox.box import Lockbox
@@ -22,7 +22,7 @@ from lockprobe.seeds import generator
 __all__ = ["ENOUGH_CHOICES", "fit_agent", "fit_agents"]
 
 ENOUGH_CHOICES = 20_000
-"""Of more choices than this whole clusters of luck are drawn, by lot with a fixed seed."""
+"""The most choices that are fitted. Beyond it, whole clusters of luck are sampled with a fixed seed."""
 
 
 def fit_agents(
@@ -36,15 +36,15 @@ def fit_agents(
     boxes: Mapping[str, Lockbox] | None = None,
     tell: Tell = lambda said: None,
 ) -> FitReport:
-    """Fit models to the choices of agents, given what they had been told.
+    """Fit candidate models to the choices of agents, given the reports that they had received.
 
     Args:
-        trials: Of any agents. Trials that ended as an error are left out and counted; trials under interventions other
-            than flips are left out.
-        agents: Only these; all in the order of their names without it.
+        trials: Trials of any agents. Trials that ended as an error are left out and counted; trials under
+            interventions other than flips are left out.
+        agents: Only these agents; by default all, sorted by name.
         p: Only these flip probabilities.
         models: Only these models, and ``random``.
-        folds: Parts of the trials that are left out in turn, at least 2.
+        folds: Number of folds of the cross-validation, at least 2.
         by_p: Whether each flip probability is fitted separately.
         boxes: Name -> box, for models that look at the panel.
         tell: Called with the name of each fit.
@@ -55,7 +55,7 @@ def fit_agents(
     """
     if folds < 2:
         raise BadValue("folds", folds, "a whole number of at least 2")
-    rivals = chosen_rivals(models)
+    rivals = candidates_named(models)
     found = [
         fit_agent(agent, mine, rivals, folds=folds, boxes=boxes, tell=tell)
         for agent, mine in _groups(trials, agents, p, by_p=by_p)
@@ -92,23 +92,23 @@ def _groups(
 def fit_agent(
     agent: str,
     trials: Sequence[Trial],
-    rivals: Sequence[Rival],
+    rivals: Sequence[CandidateModel],
     *,
     folds: int = 10,
     boxes: Mapping[str, Lockbox] | None = None,
     tell: Tell = lambda said: None,
     within: float = math.inf,
 ) -> AgentFit:
-    """Fit all rivals to the trials of one agent, the best first. Other arguments as for :func:`fit_agents`.
+    """Fit all candidate models to the trials of one agent, the best first. Other arguments: :func:`fit_agents`.
 
     Args:
         agent: Its name.
         trials: Its trials.
         rivals: The candidate models, with ``random``.
-        folds: Parts of the trials that are left out in turn, at least 2.
+        folds: Number of folds of the cross-validation, at least 2.
         boxes: Name -> box, for models that look at the panel.
         tell: Called with the name of each fit.
-        within: Models further behind the best, in BIC, get no result, which saves their intervals.
+        within: Models further behind the best, in BIC, get no result, which saves computing their intervals.
 
     Raises:
         BadValue: If no trial was played.
@@ -116,10 +116,10 @@ def fit_agent(
     counted = [trial for trial in ended(trials) if trial.steps and trial.ordinary]
     if not counted:
         raise BadValue(f"trials of {agent}", f"{len(trials)} that ended as an error", "at least one that was played")
-    used = _some(counted)
+    used = _sample(counted)
     heard = [hear(trial, boxes) for trial in used]
     choices = choices_of(used, heard)
-    found = contest(choices, heard, rivals, lambda name: tell(f"{agent}: {name}"))
+    found = compare_models(choices, heard, rivals, lambda name: tell(f"{agent}: {name}"))
     rows = []
     for one in found.ranked:
         if one.bic - found.best.bic <= within:
@@ -143,7 +143,7 @@ def fit_agent(
     )
 
 
-def _row(one: Competitor, best: Competitor, choices: Choices, folds: int) -> RivalFit:
+def _row(one: FittedCandidate, best: FittedCandidate, choices: Choices, folds: int) -> RivalFit:
     found, fold, aside = parameters(one.model, one.best, choices), folds_of(choices.cluster, folds), None
     if fold.max() > 0:
         aside = predicted(choices, held_out(one.versions, one.fitted, fold, choices.present))
@@ -162,8 +162,8 @@ def _row(one: Competitor, best: Competitor, choices: Choices, folds: int) -> Riv
     )
 
 
-def _some(trials: Sequence[Trial]) -> list[Trial]:
-    """All trials, or as many whole clusters, drawn at random, as hold enough choices."""
+def _sample(trials: Sequence[Trial]) -> list[Trial]:
+    """All trials; or, if they hold too many choices, a random sample of whole clusters."""
     if sum(len(trial.steps) for trial in trials) <= ENOUGH_CHOICES:
         return list(trials)
     clusters: dict[tuple[str, int, int], list[Trial]] = {}

@@ -1,8 +1,7 @@
-"""Prediction of held-out choices.
+"""Cross-validation: prediction of held-out choices.
 
-Clusters of luck stay whole: trials of equal repetition and trial are left out together, so that nothing leaks from a
-trial to its twin at another p; so are all trials of one person. Of a model's versions the one is used that fits best
-without the trials left out.
+Folds keep clusters whole: trials of equal repetition and trial, or all trials of one person, are held out together, so
+that nothing leaks from a trial to its twin at another p. The version of a model is chosen on the training folds.
 """
 
 from __future__ import annotations
@@ -26,21 +25,21 @@ Flags = NDArray[np.bool_]
 
 
 def folds_of(clusters: Integers, folds: int) -> Integers:
-    """The part of each choice, from 0, by its cluster; as many parts as ``folds``, or as there are clusters."""
+    """The fold of each choice, from 0, by its cluster; the number of folds is at most the number of clusters."""
     place: Integers = np.unique(clusters, return_inverse=True)[1].reshape(-1)
     return place % folds
 
 
 def held_out(versions: Mapping[str, Model], fitted: Mapping[str, Maximum], fold: Integers, present: Flags) -> Array:
-    """Probabilities of all joints, at each choice from a fit to the other parts, shape (choices, joints).
+    """Probabilities of all joints at each choice, from a fit to the other folds, shape (choices, joints).
 
-    With n choices fitted, 1 in n + 1 parts of chance is mixed in, so that no surprise counts as infinitely bad.
+    With n fitted choices, chance is mixed in with weight 1 / (n + 1), so that no log-likelihood is infinite.
 
     Args:
         versions: The model's versions.
-        fitted: Their maxima over all choices, where the search begins.
-        fold: The part of each choice, shape (choices,).
-        present: Which joints there are, shape (choices, joints).
+        fitted: Their maxima over all choices, as starting values.
+        fold: The fold of each choice, shape (choices,).
+        present: Whether each joint exists, shape (choices, joints).
     """
     chances = np.empty(present.shape)
     for part in range(int(fold.max(initial=-1)) + 1):
@@ -55,9 +54,9 @@ def held_out(versions: Mapping[str, Model], fitted: Mapping[str, Maximum], fold:
 
 
 def predicted(choices: Choices, chances: Array) -> Predicted:
-    """The value of predictions, probabilities of shape (choices, joints), for at least one choice.
+    """Score predicted probabilities, shape (choices, joints), at the choices made (at least one).
 
-    The interval is that of a ratio of sums over clusters, with Student's t.
+    The interval is for a ratio of sums over clusters, with Student's t.
     """
     mine = chances[np.arange(len(choices)), choices.chosen]
     terms = np.log(np.maximum(mine, 1e-300))

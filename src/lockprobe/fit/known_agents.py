@@ -1,7 +1,7 @@
-"""Agents of known truth that no rival describes, or only one that is not about memory.
+"""Agents of known truth to test fits: no candidate model describes them, or only one without memory.
 
-They ignore reports, so that any claim about reports is false; except one, which leaves what just failed and also
-prefers some labels.
+They ignore reports, so any claim about reports is false. One agent is an exception: it avoids the joint that just
+failed and also prefers some labels.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ __all__ = ["WORLDS", "Favourites", "FirstFour", "KnownAgent", "RuleAgent", "Swit
 
 
 class RuleAgent:
-    """A rule that weighs the joints at every step, and keeps nothing between steps."""
+    """An agent that draws joints by the weights of a rule and keeps nothing between steps."""
 
     @property
     def facts(self) -> Mapping[str, Fact]:
-        """Nothing for the record: its trials are fitted and thrown away."""
+        """No facts for the record: its trials are fitted and discarded."""
         return {}
 
     def weights(self, situation: Situation) -> Sequence[float]:
@@ -43,13 +43,13 @@ class RuleAgent:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Favourites(RuleAgent):
-    """Prefers joints by label, or by place in the listing.
+    """A rule that prefers joints by label, or by place in the listing.
 
     Attributes:
         by: ``label``, in alphabetical order, or ``place``, in the order of the listing.
-        pull: Log odds of each against the next; 0 takes any.
-        repeats: Whether it may attempt the same joint twice running.
-        failure: Loss in log weight of the joint attempted last, if that was reported to have failed.
+        pull: Log odds of each joint against the next; 0 has no preference.
+        repeats: Whether it may attempt the same joint twice in a row.
+        failure: Decrease in the log weight of the joint attempted last, if it was reported to have failed.
     """
 
     by: Literal["label", "place"] = "label"
@@ -58,7 +58,7 @@ class Favourites(RuleAgent):
     failure: float = 0.0
 
     def weights(self, situation: Situation) -> list[float]:
-        """Falling from the first to the last."""
+        """Weights that decrease from the first joint to the last."""
         joints = situation.task.joints
         order = sorted(joints) if self.by == "label" else joints
         last, failed = situation.percept.joint, situation.percept.outcome == "blocked"
@@ -71,7 +71,7 @@ class Favourites(RuleAgent):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FirstFour(RuleAgent):
-    """Attempts every joint once, in any order.
+    """A rule that attempts every joint once, in any order.
 
     Attributes:
         then: Its later choices: ``any`` joint at every step, or it ``stays`` with the last one.
@@ -80,7 +80,7 @@ class FirstFour(RuleAgent):
     then: Literal["any", "stays"] = "any"
 
     def weights(self, situation: Situation) -> list[float]:
-        """All that are left; then all, or the last."""
+        """Equal weights for the remaining joints; afterwards for all joints, or for the last one alone."""
         joints, tried = situation.task.joints, [turn.decision.joint for turn in situation.past]
         if left := set(joints).difference(tried):
             return [float(joint in left) for joint in joints]
@@ -89,12 +89,12 @@ class FirstFour(RuleAgent):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Switching(RuleAgent):
-    """Follows one rule, then another.
+    """A rule that switches between two rules.
 
     Attributes:
-        first: One rule.
-        second: The other.
-        when: ``midway`` through the budget, or ``any`` time: one of the two by a coin at every step.
+        first: The first rule.
+        second: The second rule.
+        when: ``midway``: at half of the budget. ``any``: a coin chooses the rule at every step.
     """
 
     first: RuleAgent
@@ -102,7 +102,7 @@ class Switching(RuleAgent):
     when: Literal["midway", "any"] = "midway"
 
     def weights(self, situation: Situation) -> Sequence[float]:
-        """Those of the rule that holds now, or of either by a coin."""
+        """The weights of the current rule."""
         rules = self.first, self.second
         if self.when == "midway":
             return rules[2 * len(situation.past) >= situation.task.budget].probabilities(situation)
@@ -116,8 +116,8 @@ class KnownAgent:
 
     Attributes:
         agent: The agent, or its spec.
-        pulls: Effects on it, by the names of :class:`lockprobe.fit.result.FitClaim`: 1 if a joint becomes likelier, -1
-            if less likely, None if that cannot be said. Effects that are not named are absent.
+        pulls: True effects by the names of :class:`lockprobe.fit.result.FitClaim`: 1 if a joint becomes more likely, -1
+            if less likely, None if undetermined. Effects that are not named are absent.
     """
 
     agent: str | RuleAgent
@@ -159,4 +159,4 @@ WORLDS: Mapping[str, KnownAgent] = {
         pulls=dict.fromkeys(("target", "closed", "failure", "recent", "stay", "position"), None) | {"reports": 1},
     ),
 }
-"""By what they do. The last two heed reports, so that it is seen whether true sentences are still said."""
+"""The known agents by their behaviour. The last two heed reports, to check that true claims are still made."""

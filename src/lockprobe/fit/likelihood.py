@@ -20,19 +20,19 @@ Integers = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
 BOUND = 15.0
-"""Pulls are sought up to this size. It makes a choice three million times as likely; more could not be told apart."""
+"""Bound of the pulls. At this size a choice is three million times as likely; larger pulls are indistinguishable."""
 
 _LEAST_LAPSE = 1e-9
 _TINY = 1e-300
 
 
 class Slope(NamedTuple):
-    """A log-likelihood and its derivatives.
+    """A log-likelihood with its score and information matrix.
 
     Attributes:
         terms: Log-probability of each choice, shape (choices,).
-        scores: Their derivatives, shape (choices, parameters).
-        information: How sharply the sum bends, shape (parameters, parameters), positive semi-definite.
+        scores: Their derivatives by the parameters, shape (choices, parameters).
+        information: Information matrix of the sum, shape (parameters, parameters), positive semi-definite.
     """
 
     terms: Array
@@ -41,29 +41,29 @@ class Slope(NamedTuple):
 
 
 class Model(Protocol):
-    """A family of probabilities for the same choices."""
+    """A parametric model of choices."""
 
     @property
     def bounds(self) -> Mapping[str, tuple[float, float]]:
-        """The least and the greatest value of each parameter, in order."""
+        """Lower and upper bound of each parameter, in order."""
 
     @property
     def starts(self) -> tuple[tuple[float, ...], ...]:
-        """Where to begin the search for the maximum."""
+        """Starting values for the search of the maximum."""
 
     def probabilities(self, values: Array) -> Array:
         """The probability of each joint at each choice, shape (choices, joints)."""
 
     def slope(self, values: Array) -> Slope:
-        """The log-likelihood with its derivatives."""
+        """The log-likelihood with score and information."""
 
     def at(self, rows: Flags) -> Model:
-        """The same for some of the choices, by a boolean array of shape (choices,)."""
+        """The model of a subset of the choices, by a boolean array of shape (choices,)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Softmax:
-    """Joint j with probability proportional to exp(sum of pull k times feature k of j).
+    """A softmax (conditional logit): P(joint j) is proportional to exp(sum over k of pull k times feature k of j).
 
     With ``traces`` the last two parameters are ``decay`` and ``reset``, and the feature called ``failure`` is minus
     the failure trace ``decay ** age * (1 - reset) ** moves`` of :class:`lockprobe.agents.cognitive.SoftmaxMemory`.
@@ -72,7 +72,7 @@ class Softmax:
         names: Names of the pulls.
         features: Shape (choices, joints, pulls).
         chosen: Shape (choices,).
-        present: Which joints there are, shape (choices, joints).
+        present: Whether each joint exists, shape (choices, joints).
         traces: Age of each joint's last failure (-1: none) and perceived moves since; None without ``failure``.
     """
 
@@ -90,7 +90,7 @@ class Softmax:
 
     @property
     def starts(self) -> tuple[tuple[float, ...], ...]:
-        """No pulls, with short and long memories that a move does or does not wipe out."""
+        """Pulls of 0, with short and long memories that a move does or does not reset."""
         memories = [(0.3, 0.5), (0.9, 0.1), (0.9, 0.9), (1.0, 1.0)] if self.traces else [()]
         return tuple((*[0.0] * len(self.names), *memory) for memory in memories)
 
@@ -99,7 +99,7 @@ class Softmax:
         return self._softmax(self._design(values), values)
 
     def slope(self, values: Array) -> Slope:
-        """The log-likelihood; the information is the expected one, given what had been told."""
+        """The log-likelihood; the information matrix is the expected one, given the reports."""
         design = self._design(values)
         chances = self._softmax(design, values)
         rows = np.arange(len(self.chosen))
@@ -146,12 +146,12 @@ class Softmax:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Lapse:
-    """A rule, except for a share ``lapse`` of choices, in which all joints are equally likely.
+    """A rule with lapses: in a share ``lapse`` of choices all joints are equally likely.
 
     Attributes:
         follows: Probabilities by the rule alone, shape (choices, joints).
         chosen: Shape (choices,).
-        present: Which joints there are, shape (choices, joints).
+        present: Whether each joint exists, shape (choices, joints).
     """
 
     follows: Array
@@ -160,12 +160,12 @@ class Lapse:
 
     @property
     def bounds(self) -> Mapping[str, tuple[float, float]]:
-        """A share; above 0 if some choice is against the rule."""
+        """The lapse rate in [0, 1]; above 0 if some choice violates the rule."""
         return {"lapse": (0.0 if self._followed.all() else _LEAST_LAPSE, 1.0)}
 
     @property
     def starts(self) -> tuple[tuple[float, ...], ...]:
-        """One, since the likelihood is concave."""
+        """One starting value, because the log-likelihood is concave."""
         return ((0.2,),)
 
     @property
@@ -180,7 +180,7 @@ class Lapse:
         return lapse * chance + (1 - lapse) * self.follows
 
     def slope(self, values: Array) -> Slope:
-        """The log-likelihood; the information is the observed one."""
+        """The log-likelihood; the information matrix is the observed one."""
         chance = 1 / self.present.sum(axis=1)
         likely = values[0] * chance + (1 - values[0]) * self._followed
         scores = ((chance - self._followed) / likely)[:, None]

@@ -1,4 +1,4 @@
-"""The maximum of a likelihood, and intervals of its parameters that allow for shared luck."""
+"""Maximum likelihood, with profile-likelihood intervals that allow for shared luck."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from lockprobe.fit.choices import Choices
 from lockprobe.fit.likelihood import Model
 from lockprobe.fit.result import Parameter
 
-__all__ = ["Maximum", "SharedLuck", "ends", "maximise", "maximum", "parameters", "shared_luck", "students_t"]
+__all__ = ["DesignEffects", "Maximum", "design_effects", "ends", "maximise", "maximum", "parameters", "students_t"]
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -21,18 +21,18 @@ Integers = NDArray[np.int64]
 _ITERATIONS = 200
 _LEAST_DAMPING = 1e-7
 _SMALL = 3
-"""Steps of no gain to speak of, either way, after which the climb is over."""
+"""Steps without a relevant gain after which the search stops."""
 ENOUGH = 1e-6
 """Gain in log-likelihood below which a step is the last."""
 
 
 @dataclass(frozen=True, slots=True)
 class Maximum:
-    """Where a log-likelihood is greatest.
+    """The maximum of a log-likelihood.
 
     Attributes:
         values: The parameters, shape (parameters,).
-        log_likelihood: Its greatest value, natural logarithm.
+        log_likelihood: The log-likelihood there, natural logarithm.
     """
 
     values: Array
@@ -40,19 +40,19 @@ class Maximum:
 
 
 def maximum(model: Model) -> Maximum:
-    """The greatest of the maxima reached from the model's starts."""
+    """The largest of the maxima reached from the model's starting values."""
     found = [maximise(model, np.array(start, dtype=np.float64)) for start in model.starts]
     return max(found, key=lambda one: one.log_likelihood)
 
 
 def maximise(model: Model, start: Array, held: Mapping[int, float] | None = None, *, enough: float = ENOUGH) -> Maximum:
-    """Climb to a maximum within the bounds by Fisher scoring, damped as by Levenberg and Marquardt.
+    """Maximise within the bounds by Fisher scoring with Levenberg-Marquardt damping.
 
     Args:
         model: The model.
-        start: First values, shape (parameters,).
+        start: Starting values, shape (parameters,).
         held: Fixed parameters: place -> value.
-        enough: Gain in log-likelihood below which a step is the last.
+        enough: Convergence tolerance: the gain in log-likelihood below which a step is the last.
     """
     low, high = np.array(list(model.bounds.values()), dtype=np.float64).reshape(-1, 2).T
     free = np.array([k not in (held or {}) for k in range(len(low))], dtype=np.bool_)
@@ -81,30 +81,30 @@ def maximise(model: Model, start: Array, held: Mapping[int, float] | None = None
 
 
 @dataclass(frozen=True, slots=True)
-class SharedLuck:
-    """Design effects of choices with shared luck.
+class DesignEffects:
+    """Design effects of choices that share luck.
 
     Attributes:
-        parameters: Factor on each parameter's variance, >= 1, shape (parameters,).
-        overall: Factor on differences in log-likelihood, >= 1.
+        parameters: Variance inflation of each parameter, >= 1, shape (parameters,).
+        overall: Inflation of differences in log-likelihood, >= 1.
     """
 
     parameters: Array
     overall: float
 
 
-def shared_luck(model: Model, values: Array, clusters: Integers) -> SharedLuck:
+def design_effects(model: Model, values: Array, clusters: Integers) -> DesignEffects:
     """Design effects from the scores summed by cluster (Liang and Zeger 1986).
 
-    With H the information and J the variance of the summed scores, a parameter's variance is that of ``H^-1 J H^-1``
-    in place of ``H^-1``, and a difference in log-likelihood is ``trace(J H^-1) / rank(H)`` times as large as that of
-    independent choices (Varin and Vidoni 2005). All are 1 with a single cluster, or where the choices say nothing.
+    With H the information and J the variance of the summed scores, a parameter's variance is from the sandwich
+    ``H^-1 J H^-1`` instead of ``H^-1``. A difference in log-likelihood is ``trace(J H^-1) / rank(H)`` times as large as
+    for independent choices (Varin and Vidoni 2005). All are 1 with a single cluster, or without information.
     ``values`` is the model's maximum, ``clusters`` the cluster of each choice.
     """
     labels, place = np.unique(clusters, return_inverse=True)
     effects = np.ones(len(values))
     if len(labels) < 2 or not len(values):
-        return SharedLuck(effects, 1.0)
+        return DesignEffects(effects, 1.0)
     slope = model.slope(values)
     sums = np.zeros((len(labels), len(values)))
     np.add.at(sums, place.reshape(-1), slope.scores)
@@ -115,18 +115,18 @@ def shared_luck(model: Model, values: Array, clusters: Integers) -> SharedLuck:
     np.divide(np.diag(variance @ squares @ variance), alone, out=effects, where=alone > 0)
     rank = round(float(np.trace(variance @ slope.information)))
     overall = float(np.trace(squares @ variance)) / rank if rank else 1.0
-    return SharedLuck(np.maximum(effects, 1.0), max(overall, 1.0))
+    return DesignEffects(np.maximum(effects, 1.0), max(overall, 1.0))
 
 
 def _inverse(information: Array) -> Array:
-    """Of the directions of which the choices say anything."""
+    """The pseudo-inverse, over the directions with information."""
     return np.asarray(np.linalg.pinv(information, rcond=1e-8, hermitian=True), dtype=np.float64)
 
 
 def students_t(clusters: int) -> float:
-    """Student's quantile for 95 % intervals from so many clusters.
+    """Student's quantile for 95 % intervals, given the number of clusters.
 
-    It is the normal quantile with a single cluster: choices then count as independent, given what had been told.
+    With a single cluster it is the normal quantile: choices then count as independent, given the reports.
     """
     from scipy.special import ndtri, stdtrit
 
@@ -135,14 +135,14 @@ def students_t(clusters: int) -> float:
 
 
 def parameters(model: Model, best: Maximum, choices: Choices) -> tuple[Parameter, ...]:
-    """Each parameter with its 95 % interval, from the model's maximum.
+    """Each parameter with its 95 % profile-likelihood interval, from the model's maximum.
 
     The interval holds all values at which twice the log-likelihood, maximised over the other parameters, lies below its
     maximum by no more than the squared quantile times the parameter's design effect (adjusted likelihood: Chandler and
-    Bate 2007). A normal interval would reach beyond bounds, and be symmetric where two pulls trade off.
+    Bate 2007). A normal interval would reach beyond bounds, and be symmetric even if two pulls trade off.
     """
     quantile = students_t(len(np.unique(choices.cluster)))
-    effects = shared_luck(model, best.values, choices.cluster).parameters
+    effects = design_effects(model, best.values, choices.cluster).parameters
     found = []
     for place, (name, (least, most)) in enumerate(model.bounds.items()):
         low, high = ends(model, best, place, quantile**2 * float(effects[place]))
@@ -161,16 +161,17 @@ def parameters(model: Model, best: Maximum, choices: Choices) -> tuple[Parameter
 
 
 def ends(model: Model, best: Maximum, place: int, cut: float) -> tuple[float | None, float | None]:
-    """The least and the greatest value of a parameter that the choices do not rule out; None where none is too far.
+    """The ends of a parameter's profile-likelihood interval; None for an end that does not exist.
 
-    There, twice the log-likelihood, maximised over all other parameters, has fallen by ``cut``. The search begins along
-    the ridge of the likelihood, unless the choices say nothing of the parameter: its direction would be rounding error.
+    At an end, twice the log-likelihood, maximised over all other parameters, has fallen by ``cut``. The search starts
+    along the ridge of the likelihood, unless there is no information on the parameter: its direction would be rounding
+    error.
 
     Args:
         model: The model.
         best: Its maximum.
         place: The place of the parameter.
-        cut: Fall in twice the log-likelihood, > 0.
+        cut: Decrease of twice the log-likelihood at the ends, > 0.
     """
     information = model.slope(best.values).information
     variance = _inverse(information)
@@ -179,12 +180,12 @@ def ends(model: Model, best: Maximum, place: int, cut: float) -> tuple[float | N
     along = variance[:, place] / own if own else np.zeros(len(variance))
     low, high = list(model.bounds.values())[place]
     step = float(np.sqrt(cut * own)) or (high - low) / 4
-    profile = _Profile(model, best, place, along)
+    profile = _ProfileLikelihood(model, best, place, along)
     return profile.end(cut, low, step), profile.end(cut, high, step)
 
 
-class _Profile:
-    """The log-likelihood over one parameter, maximised over all others."""
+class _ProfileLikelihood:
+    """The profile log-likelihood of one parameter: maximised over all others."""
 
     def __init__(self, model: Model, best: Maximum, place: int, along: Array) -> None:
         self._model = model
@@ -194,7 +195,7 @@ class _Profile:
         self._centre = float(best.values[place])
 
     def end(self, cut: float, bound: float, step: float) -> float | None:
-        """Where it has fallen by half of ``cut`` on the way to a bound; None if that is not reached."""
+        """The value towards a bound at which it has fallen by half of ``cut``; None if that is not reached."""
         from scipy.optimize import brentq
 
         start, known = self._best.values, {self._centre: -float(np.sqrt(cut))}

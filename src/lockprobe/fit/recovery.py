@@ -16,11 +16,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.fit.candidate_models import RIVALS, chosen_rivals
+from lockprobe.fit.candidate_models import RIVALS, candidates_named
 from lockprobe.fit.choices import choices_of, hear
 from lockprobe.fit.fitting import fit_agent
 from lockprobe.fit.known_agents import WORLDS, KnownAgent
-from lockprobe.fit.model_comparison import Competitor, contest
+from lockprobe.fit.model_comparison import FittedCandidate, compare_models
 from lockprobe.fit.optimise import maximum, parameters
 from lockprobe.fit.result import CLOSE, FitClaim, Parameter
 from lockprobe.interventions.condition import flips
@@ -35,10 +35,10 @@ from lockprobe.spec import Spec
 from lockprobe.trial import play
 
 __all__ = [
-    "Judged",
-    "Recovered",
+    "ClaimRecovery",
+    "ModelRecovery",
+    "ParameterRecovery",
     "RecoveryDesign",
-    "Won",
     "recover_findings",
     "recover_models",
     "recover_parameters",
@@ -56,7 +56,7 @@ class RecoveryDesign:
         flip: Kind of outcome flip.
         repetitions: Repetitions.
         trials: Trials per repetition and p.
-        budget: Steps of a trial.
+        budget: Budget of a trial in steps.
     """
 
     box: Lockbox = field(default_factory=box)
@@ -68,15 +68,15 @@ class RecoveryDesign:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Recovered:
-    """One parameter, fitted many times.
+class ParameterRecovery:
+    """The recovery of one parameter over many fits.
 
     Attributes:
         name: Its name.
         truth: Its true value.
-        median: Of the fitted values.
-        spread: Their standard deviation.
-        covered: Share of 95 % intervals that hold the truth, [0, 1].
+        median: Median of the fitted values.
+        spread: Standard deviation of the fitted values.
+        covered: Coverage: share of 95 % intervals that hold the truth, [0, 1].
         error: Monte Carlo standard error of that share.
     """
 
@@ -89,14 +89,14 @@ class Recovered:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Won:
-    """How often each model won for one kind of agent.
+class ModelRecovery:
+    """The recovery of one model: how often each candidate won for its agent.
 
     Attributes:
-        model: The true one.
+        model: The true model.
         sets: Studies played.
         bic: Model -> how often it was the best by BIC.
-        aicc: The same by AICc.
+        aicc: Model -> how often it was the best by AICc.
     """
 
     model: str
@@ -106,16 +106,16 @@ class Won:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Judged:
-    """Claims about agents of one kind, compared with the truth.
+class ClaimRecovery:
+    """The claims about agents of one kind, compared with the truth.
 
     Attributes:
         world: Name of the kind of agent.
         sets: Studies played.
         best: Model -> how often it was the best by BIC.
-        described: Studies in which that model was shown to predict.
-        claims: Claim -> number of studies. A claim is the effect, with ``+`` if it makes a joint likelier and ``-`` if
-            less likely.
+        described: Studies in which the best model was shown to predict.
+        claims: Claim -> number of studies. A claim is the name of the effect, with ``+`` if it makes a joint more
+            likely and ``-`` if less likely.
         false: The false claims among them.
         misled: Studies with at least one false claim.
     """
@@ -130,7 +130,7 @@ class Judged:
 
 
 def simulate(agent: str | Agent, design: RecoveryDesign, seed: int) -> list[Trial]:
-    """One study of an agent, or of its spec, played at once."""
+    """Simulate one study of an agent, or of its spec."""
     spec, player = (agent, resolve(agent).make()) if isinstance(agent, str) else (repr(agent), agent)
     plans = [
         Plan(
@@ -160,14 +160,14 @@ def simulate(agent: str | Agent, design: RecoveryDesign, seed: int) -> list[Tria
 
 def recover_parameters(
     truth: Mapping[str, float], *, sets: int, design: RecoveryDesign | None = None, seed: int = 1
-) -> list[Recovered]:
+) -> list[ParameterRecovery]:
     """Fit the softmax over a fading memory to its own trials, and compare parameter by parameter.
 
     Args:
         truth: Its parameters; those left out have their default.
-        sets: Studies to play and fit.
-        design: The trials of each; the paper's without it.
-        seed: Of the first study; the others follow.
+        sets: Number of studies to play and fit.
+        design: The trials of each study; by default the paper's.
+        seed: Seed of the first study; the others follow.
     """
     model = "softmax-memory"
     spec = str(Spec("cognitive", model, {name: repr(value) for name, value in truth.items()}))
@@ -178,18 +178,18 @@ def recover_parameters(
         choices = choices_of(trials, heard)
         fitted = RIVALS[model].versions(choices, heard)[model]
         found.append(parameters(fitted, maximum(fitted), choices))
-    return [_recovered(known.get(same[0].name, 0.0), same) for same in zip(*found, strict=True)]
+    return [_parameter_recovery(known.get(same[0].name, 0.0), same) for same in zip(*found, strict=True)]
 
 
 def _studies(agent: str | Agent, sets: int, design: RecoveryDesign, seed: int) -> Iterator[list[Trial]]:
     return (simulate(agent, design, seed + i) for i in range(sets))
 
 
-def _recovered(truth: float, same: Sequence[Parameter]) -> Recovered:
+def _parameter_recovery(truth: float, same: Sequence[Parameter]) -> ParameterRecovery:
     values = np.array([one.value for one in same])
     held = [(one.low is None or one.low <= truth) and (one.high is None or truth <= one.high) for one in same]
     covered = sum(held) / len(held)
-    return Recovered(
+    return ParameterRecovery(
         name=same[0].name,
         truth=truth,
         median=float(np.median(values)),
@@ -201,40 +201,40 @@ def _recovered(truth: float, same: Sequence[Parameter]) -> Recovered:
 
 def recover_models(
     agents: Mapping[str, str | Agent], *, sets: int, design: RecoveryDesign | None = None, seed: int = 1
-) -> list[Won]:
+) -> list[ModelRecovery]:
     """Count how often the true model wins against all others.
 
     Args:
         agents: True model -> an agent that acts by it, or its spec.
-        sets: Studies to play and fit for each.
-        design: The trials of each; the paper's without it.
-        seed: Of the first study of each; the others follow.
+        sets: Number of studies to play and fit for each agent.
+        design: The trials of each study; by default the paper's.
+        seed: Seed of the first study of each agent; the others follow.
 
     Raises:
         UnknownName: If there is no such model.
     """
-    chosen_rivals(agents)
+    candidates_named(agents)
     asked, found = design or RecoveryDesign(), []
     for model, agent in agents.items():
         bic: Counter[str] = Counter()
         aicc: Counter[str] = Counter()
         for trials in _studies(agent, sets, asked, seed):
             heard = [hear(trial, {asked.box.name: asked.box}) for trial in trials]
-            held = contest(choices_of(trials, heard), heard, chosen_rivals())
+            held = compare_models(choices_of(trials, heard), heard, candidates_named())
             bic[held.best.rival.name] += 1
             aicc[min(held.competitors, key=_aicc).rival.name] += 1
-        found.append(Won(model=model, sets=sets, bic=dict(bic), aicc=dict(aicc)))
+        found.append(ModelRecovery(model=model, sets=sets, bic=dict(bic), aicc=dict(aicc)))
     return found
 
 
-def _aicc(one: Competitor) -> float:
+def _aicc(one: FittedCandidate) -> float:
     return math.inf if one.aicc is None else one.aicc
 
 
 def recover_findings(
     worlds: Mapping[str, KnownAgent] = WORLDS, *, sets: int, design: RecoveryDesign | None = None, seed: int = 1
-) -> Iterator[Judged]:
-    """Count how often findings make false claims of an agent, one kind of agent after the other.
+) -> Iterator[ClaimRecovery]:
+    """Count how often fits lead to false claims about an agent, one kind of agent after the other.
 
     Other arguments as for :func:`recover_models`; ``worlds`` holds agents and the truth about them, by name.
     """
@@ -245,7 +245,7 @@ def recover_findings(
         false: Counter[str] = Counter()
         described = misled = 0
         for trials in _studies(world.agent, sets, asked, seed):
-            fit = fit_agent(name, trials, chosen_rivals(), boxes={asked.box.name: asked.box}, within=CLOSE)
+            fit = fit_agent(name, trials, candidates_named(), boxes={asked.box.name: asked.box}, within=CLOSE)
             found = fit.claims
             wrong = [claim for claim in found if not _true(claim, world)]
             best[fit.rivals[0].model] += 1
@@ -253,7 +253,7 @@ def recover_findings(
             told.update(map(_signed, found))
             false.update(map(_signed, wrong))
             misled += bool(wrong)
-        yield Judged(
+        yield ClaimRecovery(
             world=name,
             sets=sets,
             best=dict(best),

@@ -1,4 +1,4 @@
-"""The result of a fit: parameters, predictions, models in order, and their claims about an agent."""
+"""The result of a fit: parameters, predictions, ranked models, and claims about an agent."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import NamedTuple
 __all__ = ["CLOSE", "PULLS", "AgentFit", "FitClaim", "FitReport", "Parameter", "Predicted", "RivalFit"]
 
 CLOSE = 6.0
-"""Difference in BIC below which a second model is not told apart from the first: odds of 20 to 1."""
+"""Difference in BIC below which two models are not distinguished: odds of 20 to 1."""
 
 PULLS = ("target", "closed", "failure", "recent", "stay", "position")
 """The pulls of :class:`lockprobe.agents.cognitive.SoftmaxMemory`, which also has ``decay`` and ``reset``."""
@@ -24,9 +24,9 @@ class Parameter:
     Attributes:
         name: Its name.
         value: The maximum-likelihood value.
-        low: The least value that the choices do not rule out; None if no pull is too low.
-        high: The greatest; None if no pull is too high.
-        at_bound: Whether the value is the least or the greatest allowed.
+        low: Lower end of the interval; None if no pull is too low.
+        high: Upper end; None if no pull is too high.
+        at_bound: Whether the value lies at a bound of the parameter.
     """
 
     name: str
@@ -37,14 +37,14 @@ class Parameter:
 
     @property
     def pull(self) -> Parameter:
-        """The same as a pull towards a joint: ``failure`` is one away from it."""
+        """The parameter as a pull towards a joint; ``failure`` pulls away from it, so its sign changes."""
         if self.name != "failure":
             return self
         return replace(self, value=-self.value, low=_negated(self.high), high=_negated(self.low))
 
     @property
     def shown(self) -> bool:
-        """Whether it is a pull whose interval leaves out 0."""
+        """Whether it is a pull whose interval excludes 0."""
         clear = (self.low is not None and self.low > 0) or (self.high is not None and self.high < 0)
         return self.name in PULLS and clear
 
@@ -55,14 +55,14 @@ def _negated(end: float | None) -> float | None:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Predicted:
-    """How well a model predicts choices that it was not fitted to.
+    """The hold-out performance of a model: how well it predicts choices that it was not fitted to.
 
     Attributes:
-        log_likelihood: Per choice, natural logarithm.
-        gain: Bits per choice better than chance, < 0 if worse.
+        log_likelihood: Mean log-likelihood per choice, natural logarithm.
+        gain: Gain over chance in bits per choice, < 0 if worse.
         low, high: Ends of its 95 % interval over clusters of luck; None with fewer than two.
-        probability: Of the joint chosen: the geometric mean, [0, 1].
-        hits: Share of choices that were the likeliest, [0, 1]; ties count in part.
+        probability: Geometric mean of the probability of the joint chosen, [0, 1].
+        hits: Accuracy: share of choices that were the most probable joint, [0, 1]; ties count in part.
     """
 
     log_likelihood: float
@@ -75,21 +75,22 @@ class Predicted:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RivalFit:
-    """One model, fitted.
+    """The fit of one model.
 
     Attributes:
         model: Its name.
-        version: Its version that fits best.
+        version: The version that fits best.
         versions: Number of versions.
-        spec: An agent with the fitted parameters; None where there is none.
-        parameters: As fitted.
-        log_likelihood: Greatest, natural logarithm; choices count as independent.
-        charged: Parameters that the criteria charge it for, at least as many as it has; more where luck is shared.
-        aicc: Akaike's criterion for few choices, of the log-likelihood divided by ``AgentFit.repeats``; None with too
+        spec: Spec of an agent with the fitted parameters; None if there is no such agent.
+        parameters: The fitted parameters.
+        log_likelihood: Maximum of the log-likelihood, natural logarithm; choices count as independent.
+        charged: Effective number of parameters in the criteria, at least the number of parameters; more if luck is
+            shared.
+        aicc: Akaike's small-sample criterion, with the log-likelihood divided by ``AgentFit.repeats``; None with too
             few choices.
-        bic: Schwarz's criterion, likewise.
-        behind: ``bic`` less that of the best model, >= 0.
-        held_out: Prediction of other trials; None with a single cluster of luck.
+        bic: Schwarz's criterion, computed likewise.
+        behind: ``bic`` minus that of the best model, >= 0.
+        held_out: Prediction of held-out trials; None with a single cluster of luck.
     """
 
     model: str
@@ -111,11 +112,11 @@ class RivalFit:
 
 
 class FitClaim(NamedTuple):
-    """A claim of the best model about an agent.
+    """A claim about an agent, from the best model.
 
     Attributes:
-        about: The pull that acts on it; ``reports`` if the claim is that it heeds them.
-        direction: 1 if the pull makes a joint likelier or reports are heeded, -1 if it makes a joint less likely.
+        about: Name of the pull; ``reports`` if the claim is that the agent heeds reports.
+        direction: 1 if the pull makes a joint more likely or reports are heeded, -1 if it makes a joint less likely.
         pull: The pull; None for reports.
     """
 
@@ -126,19 +127,19 @@ class FitClaim(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AgentFit:
-    """All models of one agent.
+    """The fits of all models to one agent.
 
     Attributes:
         agent: Agent spec.
-        p: Flip probabilities of its trials, rising.
+        p: Flip probabilities of its trials, ascending.
         trials: Trials fitted: solved or out of budget, with at least one step.
         left_out: Trials that ended as an error.
-        passed_over: Trials not fitted because there are more than enough.
+        passed_over: Trials left out of the random sample of choices.
         choices: Choices fitted.
         clusters: Clusters: trials of equal luck, or people.
         repeats: The design effect: observed choices that carry the information of one independent choice, >= 1.
         chance_bits: Entropy of random choices: mean binary logarithm of the number of joints.
-        rivals: The best first, by ``bic``.
+        rivals: The fits by ``bic``, the best first.
         described: The model that describes the agent, the best by ``bic``; None if it is not shown to predict better
             than chance. Parameters of any other model are no description.
         lead_by_reports: The lead of that model, in BIC, over itself where every attempt counts as failed, whatever was

@@ -1,1 +1,1 @@
-"""A small recurrent network that learns in context to open boxes it has never seen, and its training."""
+"""A small recurrent network that learns in context to open new boxes, and its training."""

@@ -1,7 +1,7 @@
-"""Random boxes by the thousand, to train and to test learners on: their rules, and the best next joints in each state.
+"""Batches of random boxes for training and testing learners: their rules, and the best next joints in each state.
 
-A box has an order of its joints, dealt at random. Each joint but the first needs at most one earlier joint, open or
-closed. The target is the last one. All joints are closed at the start, and the target is then locked.
+Each box has a random order of its joints. Each joint except the first needs at most one earlier joint, open or closed.
+The target is the last one. All joints are closed at the start, and the target is then locked.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ _FAR = 10_000
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Boxes:
-    """Boxes of n joints. States are bit strings, bit j for joint j away from its start.
+    """A batch of boxes of n joints. States are numbers; bit j says that joint j is away from its start.
 
     Attributes:
         may_move: Whether a joint may move in a state, shape (boxes, 2^n, n).
-        distance: Fewest steps that open the box from a state, shape (boxes, 2^n).
+        distance: Fewest steps to open the box from a state, shape (boxes, 2^n).
         target: The target, shape (boxes,).
     """
 
@@ -58,7 +58,7 @@ class Boxes:
 
 
 def random_boxes(number: int, joints: int, rng: np.random.Generator) -> Boxes:
-    """So many boxes of so many joints."""
+    """A batch of random boxes, all with this number of joints."""
     order = np.argsort(rng.random((number, joints)), axis=1)
     earlier = np.where(
         rng.random((number, joints)) < BEFORE,
@@ -78,7 +78,7 @@ def random_boxes(number: int, joints: int, rng: np.random.Generator) -> Boxes:
 
 
 def copies(box: Lockbox, number: int, rng: np.random.Generator) -> Boxes:
-    """One box so many times, its joints in a random order each time."""
+    """A batch of copies of one box, each with its joints in a random order."""
     space = space_of(box)
     joints = len(box.names)
     dealt = np.argsort(rng.random((number, joints)), axis=1)  # joint of the box -> joint of the copy
@@ -91,7 +91,7 @@ def copies(box: Lockbox, number: int, rng: np.random.Generator) -> Boxes:
 
 
 def _distance(may_move: NDArray[np.bool_], target: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Fewest steps to the end from every state, by relaxation."""
+    """Fewest steps to the solution from every state, by value iteration."""
     number, states, joints = may_move.shape
     opens = np.take_along_axis(may_move, np.broadcast_to(target[:, None, None], (number, states, 1)), axis=2)[:, :, 0]
     distance = np.where(opens, 1, _FAR)

@@ -1,7 +1,7 @@
-"""The network of a learner: a gated recurrent unit, one hidden layer and a logit for each joint, in plain NumPy.
+"""The network of a learner: a gated recurrent unit (GRU), one hidden layer and a logit per joint, in NumPy.
 
-Each step it reads what a policy is told (:func:`encoded`). Its gradient is written out by hand. A batch is played
-forward one step at a time, since each action decides what is read next, and then walked backward through time.
+In each step the network reads what a policy is told (:func:`encoded`). A batch is played forward one step at a time,
+because each action decides the next input. Gradients come from backpropagation through time, written out by hand.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ __all__ = [
     "MOST_HIDDEN",
     "MOST_JOINTS",
     "Network",
-    "Step",
+    "StepActivations",
     "encoded",
     "gradient",
     "initial",
@@ -38,7 +38,7 @@ MOST_HIDDEN, MOST_JOINTS = 256, 8
 
 
 def inputs(joints: int) -> int:
-    """Numbers that a network for so many joints reads in a step."""
+    """The number of inputs of a network for this number of joints."""
     return 3 * joints + 2
 
 
@@ -48,12 +48,12 @@ class Network:
 
     Attributes:
         gates_in: Input weights of the update gate, the reset gate and the candidate, shape (3 H, I).
-        gates_state: Their state weights, shape (3 H, H).
-        gates_bias: Their biases, shape (3 H,).
+        gates_state: State weights of the same, shape (3 H, H).
+        gates_bias: Biases of the same, shape (3 H,).
         layer: Weights of the hidden layer, shape (H, H).
-        layer_bias: Its biases, shape (H,).
+        layer_bias: Biases of the hidden layer, shape (H,).
         out: Weights of the logits, shape (n, H).
-        out_bias: Their biases, shape (n,).
+        out_bias: Biases of the logits, shape (n,).
     """
 
     gates_in: Array
@@ -66,24 +66,24 @@ class Network:
 
     @property
     def joints(self) -> int:
-        """Joints of the boxes that it plays."""
+        """The number of joints of the boxes that it plays."""
         return len(self.out)
 
     @property
     def hidden(self) -> int:
-        """Units of its state."""
+        """The number of hidden units."""
         return len(self.layer)
 
     def arrays(self) -> dict[str, Array]:
-        """Its parameters by name."""
+        """The parameters by name."""
         return {field.name: getattr(self, field.name) for field in fields(self)}
 
-    def step(self, read: Array, state: Array) -> Step:
-        """The next state of every trial.
+    def step(self, read: Array, state: Array) -> StepActivations:
+        """Compute the next state of every trial.
 
         Args:
-            read: What each reads, shape (trials, I).
-            state: Its state, shape (trials, H); zeros before the first step.
+            read: Inputs, shape (trials, I).
+            state: States, shape (trials, H); zeros before the first step.
         """
         size = self.hidden
         given = read @ self.gates_in.T + self.gates_bias
@@ -91,16 +91,16 @@ class Network:
         update, reset = np.split(_sigmoid(given[:, : 2 * size] + kept[:, : 2 * size]), 2, axis=1)
         candidate = np.tanh(given[:, 2 * size :] + reset * kept[:, 2 * size :])
         after = update * state + (1 - update) * candidate
-        return Step(read, state, update, reset, candidate, kept[:, 2 * size :], after)
+        return StepActivations(read, state, update, reset, candidate, kept[:, 2 * size :], after)
 
     def logits(self, state: Array) -> Array:
-        """The logit of each joint, shape (trials, n), in states of shape (trials, H)."""
+        """The logits of the joints, shape (trials, n), for states of shape (trials, H)."""
         found: Array = np.tanh(state @ self.layer.T + self.layer_bias) @ self.out.T + self.out_bias
         return found
 
 
-class Step(NamedTuple):
-    """What the way back needs of a step; all of shape (trials, H) but for what was read."""
+class StepActivations(NamedTuple):
+    """The activations of one step, kept for backpropagation; all of shape (trials, H), except ``read``."""
 
     read: Array
     before: Array
@@ -125,7 +125,7 @@ def shapes(joints: int, hidden: int) -> dict[str, tuple[int, ...]]:
 
 
 def initial(joints: int, hidden: int, seed: int) -> Network:
-    """An untrained network: uniform weights within the reciprocal root of what a unit reads, biases 0.
+    """An untrained network: weights uniform within +-1 / sqrt(inputs of the unit), biases 0.
 
     Raises:
         BadValue: If the sizes are out of range.
@@ -143,12 +143,12 @@ def initial(joints: int, hidden: int, seed: int) -> Network:
 
 
 def encoded(attempted: NDArray[np.int64], moved: Array, positions: Array, target: NDArray[np.int64]) -> Array:
-    """What a network reads, shape (trials, 3 n + 2).
+    """The inputs of a network, shape (trials, 3 n + 2).
 
     Args:
         attempted: The joint attempted last, -1 before the first step, shape (trials,).
-        moved: 1 where it was told to have moved, -1 where blocked, 0 where nothing was told, shape (trials,).
-        positions: 1 for each joint told away from its start, 0 for others, shape (trials, n).
+        moved: 1 if the report said moved, -1 if blocked, 0 without a report, shape (trials,).
+        positions: 1 for each joint reported away from its start, else 0, shape (trials, n).
         target: The target, shape (trials,).
     """
     one_hot = np.eye(positions.shape[1] + 1)
@@ -156,13 +156,13 @@ def encoded(attempted: NDArray[np.int64], moved: Array, positions: Array, target
     return np.column_stack([one_hot[attempted][:, :-1], moved, positions, one_hot[target][:, :-1], first])
 
 
-def gradient(network: Network, steps: Sequence[Step], errors: Sequence[Array]) -> Network:
-    """The gradient of a loss, as a network of derivatives.
+def gradient(network: Network, steps: Sequence[StepActivations], errors: Sequence[Array]) -> Network:
+    """The gradient of a loss by backpropagation through time, as a network of derivatives.
 
     Args:
         network: The network that made the steps.
-        steps: What :meth:`Network.step` gave, in order.
-        errors: Derivatives of the loss by the logits after each step, each of shape (trials, n).
+        steps: The results of :meth:`Network.step`, in order.
+        errors: Derivatives of the loss with respect to the logits after each step, each of shape (trials, n).
     """
     total = {name: np.zeros_like(array) for name, array in network.arrays().items()}
     size, back = network.hidden, np.zeros_like(steps[0].before)

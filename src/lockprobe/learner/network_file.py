@@ -1,4 +1,4 @@
-"""Files of learners (``.npz``): parameters as 32-bit numbers, and how they were trained as JSON.
+"""Files of learners (``.npz``): parameters as 32-bit floats, and the training settings as JSON.
 
 The same training gives the same bytes. A file may come from anywhere: no code runs from it, and its sizes are checked
 before anything is read.
@@ -21,7 +21,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from lockprobe.errors import BadFile
 from lockprobe.inputs import read_input
 from lockprobe.learner.network import MOST_HIDDEN, MOST_JOINTS, Network, shapes
-from lockprobe.learner.training import Schooling
+from lockprobe.learner.training import TrainingSettings
 from lockprobe.storage.atomic_file import write_file
 
 __all__ = ["SHIPPED", "Learned", "TrainedBy", "load", "save", "shipped"]
@@ -34,7 +34,7 @@ _TRAINING = "training.json"
 
 
 class TrainedBy(BaseModel):
-    """How a network was trained, as its file says it."""
+    """The training settings of a network, as its file holds them."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -48,7 +48,7 @@ class TrainedBy(BaseModel):
 
     @property
     def command(self) -> str:
-        """The command that trains it again, but for its file."""
+        """The command that trains it again, without the file name."""
         told = " --told-lies" if self.told_lies else ""
         box = f" --box {self.box}" if self.box else f" --joints {self.joints}"
         return (
@@ -59,12 +59,12 @@ class TrainedBy(BaseModel):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Learned:
-    """A network with its origin.
+    """A trained network with its provenance.
 
     Attributes:
-        network: Its parameters.
-        trained: How it was trained.
-        sha256: Hash of its file, 64 hexadecimal digits.
+        network: The network.
+        trained: Its training settings.
+        sha256: SHA-256 of its file, 64 hexadecimal digits.
     """
 
     network: Network
@@ -72,20 +72,20 @@ class Learned:
     sha256: str
 
 
-def save(path: Path, network: Network, schooling: Schooling) -> None:
-    """Write a network in one step.
+def save(path: Path, network: Network, settings: TrainingSettings) -> None:
+    """Write a network to a file atomically.
 
     Raises:
         BadFile: If the file cannot be written.
     """
     trained = TrainedBy(
-        updates=schooling.updates,
-        joints=schooling.joints,
-        hidden=schooling.hidden,
-        seed=schooling.seed,
-        told_lies=schooling.told_lies,
-        schedule=schooling.schedule,
-        box="" if schooling.box is None else schooling.box.name,
+        updates=settings.updates,
+        joints=settings.joints,
+        hidden=settings.hidden,
+        seed=settings.seed,
+        told_lies=settings.told_lies,
+        schedule=settings.schedule,
+        box="" if settings.box is None else settings.box.name,
     )
     content = io.BytesIO()
     with zipfile.ZipFile(content, "w") as archive:  # numpy.savez would write the time of day
@@ -98,10 +98,10 @@ def save(path: Path, network: Network, schooling: Schooling) -> None:
 
 
 def load(path: Path) -> Learned:
-    """Read a network.
+    """Read a network from a file.
 
     Raises:
-        BadFile: If there is none, or it is damaged.
+        BadFile: If the file is missing or damaged.
     """
     if not path.exists():
         raise BadFile(path, "does not exist; lockprobe learn --out FILE trains a learner")
@@ -116,7 +116,7 @@ def load(path: Path) -> Learned:
 
 
 def shipped(name: str) -> Learned:
-    """A learner that ships, one of :data:`SHIPPED`."""
+    """A shipped learner by name, one of :data:`SHIPPED`."""
     return load(Path(str(files("lockprobe.learner").joinpath(f"{name}.npz"))))
 
 

@@ -1,12 +1,13 @@
-"""Training of a learner: it imitates the best next joint on random boxes, in the course of its own trials.
+"""Training of a learner by imitation: the targets are the best next joints, on random boxes, in its own trials.
 
 Each update plays a batch of new boxes. In every step the network's target is the uniform distribution over the joints
-that open the box in the fewest steps, which the network cannot know; so it learns to act on what it was told before
-(decision pretraining: Lee et al. 2023, arXiv:2306.14892). Some actions are random, so that it meets states that it
-would avoid. Adam, with a rate that falls over the second half of the schedule.
+that open the box in the fewest steps. The network cannot know these joints, so it learns to infer them from earlier
+reports (decision pretraining: Lee et al. 2023, arXiv:2306.14892). Some actions are random, so that training covers
+states that the network would avoid. The optimiser is Adam; its learning rate falls over the second half of the
+schedule.
 
-Parameters are rounded after each update. Processors differ in the last bits of products, and without rounding such
-differences would grow from update to update. So one command gives one file.
+Parameters are rounded after each update, for reproducibility: processors differ in the last bits of products, and
+without rounding such differences would grow from update to update. So one command gives one file.
 """
 
 from __future__ import annotations
@@ -19,11 +20,11 @@ from numpy.typing import NDArray
 
 from lockprobe.errors import BadValue
 from lockprobe.learner.boxes import Boxes, copies, random_boxes
-from lockprobe.learner.network import HIDDEN, Network, Step, encoded, gradient, initial
+from lockprobe.learner.network import HIDDEN, Network, StepActivations, encoded, gradient, initial
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.seeds import generator
 
-__all__ = ["SCHEDULE", "Course", "Schooling", "play", "success", "train"]
+__all__ = ["SCHEDULE", "PlayedTrials", "TrainingSettings", "play", "success", "train"]
 
 SCHEDULE = 900
 """Updates of the whole schedule."""
@@ -43,17 +44,17 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Schooling:
-    """How a learner is trained.
+class TrainingSettings:
+    """The settings of a training.
 
     Attributes:
-        updates: Updates made, from 1 to :attr:`schedule`.
+        updates: Number of updates, from 1 to :attr:`schedule`.
         joints: Joints of the boxes, from 2 to 8.
-        hidden: Units, from 1 to 256.
+        hidden: Number of hidden units, from 1 to 256.
         seed: Seed of the weights, the boxes and the actions.
-        told_lies: Whether reports are false at a rate that is drawn from [0, 1] for each update; else all are true.
-        schedule: Updates over which the learning rate and the share of random actions fall.
-        box: The only box, its joints dealt anew each time; None for random boxes.
+        told_lies: Whether reports are false at a rate drawn from [0, 1] for each update; else all are true.
+        schedule: Number of updates over which the learning rate and the share of random actions fall.
+        box: The only box, with its joints in a random order each time; None for random boxes.
 
     Raises:
         BadValue: If a number is out of range.
@@ -77,12 +78,12 @@ class Schooling:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Course:
-    """Trials of a network, side by side.
+class PlayedTrials:
+    """The finished trials of a network on a batch of boxes.
 
     Attributes:
         solved: Whether each box was opened, shape (trials,).
-        steps: Steps made, shape (trials,).
+        steps: Steps played, shape (trials,).
         actions: Joints attempted, -1 after the end, shape (trials, budget).
     """
 
@@ -91,13 +92,13 @@ class Course:
     actions: NDArray[np.int64]
 
 
-def train(schooling: Schooling) -> Iterator[Network]:
-    """The network after every update, the same on every machine but for what rounding lets through."""
-    network = initial(schooling.joints, schooling.hidden, schooling.seed)
+def train(settings: TrainingSettings) -> Iterator[Network]:
+    """Yield the network after every update; reproducible on every machine, up to rare rounding differences."""
+    network = initial(settings.joints, settings.hidden, settings.seed)
     means, squares = ({name: np.zeros_like(a) for name, a in network.arrays().items()} for _ in range(2))
-    for update in range(1, schooling.updates + 1):
-        slope = _slope(network, schooling, update)
-        rate = RATE * min(1.0, 2 * (1 - (update - 1) / schooling.schedule))
+    for update in range(1, settings.updates + 1):
+        slope = _gradient_of_update(network, settings, update)
+        rate = RATE * min(1.0, 2 * (1 - (update - 1) / settings.schedule))
         moved = {}
         for name, array in network.arrays().items():
             means[name] += (1 - _FADES[0]) * (slope[name] - means[name])
@@ -109,13 +110,13 @@ def train(schooling: Schooling) -> Iterator[Network]:
         yield network
 
 
-def _slope(network: Network, schooling: Schooling, update: int) -> dict[str, Array]:
+def _gradient_of_update(network: Network, settings: TrainingSettings, update: int) -> dict[str, Array]:
     """The gradient of one update's loss: mean cross-entropy over the steps of its trials."""
-    rng = generator(schooling.seed, "learner", "update", update)
-    drawn = random_boxes(BATCH, schooling.joints, rng) if schooling.box is None else copies(schooling.box, BATCH, rng)
-    rate = float(rng.random()) if schooling.told_lies else 0.0
-    chance = RANDOM_AT_FIRST if update <= schooling.schedule / 3 else RANDOM_LATER
-    trials = _Trials(drawn, network, p=rate, rng=rng)
+    rng = generator(settings.seed, "learner", "update", update)
+    drawn = random_boxes(BATCH, settings.joints, rng) if settings.box is None else copies(settings.box, BATCH, rng)
+    rate = float(rng.random()) if settings.told_lies else 0.0
+    chance = RANDOM_AT_FIRST if update <= settings.schedule / 3 else RANDOM_LATER
+    trials = _TrialBatch(drawn, network, p=rate, rng=rng)
     steps, errors = [], []
     for _ in range(BUDGET):
         steps.append(trials.read())
@@ -127,8 +128,8 @@ def _slope(network: Network, schooling: Schooling, update: int) -> dict[str, Arr
     return gradient(network, steps, [error / made for error in errors]).arrays()
 
 
-class _Trials:
-    """A batch of trials in the course of being played."""
+class _TrialBatch:
+    """A batch of trials during play."""
 
     def __init__(self, boxes: Boxes, network: Network, *, p: float, rng: np.random.Generator) -> None:
         number, self._boxes, self._network, self._p, self._rng = len(boxes), boxes, network, p, rng
@@ -140,8 +141,8 @@ class _Trials:
         self._shown = self.state
         self._hidden = np.zeros((number, network.hidden))
 
-    def read(self) -> Step:
-        """Read the last report; what the way back needs of it."""
+    def read(self) -> StepActivations:
+        """Read the last report; returns the activations for backpropagation."""
         positions = ((self._shown[:, None] >> np.arange(self._boxes.joints)) & 1).astype(np.float64)
         step = self._network.step(encoded(self.attempted, self._moved, positions, self._boxes.target), self._hidden)
         self._hidden = step.after
@@ -149,7 +150,7 @@ class _Trials:
         return step
 
     def act(self, *, temperature: float, random: float = 0.0) -> None:
-        """Attempt a joint in every trial, and be told what it did."""
+        """Attempt a joint in every trial, and receive the reports."""
         number, joints = self.logits.shape
         luck = self._rng.random((number, 4))
         chances = np.cumsum(_softmax(self.logits, temperature), axis=1)
@@ -173,18 +174,18 @@ def play(
     temperature: float = 1.0,
     budget: int = BUDGET,
     seed: int = 1,
-) -> Course:
-    """Play every box once, told where the joints stand (``symbolic?tell=state``), with transient flips.
+) -> PlayedTrials:
+    """Play every box once with reports of positions (``symbolic?tell=state``) and transient flips.
 
     Args:
-        network: Who plays.
-        boxes: Of as many joints.
+        network: The network.
+        boxes: Boxes with the network's number of joints.
         p: Flip probability, [0, 1].
-        temperature: Of the choice; 0 takes the likeliest joint.
-        budget: Steps.
+        temperature: Softmax temperature of the choice; 0 takes the most probable joint.
+        budget: Budget in steps.
         seed: Seed of choices and flips.
     """
-    trials = _Trials(boxes, network, p=p, rng=generator(seed, "learner", "play"))
+    trials = _TrialBatch(boxes, network, p=p, rng=generator(seed, "learner", "play"))
     actions = np.full((len(boxes), budget), -1)
     for step in range(budget):
         running = trials.running
@@ -193,15 +194,15 @@ def play(
         actions[running, step] = trials.attempted[running]
         if not trials.running.any():
             break
-    return Course(solved=~trials.running, steps=(actions >= 0).sum(axis=1), actions=actions)
+    return PlayedTrials(solved=~trials.running, steps=(actions >= 0).sum(axis=1), actions=actions)
 
 
 def success(
     network: Network, *, boxes: int = 10_000, temperature: float = 1.0, seed: int = 1, only: Lockbox | None = None
 ) -> float:
-    """The share of boxes that it opens within the budget, told the truth.
+    """The share of test boxes that a network opens within the budget with true reports.
 
-    The boxes are random, and none that any training has seen; or copies of one box, their joints dealt anew.
+    The boxes are random and used in no training, or they are copies of one box with their joints in a random order.
     """
     rng = generator(seed, "learner", "unseen boxes")
     drawn = random_boxes(boxes, network.joints, rng) if only is None else copies(only, boxes, rng)
@@ -209,7 +210,7 @@ def success(
 
 
 def _softmax(logits: Array, temperature: float) -> Array:
-    """Probabilities of joints, shape (trials, n); at temperature 0 all of it on the first likeliest."""
+    """Probabilities of joints, shape (trials, n); at temperature 0 the first most probable joint has all."""
     if temperature == 0:
         found: Array = np.eye(logits.shape[1])[logits.argmax(axis=1)]
         return found

@@ -1,1 +1,1 @@
-"""The puzzle: pure rules, named boxes, exact facts."""
+"""The lockbox puzzle: its rules, named boxes and exact solutions, without physics."""

@@ -1,4 +1,4 @@
-"""The puzzle as data, and its one rule.
+"""The lockbox as data, with its one rule.
 
 Attempting a joint toggles it if the interlock allows it in the present configuration, else nothing
 happens (paper, Sec. 2.1). The real box's interlock is not public, so a box is data, never hard-coded.
@@ -27,7 +27,7 @@ JointKind = Literal["prismatic", "revolute"]
 
 
 def bits(configuration: Configuration) -> str:
-    """The configuration as a bit string in panel order, for example ``"0010"``."""
+    """A configuration as a bit string in panel order, for example ``"0010"``."""
     return "".join("1" if position else "0" for position in configuration)
 
 
@@ -48,13 +48,13 @@ class Joint:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Lockbox:
-    """Joints, their interlock, their start and the target.
+    """A lockbox: joints, interlock, initial configuration and target.
 
     Attributes:
         name: The name of the box.
         joints: In panel order, left to right.
-        interlock: For each joint the alternatives under which it may move: it moves if *any* clause holds
-            *entirely*. A joint that is always free has one empty clause and may be left out.
+        interlock: For each joint the clauses under which it may move (disjunctive normal form): it moves if *any*
+            clause holds *entirely*. A joint that is always free has one empty clause and may be left out.
         initial: The configuration at the start of every trial.
         target: The joint whose movement solves the box.
 
@@ -122,7 +122,7 @@ class Lockbox:
         return self.names.index(self.target)
 
     def alternatives(self, joint: str) -> tuple[Clause, ...]:
-        """The clauses of a joint (by name); none if it is always free."""
+        """The clauses of a joint (by name); empty if it is always free."""
         clauses = self.interlock.get(joint, ())
         return tuple(clauses) if all(clauses) else ()
 
@@ -134,11 +134,11 @@ class Lockbox:
         """Attempt a joint.
 
         Args:
-            configuration: The configuration before.
+            configuration: The configuration before the attempt.
             joint: The joint's index in panel order.
 
         Returns:
-            The configuration after, and whether the joint moved. Only the attempted joint can change.
+            The configuration afterwards, and whether the joint moved. Only the attempted joint can change.
         """
         if not self.may_move(configuration, joint):
             return configuration, False

@@ -1,4 +1,4 @@
-"""A user's box in TOML. The file is data: nothing in it runs, and its size is limited.
+"""Box files in TOML. The file is data: nothing in it runs, and its size is limited.
 
 ::
 
@@ -69,10 +69,10 @@ class _BoxTable(BaseModel):
 
 
 def read_box(path: Path) -> Lockbox:
-    """The box in a TOML file of the form above.
+    """Read the box in a TOML file of the form above.
 
     Raises:
-        BadFile: If it is not such a file, or its box cannot be played (:class:`lockprobe.lockbox.check.Fault`).
+        BadFile: If the file has another form, or its box cannot be played (:class:`lockprobe.lockbox.check.Fault`).
     """
     box = box_from_data(read_toml(path), path)
     fault = fault_of(box)
@@ -82,7 +82,7 @@ def read_box(path: Path) -> Lockbox:
 
 
 def toml_of(box: Lockbox) -> str:
-    """The text of a file from which :func:`read_box` makes the same box.
+    """The text of a TOML file from which :func:`read_box` reads the same box.
 
     Raises:
         BadFile: If a name or a size is not allowed in a file.
@@ -103,7 +103,7 @@ def _inline(clause: Clause) -> str:
 
 
 def box_from_data(data: object, path: Path) -> Lockbox:
-    """The box that tables describe; the inverse of ``Lockbox.as_data``.
+    """Build a box from parsed tables; the inverse of ``Lockbox.as_data``.
 
     Args:
         data: Tables of the form above.

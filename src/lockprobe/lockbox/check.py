@@ -1,4 +1,4 @@
-"""Why a box cannot be played."""
+"""Checks whether a box can be played, and the reason if not."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ FaultKind = Literal["nothing moves", "unsolvable", "contradictory", "too short"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Fault:
-    """Why a box cannot be played.
+    """The reason why a box cannot be played.
 
     Attributes:
         kind: ``nothing moves``: every joint is locked at the start. ``unsolvable``: no sequence of attempts moves the
             target. ``contradictory``: an alternative of the target holds in no reachable configuration. ``too short``:
             the optimum has fewer steps than required.
-        reason: The fault in one line, with names.
+        reason: The reason in one line, with the names of joints.
     """
 
     kind: FaultKind
@@ -29,7 +29,7 @@ class Fault:
 
 
 def fault_of(box: Lockbox, shortest: int = 1) -> Fault | None:
-    """Why a box cannot be played; None if it can.
+    """The reason why a box cannot be played; None if it can be played.
 
     Args:
         box: The box.

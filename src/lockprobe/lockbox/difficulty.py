@@ -16,7 +16,7 @@ __all__ = ["Difficulty", "cycle_success", "depths", "difficulty", "undone"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Difficulty:
-    """The difficulty of a box. Numbers that an unsolvable box lacks are None.
+    """The difficulty of a box. For an unsolvable box, undefined numbers are None.
 
     Attributes:
         optimum: The fewest steps that move the target.
@@ -27,12 +27,12 @@ class Difficulty:
         distractors: Joints that no optimal plan moves, in panel order.
         free: Number of joints that may move at the start.
         reachable: Number of configurations before the target moves; at most 2**(joints - 1).
-        dead_ends: Number of these from which the target cannot be moved any more. Every move can be undone, so it is 0,
-            or all of them for an unsolvable box.
+        dead_ends: Number of reachable configurations from which the target cannot be moved. Every move can be undone,
+            so it is 0, or all of them for an unsolvable box.
         random_steps: Expected steps of a uniformly random agent without a budget; infinite for an unsolvable box.
         random_blocked: Expected blocked attempts of that agent, as a share of its expected steps.
-        cycle_success: Share of all fixed orders of the joints that, repeated, move the target within 20 steps. If it is
-            1, a looping agent does not fail.
+        cycle_success: Share of all fixed orders of the joints that, repeated, move the target within 20 steps. At 1, a
+            looping agent never fails.
     """
 
     optimum: int | None
@@ -71,7 +71,7 @@ def difficulty(box: Lockbox) -> Difficulty:
 
 
 def depths(box: Lockbox) -> Mapping[str, int | None]:
-    """The layer of each joint: the first round in which it may move if every position, once reached, stays available.
+    """The layer of each joint in the relaxed problem, in which every position once reached stays available.
 
     This is the delete relaxation of planning: the layer of the target is the admissible heuristic h_max (Bonet and
     Geffner, Artificial Intelligence 129, 2001).
@@ -92,7 +92,7 @@ def depths(box: Lockbox) -> Mapping[str, int | None]:
 
 
 def cycle_success(space: Space, budget: int = 20) -> float:
-    """The share of all fixed orders of the joints that, repeated, move the target within the budget (in steps).
+    """The share of fixed orders of the joints that, repeated, move the target within the budget (in steps).
 
     This is the success of round-robin if the order of its list is shuffled.
     """
@@ -108,7 +108,7 @@ def cycle_success(space: Space, budget: int = 20) -> float:
 
 
 def _random_walk(space: Space) -> tuple[float, float | None]:
-    """Expected steps of a random agent, and the share of them that are blocked, from the expected visits."""
+    """Expected steps of a random agent and their blocked share, from expected visits of the Markov chain."""
     if space.optimum is None:
         return float("inf"), None
     reachable = space.reachable

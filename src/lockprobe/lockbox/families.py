@@ -1,4 +1,4 @@
-"""Find a box by name, by file or by plugin.
+"""Finds a box by name, file path or plug-in.
 
 ``chain-4`` is the default: the target (leftmost revolute) needs slider 1, slider 1 needs slider 2, slider 2
 needs the right revolute, which is free. It has the four joints of the paper's box (Sec. 2.1: two prismatic in
@@ -26,7 +26,7 @@ _LARGEST_SEED = 10**9 - 1
 
 
 def named_boxes() -> tuple[str, ...]:
-    """Names that :func:`box` knows, in addition to ``random-N-SEED``."""
+    """The names that :func:`box` accepts, in addition to ``random-N-SEED``."""
     return tuple(STRUCTURES)
 
 

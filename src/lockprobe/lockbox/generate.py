@@ -1,4 +1,4 @@
-"""Random boxes from recipes: a seeded generator of interlock, layout, names and start."""
+"""Seeded generation of random boxes from recipes: interlock, layout, names and initial configuration."""
 
 from __future__ import annotations
 
@@ -31,11 +31,12 @@ class Recipe:
     Attributes:
         family: A named box without a seed (``reset``), or ``random-N``: an interlock of N joints drawn from the seed.
         layout: Positions of the joints; see :mod:`lockprobe.lockbox.layouts`.
-        dealt: Whether places, kinds and names are dealt to the joints at random, so that they do not reveal the
+        dealt: Whether places, kinds and names are assigned to the joints at random, so that they do not reveal the
             interlock.
         initial: ``rest``: all joints closed. ``random``: every position is drawn.
-        alternatives: Most clauses of a joint, 1 to 4; the number is drawn. Only for ``random-N``, as the next two.
-        literals: Most positions in a clause, 1 to 7; the number is drawn.
+        alternatives: Largest number of clauses per joint, 1 to 4; the number is drawn. Only for ``random-N``, as the
+            next two.
+        literals: Largest number of positions in a clause, 1 to 7; the number is drawn.
         negative: Probability that a position in a clause is closed, [0, 1].
         shortest: Least allowed optimum, steps, from 1.
         seed: From 0, below 2**31. Interlock, layout and start have separate streams.
@@ -83,7 +84,7 @@ class RefusedRecipe:
 
 
 def generate(recipe: Recipe) -> Lockbox | RefusedRecipe:
-    """The box of a recipe, or why there is none. It draws only once."""
+    """The box of a recipe, or the reason why it cannot be played. There is only one draw."""
     drawn = _RANDOM.fullmatch(recipe.family)
     if drawn:
         box = _random_interlock(int(drawn[1]), recipe, generator(recipe.seed, "box", "interlock"))

@@ -32,7 +32,7 @@ _COLUMNS, _ROWS, _JITTER = 4, 3, 0.04
 
 
 def places(layout: LayoutName, count: int, rng: np.random.Generator) -> tuple[Place, ...]:
-    """The places of a layout, for joints in the order of the interlock.
+    """The places of a layout on the panel, for joints in the order of the interlock.
 
     Args:
         layout: The layout; ``misleading`` has the places of ``serial``.
@@ -61,26 +61,26 @@ def places(layout: LayoutName, count: int, rng: np.random.Generator) -> tuple[Pl
 
 
 def _shuffled(count: int, rng: np.random.Generator) -> NDArray[np.int64]:
-    """A random order made from uniform numbers, whose stream is the same in every release of numpy."""
+    """A random permutation from uniform numbers, whose stream is the same in every release of NumPy."""
     return np.argsort(rng.random(count), kind="stable")
 
 
 def _star(count: int) -> list[int]:
-    """Corners in the order of the star that reaches furthest across; of 4 and 6, which have none, pairs across."""
+    """Corners in the order of the widest star polygon; for 4 and 6, which have none, pairs of opposite corners."""
     step = max((k for k in range(2, (count + 1) // 2) if gcd(count, k) == 1), default=max(1, count // 2))
     rounds = gcd(count, step)
     return [(first + k * step) % count for first in range(rounds) for k in range(count // rounds)]
 
 
 def laid_out(box: Lockbox, layout: LayoutName, rng: np.random.Generator, *, dealt: bool = False) -> Lockbox:
-    """The same interlock on another panel.
+    """The same interlock with another panel layout.
 
     Args:
         box: The box; the layout follows the order of its joints.
         layout: The layout.
         rng: Random stream.
-        dealt: Whether places and kinds are drawn, and joints are named after kind and place (``slider-1`` is leftmost),
-            so that panel and names do not reveal the interlock.
+        dealt: Whether places and kinds are assigned at random, and joints are named after kind and place (``slider-1``
+            is leftmost), so that panel and names do not reveal the interlock.
 
     Returns:
         The box, its joints in panel order: from the left, and from above if two are equally far left.
@@ -109,7 +109,7 @@ def permuted(box: Lockbox, order: Sequence[int]) -> Lockbox:
 
 
 def redealt(box: Lockbox, rng: np.random.Generator) -> Lockbox:
-    """The same joints and interlock with the joints dealt to the same places in a random order.
+    """The same joints and interlock with the joints assigned to the same places in a random order.
 
     This is "same interlock, new layout every round", the protocol of the human studies (Zenkri, Bolenz, Pachur and
     Brock, Adaptive Behavior 2025). Joints and initial configuration are in the new panel order.
@@ -122,14 +122,14 @@ def redealt(box: Lockbox, rng: np.random.Generator) -> Lockbox:
 
 
 def locking_pairs(box: Lockbox) -> set[tuple[int, int]]:
-    """Pairs of joints (indices in panel order, ascending) of which one is in the other's interlock."""
+    """Pairs of joints (indices in panel order, ascending) in which one is part of the other's interlock."""
     index = {name: i for i, name in enumerate(box.names)}
     named = ((index[j], index[o]) for j in box.names for clause in box.alternatives(j) for o in clause)
     return {(min(pair), max(pair)) for pair in named}
 
 
 def neighbours(box: Lockbox) -> set[tuple[int, int]]:
-    """Pairs of joints (indices in panel order, ascending) of which one is a nearest neighbour of the other."""
+    """Pairs of joints (indices in panel order, ascending) in which one is a nearest neighbour of the other."""
     spots = np.array([joint.place for joint in box.joints])
     far = np.hypot(*(spots[:, None] - spots[None]).transpose(2, 0, 1))
     np.fill_diagonal(far, np.inf)
@@ -138,7 +138,7 @@ def neighbours(box: Lockbox) -> set[tuple[int, int]]:
 
 
 def _misleading(box: Lockbox, spots: Sequence[Place], rng: np.random.Generator) -> list[int]:
-    """The spot of each joint: a random one of the orders with the largest sum of distances of locking pairs."""
+    """The spot of each joint: a random order among those with the largest total distance of locking pairs."""
     here = np.array(spots)
     far = np.hypot(*(here[:, None] - here[None]).transpose(2, 0, 1))
     deals = orders(len(spots))

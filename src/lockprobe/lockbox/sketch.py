@@ -1,4 +1,4 @@
-"""A box as text for terminals: its panel, and its interlock as a tree from the target down."""
+"""A box as text for terminals: its panel, and its interlock as a tree rooted at the target."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def panel_lines(
 
 
 def _row(box: Lockbox, row: list[int], names: Sequence[str], positions: Sequence[bool | None]) -> tuple[str, str]:
-    """Symbols, and names under them; overlapping symbols move to the right."""
+    """A row of symbols and the names under them; overlapping symbols move to the right."""
     symbols, under = "", ""
     for i in sorted(row, key=lambda i: (box.joints[i].place[0], i)):
         joint, position = box.joints[i], positions[i]
@@ -58,7 +58,7 @@ def _row(box: Lockbox, row: list[int], names: Sequence[str], positions: Sequence
 
 
 def interlock_lines(box: Lockbox) -> list[str]:
-    """The needs of the target as a tree, then the joints that the tree does not hold."""
+    """The conditions of the target as a tree, then the joints that are not in the tree."""
     shown: set[str] = set()
     lines: list[str] = []
     for joint in sorted(box.joints, key=lambda joint: joint.name != box.target):
@@ -74,7 +74,7 @@ def _note(box: Lockbox, joint: Joint) -> str:
 
 
 def _needs(box: Lockbox, name: str, shown: set[str]) -> Iterator[str]:
-    """The positions that a joint needs; under each joint, at its first occurrence, its needs in turn."""
+    """The positions that a joint needs; the first occurrence of each joint is followed by its own conditions."""
     positions = [
         ("and " if i else "or " if k else "", other, position)
         for k, clause in enumerate(box.alternatives(name))

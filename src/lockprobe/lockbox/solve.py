@@ -25,7 +25,7 @@ __all__ = [
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Plans:
-    """The shortest sequences of attempts that move the target.
+    """The optimal plans: the shortest sequences of attempts that move the target.
 
     Attributes:
         count: Their exact number.
@@ -37,12 +37,12 @@ class Plans:
 
 
 def optimum(box: Lockbox) -> int | None:
-    """The fewest steps that move the target; None if nothing does."""
+    """The fewest steps that move the target; None for an unsolvable box."""
     return space_of(box).optimum
 
 
 def optimal_plans(box: Lockbox, limit: int | None = 1000) -> Plans:
-    """The optimal plans of a box; none if nothing moves the target.
+    """The optimal plans of a box; none for an unsolvable box.
 
     Args:
         box: The box.

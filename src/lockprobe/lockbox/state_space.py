@@ -1,4 +1,4 @@
-"""The state space of a box. Configurations are numbers; bit j is the position of joint j in panel order."""
+"""The state space of a box. Configurations are numbers whose bit j is the position of joint j in panel order."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Space:
 
     @property
     def optimum(self) -> int | None:
-        """The fewest steps that move the target; None if nothing does."""
+        """The fewest steps that move the target; None for an unsolvable box."""
         return int(self.steps[self.last[0]]) + 1 if self.last.size else None
 
 
@@ -72,7 +72,7 @@ def space_of(box: Lockbox) -> Space:
 
 
 def holds(box: Lockbox, clause: Clause, configurations: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Whether a clause holds entirely, for each configuration; the same shape."""
+    """Whether a clause holds entirely in each configuration; the same shape as ``configurations``."""
     bit = {name: 1 << j for j, name in enumerate(box.names)}
     named = sum(bit[other] for other in clause)
     found: NDArray[np.bool_] = (configurations & named) == sum(bit[o] for o, position in clause.items() if position)
@@ -86,7 +86,7 @@ def orders(joints: int) -> NDArray[np.int64]:
 
 
 def _steps(start: int, may_move: NDArray[np.bool_], target: int) -> NDArray[np.int64]:
-    """Breadth-first search, a whole front at a time."""
+    """Distances by breadth-first search, one whole frontier at a time."""
     steps = np.full(len(may_move), -1)
     steps[start] = 0
     others = may_move.copy()

@@ -18,7 +18,7 @@ from lockprobe.record import Outcome
 from lockprobe.storage.atomic_file import sync_directory
 from lockprobe.storage.jsonl import LineFile, whole_lines, with_checksum, without_checksum
 from lockprobe.studies.directory import ATTEMPTS
-from lockprobe.studies.paused_trial import Attempted
+from lockprobe.studies.paused_trial import RecordedAttempt
 
 __all__ = ["AttemptLog"]
 
@@ -62,7 +62,7 @@ class AttemptLog:
         self._path = path
         self._file: LineFile | None = None
         self._begun: dict[str, int] = {}
-        self._attempts: dict[str, list[Attempted]] = {}
+        self._attempts: dict[str, list[RecordedAttempt]] = {}
 
     @classmethod
     @contextmanager
@@ -88,7 +88,7 @@ class AttemptLog:
         if self._file is not None:
             self._file.close()
 
-    def attempts(self, key: str) -> tuple[Attempted, ...]:
+    def attempts(self, key: str) -> tuple[RecordedAttempt, ...]:
         """The steps of a trial so far."""
         return tuple(self._attempts.get(key, ()))
 
@@ -108,7 +108,7 @@ class AttemptLog:
         """
         self._write(_Begun(key=key))
 
-    def attempt(self, key: str, step: Attempted) -> None:
+    def attempt(self, key: str, step: RecordedAttempt) -> None:
         """Write one attempt."""
         self._write(_Did(key=key, **step._asdict()))
 
@@ -133,7 +133,7 @@ class AttemptLog:
         if isinstance(line, _Begun):
             self._begun[line.key] = self._begun.get(line.key, 0) + 1
         elif isinstance(line, _Did):
-            step = Attempted(line.joint, line.claimed, line.told, line.hypothesis)
+            step = RecordedAttempt(line.joint, line.claimed, line.told, line.hypothesis)
             self._attempts.setdefault(line.key, []).append(step)
         else:
             self._begun.pop(line.key, None)

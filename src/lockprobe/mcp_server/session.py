@@ -26,7 +26,7 @@ from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.record import Fact, Outcome, Situation
 from lockprobe.redaction import without_keys
 from lockprobe.studies.journal import Journal
-from lockprobe.studies.paused_trial import Attempted, PausedTrial
+from lockprobe.studies.paused_trial import PausedTrial, RecordedAttempt
 from lockprobe.studies.picture_store import ALBUM
 from lockprobe.studies.play import own_thread
 from lockprobe.studies.study import Study
@@ -238,7 +238,9 @@ class ToolSession:
 
     async def _attempt(self, connection: Connection, joint: str, last_action: str | None, hypothesis: str) -> Reply:
         trial, situation = self._under_way(connection)
-        step = Attempted(_joint(joint, situation), _claimed(last_action, situation), hypothesis=_hypothesis(hypothesis))
+        step = RecordedAttempt(
+            _joint(joint, situation), _claimed(last_action, situation), hypothesis=_hypothesis(hypothesis)
+        )
         with _writing():
             told = await trial.attempt(step.joint, step.claimed, step.hypothesis)
             try:

@@ -21,7 +21,7 @@ from lockprobe.agents.human_inspired import HumanInspired
 from lockprobe.agents.policy import Policy
 from lockprobe.agents.strategies import RandomAgent, RandomNoRepeat, RoundRobin
 from lockprobe.interventions.flip import FlipKind
-from lockprobe.montecarlo.choosing import HUMAN, MAP, NO_REPEAT, PARTS, RANDOM, ROUND_ROBIN, SOFTMAX
+from lockprobe.montecarlo.compiled_choices import HUMAN, MAP, NO_REPEAT, PARTS, RANDOM, ROUND_ROBIN, SOFTMAX
 from lockprobe.montecarlo.plain import BoxWorld
 from lockprobe.montecarlo.rules import RULE, SCENE, Integers, Numbers, Rule, Scene, record
 
@@ -46,10 +46,10 @@ Given = ParamSpec("Given")
 Made = TypeVar("Made")
 
 WORTH_COMPILING = 500_000
-"""Steps in one process from which on compiling pays: played plainly they take about two seconds."""
+"""Steps in one process above which compiling pays: in plain Python they take about two seconds."""
 
 SPAN = 1 << 17
-"""Numbers set aside for each trial."""
+"""Random numbers reserved for each trial."""
 
 _GAMMA, _ONE, _TWO = map(np.uint64, (0x9E3779B97F4A7C15, 0xBF58476D1CE4E5B9, 0x94D049BB133111EB))
 _11, _12, _27, _30, _31, _52 = map(np.uint64, (11, 12, 27, 30, 31, 52))
@@ -59,13 +59,13 @@ _ASKED = Counter[str]()
 
 
 def pays(steps: int) -> bool:
-    """Whether compiling pays for so many steps, after all that were asked for before; never without numba."""
+    """Whether compiling pays for this many steps, added to all earlier ones; never without numba."""
     _ASKED["steps"] += steps
     return _ASKED["steps"] >= WORTH_COMPILING and find_spec("numba") is not None
 
 
 def compiled(function: Callable[Given, Made]) -> Callable[Given, Made]:
-    """The compiled function. Other threads may work at the same time."""
+    """The compiled function, cached. Thread-safe."""
     name = function.__name__
     if name not in _COMPILED:
         from numba import njit
@@ -90,20 +90,20 @@ def mixed(key: Any, index: Any) -> Any:
 
 
 def uniform(key: Any, index: Any) -> Any:
-    """The same as a number in [0, 1), a multiple of 2**-53."""
+    """The output as a number in [0, 1), a multiple of 2**-53."""
     return (mixed(key, index) >> _11) * 2.0**-53
 
 
 def below(key: Any, index: Any, limit: Any) -> Any:
-    """The same as a whole number below ``limit``, which is at most 2**12.
+    """The output as a whole number below ``limit``, which is at most 2**12.
 
-    Each number is as probable as the others but for 2**-52, and exactly so if ``limit`` is a power of two.
+    The probabilities deviate from uniform by at most 2**-52, and not at all if ``limit`` is a power of two.
     """
     return ((mixed(key, index) >> _12) * limit) >> _52
 
 
 def fill(key: np.uint64, first: int, offset: int, out: Numbers) -> None:
-    """Writes numbers ``offset``, ``offset`` + 1, ... of the trials from ``first`` on, one trial a row."""
+    """Write numbers ``offset``, ``offset`` + 1, ... of the trials from ``first`` on, one trial per row."""
     for trial in range(out.shape[0]):
         start = (first + trial) * SPAN + offset
         for i in range(out.shape[1]):
@@ -111,17 +111,17 @@ def fill(key: np.uint64, first: int, offset: int, out: Numbers) -> None:
 
 
 def joints_in(joints: int, depth: int) -> Integers:
-    """Every sequence of so many joints, by its number, shape (joints ** depth, depth)."""
+    """Every sequence of ``depth`` joints, by its number, shape (joints ** depth, depth)."""
     return np.arange(joints**depth)[:, None] // joints ** np.arange(depth) % joints
 
 
 def deepest(joints: int) -> int:
-    """As many steps by one number as make tables that stay in the processor's cache."""
+    """The most steps per random number whose tables still fit in the processor's cache."""
     return max(depth for depth in range(1, 13) if joints**depth <= min(2**12, 2 ** (15 - joints)))
 
 
 def jumps(scene: Scene, depth: int) -> NDArray[np.uint16]:
-    """For each configuration and each sequence of joints the configuration after it, or 256 plus the step that solves.
+    """Transition table: (configuration, sequence of joints) -> next configuration, or 256 plus the solving step.
 
     Shape (2 ** joints, joints ** depth).
     """
@@ -143,9 +143,9 @@ def play_blind(
     steps: NDArray[np.int32],
     solved: NDArray[np.bool_],
 ) -> None:
-    """Trials, from ``first`` on, of an agent that looks at nothing and prefers nothing, ``depth`` steps by one draw.
+    """Play trials, from ``first`` on, of the uniformly random agent, with one random number for ``depth`` steps.
 
-    ``key`` is that of the random numbers, and ``jump`` as :func:`jumps` makes it. Written are the steps made and
+    ``key`` is the key of the random numbers, ``jump`` the table of :func:`jumps`. The outputs are the steps played and
     whether the box was solved, both of shape (trials,).
     """
     limit = np.uint64(jump.shape[1])
@@ -160,7 +160,7 @@ def play_blind(
 
 
 def rule_of(policy: Policy[Any]) -> Rule | None:
-    """A policy in numbers; None for one that is not known here."""
+    """A policy as a record of numbers; None if it cannot be compiled."""
     if type(policy) in _PLAIN:
         return record(RULE, {"kind": _PLAIN[type(policy)]})
     if type(policy) is HumanInspired:
@@ -184,14 +184,14 @@ def _place(kind: type[Policy[Any]], field: str, choice: str) -> int:
 
 
 def numbers_a_step(rule: Rule) -> int:
-    """How many numbers of its stream an agent may use in a step."""
+    """The most random numbers that an agent uses in a step."""
     if rule.kind == ROUND_ROBIN:
         return 0
     return 2 if rule.kind == HUMAN and rule.lapse else 1
 
 
 def scene_of(world: BoxWorld) -> Scene:
-    """A world in numbers. Distances are rounded as the human-inspired strategy rounds them."""
+    """A world as a record of numbers. Distances are rounded as in the human-inspired strategy."""
     scene = record(SCENE, {"p": world.p, "budget": world.budget, "flip": get_args(FlipKind).index(world.flip)})
     scene.joints, scene.target, scene.states_only = len(world.places), world.target, world.states_only
     scene.movable[: len(world.movable)] = world.movable

@@ -1,4 +1,4 @@
-"""The exact effect of one false report on success, by step: the truth that estimates are held against."""
+"""The exact effect of one false report on success, by step: the reference for estimates."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ __all__ = ["LieEffects", "lie_effects", "one_lie"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LieEffects:
-    """What one false report changes, exactly.
+    """The exact effects of one false report.
 
     Attributes:
-        by_step: The change of success by a lie at step 1, 2, ... against a true report there, among trials that go on
-            after that step, [-1, 1]; the last step has no future and is left out.
+        by_step: The change of success by a lie instead of a true report at step 1, 2, ..., among trials that go on
+            after that step, [-1, 1]. The last step, which nothing follows, is left out.
         running: The share of trials that go on after each of these steps, [0, 1].
     """
 
@@ -42,10 +42,10 @@ def lie_effects(
     modality: str | None = None,
     max_steps: int = 20,
 ) -> LieEffects:
-    """The effect of a lie at each step, with all other reports false with probability p.
+    """The effect of a lie at each step, if all other reports are false with probability p.
 
-    With p = 0 it is the first lie in a truthful world. The other arguments are those of :func:`lockprobe.propagate`;
-    the budget has at least 2 steps.
+    With p = 0 it is the effect of a single lie in a truthful world. The other arguments are those of
+    :func:`lockprobe.propagate`; the budget has at least 2 steps.
 
     Raises:
         UserMistake: As :func:`lockprobe.propagate`.
@@ -68,6 +68,6 @@ def lie_effects(
 
 
 def one_lie(step: int, rate: float, p: float) -> str:
-    """A flip of some rate at one step, and of p at all others."""
+    """The spec of flips at one rate at one step and at rate p at all other steps."""
     flips = [f"flip?p={p}&until={step - 1}"] if step > 1 else []
     return " + ".join([*flips, f"flip?p={rate}&at={step}", f"flip?p={p}&from={step + 1}"])

@@ -1,4 +1,4 @@
-"""How often intervals of the effect of one lie hold the exact effect, and how often its test finds it.
+"""Coverage of the intervals of the effect of one lie, and power and size of its test, by simulation.
 
 Two estimates are audited on agents whose effect is exact (:mod:`lockprobe.montecarlo.excursions`): that of one more lie
 from the records of a flip study, and that of forks of recorded trials after one step.
@@ -45,16 +45,16 @@ Estimate = Literal["records", "forks"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class IntervalRates:
-    """What studies of one agent say of the effect of one lie on success.
+    """Coverage and rejection rates of the estimated effect of one lie, for studies of one agent.
 
     Attributes:
         agent: Agent spec.
         p: Flip rate, [0, 1].
-        estimate: From the ``records`` of a flip study, or from ``forks`` after step :data:`FORK_STEP`.
+        estimate: The source: the ``records`` of a flip study, or ``forks`` after step :data:`FORK_STEP`.
         exact: The exact effect, [-1, 1].
-        mean: Mean of the estimates; None where there is none.
-        trials: Trials of a study.
-        studies: Studies.
+        mean: Mean of the estimates; None without an estimate.
+        trials: Trials per study.
+        studies: Number of studies.
         shown: Studies with an estimate; the others have too few trials of either outcome.
         covered: Studies whose 95 % interval holds the exact effect.
         found: Studies whose test rejects at 0.05; false positives where the exact effect is 0.
@@ -73,16 +73,16 @@ class IntervalRates:
 
     @property
     def held(self) -> float:
-        """Share of the intervals that hold the exact effect, [0, 1]."""
+        """Coverage: share of the intervals that hold the exact effect, [0, 1]."""
         return self.covered / self.shown
 
     @property
     def detected(self) -> float:
-        """Share of the estimates whose test rejects, [0, 1]."""
+        """Share of the estimates whose test rejects, [0, 1]: power, or size if the exact effect is 0."""
         return self.found / self.shown
 
 
-class _Job(NamedTuple):
+class _StudyRange(NamedTuple):
     agent: str
     p: float
     exact: float
@@ -109,19 +109,19 @@ def interval_rates(
     workers: Pool = THIS_PROCESS,
     progress: Callable[[int, int], None] = lambda done, of: None,
 ) -> list[IntervalRates]:
-    """Play studies of agents whose effect is exact, and count what their intervals and tests say.
+    """Simulate studies of agents with a known exact effect; count covering intervals and rejecting tests.
 
-    The records of every study are played anew. Forks are played once. Studies are drawn from these with replacement,
-    and their intervals are held against the mean of all of them.
+    The records of every study are played anew. Forks are played once; studies are drawn from them with replacement, and
+    their intervals are compared with the mean of all forks.
 
     Args:
         agents: Specs of policies, and flip rates above 0 and below 1.
-        trials: Trials of a study, at least 2.
-        studies: Studies of each agent, by each estimate.
-        forked: Trials that are forked for each agent, at least 2.
+        trials: Trials per study, at least 2.
+        studies: Studies per agent and estimate.
+        forked: Forked trials per agent, at least 2.
         seed: Seed of everything; the number of workers changes nothing.
-        workers: Where the studies are simulated.
-        progress: Told how many studies are done, of how many.
+        workers: The pool of processes that simulates the studies.
+        progress: Called with the number of studies done and their total.
 
     Raises:
         BadValue: If a number is too small.
@@ -132,7 +132,7 @@ def interval_rates(
             raise BadValue(what, number, f"a number from {least}")
     effects = {(agent, p): lie_effects(agent, p=p, modality="symbolic") for agent, p in agents}
     jobs = [
-        _Job(agent, p, effect.mean, trials, seed, first, min(first + BATCH, studies), forked)
+        _StudyRange(agent, p, effect.mean, trials, seed, first, min(first + BATCH, studies), forked)
         for (agent, p), effect in effects.items()
         for first in range(0, studies, BATCH)
     ]
@@ -143,7 +143,7 @@ def interval_rates(
         done += job.end - job.first
         progress(done, studies * len(effects))
     pools = [
-        _Job(agent, p, effect.by_step[FORK_STEP - 1], trials, seed, 0, studies, forked)
+        _StudyRange(agent, p, effect.by_step[FORK_STEP - 1], trials, seed, 0, studies, forked)
         for (agent, p), effect in effects.items()
     ]
     rates = []
@@ -154,7 +154,7 @@ def interval_rates(
     return rates
 
 
-def _rates(job: _Job, estimate: Estimate, exact: float, found: Sequence[_Estimate]) -> IntervalRates:
+def _rates(job: _StudyRange, estimate: Estimate, exact: float, found: Sequence[_Estimate]) -> IntervalRates:
     return IntervalRates(
         agent=job.agent,
         p=job.p,
@@ -169,8 +169,8 @@ def _rates(job: _Job, estimate: Estimate, exact: float, found: Sequence[_Estimat
     )
 
 
-def _of_records(job: _Job) -> list[_Estimate]:
-    """The estimates from the records of some studies."""
+def _of_records(job: _StudyRange) -> list[_Estimate]:
+    """The estimates from the records of a range of studies."""
     number = job.end - job.first
     made = population(
         job.agent,
@@ -192,7 +192,7 @@ def _of_records(job: _Job) -> list[_Estimate]:
 
 
 def _points(made: Population, p: float, rows: slice) -> DecisionPoints:
-    """The decision points of some trials whose reports tell outcomes. Loops are left out: no covariate is needed."""
+    """The decision points of trials whose reports tell outcomes, without loops: no covariate is needed."""
     assert made.moved is not None  # it was recorded
     assert made.told_moved is not None
     steps, moved = made.steps[rows], made.moved[rows]
@@ -209,8 +209,8 @@ def _points(made: Population, p: float, rows: slice) -> DecisionPoints:
     )
 
 
-def _of_forks(job: _Job) -> list[_Estimate]:
-    """The estimates from the forks of some studies."""
+def _of_forks(job: _StudyRange) -> list[_Estimate]:
+    """The estimates from the forks of a range of studies."""
     changes = asyncio.run(_forked(job))
     truth, rng = float(changes.mean()), generator(job.seed, "interval rates", job.agent, f"p={job.p:g}")
     found = []
@@ -223,8 +223,8 @@ def _of_forks(job: _Job) -> list[_Estimate]:
     return found
 
 
-async def _forked(job: _Job) -> NDArray[np.float64]:
-    """The change of success by a lie at the step, of every trial that goes on after it, shape (trials,)."""
+async def _forked(job: _StudyRange) -> NDArray[np.float64]:
+    """The change of success by a lie at the fork step, for every trial that goes on after it, shape (trials,)."""
     conditions = [f"{one_lie(FORK_STEP, rate, job.p)} + symbolic" for rate in (0.0, 1.0)]
     planned = study("flips", agent=job.agent, condition=conditions, trials=job.forked, repetitions=1, seed=job.seed)
     player = resolve(job.agent).make()

@@ -1,7 +1,8 @@
-"""Plays one trial of a policy in plain Python: the reference for the faster ways.
+"""Plays one trial of a policy in plain Python: the reference implementation for the compiled loop.
 
-It is the loop of :mod:`lockprobe.trial` for a policy, a box and an outcome flip, without records: the memory is carried
-along, and configurations are numbers with bit j for joint j in panel order, 1 where it is away from its start.
+It is the loop of :mod:`lockprobe.trial` for a policy, a box and an outcome flip, without records. The policy's memory
+is a value that the loop passes on. Configurations are numbers with bit j for joint j in panel order, 1 if away from
+start.
 """
 
 from __future__ import annotations
@@ -33,16 +34,16 @@ LONGEST = 10_000
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BoxWorld:
-    """A box and what is told of it, in numbers.
+    """A box and its reports, as numbers.
 
     Attributes:
         name: Name of the box.
-        target: Place of the target in panel order.
+        target: Index of the target in panel order.
         movable: The joints that may move in each configuration, one bit each, shape (2 ** joints,).
-        places: Where each joint sits on the panel, shape (joints, 2).
+        places: Position of each joint on the panel, shape (joints, 2).
         p: Flip probability, [0, 1].
         flip: Kind of outcome flip.
-        budget: Steps.
+        budget: Budget in steps.
         states_only: Whether positions are told and no outcomes.
     """
 
@@ -56,7 +57,7 @@ class BoxWorld:
     states_only: bool = False
 
     def view(self, order: tuple[int, ...]) -> View:
-        """What a policy knows if the joints, by place in panel order, are listed to it in this order."""
+        """A policy's view of the task, given the order in which joints (by index in panel order) are listed."""
         return View(
             joints=len(order), target=order.index(self.target), places=tuple(self.places[joint] for joint in order)
         )
@@ -64,7 +65,7 @@ class BoxWorld:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlainTrial:
-    """One trial: the joints attempted, by place in panel order, whether each moved, and what was told of it."""
+    """One trial: joints attempted, by index in panel order, whether each moved, and the reported outcomes."""
 
     joints: list[int]
     moved: list[bool]
@@ -79,9 +80,9 @@ def play_plainly(
     channel: np.random.Generator,
     agent: np.random.Generator,
 ) -> PlainTrial:
-    """Play one trial, with the joints, by place in panel order, listed to the agent in this order.
+    """Play one trial with the joints (by index in panel order) listed to the agent in this order.
 
-    The streams are those of the outcome flip, of which one number a step is drawn, and of the agent.
+    ``channel`` is the random stream of the outcome flip, which draws one number per step; ``agent`` that of the agent.
     """
     view = world.view(order)
     memory: Hashable = policy.begin(view)
@@ -109,21 +110,21 @@ def play_plainly(
 
 
 def reported(flip: FlipKind, configuration: int, before: int, joint: int, *, flipped: bool) -> int:
-    """The configuration as :class:`OutcomeFlip` reports it; only ``sticky`` heeds what was reported ``before``."""
+    """The configuration as :class:`OutcomeFlip` reports it; only ``sticky`` uses the previous report ``before``."""
     others = before if flip == "sticky" else configuration
     return others & ~(1 << joint) | (configuration ^ flipped << joint) & 1 << joint
 
 
 @lru_cache(maxsize=4096)
 def listed(configuration: int, order: tuple[int, ...]) -> int:
-    """A configuration with bit j for the joint that is listed as number j."""
+    """A configuration with its bits in the order of the listing."""
     return sum((configuration >> joint & 1) << place for place, joint in enumerate(order))
 
 
 def world_of(
     box: str | Path | Lockbox, *, p: float, flip: FlipKind, max_steps: int, states_only: bool = False
 ) -> BoxWorld:
-    """A box, by name or itself, and what is told of it.
+    """The world of a box, given by name, path or value.
 
     Raises:
         UserMistake: If there is no such box, or a value is out of range.
@@ -150,7 +151,7 @@ def world_of(
 
 
 def policy_of(agent: str | Policy[Any]) -> Policy[Any]:
-    """The policy that a spec names.
+    """The policy with a spec.
 
     Raises:
         UserMistake: If there is no such agent, or its memory is not one value.
@@ -162,7 +163,7 @@ def policy_of(agent: str | Policy[Any]) -> Policy[Any]:
 
 
 def heeds_order(policy: Policy[Any]) -> bool:
-    """Whether the order of the listing may matter to a policy; to one that is not known here it may."""
+    """Whether the order of the listing can matter to a policy; True for unknown policies."""
     if type(policy) is SoftmaxMemory:
         return policy.position != 0
     known = (RandomAgent, RandomNoRepeat, HumanInspired, RandomMap, IdealObserver, LoopBreaker, Believer, LostHalf)

@@ -1,6 +1,6 @@
-"""Populations: many trials of one agent in one condition, without records.
+"""Populations: many simulated trials of one agent under one condition, without records.
 
-The curves of mechanisms need thousands of trials for each point. The results equal those of the same trials played by
+Precise curves need thousands of trials per point. The results equal those of the same trials played by
 :func:`lockprobe.run_trial`. With the extra ``fast`` the loop is compiled.
 """
 
@@ -23,8 +23,6 @@ from lockprobe.interventions.flip import FlipKind
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.families import DEFAULT_BOX
 from lockprobe.montecarlo import rules
-from lockprobe.montecarlo.acting import tells_states_only
-from lockprobe.montecarlo.choosing import RANDOM, play_trials
 from lockprobe.montecarlo.compiled import (
     compiled,
     deepest,
@@ -36,6 +34,8 @@ from lockprobe.montecarlo.compiled import (
     rule_of,
     scene_of,
 )
+from lockprobe.montecarlo.compiled_choices import RANDOM, play_trials
+from lockprobe.montecarlo.condition_chances import tells_states_only
 from lockprobe.montecarlo.plain import BoxWorld, heeds_order, play_plainly, policy_of, world_of
 from lockprobe.montecarlo.rules import Rule
 from lockprobe.montecarlo.streams import Counted, FromTree, LuckSource
@@ -44,7 +44,7 @@ from lockprobe.validation import check_choice
 __all__ = ["Population", "Streams", "population"]
 
 Streams = Literal["study", "fast"]
-"""``study``: trial i is trial i of a study with this seed. ``fast``: numbers by counting."""
+"""``study``: trial i is trial i of a study with this seed. ``fast``: counter-based random numbers."""
 
 MOST_TRIALS = 100_000_000
 MOST_RECORDED = 1_000_000_000
@@ -54,17 +54,17 @@ PIECE = 40_000
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Population:
-    """What became of the trials of one agent in one condition; every column has one row a trial.
+    """The outcomes of many trials of one agent under one condition; columns have one row per trial.
 
     Attributes:
         agent: Agent spec, or the name of its class.
-        world: The box, what was told of it, and the budget.
+        world: The box, its reports and the budget.
         solved: Whether the target moved, shape (trials,).
-        steps: Steps made, shape (trials,).
-        actions: Joints attempted, by place in panel order, -1 after the end, shape (trials, budget); None where
-            nothing was recorded.
-        moved: Whether each moved, the same shape; False after the end.
-        told_moved: What was told of it, the same.
+        steps: Steps played, shape (trials,).
+        actions: Joints attempted, by index in panel order, -1 after the end, shape (trials, budget); None if not
+            recorded.
+        moved: Whether each joint moved, the same shape; False after the end.
+        told_moved: The reported outcomes, the same shape.
     """
 
     agent: str
@@ -80,7 +80,7 @@ class Population:
 
     @property
     def success(self) -> float:
-        """Share of trials that were solved."""
+        """Share of trials solved, [0, 1]."""
         return float(self.solved.mean())
 
     @property
@@ -90,7 +90,7 @@ class Population:
         return np.asarray(np.cumsum(ends) / len(self), np.float64)
 
     def loops(self, *, overlap: bool = False, min_length: int = 3) -> LoopMeasures:
-        """What loops make of each trial; see :func:`lockprobe.analysis.loops.measure`.
+        """The loop measures of each trial; see :func:`lockprobe.analysis.loops.measure`.
 
         Raises:
             BadValue: If no actions were recorded.
@@ -124,26 +124,26 @@ def population(
     record: bool = False,
     threads: int | None = None,
 ) -> Population:
-    """Play many trials of one agent in one condition.
+    """Play many trials of one agent under one condition.
 
-    With ``streams="study"`` trial i is ``run_trial(..., trial=i)``, action by action and report by report (rows begin
-    at 0, trials at 1). With ``fast`` it is another, equally probable one, and the population may be very large. The
-    layout of the panel is fixed.
+    With ``streams="study"`` trial i equals ``run_trial(..., trial=i)``, action by action and report by report (rows
+    start at 0, trials at 1). With ``fast`` it is another draw from the same distribution, and the population may be
+    very large. The layout of the panel is fixed.
 
     Args:
         agent: Spec of an agent that is a policy, or a policy.
         box: Name of a box, path of a TOML file, or a box.
         p: Flip probability, [0, 1].
         flip: Kind of outcome flip.
-        modality: As of :func:`lockprobe.propagate`: ``symbolic?tell=state``, or ``symbolic``, which tells outcomes too.
-        trials: How many.
+        modality: As for :func:`lockprobe.propagate`: ``symbolic?tell=state``, or ``symbolic``, with outcomes too.
+        trials: Number of trials.
         seed: Seed of the study.
-        repetition: Repetition of the study, from 1; for ``study``.
+        repetition: Repetition of the study, from 1; only for ``streams="study"``.
         max_steps: Budget in steps.
         shuffle: Whether the joints are listed in an order drawn for each trial.
-        streams: Where the random numbers come from.
+        streams: Source of the random numbers.
         record: Whether actions and outcomes are kept.
-        threads: How many work at once; as many as there are processors if not given. It changes no result.
+        threads: Number of threads; by default the number of processors. It changes no result.
 
     Raises:
         UserMistake: If a name does not exist, or a value is out of range.
@@ -154,7 +154,7 @@ def population(
     policy, states_only = policy_of(agent), tells_states_only(modality, flip)
     world = world_of(box, p=p, flip=flip, max_steps=max_steps, states_only=states_only)
     _check(trials, repetition, streams, threads, recorded=trials * max_steps if record else 0)
-    found = _room(trials, max_steps if record else 0)
+    found = _empty_columns(trials, max_steps if record else 0)
     _play(policy, world, found, threads, streams=streams, seed=seed, repetition=repetition, shuffle=shuffle)
     return Population(
         agent=agent if isinstance(agent, str) else type(policy).__name__,
@@ -167,7 +167,7 @@ def population(
     )
 
 
-class _Found(NamedTuple):
+class _Columns(NamedTuple):
     steps: NDArray[np.int32]
     solved: NDArray[np.bool_]
     actions: NDArray[np.int8]
@@ -187,8 +187,8 @@ def _check(trials: int, repetition: int, streams: str, threads: int | None, *, r
         raise BadValue("steps to record", recorded, f"at most {MOST_RECORDED}")
 
 
-def _room(trials: int, columns: int) -> _Found:
-    return _Found(
+def _empty_columns(trials: int, columns: int) -> _Columns:
+    return _Columns(
         steps=np.zeros(trials, np.int32),
         solved=np.zeros(trials, bool),
         actions=np.full((trials, columns), -1, np.int8),
@@ -200,7 +200,7 @@ def _room(trials: int, columns: int) -> _Found:
 def _play(
     policy: Policy[Any],
     world: BoxWorld,
-    found: _Found,
+    found: _Columns,
     threads: int | None,
     *,
     streams: Streams,
@@ -208,7 +208,7 @@ def _play(
     repetition: int,
     shuffle: bool,
 ) -> None:
-    """Plays the trials in the quickest way that there is, with as many random numbers as this policy may need."""
+    """Play the trials by the fastest available method, with as many random numbers as this policy can need."""
     rule = rule_of(policy)
     swift = rule is not None and pays(len(found.steps) * world.budget)
     joints, flips = len(world.places), world.budget if world.p or not swift else 0
@@ -229,13 +229,13 @@ def _play(
             fill=compiled(fill) if swift else None,
         )
     if rule is not None and swift:
-        _play_swiftly(world, rule, source, found, threads or os.cpu_count() or 1)
+        _play_compiled(world, rule, source, found, threads or os.cpu_count() or 1)
     else:
         _play_plainly(policy, world, source, found)
 
 
-def _play_plainly(policy: Policy[Any], world: BoxWorld, source: LuckSource, found: _Found) -> None:
-    """One trial after another."""
+def _play_plainly(policy: Policy[Any], world: BoxWorld, source: LuckSource, found: _Columns) -> None:
+    """Play one trial after another in Python."""
     for trial in range(len(found.steps)):
         played = play_plainly(policy, world, *source.luck(trial))
         steps = len(played.joints)
@@ -246,20 +246,20 @@ def _play_plainly(policy: Policy[Any], world: BoxWorld, source: LuckSource, foun
             found.told_moved[trial, :steps] = played.told_moved
 
 
-def _play_swiftly(world: BoxWorld, rule: Rule, source: LuckSource, found: _Found, threads: int) -> None:
-    """Many trials a call, and several calls at once where no stream has to be set up by Python."""
+def _play_compiled(world: BoxWorld, rule: Rule, source: LuckSource, found: _Columns, threads: int) -> None:
+    """Play many trials per compiled call, with several threads if Python has to set up no streams."""
     scene, trials = scene_of(world), max(1, PIECE // world.budget)
     if isinstance(source, Counted) and rule.kind == RANDOM and not found.actions.shape[1]:
         blind, depth, trials = compiled(play_blind), deepest(scene.joints), 32 * trials
         jump = jumps(scene, depth)
 
         def piece(first: int) -> None:
-            blind(source.key, first, world.budget, jump, depth, *_part(found, first, trials)[:2])
+            blind(source.key, first, world.budget, jump, depth, *_rows(found, first, trials)[:2])
     else:
         play = compiled(play_trials)
 
         def piece(first: int) -> None:
-            steps, solved, actions, moved, told_moved = _part(found, first, trials)
+            steps, solved, actions, moved, told_moved = _rows(found, first, trials)
             orders, flips, draws = source.block(first, len(steps))
             play(
                 scene, rule, rules.record(rules.MEMORY), orders, flips, draws, steps, solved, actions, moved, told_moved
@@ -274,7 +274,9 @@ def _play_swiftly(world: BoxWorld, rule: Rule, source: LuckSource, found: _Found
             deque(pool.map(piece, others), maxlen=0)
 
 
-def _part(found: _Found, first: int, trials: int) -> _Found:
-    """The rows of so many trials, from ``first`` on."""
+def _rows(found: _Columns, first: int, trials: int) -> _Columns:
+    """The rows of this many trials, from ``first`` on."""
     rows = slice(first, first + trials)
-    return _Found(found.steps[rows], found.solved[rows], found.actions[rows], found.moved[rows], found.told_moved[rows])
+    return _Columns(
+        found.steps[rows], found.solved[rows], found.actions[rows], found.moved[rows], found.told_moved[rows]
+    )

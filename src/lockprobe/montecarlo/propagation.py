@@ -19,7 +19,7 @@ from lockprobe.errors import BadValue
 from lockprobe.interventions.flip import FlipKind
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.families import DEFAULT_BOX
-from lockprobe.montecarlo.acting import Acting, Report, acting_of
+from lockprobe.montecarlo.condition_chances import ConditionChances, Report, condition_chances
 from lockprobe.montecarlo.plain import BoxWorld, heeds_order, listed, policy_of, reported, world_of
 from lockprobe.protocols import Intervention
 from lockprobe.validation import check_choice
@@ -30,18 +30,18 @@ Listing = Literal["shuffled", "panel"]
 """The order in which joints are listed to the agent: drawn anew for every trial, or along the panel."""
 
 MOST_STATES = 200_000
-"""So many take about twenty seconds."""
+"""This many states take about twenty seconds."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Propagation:
-    """What becomes of a trial, exactly.
+    """Exact results of a trial.
 
     Attributes:
         solved: Probability that the box is solved by step 0, 1, ..., shape (budget + 1,).
-        apart: Probability that the reported configuration is not the true one after step 0, 1, ..., in trials that
-            go on, shape (budget + 1,); 0 where none does. None where positions are not told.
-        states: How many states were met, over all listings; anew where other things can happen at a step.
+        apart: Probability that the reported configuration is not the true one after step 0, 1, ..., given that the
+            trial goes on, shape (budget + 1,); 0 if no trial goes on. None where positions are not told.
+        states: Number of states met, over all listings. A state counts once for each phase of the condition.
     """
 
     solved: tuple[float, ...]
@@ -64,7 +64,7 @@ class Propagation:
 
 
 ROUNDING = 1e-9
-"""Sums of so many products may be off by this much."""
+"""Tolerance for rounding errors in sums of probabilities."""
 
 
 def propagate(
@@ -79,33 +79,34 @@ def propagate(
     listing: Listing = "shuffled",
     most_states: int = MOST_STATES,
 ) -> Propagation:
-    """The exact course of the trials of one agent on one box.
+    """The exact success of one agent on one box, step by step.
 
     Args:
         agent: Spec of an agent that is a policy, or a policy.
         box: Name of a box, path of a TOML file, or a box.
         p: Flip probability, [0, 1].
         flip: Kind of outcome flip.
-        condition: What else acts: ``flip`` of every option but ``while``, ``drop``, ``tremble``, ``force``, ``reword``,
-            ``correction``, and all that is asked, which few policies heed. Several flips that fall on different steps
-            are a flip rate that changes: ``flip?p=0.4&until=7 + flip?p=1&at=8``.
-        modality: How the box is shown: ``symbolic?tell=state``, where policies compare positions, as they do in
-            pictures that they see well; or ``symbolic``, which tells outcomes too. As in studies if not given.
+        condition: Further interventions: ``flip`` with every option except ``while``, ``drop``, ``tremble``, ``force``,
+            ``reword``, ``correction``, and everything asked, which few policies heed. Several flips at different steps
+            make a flip rate that changes: ``flip?p=0.4&until=7 + flip?p=1&at=8``.
+        modality: How the box is shown: ``symbolic?tell=state`` (positions only; policies compare them, as they do with
+            pictures that they see well) or ``symbolic`` (outcomes too). The default is that of studies.
         max_steps: Budget in steps.
-        listing: With ``shuffled`` the mean over all orders of the listing, where the order matters.
-        most_states: How many states to follow at most.
+        listing: ``shuffled`` averages over all orders of the listing, where the order matters.
+        most_states: Largest number of states.
 
     Raises:
-        UserMistake: If a name does not exist, a value is out of range, something else acts, or there are more states.
+        UserMistake: If a name does not exist, a value is out of range, an intervention is not supported, or there are
+            more states.
 
     >>> course = propagate("human-inspired")
     >>> round(course.steps, 9), course.by(0.8), course.by(1)
     (8.5, 9, 10)
     """
-    acting = acting_of(condition, p, flip, modality, budget=max_steps)
-    flip = acting.flip.persistence
-    policy, world = policy_of(agent), world_of(box, p=acting.flip.p, flip=flip, max_steps=max_steps)
-    if acting.asks and policy.heeds_remarks:
+    chances = condition_chances(condition, p, flip, modality, budget=max_steps)
+    flip = chances.flip.persistence
+    policy, world = policy_of(agent), world_of(box, p=chances.flip.p, flip=flip, max_steps=max_steps)
+    if chances.asks and policy.heeds_remarks:
         expected = "distract alone of what is asked, for an agent that heeds remarks; sample it (lockprobe.run_trial)"
         raise BadValue("condition", condition, expected)
     check_choice("listing", listing, get_args(Listing))
@@ -113,17 +114,17 @@ def propagate(
     orders = list(permutations(panel)) if listing == "shuffled" and heeds_order(policy) else [panel]
     solved, apart, states = [0.0] * (max_steps + 1), [0.0] * (max_steps + 1), 0
     for order in orders:
-        walk = _Walk(policy, world, acting, order, most_states - states)
-        for step, (done, differs) in enumerate(walk.run()):
+        chain = _MarkovChain(policy, world, chances, order, most_states - states)
+        for step, (done, differs) in enumerate(chain.run()):
             solved[step] += done / len(orders)
             apart[step] += differs / len(orders)
-        states += len(walk.ways)
+        states += len(chain.transitions)
     shares = tuple(part / (1 - done) if 1 - done > ROUNDING else 0.0 for part, done in zip(apart, solved, strict=True))
     return Propagation(solved=tuple(solved), apart=None if flip == "outcome-only" else shares, states=states)
 
 
 class _State(NamedTuple):
-    """Where a trial is; configurations are numbers as in :mod:`lockprobe.montecarlo.plain`."""
+    """A state of the Markov chain; configurations are numbers as in :mod:`lockprobe.montecarlo.plain`."""
 
     configuration: int
     told: int | None  # heeded by the next report where false positions persist; None where the last one told none
@@ -131,41 +132,41 @@ class _State(NamedTuple):
     memory: Hashable
 
 
-class _Way(NamedTuple):
-    """Where a state leads, None where the box is solved, how probably, and whether wrong positions are told then."""
+class _Transition(NamedTuple):
+    """A transition: next state (None if the box is solved), probability, whether it reports wrong positions."""
 
     goal: _State | None
     chance: float
     wrong: bool = False
 
 
-class _Walk:
-    """The states of one policy that is listed the joints in one order, and the chances between them."""
+class _MarkovChain:
+    """The Markov chain of one policy under one order of the listing: its states and transition probabilities."""
 
     def __init__(
-        self, policy: Policy[Any], world: BoxWorld, acting: Acting, order: tuple[int, ...], most_states: int
+        self, policy: Policy[Any], world: BoxWorld, chances: ConditionChances, order: tuple[int, ...], most_states: int
     ) -> None:
-        self.ways: dict[tuple[int, int], list[tuple[int | None, float, bool]]] = {}
-        self._phases: dict[Hashable, int] = {}  # so are the phases of the condition
+        self.transitions: dict[tuple[int, int], list[tuple[int | None, float, bool]]] = {}
+        self._phases: dict[Hashable, int] = {}  # phases of the condition, by number
         self._reports: dict[tuple[int, bool], list[Report]] = {}
         self._numbers: dict[_State, int] = {}  # states are compared once and then known by number
         self._states: list[_State] = []
         self._policy = policy
         self._world = world
-        self._acting = acting
+        self._condition = chances
         self._order = order
         self._view = world.view(order)
         self._most = most_states
 
     def run(self) -> Iterator[tuple[float, float]]:
-        """After step 0, 1, ...: the share that is solved, and the share that goes on and is told wrong positions."""
+        """After step 0, 1, ...: P(solved), and P(not solved, and the reported positions are wrong)."""
         solved, running = 0.0, {self._number(_State(0, 0, 0, self._policy.begin(self._view))): 1.0}
         yield solved, 0.0
         for step in range(1, self._world.budget + 1):
             after: dict[int, float] = defaultdict(float)
-            apart, phase = 0.0, self._phases.setdefault(self._acting.phase(step), len(self._phases))
+            apart, phase = 0.0, self._phases.setdefault(self._condition.phase(step), len(self._phases))
             for state, mass in running.items():
-                for goal, chance, wrong in self._ways_from(state, step, phase):
+                for goal, chance, wrong in self._transitions(state, step, phase):
                     if goal is None:
                         solved += mass * chance
                     else:
@@ -180,46 +181,52 @@ class _Walk:
             self._states.append(state)
         return number
 
-    def _ways_from(self, state: int, step: int, phase: int) -> list[tuple[int | None, float, bool]]:
-        """Where a state leads by number, None where the box is solved; else as in :class:`_Way`."""
+    def _transitions(self, state: int, step: int, phase: int) -> list[tuple[int | None, float, bool]]:
+        """The transitions from a state, as in :class:`_Transition` with states by number; computed once per phase."""
         at = (phase, state)
-        if at not in self.ways:
-            if len(self.ways) >= self._most:
+        if at not in self.transitions:
+            if len(self.transitions) >= self._most:
                 raise BadValue(
                     f"states of {type(self._policy).__name__} on {self._world.name}",
                     f"more than {self._most}",
                     "fewer to follow: a smaller budget or flip rate 0; or sample it (lockprobe.population)",
                 )
-            self.ways[at] = [
-                (None if way.goal is None else self._number(way.goal), way.chance, way.wrong)
-                for way in self._leaving(self._states[state], step, phase)
+            self.transitions[at] = [
+                (
+                    None if transition.goal is None else self._number(transition.goal),
+                    transition.chance,
+                    transition.wrong,
+                )
+                for transition in self._expand(self._states[state], step, phase)
             ]
-        return self.ways[at]
+        return self.transitions[at]
 
-    def _leaving(self, state: _State, step: int, phase: int) -> Iterator[_Way]:
+    def _expand(self, state: _State, step: int, phase: int) -> Iterator[_Transition]:
         world = self._world
         chosen = self._policy.probabilities(self._view, state.memory)
-        for place, chance in enumerate(self._acting.attempted(chosen, step)):
+        for place, chance in enumerate(self._condition.attempted(chosen, step)):
             if not chance:
                 continue
             joint = self._order[place]
             moved = bool(world.movable[state.configuration] >> joint & 1)
             if moved and joint == world.target:
-                yield _Way(None, chance)
+                yield _Transition(None, chance)
                 continue
             configuration = state.configuration ^ moved << joint
             if (phase, moved) not in self._reports:
-                self._reports[phase, moved] = self._acting.reports(step, moved=moved)
+                self._reports[phase, moved] = self._condition.reports(step, moved=moved)
             for report in self._reports[phase, moved]:
-                yield self._told(state, configuration, place, moved, report, chance * report.chance)
+                yield self._after_report(state, configuration, place, moved, report, chance * report.chance)
 
-    def _told(self, state: _State, configuration: int, place: int, moved: bool, given: Report, chance: float) -> _Way:
-        """The way on with a report, by this chance."""
-        sticky, states_only = self._world.flip == "sticky", self._acting.states_only
+    def _after_report(
+        self, state: _State, configuration: int, place: int, moved: bool, given: Report, chance: float
+    ) -> _Transition:
+        """The transition after a report, with its probability."""
+        sticky, states_only = self._world.flip == "sticky", self._condition.states_only
         inverted, odd, _ = given
         if inverted is None:
             memory = self._policy.remember_silence(self._view, state.memory, place)
-            return _Way(_State(configuration, None if sticky else 0, state.compared, memory), chance)
+            return _Transition(_State(configuration, None if sticky else 0, state.compared, memory), chance)
         before = configuration if state.told is None else state.told
         told = reported(self._world.flip, configuration, before, self._order[place], flipped=inverted)
         shifted = None if self._world.flip == "outcome-only" else listed(told, self._order)
@@ -227,4 +234,4 @@ class _Walk:
         report = Told(joint=place, moved=said, shifted=shifted, states_only=states_only, odd=odd)
         memory = self._policy.remember(self._view, state.memory, report)
         after = _State(configuration, told if sticky else 0, told if states_only else 0, memory)
-        return _Way(after, chance, told != configuration)
+        return _Transition(after, chance, told != configuration)

@@ -1,8 +1,8 @@
-"""Boxes, agents and memories as records of numbers that compiled code can use.
+"""NumPy record types of boxes, agents and memories for compiled code.
 
-Joints are places in panel order; configurations and sets of joints are numbers with bit j for joint j, and a
-configuration has a 1 where a joint is away from its start. What was compiled is kept until the file of its functions
-changes: a change of these fields has to change :mod:`lockprobe.montecarlo.choosing` too.
+Joints are indices in panel order. Configurations and sets of joints are numbers with bit j for joint j; in a
+configuration a 1 means away from the start. Compiled code is cached until the file of its functions changes, so a
+change of these fields has to change :mod:`lockprobe.montecarlo.compiled_choices` too.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ configuration; the states that the map has met, and what it did there first.
 
 
 def record(kind: np.dtype[np.void], values: Mapping[str, object] | None = None) -> Any:
-    """A record of one of these kinds; what is not given is 0."""
+    """A record of one of these types; fields that are not given are 0."""
     made = np.recarray((1,), kind)
     made[:] = np.zeros(1, kind)
     for name, value in (values or {}).items():

@@ -1,8 +1,8 @@
 """The random number streams of the trials of a population.
 
-They come either from the tree of seeds of a study, so that trial 7 equals trial 7 of that study, or from a counter,
-which is far faster. Both give common random numbers: a trial has the same numbers at every flip rate and for every
-agent.
+They come either from a study's tree of seeds, so that trial 7 equals trial 7 of that study, or from a counter-based
+generator, which is far faster. Both give common random numbers: a trial has the same numbers at every flip rate and for
+every agent.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ __all__ = ["Counted", "FromTree", "Luck", "LuckBlock", "LuckSource"]
 
 OF_FLIPS = SPAN // 2
 OF_LISTING = SPAN - 8
-"""Where the numbers of the outcome flip and of the listing begin among those of a trial; the agent's come first."""
+"""Offsets of the random numbers of the outcome flip and of the listing; the agent's come first."""
 
 
 class Luck(NamedTuple):
-    """The luck of one trial: the order of the listing, and the streams of the outcome flip and of the agent."""
+    """The random numbers of one trial: the order of the listing, and the streams of outcome flip and agent."""
 
     order: tuple[int, ...]
     channel: np.random.Generator
@@ -35,7 +35,7 @@ class Luck(NamedTuple):
 
 
 class LuckBlock(NamedTuple):
-    """Those of several trials, one row each: the orders (trials, joints), and as many numbers as were asked for."""
+    """The random numbers of several trials, one row each: orders of the listing, flips, and draws of the agent."""
 
     orders: Integers
     flips: Numbers
@@ -46,25 +46,25 @@ class LuckSource(Protocol):
     """A source of random numbers for trials, which are counted from 0."""
 
     def luck(self, trial: int) -> Luck:
-        """That of one trial."""
+        """The random numbers of one trial."""
         ...
 
     def block(self, first: int, trials: int) -> LuckBlock:
-        """That of so many trials, from ``first`` on."""
+        """The random numbers of this many trials, from ``first`` on."""
         ...
 
 
 @dataclass(frozen=True, slots=True)
 class FromTree:
-    """The streams of a study's trials, as :class:`lockprobe.plan.Plan` has them.
+    """The random streams of a study's trials, equal to those of :class:`lockprobe.plan.Plan`.
 
     Attributes:
         seed: Seed of the study.
         repetition: Repetition of the study, from 1.
-        joints: How many joints are listed.
+        joints: Number of joints listed.
         shuffle: Whether they are listed in an order drawn for each trial.
-        flips: Numbers of the outcome flip for each trial of a block.
-        draws: Numbers of the agent for each trial of a block.
+        flips: Random numbers of the outcome flip per trial of a block.
+        draws: Random numbers of the agent per trial of a block.
     """
 
     seed: int
@@ -76,7 +76,7 @@ class FromTree:
     draws: int
 
     def luck(self, trial: int) -> Luck:
-        """That of one trial, in whole streams."""
+        """The random numbers of one trial, as unlimited streams."""
         return Luck(
             order=self._order(trial), channel=self._stream(trial, "channel-0"), agent=self._stream(trial, "agent")
         )
@@ -106,17 +106,17 @@ class FromTree:
 
 @dataclass
 class Counted:
-    """Numbers by counting: those of trial t are outputs ``t * SPAN``, ``t * SPAN`` + 1, ... of one SplitMix64.
+    """Counter-based random numbers: trial t has outputs ``t * SPAN``, ``t * SPAN`` + 1, ... of one SplitMix64.
 
-    No two trials share a number, and none depends on which thread played what before.
+    No two trials share a number, and no number depends on the order of play or on threads.
 
     Attributes:
         seed: Any integer.
-        joints: How many joints are listed.
+        joints: Number of joints listed.
         shuffle: Whether they are listed in an order drawn for each trial.
-        flips: Numbers of the outcome flip for each trial.
-        draws: Numbers of the agent for each trial.
-        depth: If not 0, the agent chooses any joint at every step, so many steps by one number.
+        flips: Random numbers of the outcome flip per trial.
+        draws: Random numbers of the agent per trial.
+        depth: For the uniformly random agent, the number of steps per random number; else 0.
         fill: :func:`lockprobe.montecarlo.compiled.fill`, compiled.
     """
 
@@ -133,13 +133,13 @@ class Counted:
         self.key: np.uint64 = generator(self.seed, "population").integers(2**64, dtype=np.uint64)
 
     def luck(self, trial: int) -> Luck:
-        """That of one trial."""
+        """The random numbers of one trial."""
         block = self.block(trial, 1)
-        channel, agent = (cast("np.random.Generator", _Given(numbers[0])) for numbers in block[1:])
+        channel, agent = (cast("np.random.Generator", _FixedStream(numbers[0])) for numbers in block[1:])
         return Luck(order=tuple(map(int, block.orders[0])), channel=channel, agent=agent)
 
     def block(self, first: int, trials: int) -> LuckBlock:
-        """That of so many trials, from ``first`` on."""
+        """The random numbers of this many trials, from ``first`` on."""
         orders = np.tile(np.arange(self.joints), (trials, 1))
         if self.shuffle:
             orders = np.argsort(self._numbers(first, trials, OF_LISTING, self.joints), axis=1)
@@ -158,7 +158,7 @@ class Counted:
         return numbers
 
     def _joints_drawn(self, first: int, trials: int) -> Numbers:
-        """Numbers that make an agent take the joints that ``play_blind`` takes."""
+        """Random numbers with which the agent takes the same joints as in ``play_blind``."""
         sequences = joints_in(self.joints, self.depth)
         outputs = _places(first, trials, 0, -(-self.draws // self.depth))
         taken = sequences[below(self.key, outputs, np.uint64(len(sequences)))]
@@ -167,12 +167,12 @@ class Counted:
 
 
 def _places(first: int, trials: int, offset: int, count: int) -> NDArray[np.uint64]:
-    """Which outputs are numbers ``offset``, ``offset`` + 1, ... of some trials."""
+    """The counter values of numbers ``offset``, ``offset`` + 1, ... of some trials."""
     starts = np.arange(first, first + trials, dtype=np.uint64)[:, None] * np.uint64(SPAN)
     return np.asarray(starts + np.arange(offset, offset + count, dtype=np.uint64), np.uint64)
 
 
-class _Given:
+class _FixedStream:
     """A stream of given numbers."""
 
     def __init__(self, numbers: Numbers) -> None:

@@ -1,4 +1,4 @@
-"""How often a study of controls names the true mechanism, in worlds where it is known."""
+"""Error rates of the verdicts of a study of controls, in simulated worlds with a known mechanism."""
 
 from __future__ import annotations
 
@@ -38,14 +38,14 @@ BATCH = 250
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VerdictRates:
-    """What studies of one size conclude in one world.
+    """The verdicts of studies of one size in one world.
 
     Attributes:
         world: Agent spec.
-        truth: What is true of it.
-        blocks: Blocks of each study.
-        studies: Studies.
-        verdicts: Verdict -> studies that concluded it, most frequent first.
+        truth: The true verdict.
+        blocks: Blocks per study.
+        studies: Number of studies.
+        verdicts: Verdict -> number of studies that concluded it, most frequent first.
     """
 
     world: str
@@ -61,12 +61,12 @@ class VerdictRates:
 
     @property
     def wrong(self) -> float:
-        """Share of studies that claimed a mechanism which is not the true one, or claimed that nothing changes."""
+        """Share of studies that claimed a wrong mechanism, or wrongly claimed that nothing changes, [0, 1]."""
         silent = (self.truth, "not detectable", "unexplained")
         return sum(n for found, n in self.verdicts.items() if found not in silent) / self.studies
 
 
-class _Job(NamedTuple):
+class _BlockRange(NamedTuple):
     world: str
     p: float
     seed: int
@@ -91,13 +91,13 @@ def verdict_rates(
 
     Args:
         worlds: Agent specs of known mechanism, from :data:`MECHANISMS`.
-        blocks: Blocks of a study, each at least 2.
+        blocks: Study sizes in blocks, each at least 2.
         studies: Studies drawn of each size.
         pool: Blocks played of each world.
         p: The rate at which reports are hit, (0, 1].
         seed: Seed of everything; the number of workers changes nothing.
-        workers: Where the studies are simulated.
-        progress: Told how many blocks are played, of how many.
+        workers: The pool of processes that simulates the studies.
+        progress: Called with the number of blocks played and their total.
 
     Raises:
         BadValue: If a number is too small.
@@ -106,7 +106,7 @@ def verdict_rates(
         if number < least:
             raise BadValue(what, number, f"a number from {least}")
     jobs = [
-        _Job(world=world, p=p, seed=seed, first=first, end=min(first + BATCH, pool))
+        _BlockRange(world=world, p=p, seed=seed, first=first, end=min(first + BATCH, pool))
         for world in worlds
         for first in range(0, pool, BATCH)
     ]
@@ -135,14 +135,14 @@ STATED: Mapping[str, tuple[float, float, float]] = {
 def stated_rates(
     name: str, success: Sequence[float], *, blocks: Sequence[int], studies: int = 200, seed: int = 1
 ) -> list[VerdictRates]:
-    """How often studies of a stated effect conclude what is true of it, if arms share no luck.
+    """The verdict rates of studies of a stated effect, if arms share no luck.
 
     A seeded agent shares its luck between arms, and needs fewer blocks.
 
     Args:
-        name: What the effect is called.
+        name: Name of the effect.
         success: Success under true reports, lies and retracted lies, each in [0, 1].
-        blocks: Blocks of a study, each at least 2.
+        blocks: Study sizes in blocks, each at least 2.
         studies: Simulated studies of each size.
         seed: Seed of everything.
 
@@ -170,12 +170,12 @@ def _rates(world: str, truth: Verdict, blocks: int, found: Sequence[Verdict]) ->
     return VerdictRates(world=world, truth=truth, blocks=blocks, studies=len(found), verdicts=verdicts)
 
 
-def _batch(job: _Job) -> NDArray[np.bool_]:
+def _batch(job: _BlockRange) -> NDArray[np.bool_]:
     """Whether each block was solved under true reports, lies and retracted lies, shape (blocks, 3)."""
     return asyncio.run(_play(job))
 
 
-async def _play(job: _Job) -> NDArray[np.bool_]:
+async def _play(job: _BlockRange) -> NDArray[np.bool_]:
     planned = study("why", agent=job.world, p=[job.p], trials=max(job.end, 1), repetitions=1, seed=job.seed)
     arms = [one for one in planned.conditions if one.name in ("truth", "lie", "retracted")]
     player = resolve(job.world).make()

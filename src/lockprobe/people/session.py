@@ -18,7 +18,7 @@ from lockprobe.people.scenes import Ask, Check, InstructionPage, Scene, TrialOve
 from lockprobe.plan import Plan
 from lockprobe.record import Fact, Trial
 from lockprobe.studies.journal import Timing
-from lockprobe.studies.paused_trial import Attempted, PausedTrial
+from lockprobe.studies.paused_trial import PausedTrial, RecordedAttempt
 from lockprobe.studies.picture_store import ALBUM
 
 __all__ = ["Session"]
@@ -218,7 +218,9 @@ class Session:
     async def _begin(self, box: int, played: Iterable[Did]) -> PausedTrial:
         plan, facts = self._plan(box)
         pictures = self._opened.directory / ALBUM if box else None
-        steps = [Attempted(did.act.joint, did.act.claimed, did.told) for did in played if isinstance(did.act, Attempt)]
+        steps = [
+            RecordedAttempt(did.act.joint, did.act.claimed, did.told) for did in played if isinstance(did.act, Attempt)
+        ]
         try:
             return await PausedTrial.begin(plan, steps, facts=facts, pictures=pictures, place=self._opened.place)
         except BadValue as error:

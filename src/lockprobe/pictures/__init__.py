@@ -1,1 +1,1 @@
-"""Pictures as arrays and as files."""
+"""Images as arrays and files: colour, depth, degradation, and reading positions from them."""

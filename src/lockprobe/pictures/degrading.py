@@ -1,4 +1,4 @@
-"""Degraded pictures: an opaque patch, then blur, then sensor noise."""
+"""Image degradation: an opaque patch, then blur, then sensor noise."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _SEEDS: Final = 2**53
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Damage:
-    """How a picture is degraded.
+    """The degradation of a picture.
 
     Attributes:
         blur: Standard deviation of a Gaussian blur of colours, pixels, from 0.
@@ -48,7 +48,7 @@ class Damage:
 
 
 def degraded(frame: Frame, damage: Damage, luck: NDArray[np.float64]) -> Frame:
-    """A degraded picture; without damage it is the same.
+    """Degrade a picture; without damage it is unchanged.
 
     A larger patch covers every smaller one, and more noise is the same noise scaled. ``luck`` holds three numbers,
     [0, 1): position of the patch across and down, and the seed of the noise.
@@ -71,7 +71,7 @@ def degraded(frame: Frame, damage: Damage, luck: NDArray[np.float64]) -> Frame:
 
 
 def _patch(frame: Frame, share: float, luck: NDArray[np.float64]) -> tuple[int, int, int, int]:
-    """First column and row of the patch, and the column and row after its last."""
+    """The patch in pixels: first column and row, and the column and row after its last."""
     places = frame.camera.project(frame.handles)[..., :2]
     apart = float(np.median(np.linalg.norm(places[:, 1] - places[:, 0], axis=-1)))
     low = places.min(axis=(0, 1)) - _MARGIN * apart

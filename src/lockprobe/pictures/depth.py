@@ -1,4 +1,4 @@
-"""Depth as pictures, over a fixed window, so that a colour means the same distance in every picture."""
+"""Depth maps as pictures, over a fixed window, so that a colour means the same distance in every picture."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ DepthKind = Literal["turbo", "gray", "height", "packed"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Window:
-    """The depths of the first and the last colour, metres: 0 <= near < far <= 65.
+    """The depth range of a picture: depths of the first and the last colour, metres, 0 <= near < far <= 65.
 
     Raises:
         BadValue: If a depth is out of range.
@@ -44,7 +44,7 @@ _MOST_MILLIMETRES = 2**16 - 1
 
 
 def encode(depth: NDArray[np.float32], kind: DepthKind, window: Window, camera: Camera) -> NDArray[np.uint8]:
-    """Depth as a picture. A value outside the window has the colour of the window's nearer end.
+    """Encode depth as a picture. A value outside the window has the colour of the window's nearer end.
 
     Args:
         depth: Shape (height, width), metres; 0 where there is no reading, which is black.
@@ -95,7 +95,7 @@ def from_millimetres(millimetres: NDArray[np.uint16]) -> NDArray[np.float32]:
 
 @functools.cache
 def turbo() -> NDArray[np.uint8]:
-    """Google's turbo colours from dark blue to dark red, shape (256, 3); none is black."""
+    """Google's turbo colour map from dark blue to dark red, shape (256, 3); no colour is black."""
     text = resources.files("lockprobe.pictures").joinpath("turbo.json").read_text(encoding="utf-8")
     colours = np.array([list(bytes.fromhex(colour)) for colour in json.loads(text)["colours"]], np.uint8)
     colours.setflags(write=False)
@@ -103,7 +103,7 @@ def turbo() -> NDArray[np.uint8]:
 
 
 def _level(values: NDArray[np.floating], first: float, last: float) -> NDArray[np.uint8]:
-    """0 at ``first`` and beyond, 255 at ``last`` and beyond."""
+    """Scale linearly from 0 at ``first`` to 255 at ``last``, clipped."""
     share = (values - first) / (last - first)
     level: NDArray[np.uint8] = np.rint(np.clip(share, 0, 1) * 255).astype(np.uint8)
     return level

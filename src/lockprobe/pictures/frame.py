@@ -1,4 +1,4 @@
-"""A colour and a depth image with the camera that took them, and positions in the image."""
+"""An RGB-D frame with the pinhole camera that took it, and the handles' positions."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Camera:
     panel: NDArray[np.float64]
 
     def project(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Where points of the panel's frame appear; they have the shape (..., 3), metres.
+        """Project points of the panel's frame, shape (..., 3), metres, into the image.
 
         Returns:
             Shape (..., 3): column and row in pixels, from the middle of the top left pixel, and depth in metres.
@@ -40,7 +40,7 @@ class Camera:
         return np.concatenate([middle + self.focal * seen[..., :2] / seen[..., 2:], seen[..., 2:]], axis=-1)
 
     def heights(self, depth: NDArray[np.floating]) -> NDArray[np.float64]:
-        """Heights above the board's front, metres; without meaning where ``depth`` is 0.
+        """Heights above the board's front, metres; undefined where ``depth`` is 0.
 
         ``depth`` is along the optical axis, metres; it and the heights have the shape (height, width).
         """
@@ -61,7 +61,7 @@ class Frame:
         camera: The camera that took them.
         handles: Top of each joint's handle at position 0 and at position 1, whatever the joint's position is now,
             shape (joints, 2, 3), metres in the frame of the panel.
-        renderer: Name of the renderer.
+        renderer: Name and version of the renderer.
     """
 
     rgb: NDArray[np.uint8]

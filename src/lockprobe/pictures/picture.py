@@ -1,4 +1,4 @@
-"""A picture as a file."""
+"""A picture as a PNG file, named by its hash."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Picture:
 
     Attributes:
         kind: What it shows.
-        png: The file.
+        png: The bytes of the file.
         shown: Whether the agent sees it; otherwise it is only recorded.
     """
 

@@ -1,9 +1,8 @@
 """Reads the position of each joint from pictures: a small classical estimator, coarse on purpose.
 
-It knows where each joint's handle appears at position 0 and at position 1, and decides which of the two spots shows a
-handle. It first scales a picture down to the pixels that the reader resolves, as vision models do, so small handles are
-misread. The offset of the coarse pixels is a hash of the picture's pixels: as good as random, but equal for equal
-pictures in any file. Two cues:
+It knows the spots in the image of each joint's handle at position 0 and at position 1, and decides which spot shows a
+handle. It first downsamples the picture to the reader's acuity, as vision models do, so small handles are misread. The
+offset of the coarse pixels is a hash of the picture: pseudo-random, but equal for equal pictures in any file. Two cues:
 
 * colour: a handle is more colourful than the board, or of another hue; an empty place is wood, shadow, or a black and
   white mark. The cue is the distance of a chromaticity from all mixtures of the board and grey. Brightness does not
@@ -40,7 +39,7 @@ _DIM = 0.15
 """Sum of red, green and blue, 0 to 3, below which a colour is hardly told from grey."""
 
 _ROUNDS = 4
-"""Of fitting a plane to the board without what stands out of it."""
+"""Iterations of the plane fit to the board, each without the points that stand out of it."""
 
 _FARTHEST, _SPAN = 2.0, 0.14
 """Metres: nothing farther is read from packed depth, and what counts as one there, as the usual window does."""
@@ -55,8 +54,8 @@ _FAINT = {"rgb": 0.04, "depth": 0.03}
 def shrunk(image: _Image, width: int, gaze: tuple[float, float] = (0.0, 0.0)) -> _Image:
     """A picture (rows, columns, channels) scaled down to ``width`` by averaging over areas, if it is wider.
 
-    ``gaze`` shifts the coarse pixels to the left and up, by a share of one, [0, 1). Then there is one more in either
-    direction, and those at the border are not whole: shape (about rows * width / columns + 1, width + 1, channels).
+    ``gaze`` shifts the coarse pixels to the left and up by a fraction of a pixel, [0, 1). The result then has one more
+    pixel in either direction, partial at the border: shape (about rows * width / columns + 1, width + 1, channels).
     """
     rows, columns, _ = image.shape
     if width >= columns:
@@ -68,7 +67,7 @@ def shrunk(image: _Image, width: int, gaze: tuple[float, float] = (0.0, 0.0)) ->
 
 
 def _shares(fine: int, size: float, shift: float) -> _Image:
-    """What share of each coarse pixel each fine pixel covers, shape (coarse, fine)."""
+    """The share of each coarse pixel that each fine pixel covers, shape (coarse, fine)."""
     edges = np.clip((np.arange(math.ceil(fine / size + shift) + 1) - shift) * size, 0, fine)
     start, end = edges[:-1, None], edges[1:, None]
     pixel = np.arange(fine)
@@ -84,16 +83,16 @@ def gaze_at(image: NDArray[np.uint8] | NDArray[np.uint16]) -> tuple[float, float
 
 
 def evidence(pictures: Sequence[Picture], handles: Handles, *, acuity: int) -> tuple[float, ...]:
-    """The evidence of pictures of one moment, for each joint from -1 (certainly at 0) to 1 (certainly at 1).
+    """The evidence on each joint's position, from -1 (certainly 0) to 1 (certainly 1), from pictures of one moment.
 
-    It is the mean over the pictures, of which ``acuity`` pixels across are resolved.
+    It is the mean over the pictures, after downsampling to a width of ``acuity`` pixels.
     """
     cues = [_cue(picture, np.array(handles, dtype=float), acuity) for picture in pictures]
     return tuple(np.mean(cues, axis=0).tolist())
 
 
 def _cue(picture: Picture, handles: _Places, acuity: int) -> _Image:
-    """For each joint from -1 to 1, shape (joints,)."""
+    """The cue of one picture for each joint, from -1 to 1, shape (joints,)."""
     file = from_png(picture.png)
     fine = _unpacked(file) if picture.kind == "depth" else file / 255.0
     size, gaze = max(fine.shape[1] / acuity, 1.0), gaze_at(file) if acuity < fine.shape[1] else (0.0, 0.0)
@@ -133,7 +132,7 @@ def _around(values: _Image, places: _Places, size: float) -> _Image:
 
 
 def _strangeness(image: _Image) -> _Image:
-    """How far each pixel's chromaticity lies from all mixtures of the board and grey."""
+    """The distance of each pixel's chromaticity from all mixtures of the board's colour and grey."""
     brightness = image.sum(axis=-1, keepdims=True)
     chromaticity = (image + _DIM / 3) / (brightness + _DIM)
     across = np.median(chromaticity.reshape(-1, 3), axis=0) - _GREY
@@ -143,7 +142,7 @@ def _strangeness(image: _Image) -> _Image:
 
 
 def _unpacked(fine: NDArray[np.uint8] | NDArray[np.uint16]) -> _Image:
-    """A picture of depth as what can be averaged: metres if it is packed, else its grey or its colours, 0 to 1."""
+    """A depth picture as values that can be averaged: metres if packed, else grey or colours, 0 to 1."""
     if fine.ndim == 2:
         return fine[..., None] / 255.0
     if not (fine % (4, 8, 8)).any():
@@ -153,7 +152,7 @@ def _unpacked(fine: NDArray[np.uint8] | NDArray[np.uint16]) -> _Image:
 
 
 def _board(image: _Image, first: NDArray[np.int64]) -> _Image:
-    """How near the board is at column 0 and row 0, and what a column and a row add; all 0 if nothing is known."""
+    """The plane of the board: nearness at column 0 and row 0, and its slopes per column and row; 0 if unknown."""
     step = max(1, min(image.shape[:2]) // 40)  # single fine pixels do: the board is large
     near, known = _nearness(image[::step, ::step])
     row, column = np.mgrid[: near.shape[0], : near.shape[1]] * step
@@ -169,7 +168,7 @@ def _board(image: _Image, first: NDArray[np.int64]) -> _Image:
 
 
 def _nearness(image: _Image) -> tuple[_Image, NDArray[np.bool_]]:
-    """How near, or how high, each pixel of a picture of depth says that things are, and whether it says so."""
+    """The nearness (or height) at each pixel of a depth picture, and whether the pixel has a reading."""
     if image.shape[-1] == 1:
         return image[..., 0], image[..., 0] > _BLACK
     from scipy.spatial import KDTree

@@ -1,4 +1,4 @@
-"""Arrays as PNG files and back."""
+"""Conversion of arrays to PNG files and back."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ _MOST_PIXELS = 4096 * 4096
 
 
 def to_png(image: NDArray[np.uint8] | NDArray[np.uint16]) -> bytes:
-    """An image as a file. Equal images give equal bytes.
+    """Encode an image as a PNG file. Equal images give equal bytes.
 
     Args:
         image: Shape (height, width) of uint8 or uint16, or (height, width, 3) of uint8.
 
     Raises:
-        BadValue: If its shape or type is another.
+        BadValue: If its shape or type is not supported.
         Missing: If Pillow is not installed.
     """
     with needing("pictures", "twin"):
@@ -40,10 +40,10 @@ def to_png(image: NDArray[np.uint8] | NDArray[np.uint16]) -> bytes:
 
 
 def from_png(png: bytes) -> NDArray[np.uint8] | NDArray[np.uint16]:
-    """The image that was given to :func:`to_png`.
+    """Decode a PNG file made by :func:`to_png`.
 
     Raises:
-        BadValue: If it is not such a PNG file.
+        BadValue: If it is no such PNG file.
         Missing: If Pillow is not installed.
     """
     with needing("pictures", "twin"):

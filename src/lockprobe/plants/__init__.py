@@ -1,1 +1,1 @@
-"""What is acted on."""
+"""Plants: what agents act on, from symbolic rules over MuJoCo simulations to real robots."""

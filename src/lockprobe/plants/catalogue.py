@@ -21,7 +21,7 @@ from lockprobe.errors import BadValue, UnknownName
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.plants.simulation import FilmHook, require_mujoco
 from lockprobe.plants.symbolic import SymbolicPlant
-from lockprobe.plants.twin_settings import CameraSettings, ModelSettings, SceneSettings, TwinSettings
+from lockprobe.plants.twin_settings import CameraSettings, SceneSettings, TwinSettings, UserModelSettings
 from lockprobe.plugins import Plugin, find_plugin, plugin_names
 from lockprobe.protocols import Plant
 from lockprobe.spec import Spec, arguments_from, with_options
@@ -39,17 +39,17 @@ MakeFilmed = Callable[[Lockbox, tuple[str, ...], np.random.Generator, FilmHook],
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlantSource:
-    """How to get a plant.
+    """A resolved plant spec: how to build and check the plant.
 
     Attributes:
         spec: Its spec.
-        settings: The options of a simulated box; None for any other plant.
+        settings: The settings of a simulated plant; None for any other plant.
         make: Builds it for one trial from the box, its joints' labels in panel order and the trial's stream ``plant``.
-        check: Tests whether ``make`` works here for a box; raises the same errors.
-        make_filmed: Builds it for a film of an arm that moves; None if it has none to show.
+        check: Checks whether ``make`` works on this machine for a box; raises the same errors.
+        make_filmed: Builds it for a film of its moving arm; None if there is nothing to film.
         photographs: Whether a real camera takes its pictures.
-        is_attended: Whether somebody answers its questions at the terminal, so that trials are played in this process
-            and one at a time. A plant of another package says so by an attribute ``attended = True``.
+        is_attended: Whether somebody answers its questions at the terminal, so that trials run in this process one at a
+            time. A plant of another package declares this by an attribute ``attended = True``.
     """
 
     spec: str
@@ -62,14 +62,14 @@ class PlantSource:
 
     @property
     def has_camera(self) -> bool:
-        """Whether it can be looked at."""
+        """Whether the plant can give pictures."""
         return self.settings is not None or self.photographs
 
 
 def known_plants() -> dict[str, str]:
     """Lockprobe's own plants, each with a description."""
     options = {name: ", ".join(field.name for field in fields(kind)) for name, kind in _SETTINGS.items()}
-    model = ", ".join(field.name for field in fields(ModelSettings))
+    model = ", ".join(field.name for field in fields(UserModelSettings))
     return {
         "symbolic": "The rules and nothing else.",
         "fast-twin": f"The mechanism, pushed without an arm, and a camera. Options: {options['fast-twin']}.",
@@ -86,7 +86,7 @@ def resolve_plant(spec: str | Spec) -> PlantSource:
     """The plant that a spec names.
 
     Raises:
-        UnknownName: If there is none, or an option does not exist; the message lists what exists.
+        UnknownName: If there is no such plant or option; the message lists what exists.
         BadValue: If an option has a value that it cannot have.
     """
     if not isinstance(spec, str | Spec):
@@ -118,8 +118,8 @@ def resolve_plant(spec: str | Spec) -> PlantSource:
 
 
 def _of_a_user(spec: Spec) -> PlantSource:
-    """A user's model; its spec gets the digest of the files, so that a study knows which model it was planned with."""
-    settings = with_options(ModelSettings, "twin?model", spec.options)
+    """The plant of a user's model. Its spec includes the digest of the files, to detect a changed model."""
+    settings = with_options(UserModelSettings, "twin?model", spec.options)
     if not settings.digest:
         from lockprobe.plants.user_model.mjcf_file import read_model
 
@@ -217,7 +217,7 @@ def _filmed_twin(
 
 
 def _check(settings: SceneSettings, make: Make, box: Lockbox) -> None:
-    """Refuses a plant that this machine cannot simulate or draw, and a box that cannot be built or reached."""
+    """Refuse a plant that this machine cannot simulate or draw, and a box that cannot be built or reached."""
     _check_renderer(settings)
     make(box, box.names, np.random.default_rng(0)).close()
 

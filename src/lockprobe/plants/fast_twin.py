@@ -23,7 +23,7 @@ _PUSH: Final = 30.0
 
 
 class SimulatedLockbox:
-    """A compiled scene as a plant. A subclass says how a joint is attempted.
+    """A compiled scene as a plant (base class); a subclass implements the attempt.
 
     Args:
         scene: The scene, with everything that is added to it.
@@ -76,7 +76,7 @@ class SimulatedLockbox:
 
 
 class FastTwin(SimulatedLockbox):
-    """A simulated lockbox whose handles are pushed by a force.
+    """A simulated lockbox whose handles are pushed by a force, without an arm.
 
     Args:
         box: The box.

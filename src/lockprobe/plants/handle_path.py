@@ -1,4 +1,4 @@
-"""The way of a handle on a panel, from one position to the other, for a hand that drags it."""
+"""The path of a handle on a panel, from one position to the other, for a hand that drags it."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ def handle_path(panel: PanelLayout, joint: int, position: bool) -> HandlePath:
     """The path of a handle in the world of ``panel.pose``.
 
     Args:
-        panel: The panel. For a real board replace its pose by the measured one, in the frame of the arm's base.
+        panel: The panel. For a real board, its pose is the measured one in the frame of the arm's base.
         joint: By index in panel order.
-        position: Where the handle is; the path leads to the other position.
+        position: The handle's present position; the path leads to the other one.
     """
     mounted = panel.mounted_joints[joint]
     fractions = np.linspace(1, 0, _POINTS) if position else np.linspace(0, 1, _POINTS)

@@ -1,6 +1,6 @@
 """The plant ``manual``: a person moves the joint that the agent names, and says what happened.
 
-The truth is the person's answer, or with ``manual?camera=FOLDER`` what a picture shows. The person sees the agent's
+The truth is the person's answer, or with ``manual?camera=FOLDER`` the reading of a picture. The person sees the agent's
 label and the name of the joint in the box. The plant needs a terminal, so its trials are played in this process, one at
 a time.
 """
@@ -41,7 +41,7 @@ class ManualSettings:
         device: Number of the webcam.
 
     Raises:
-        BadValue: If an option is given that has no use.
+        BadValue: If an option has no effect in this combination.
     """
 
     camera: str = ""
@@ -62,10 +62,10 @@ class ManualSettings:
         return Path(self.handles) if self.handles else Path(self.camera) / HANDLES_FILE
 
     def open_camera(self) -> HardwareCamera:
-        """The camera.
+        """Open the camera.
 
         Raises:
-            UserMistake: If it is not there.
+            UserMistake: If it is missing.
         """
         if self.camera == WEBCAM:
             from lockprobe.plants.hardware.webcam import Webcam
@@ -86,7 +86,7 @@ def make_manual(settings: ManualSettings, box: Lockbox, labels: tuple[str, ...])
 
 
 def check_manual(settings: ManualSettings, box: Lockbox) -> None:
-    """Check the camera and its file of handles before the first trial; raises as :func:`make_manual`."""
+    """Check the camera and its file of handles before the first trial. Raises as :func:`make_manual`."""
     make_manual(settings, box, box.names).close()
 
 
@@ -96,11 +96,11 @@ class Manual:
     The trial begins when the person says that the box stands in its initial configuration.
 
     Args:
-        box: The box. Its rules check typing errors; they decide nothing.
+        box: The box. Its rules only detect typing errors; they decide no outcome.
         labels: Labels of the joints, in panel order.
         operator: The person.
         camera: Takes the picture that tells the truth; None if the person tells it.
-        handles: Where the camera sees the handles; given exactly if there is a camera.
+        handles: The places of the handles in its pictures; required with a camera, else None.
     """
 
     def __init__(
@@ -120,7 +120,7 @@ class Manual:
 
     @property
     def facts(self) -> Mapping[str, Fact]:
-        """Where the truth comes from."""
+        """The source of the truth."""
         if self._camera is None:
             return {"truth": "person"}
         return {"truth": "camera", **getattr(self._camera, "facts", {})}
@@ -175,7 +175,7 @@ class Manual:
             release()
 
     def _set_up(self) -> None:
-        """Ask for the initial configuration, and look whether it is there."""
+        """Ask the person to set the initial configuration, and verify it."""
         initial = self._box.initial
         stand = ", ".join(f"{called} at {at:d}" for called, at in zip(self._called, initial, strict=True))
         self._operator.tell(f"New trial of {self._box.name}. Set the joints: {stand}.")
@@ -186,7 +186,7 @@ class Manual:
         self._configuration = initial
 
     def _wrongly_set(self, seen: Configuration) -> str:
-        """What has to be set otherwise; empty if all is right."""
+        """The joints in a wrong position, in words; empty if all are right."""
         wrong = [
             f"{called} at {wanted:d}"
             for called, wanted, found in zip(self._called, self._box.initial, seen, strict=True)
@@ -195,7 +195,7 @@ class Manual:
         return f"The picture shows {bits(seen)}: set {', '.join(wrong)}." if wrong else ""
 
     def _typed(self, joint: int, before: Configuration, ends: str) -> Configuration:
-        """Ask what happened; an answer against the rules is asked once more."""
+        """Ask what happened; an answer that violates the rules is confirmed by asking again."""
         called, rule = self._called[joint], self._box.may_move(before, joint)
         moved = self._operator.ask(f"Move joint {called} {ends}. Did it move? y/n, q to stop:", ("y", "n")) == "y"
         if moved != rule:
@@ -207,7 +207,7 @@ class Manual:
     def _photographed(
         self, question: str, complaint: Callable[[Configuration], str], *, begin: bool = False
     ) -> Configuration:
-        """Ask for a picture until one can be read and nothing is to be said against it."""
+        """Ask for a picture until one can be read and passes the check."""
         assert self._camera is not None
         assert self._handles is not None
         while True:

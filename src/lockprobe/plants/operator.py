@@ -1,4 +1,4 @@
-"""The person next to the box: answers one question at a time, at the terminal or from a script in tests."""
+"""The operator, a person next to the box: answers one question at a time, at the terminal or scripted in tests."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Operator(Protocol):
 
         Args:
             question: One line.
-            answers: The answers that count, in lower case; :data:`ENTER` among them accepts an empty line.
+            answers: The accepted answers, in lower case; with :data:`ENTER` an empty line is accepted.
 
         Raises:
             OperatorStopped: If the person stops, or nobody is there to answer.
@@ -40,7 +40,7 @@ class Operator(Protocol):
         ...
 
     def tell(self, line: str) -> None:
-        """Say something that needs no answer."""
+        """Show a line that needs no answer."""
         ...
 
 
@@ -57,7 +57,7 @@ def ask_to_begin(operator: Operator, question: str = "Press Enter when they stan
 
 
 class ConsentingOperator:
-    """Nobody: agrees to everything. Only for rehearsals in which nothing real moves."""
+    """An automatic operator that agrees to everything, only for rehearsals in which nothing real moves."""
 
     def __init__(self) -> None:
         self._began = False
@@ -76,7 +76,7 @@ class ConsentingOperator:
         return ENTER
 
     def tell(self, line: str) -> None:
-        """Nobody listens."""
+        """Discard the line."""
 
 
 class TerminalOperator:
@@ -113,7 +113,7 @@ def _show(text: str) -> None:
 
 @contextmanager
 def _interruptible() -> Iterator[None]:
-    """Let Ctrl-C break a wait for input; an event loop would hold it back until the line is complete."""
+    """Let Ctrl-C interrupt a wait for input; an event loop would delay it until the line is complete."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return

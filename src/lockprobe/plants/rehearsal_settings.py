@@ -1,4 +1,4 @@
-"""The options of the plant ``rig``: how real a rehearsal is, and where the truth comes from."""
+"""The options of the plant ``rig``: the rung of the rehearsal, and the source of the truth."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ RehearsalTruth = Literal["simulation", "camera"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RehearsalSettings:
-    """A rehearsal.
+    """The settings of a rehearsal.
 
     Attributes:
-        rung: How real it is.
-        truth: Where the truth comes from.
+        rung: The rung, from ``scripted`` to ``wire``.
+        truth: Source of the truth.
 
     Raises:
-        BadValue: If a camera is to look where nothing can be seen.
+        BadValue: If the truth is to come from a camera on a rung without pictures.
     """
 
     rung: RehearsalRung = "scripted"

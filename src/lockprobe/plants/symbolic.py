@@ -12,7 +12,7 @@ __all__ = ["SymbolicPlant"]
 
 
 class SymbolicPlant:
-    """A box that follows its rules, without body, time or noise."""
+    """A plant that follows the rules of the box, without body, time or noise."""
 
     facts: ClassVar[Mapping[str, Fact]] = {}
 
@@ -30,4 +30,4 @@ class SymbolicPlant:
         return Snapshot(configuration=self._configuration, joint=joint, outcome="moved" if moved else "blocked")
 
     def close(self) -> None:
-        """Do nothing: there is nothing to release."""
+        """Do nothing: there are no resources to release."""

@@ -1,7 +1,7 @@
 """The plant ``twin``: a physical lockbox that a robot arm acts on (paper, Sec. 2.1).
 
-A snapshot holds both the truth and the robot's judgement. Its outcome is read off the mechanism after it has come to
-rest; ``sensed`` holds what the arm's guarded move measured and concluded.
+A snapshot holds both the truth and the robot's verdict. The outcome is the state of the mechanism at rest; ``sensed``
+holds the measurements and the verdict of the arm's guarded move.
 """
 
 from __future__ import annotations
@@ -37,8 +37,8 @@ _FILM_EVERY = 1 / 25
 class Twin(SimulatedLockbox):
     """A lockbox, an arm and a camera in one simulation.
 
-    Before every attempt the robot gets the true positions of the handles, up to ``pose_error``. So a wrong
-    verdict does not mislead its next move.
+    Before every attempt the robot receives the true positions of the handles, up to ``pose_error``, so a wrong verdict
+    does not mislead its next move.
 
     Args:
         box: The box; its rules become pins and blocks.
@@ -47,8 +47,8 @@ class Twin(SimulatedLockbox):
         rng: The trial's random stream for the plant. The appearance draws from it; depth noise, pose error and force
             noise each draw from a child of it. The n-th look and the n-th attempt have the same luck whatever the
             settings are. Every attempt has a separate force stream, because attempts differ in length.
-        film: Called about 25 times in a simulated second with the model and its state, which it must not change. The
-            arm then wears its skin, if there is one.
+        film: Called about 25 times per simulated second with the model and its state, which it must not change. The
+            arm then shows its Menagerie meshes, if there are any.
 
     Raises:
         BadValue: If the box cannot be built, or its handles cannot be reached.
@@ -98,7 +98,7 @@ class Twin(SimulatedLockbox):
 
     @property
     def data(self) -> mujoco.MjData:
-        """Its state, for measurements."""
+        """The state of the simulation, for measurements."""
         return self._data
 
     @property
@@ -108,7 +108,7 @@ class Twin(SimulatedLockbox):
 
     @property
     def panel(self) -> PanelLayout:
-        """Where the handles are."""
+        """The layout of the panel, with the positions of the handles."""
         return self._panel
 
     def settled(self) -> Configuration:
@@ -123,7 +123,7 @@ class Twin(SimulatedLockbox):
         return self._mechanism.configuration()
 
     def put(self, configuration: Configuration) -> None:
-        """Put every joint at an end of its travel and the arm at home, at rest; for tests and measurements."""
+        """Set the configuration with the arm at home, at rest; for tests and measurements."""
         self._mechanism.set_configuration(configuration)
         self._arm.stand()
         self._settle()
@@ -141,7 +141,7 @@ class Twin(SimulatedLockbox):
             self._film(self._model, self._data)
 
     def _believed_path(self, joint: int, position: bool) -> HandlePath:
-        """The path shifted in the panel's plane by a random error of the robot."""
+        """The handle's path with a random pose error in the panel's plane."""
         shift = self._settings.pose_error * self._aim.standard_normal(2)
         path = handle_path(self._panel, joint, position)
         return HandlePath(points=path.points + self._panel.pose[:3, :2] @ shift, axis=path.axis)

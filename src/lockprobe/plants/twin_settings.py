@@ -1,6 +1,6 @@
 """Settings of the plants ``twin`` and ``fast-twin``, each an option in a spec: ``twin?pose_error=0.004``.
 
-``twin?model=FILE`` has other settings, because a user's model has neither a panel of ours nor an arm.
+``twin?model=FILE`` has other settings, because a user's model has neither our panel nor an arm.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ __all__ = [
     "CameraSettings",
     "Looks",
     "MechanismKind",
-    "ModelSettings",
     "RendererChoice",
     "SceneSettings",
     "TwinSettings",
+    "UserModelSettings",
 ]
 
 MechanismKind = Literal["contact", "ideal"]
@@ -30,7 +30,7 @@ RendererChoice = Literal["auto", "egl", "osmesa", "rays"]
 
 
 class CameraSettings(Protocol):
-    """The settings of every simulated plant, since all have a camera."""
+    """The settings that all simulated plants share, because all have a camera."""
 
     __dataclass_fields__: ClassVar[dict[str, Any]]
 
@@ -57,10 +57,10 @@ class CameraSettings(Protocol):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SceneSettings:
-    """A physical lockbox and its camera: the settings of ``fast-twin``.
+    """The settings of ``fast-twin``: a physical lockbox and its camera.
 
     Attributes:
-        mechanism: How joints lock each other.
+        mechanism: The interlock: physical pins and blocks, or ideal joint ranges.
         tilt: Tilt of the panel from lying flat towards the robot, degrees.
         looks: What varies from trial to trial.
         friction: Friction of every joint, as a multiple of the default.
@@ -88,10 +88,10 @@ class SceneSettings:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TwinSettings(SceneSettings):
-    """A physical lockbox with a robot arm: the settings of ``twin``.
+    """The settings of ``twin``: a physical lockbox with a robot arm.
 
     Attributes:
-        pose_error: Standard deviation of the error in a handle's believed position, in each direction of the panel's
+        pose_error: Standard deviation of the error in a handle's estimated position, along each axis of the panel's
             plane, metres; drawn for every attempt.
         force_noise: Standard deviation of each force reading, newtons.
         finger_stiffness: As a multiple of the default. Soft fingers slip past a locked handle, and the robot then
@@ -108,16 +108,17 @@ class TwinSettings(SceneSettings):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ModelSettings:
-    """A user's own model and its camera: the settings of ``twin?model=FILE``.
+class UserModelSettings:
+    """The settings of ``twin?model=FILE``: a user's own model and its camera.
 
     Attributes:
         model: The MJCF file.
-        digest: Of the file and of all that it refers to, 16 hexadecimal digits; other files are refused. Empty: any.
-        force: Of a push on a sliding joint, newtons.
-        torque: Of a push on a turning joint, newton metres. The default is 30 N at 6 cm, as on levers of
+        digest: Digest of the file and all files that it refers to, 16 hexadecimal digits; other files are refused.
+            Empty: any.
+        force: Push on a sliding joint, newtons.
+        torque: Push on a turning joint, newton metres. The default is 30 N at 6 cm, as on levers of
             ``fast-twin``.
-        renderer: As of :class:`SceneSettings`, and so are the following.
+        renderer: As in :class:`SceneSettings`, like the following settings.
         width: Pixels.
         height: Pixels.
         depth_noise: Metres.

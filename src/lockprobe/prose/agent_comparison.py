@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from lockprobe.analysis.agent_comparison.pair import Comparison
+from lockprobe.analysis.agent_comparison.pair import AgentComparison
 from lockprobe.analysis.agent_comparison.paired import BlockMean
 from lockprobe.analysis.proportions import ALPHA
 from lockprobe.analysis.summary import StudySummary
@@ -43,7 +43,7 @@ def _ranking(summary: StudySummary, modality: str, *, several: bool) -> str:
     )
 
 
-def comparison_said(one: Comparison, summary: StudySummary) -> list[str]:
+def comparison_said(one: AgentComparison, summary: StudySummary) -> list[str]:
     """One pair: differences in success, in the effect of false reports and in the number of steps."""
     names, pairs = subjects_by_name(summary), sum(other.among == one.among for other in summary.comparisons)
     second, first = names[one.second], names[one.first]
@@ -62,7 +62,7 @@ def comparison_said(one: Comparison, summary: StudySummary) -> list[str]:
     return [*said, _steps(one, second, first, pairs)]
 
 
-def _changes(one: Comparison, second: Subject, first: Subject, pairs: int) -> str:
+def _changes(one: AgentComparison, second: Subject, first: Subject, pairs: int) -> str:
     moved = one.interaction
     if moved is None:
         return ""
@@ -82,7 +82,7 @@ def _changes(one: Comparison, second: Subject, first: Subject, pairs: int) -> st
     )
 
 
-def _steps(one: Comparison, second: Subject, first: Subject, pairs: int) -> str:
+def _steps(one: AgentComparison, second: Subject, first: Subject, pairs: int) -> str:
     found = one.steps
     interval = range_said(found.low, found.high, "{:+.1f}", 1)
     test = f"{minus(f'{found.value:+.1f}', zeros=True)} steps{interval}; {_p(one.steps_adjusted, pairs)}"
@@ -95,7 +95,7 @@ def _steps(one: Comparison, second: Subject, first: Subject, pairs: int) -> str:
     return f"No difference in the number of steps was detected ({test})."
 
 
-def _test(one: Comparison) -> str:
+def _test(one: AgentComparison) -> str:
     return "clustered by person and block" if one.people else "permutation test within blocks"
 
 

@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass
 from lockprobe.agents.llm.model_facts import Price
 from lockprobe.analysis.agent_comparison.interaction import InteractionAt
 from lockprobe.analysis.agent_comparison.leaderboard_row import Regret, Standing, condition_regret
-from lockprobe.analysis.agent_comparison.pair import Comparison
+from lockprobe.analysis.agent_comparison.pair import AgentComparison
 from lockprobe.analysis.agent_comparison.paired import BlockMean
 from lockprobe.analysis.clustered import ClusteredProportion
 from lockprobe.analysis.condition import ConditionSummary
@@ -227,7 +227,7 @@ def _less(value: float, chance: float | None) -> float | None:
     return None if chance is None else value - chance
 
 
-def comparison_rows(compared: Sequence[Comparison], names: AgentNames) -> list[ComparisonResult]:
+def comparison_rows(compared: Sequence[AgentComparison], names: AgentNames) -> list[ComparisonResult]:
     """Every two agents on the same boxes; differences are the second less the first."""
     return [
         filled(
@@ -253,12 +253,12 @@ def comparison_rows(compared: Sequence[Comparison], names: AgentNames) -> list[C
     ]
 
 
-def interaction_rows(compared: Sequence[Comparison], names: AgentNames) -> list[InteractionResult]:
+def interaction_rows(compared: Sequence[AgentComparison], names: AgentNames) -> list[InteractionResult]:
     """Whether false reports change both agents of a pair alike."""
     return [filled(InteractionResult, one.interaction, **_pair(one, names)) for one in compared if one.interaction]
 
 
-def _pair(one: Comparison, names: AgentNames) -> dict[str, str]:
+def _pair(one: AgentComparison, names: AgentNames) -> dict[str, str]:
     return {
         "first": one.first[0],
         "second": one.second[0],

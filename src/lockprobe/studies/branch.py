@@ -1,7 +1,7 @@
-"""Forks of recorded trials (``lockprobe branch``): what is forked, how, and the plans that play it.
+"""Forks of recorded trials (``lockprobe branch``): fork points, arms, and the plans that play them.
 
-Forks are written to the directory ``forks`` of a study, in a journal of their own with the study's settings. Their keys
-name no trial of the study, so that they are never counted as its trials.
+Forks are written to the directory ``forks`` of a study, in a separate journal with the study's settings. Their keys
+name no trial of the study, so they are never counted as its trials.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ __all__ = [
     "FORKS",
     "TOLD",
     "Branching",
-    "Left",
+    "NotForked",
     "arm_interventions",
     "branching",
     "play_forks",
@@ -55,30 +55,30 @@ TOLD: Mapping[str, str] = {
     "remark": "distract?p=1&at={at}",
     "withheld": "drop?p=1&at={at}",
 }
-"""What can be told at a fork -> what acts there."""
+"""Report at a fork -> the interventions that give it."""
 
 ACTS: Mapping[str, str] = {
     "tremble": "tremble?p=1&at={after}",
     "random": "force?at={after}",
     "force": "force?at={after}&joint={joint}",
 }
-"""What can be done after a fork, in the next step, where the report is true -> what acts there."""
+"""Action in the step after a fork with a true report -> the interventions that force it."""
 
 _PICTURED = ("truth", "lie", "remark")
-"""What pictures can tell."""
+"""Reports that pictures can give."""
 
 _MOST = 1000
 """Continuations of one arm."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Left:
-    """Trials that are not forked.
+class NotForked:
+    """The number of trials that are not forked, by reason.
 
     Attributes:
-        errors: They ended as error.
-        people: A person or a client with tools played them, who cannot be asked again.
-        short: They end before the places asked for, or have none such.
+        errors: Trials that ended as error.
+        people: Trials of a person or a client with tools, who cannot be asked again.
+        short: Trials that have none of the fork points, or end before them.
     """
 
     errors: int = 0
@@ -88,15 +88,15 @@ class Left:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Branching:
-    """Trials on record, where they are forked, and how.
+    """A request for forks: recorded trials, fork points and arms.
 
     Attributes:
-        study: Their study.
-        trials: The trials, by key.
-        at: Places, as of :func:`lockprobe.analysis.branch.fork_steps`.
-        arms: What is told or done, ``truth`` first.
+        study: The study.
+        trials: Its trials to fork, by key.
+        at: Fork points: rules for :func:`lockprobe.analysis.branch.fork_steps`.
+        arms: Names of the arms (what is told or done), ``truth`` first.
         truthful: Whether all later reports are true.
-        times: Continuations of each arm.
+        times: Continuations per arm.
         left: Trials that are not forked.
     """
 
@@ -106,7 +106,7 @@ class Branching:
     arms: tuple[str, ...]
     truthful: bool = False
     times: int = 1
-    left: Left = Left()
+    left: NotForked = NotForked()
 
     @property
     def agents(self) -> tuple[str, ...]:
@@ -114,10 +114,10 @@ class Branching:
         return tuple(dict.fromkeys(trial.agent for trial in self.trials.values()))
 
     def plans(self, agent: str) -> Iterator[Plan]:
-        """The forks of one agent's trials. Continuations are outermost, so that a part of them is balanced.
+        """The plans of one agent's forks. Continuations are the outermost loop, so that any part of them is balanced.
 
-        An agent that draws its own luck is not asked again where the report is as it was and all that follows too: such
-        a fork is the trial on record, and is planned once.
+        If an unseeded agent's fork repeats the recorded report and all later ones, the fork equals the recorded trial
+        and is planned only once.
         """
         unseeded = resolve(agent).engine == "network"
         of = [trial for trial in self.trials.values() if trial.agent == agent]
@@ -131,7 +131,7 @@ class Branching:
                             yield self._plan(trial, name)
 
     def _as_recorded(self, trial: Trial, name: ForkName) -> bool:
-        """Whether a fork tells what the record tells, now and later."""
+        """Whether a fork gives the same reports as the record, at the fork and later."""
         said = "lie" if flipped(trial, name.at - 1) else TRUTH
         later = range(name.at, len(trial.steps) - 1)
         return name.arm == said and not (name.truthful and any(flipped(trial, i) for i in later))
@@ -152,7 +152,7 @@ def _condition(study: Study, trial: Trial) -> Condition:
 
 @lru_cache(maxsize=1024)
 def _changed(condition: Condition, arm: str, at: int, label: str) -> tuple[tuple[Intervention, ...], Condition]:
-    """What acts in an arm, and the condition with it."""
+    """The interventions of an arm, and the condition that includes them."""
     acting = arm_interventions(arm, at, condition, label)
     interventions = (*condition.made(), *acting)
     name = f"{condition.label[:150]}: {arm}"
@@ -160,16 +160,16 @@ def _changed(condition: Condition, arm: str, at: int, label: str) -> tuple[tuple
 
 
 def _label(trial: Trial, arm: str) -> str:
-    """The label, in this trial, of the joint that an arm names; empty where it names none."""
+    """The label, in this trial, of the joint that an arm names; empty if it names none."""
     joint = arm.partition("=")[2]
     return trial.labels[trial.joints.index(joint)] if joint else ""
 
 
 def arm_interventions(arm: str, at: int, condition: Condition, label: str = "") -> tuple[Intervention, ...]:
-    """What acts in an arm. The kind of flip stays that of the condition, for what it leaves in later reports.
+    """The interventions of an arm. The kind of flip stays that of the condition, because of its later effects.
 
     Args:
-        arm: One of :data:`TOLD`, or of :data:`ACTS`, ``force=JOINT`` among them.
+        arm: One of :data:`TOLD` or :data:`ACTS`, which include ``force=JOINT``.
         at: The step whose report is changed.
         condition: The condition of the trial.
         label: The label of the joint that ``force=JOINT`` names.
@@ -203,21 +203,21 @@ def branching(
     truthful: bool = False,
     times: int = 1,
 ) -> Branching:
-    """The forks that are asked for.
+    """Select the forks of a study.
 
     Args:
         study: The study.
-        records: Its trials on record.
-        keys: Trials, by key or by how their keys begin; all of them if none is given.
-        at: Steps' numbers, or rules.
-        told: What is told at the fork; ``truth`` is added, since all else is compared with it.
-        act: What is done in the step after it.
-        truthful: Whether all later reports are true; else they are as in the trial's condition.
-        times: Continuations of each arm.
+        records: Its recorded trials.
+        keys: Keys of trials, or prefixes of keys; all trials without keys.
+        at: Fork points: numbers of steps, or rules.
+        told: Reports given at the fork; ``truth`` is always added as the control.
+        act: Actions forced in the step after the fork.
+        truthful: Whether all later reports are true; else they follow the trial's condition.
+        times: Continuations per arm.
 
     Raises:
-        BadValue: If there is no such place or arm, a trial that is named has none of the places, ended as error or was
-            played by a person, or nothing is left to fork.
+        BadValue: If there is no such fork point or arm, a named trial has none of the fork points, ended as error or
+            was played by a person, or nothing is left to fork.
         UnknownName: If there is no such trial.
     """
     if not 1 <= times <= _MOST:
@@ -248,17 +248,17 @@ def branching(
 def play_forks(
     asked: Branching, journal: Journal, *, limits: Limits | None = None, observer: Observer | None = None
 ) -> None:
-    """Play the forks that a journal owes. Calls that are on record in the study are not made again.
+    """Play the forks that a journal owes. Calls that are recorded in the study are not made again.
 
     Args:
         asked: The forks.
-        journal: That of the directory :data:`FORKS` in the directory of the study.
-        limits: Of concurrency.
-        observer: Who watches.
+        journal: The journal in the directory :data:`FORKS` of the study's directory.
+        limits: Limits of concurrency.
+        observer: Receives the progress.
 
     Raises:
         UserMistake: As :func:`lockprobe.studies.runner.run`.
-        BudgetReached: As there.
+        BudgetReached: As :func:`lockprobe.studies.runner.run`.
     """
     journal.calls.adopt(call for call in read_calls(journal.directory.parent) if call.key in asked.trials)
     study = replace(asked.study, agents=asked.agents)
@@ -266,7 +266,7 @@ def play_forks(
 
 
 def read_forks(directory: Path | str) -> list[Trial]:
-    """The forks on record in the directory of a study; none where none was played.
+    """The recorded forks in the directory of a study; empty if none was played.
 
     Raises:
         BadFile: If a record is damaged.
@@ -276,7 +276,7 @@ def read_forks(directory: Path | str) -> list[Trial]:
 
 
 def _connects(agent: str) -> bool:
-    """Whether an agent is a person or a client: it comes by itself and cannot be asked."""
+    """Whether an agent is a person or a client: it connects by itself and cannot be called."""
     return spec_kind(agent) in (PEOPLE, MCP)
 
 
@@ -292,17 +292,17 @@ def _chosen(own: Mapping[str, Trial], keys: Sequence[str]) -> dict[str, Trial]:
     return chosen
 
 
-def _forkable(chosen: Mapping[str, Trial], at: Sequence[str], *, named: bool) -> tuple[dict[str, Trial], Left]:
-    """The trials that can be forked, and why others cannot; a trial that is named has to be one that can."""
+def _forkable(chosen: Mapping[str, Trial], at: Sequence[str], *, named: bool) -> tuple[dict[str, Trial], NotForked]:
+    """The trials that can be forked, and the number of others by reason; a named trial that cannot is refused."""
     errors = [trial for trial in chosen.values() if trial.ending == "error"]
     ended = [trial for trial in chosen.values() if trial.ending != "error"]
     people = [trial for trial in ended if _connects(trial.agent)]
     whole = [trial for trial in ended if not _connects(trial.agent)]
     forked = {trial.key: trial for trial in whole if any(fork_steps(trial, rule) for rule in at)}
     if forked and not (named and len(chosen) == 1):
-        return forked, Left(errors=len(errors), people=len(people), short=len(whole) - len(forked))
+        return forked, NotForked(errors=len(errors), people=len(people), short=len(whole) - len(forked))
     if forked:
-        return forked, Left()
+        return forked, NotForked()
     if people:
         expected = "a trial of an agent that is run: clients and people cannot be asked to play a part of it again"
         raise BadValue("trial", people[0].key, expected)

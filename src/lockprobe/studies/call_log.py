@@ -1,9 +1,9 @@
-"""The log of provider calls on disk (``calls.jsonl``), one line for each call.
+"""The write-ahead log of provider calls (``asked.jsonl`` and ``calls.jsonl``), one line per call.
 
-A reply that was paid for is never lost. A trial that a fault, a kill or the budget interrupted resumes where it was:
-its earlier calls are looked up and not repeated. The cost of a study is the sum of its calls, including those of broken
-trials. Each request is written to ``asked.jsonl`` before it is sent, so that a kill hides no cost. The next run records
-requests without a reply as broken off.
+A reply that was paid for is never lost. A trial that was interrupted by a fault, a kill or the budget resumes at the
+same point: its earlier calls are looked up, not repeated. The cost of a study is the sum of its calls, including those
+of broken trials. Each request is written to ``asked.jsonl`` before it is sent, so that a kill hides no cost. The next
+run records requests without a reply as broken off.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ _adapter: TypeAdapter[Call] = TypeAdapter(Call)
 
 
 def read_calls(directory: Path | str) -> Iterator[Call]:
-    """The calls of a study, in the order in which they were made; none where no provider was asked.
+    """The calls of a study in chronological order; empty if no provider was asked.
 
     Raises:
         BadFile: If a line is damaged.
@@ -44,7 +44,7 @@ def read_calls(directory: Path | str) -> Iterator[Call]:
 
 
 def unanswered(directory: Path | str) -> list[Call]:
-    """The calls that were asked and never written down: on their way now, or when their run was killed.
+    """Requests without a recorded reply: in flight now, or when their run was killed.
 
     Raises:
         BadFile: If a line is damaged.
@@ -110,43 +110,43 @@ class Calls:
                 file.close()
 
     def limit(self, budget: Budget) -> None:
-        """From now on make no call that could exceed this budget; calls of earlier runs count."""
+        """Set the budget that no further call may exceed; calls of earlier runs count."""
         for call in read_calls(self._directory):
             budget.settle(call)
         self._budget = budget
 
     def listen(self, listener: Callable[[Call], None]) -> None:
-        """Pass every call that is written from now on to a listener."""
+        """Register a listener for every call that is written from now on."""
         self._listeners.append(listener)
 
     def of(self, key: str, parent: str = "") -> _TrialCalls:
-        """The calls of one trial; a fork also finds those of the trial that it leaves (:meth:`adopt`)."""
+        """The calls of one trial; a fork also finds those of its parent trial (:meth:`adopt`)."""
         return _TrialCalls(self, key, parent)
 
     def adopt(self, calls: Iterable[Call]) -> None:
-        """Find calls of another log as well, those of trials that are forked. They are not written and cost nothing."""
+        """Also look up calls of another log, those of forked trials. They are not written and cost nothing."""
         for call in calls:
             self._note(call)
 
     @property
     def on_their_way(self) -> int:
-        """Calls that have not come back yet."""
+        """Number of calls in flight."""
         return len(self._on_their_way)
 
     @property
     def longest_wait(self) -> float:
-        """Seconds that the oldest of them has been on its way; 0 where there is none."""
+        """Age of the oldest call in flight, seconds; 0 without one."""
         return time.monotonic() - min((began for _, began in self._on_their_way.values()), default=time.monotonic())
 
     def recall(self, key: str, step: int, turn: int, request: str) -> Call | None:
-        """The earlier call with the same request in the same step and turn that got a reply, or None."""
+        """The earlier call with the same request, step and turn that got a reply; None without one."""
         call = self._replied.get(key, {}).get((step, turn))
         return call if call is not None and call.request == request else None
 
     async def reserve(self, call: Call) -> None:
-        """Write a call to disk before each attempt, with the maximum cost of an attempt.
+        """Write a call to disk before each attempt, and reserve the maximum cost of the attempt.
 
-        If only the costs of calls on their way exceed the budget, wait for their replies.
+        If the budget is exceeded only because of calls in flight, wait for their replies.
 
         Raises:
             Missing: If a provider has reported an impossible count of tokens in this run.
@@ -194,11 +194,11 @@ class Calls:
 
     @property
     def used(self) -> bool:
-        """Whether a call was to be written since the log was opened."""
+        """Whether any call was written since the log was opened."""
         return bool(self._files)
 
     def sync(self) -> None:
-        """Wait until what was written is on the disk itself."""
+        """Flush to the disk (fsync)."""
         for file in self._files.values():
             file.sync()
 

@@ -1,8 +1,8 @@
-"""Trials on the processors of a cluster.
+"""Plays trials on the processors of a cluster.
 
-An actor plays trials and returns each with its clock reading and its pictures. This process alone writes them down. A
-hosted model is asked from here, so that every call is in this study's log and budget. Agents, plants and interventions
-of other packages stay here too: they may pay, or move a robot.
+An actor plays trials and returns each with its timing and its pictures. Only this process writes to the journal. Hosted
+models are asked from this process, so that every call is in the study's log and budget. Agents, plants and
+interventions of other packages also stay in this process: they may cost money, or move a robot.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _SIMULATED = ("symbolic", "fast-twin", "twin")
 
 
 def can_travel(study: Study, source: AgentSource) -> bool:
-    """Whether an agent's trials can be played on other machines: if agent, plant and interventions ship with Lockprobe.
+    """Whether an agent's trials can run on other machines: agent, plant and interventions must ship with Lockprobe.
 
     Args:
         study: The study.
@@ -56,17 +56,17 @@ def play_on_cluster(
     *,
     pictures: Path,
 ) -> None:
-    """Play plans of one agent, in any order.
+    """Play plans of one agent on a cluster, in any order.
 
-    ``on_step`` is called for all steps of a trial when it arrives, then ``finish``. The pictures that its record names
+    When a trial arrives, ``on_step`` is called for all its steps, then ``finish``. The pictures that its record names
     are then in the directory ``pictures``. A trial whose workers were lost three times ends as an ``error``.
 
     Raises:
-        UserMistake: If the agent cannot be had on a node, or workers keep being lost.
+        UserMistake: If the agent is not available on a node, or workers keep being lost.
     """
     album = Album(pictures)
     fault = PlantFault if resolve(plans[0].agent).engine == "inline" else ModelFault
-    for plan, played in cluster.each(_Player(plans[0].agent), plans):
+    for plan, played in cluster.each(_PlayerFactory(plans[0].agent), plans):
         if isinstance(played, Lost):
             trial = broken(plan, fault(f"the workers of {plan.agent} on the cluster were lost ({played.why})"))
             finish(trial, Timing(key=trial.key, seconds=0.0, steps=0))
@@ -79,8 +79,8 @@ def play_on_cluster(
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Played:
-    """A trial as it travels."""
+class _TrialResult:
+    """A played trial with its timing and pictures, as an actor returns it."""
 
     trial: Trial
     timing: Timing
@@ -88,21 +88,21 @@ class _Played:
 
 
 @dataclass(frozen=True, slots=True)
-class _Player:
-    """Builds an agent where its trials are played."""
+class _PlayerFactory:
+    """A picklable factory: builds an agent on a node and returns the function that plays plans with it."""
 
     spec: str
 
-    def __call__(self) -> Callable[[Plan], _Played]:
+    def __call__(self) -> Callable[[Plan], _TrialResult]:
         agent = resolve(self.spec).make()
 
-        def play(plan: Plan) -> _Played:
+        def play(plan: Plan) -> _TrialResult:
             taken: dict[str, Picture] = {}
 
             def keep(picture: Picture) -> None:
                 taken[picture.name] = picture
 
             trial, timing = asyncio.run(play_timed(plan, agent, lambda key, step: None, keep))
-            return _Played(trial=trial, timing=timing, pictures=tuple(taken.values()))
+            return _TrialResult(trial=trial, timing=timing, pictures=tuple(taken.values()))
 
         return play

@@ -1,8 +1,8 @@
-"""Which studies can be compared, and under which conditions they share.
+"""Comparability of studies, and the conditions that they share.
 
-Studies are comparable where they play the same task: box, budget of steps, plant, layout and question are equal. They
-may differ in agents, prompts, seeds, flip rates, conditions and numbers of trials. Compared are the conditions that at
-least two of them share, by what acts and by how the box is shown, not by the name that an experimenter gives.
+Studies are comparable if they play the same task: box, budget of steps, plant, layout and question are equal. They may
+differ in agents, prompts, seeds, flip rates, conditions and numbers of trials. Conditions are matched by their
+interventions and modality, not by name. A condition is compared if at least two studies have it.
 """
 
 from __future__ import annotations
@@ -37,12 +37,12 @@ _ALIKE = {
 
 @dataclass(frozen=True, slots=True)
 class SharedCondition:
-    """A condition as several studies name it.
+    """A condition under the name that several studies share.
 
     Attributes:
-        name: What acts, as a spec without the prompt; ``truth`` where nothing does.
-        prompt: The file of the prompt that agents got; empty for the usual one. It belongs to the agent that is
-            compared, so that two prompts are compared like two agents.
+        name: Its interventions as a spec without the prompt; ``truth`` without interventions.
+        prompt: File of the prompt; empty for the default prompt. It counts as part of the agent, so two prompts are
+            compared like two agents.
     """
 
     name: str
@@ -85,7 +85,7 @@ def _another_task(ours: Study, theirs: Study) -> str:
 
 
 def _apart(study: Study, rest: Sequence[Study]) -> str:
-    """Why a study shares no condition: it shows the box otherwise, or other things act."""
+    """The reason why a study shares no condition: other modalities, or other interventions."""
     shown, elsewhere = dict.fromkeys(study.modalities), dict.fromkeys(m for one in rest for m in one.modalities)
     if not shown.keys() & elsewhere.keys():
         return f"the modality is {_listed(shown)}, not {_listed(elsewhere)}"
@@ -103,9 +103,9 @@ def _names(study: Study) -> KeysView[str]:
 
 
 def shared_names(study: Study) -> dict[Condition, SharedCondition]:
-    """The conditions of a study as other studies name them.
+    """The conditions of a study under their shared names.
 
-    Two conditions of one study in which the same acts, so that only their names differ, keep these.
+    Conditions of one study that differ only in name keep their names.
     """
     found: dict[Condition, SharedCondition] = {}
     for condition in study.conditions:

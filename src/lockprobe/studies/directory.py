@@ -1,4 +1,4 @@
-"""The directory of a study: its lock and its settings. A start that fails leaves it unchanged.
+"""The directory of a study: its lock and its settings file. A failed start leaves it unchanged.
 
 Agents can be added to a study that has been played; no other setting can change after the first trial.
 """
@@ -55,13 +55,13 @@ PEOPLE_DIRECTORY = "people"
 
 
 class StudyDirectory:
-    """The directory of a study while this process writes there; created if missing.
+    """A study directory locked for writing by this process; created if missing.
 
-    The lock is on the directory itself, so it holds whatever happens to the files. If an error comes before anything
-    was played, asked or joined, new files and directories are removed and the settings are restored.
+    The lock is on the directory itself, so it is independent of the files. If an error occurs before anything was
+    played, asked or joined, new files and directories are removed and the settings are restored.
 
     Attributes:
-        used: Set it to True when something was played or asked; then an error removes nothing.
+        used: Whether something was played or asked; set it to True, and an error removes nothing.
 
     Raises:
         BadFile: On entering, if it cannot be made.
@@ -103,7 +103,7 @@ class StudyDirectory:
             os.close(self._handle)
 
     def _undo(self) -> None:
-        """Restore the directory, unless it was replaced or the first people were invited."""
+        """Restore the directory, unless it was replaced or people were invited."""
         with suppress(OSError, BadFile):
             invited = PEOPLE_DIRECTORY not in self._there and (self._path / PEOPLE_DIRECTORY).exists()
             if invited or not os.path.samestat(os.fstat(self._handle), self._path.stat()):
@@ -126,7 +126,7 @@ def read_settings(directory: Path | str) -> dict[str, object]:
     """The settings of the study in a directory.
 
     Raises:
-        BadFile: If there are none, or they are no settings of a study.
+        BadFile: If the file is missing, or holds no settings of a study.
     """
     path = Path(directory) / SETTINGS
     if not path.exists():
@@ -164,7 +164,7 @@ def write_settings(directory: Path, study: Study) -> None:
 
 
 def added_agents(directory: Path) -> dict[str, str]:
-    """The agents that were added to a study after trials of it had been played, each with the time (UTC, ISO 8601).
+    """The agents that were added after the first trials, each with the time of addition (UTC, ISO 8601).
 
     Raises:
         BadFile: If it is not the directory of a study.
@@ -174,9 +174,7 @@ def added_agents(directory: Path) -> dict[str, str]:
 
 
 def claim(directory: Path, study: Study) -> None:
-    """Write the settings of a new study, or compare them with the settings on disk.
-
-    Agents that are new to it are added.
+    """Write the settings of a new study, or check them against the settings on disk. New agents are added.
 
     Raises:
         SettingsChanged: If any other setting differs.
@@ -204,7 +202,7 @@ def claim(directory: Path, study: Study) -> None:
 
 
 def _told_apart(name: str, there: object, asked: object) -> tuple[object, object]:
-    """Two values of a setting, in short: boxes by name, or by the parts that differ if their names are equal."""
+    """Two values of a setting for a message: boxes by name, or by the parts that differ if their names are equal."""
     if name == "conditions":
         return _conditions_said(there), _conditions_said(asked)
     if not (isinstance(there, dict) and isinstance(asked, dict)):
@@ -217,7 +215,7 @@ def _told_apart(name: str, there: object, asked: object) -> tuple[object, object
 
 
 def _conditions_said(conditions: object) -> str:
-    """Conditions by name, or by what acts; flip rates alone have none."""
+    """Conditions by name or, without names, by their interventions."""
     if not isinstance(conditions, list):
         return "flip rates alone"
     return "; ".join(_condition_said(one) if isinstance(one, dict) else str(one) for one in conditions)

@@ -1,9 +1,9 @@
-"""Estimates the cost of the trials that a study still owes, before any request is made.
+"""Cost estimates of the trials that a study still owes, before any request is made.
 
 The number of steps is not known in advance. An agent with finished trials is assumed to continue at its observed
 rate; interrupted trials are censored observations (Kaplan and Meier, JASA 1958). For steps that no trial has reached,
-the agent is assumed to perform like a random agent, computed exactly. The size of the requests is known: they are
-conversations that grow by a reply and an observation with every step.
+the agent is assumed to perform like a random agent, computed exactly. The size of the requests is known: a conversation
+grows by a reply and an observation with every step.
 """
 
 from __future__ import annotations
@@ -24,23 +24,23 @@ from lockprobe.studies.study import Study
 __all__ = ["Estimate", "estimates", "most_of_one_call", "together"]
 
 _REASONING = 1000
-"""Tokens of reasoning before a reply where nothing has been played; models differ by more than tenfold."""
+"""Assumed tokens of reasoning before a reply without history; models differ by more than tenfold."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Estimate:
-    """What the trials that one agent owes will cost.
+    """The estimated cost of the trials that one agent owes.
 
     Attributes:
-        agent: Its spec.
+        agent: Agent spec.
         trials: Trials owed.
-        rests_on: Replies of this agent that the estimate rests on; 0 where it has played nothing.
-        expected: What they should take. Tokens cached and stored are those that a provider can keep, at best.
-        full: The same if no trial is solved before its steps run out.
-        most: What they can take, whatever is replied; malformed replies, which are asked for again, come on top.
-        repeated: Share of the tokens read that repeat the start of the request before.
-        price: What its provider asks; None where that is not known.
-        batch: Whether it goes through the batch interface.
+        rests_on: Number of recorded replies behind the estimate; 0 for an agent without history.
+        expected: Expected usage. Cached and stored tokens assume the provider's cache at its best.
+        full: Usage if no trial is solved within its budget of steps.
+        most: Upper bound of the usage, whatever the replies; retries of malformed replies are extra.
+        repeated: Share of the input tokens that repeat the start of the request before.
+        price: The provider's price; None if it is not known.
+        batch: Whether the provider's batch interface is used.
     """
 
     agent: str
@@ -54,7 +54,7 @@ class Estimate:
     batch: bool = False
 
     def dollars(self, usage: Usage, *, cached: bool) -> float | None:
-        """What a usage costs this agent, with its provider's cache at its best or without one; None if not known."""
+        """The cost of a usage in US dollars, with the provider's cache at its best or without; None if not known."""
         if self.price is None:
             return None
         usage = usage if cached else replace(usage, cached_tokens=0, stored_tokens=0)
@@ -62,22 +62,22 @@ class Estimate:
 
     @property
     def most_dollars(self) -> float | None:
-        """What they can cost, whatever is replied; None where the price is not known."""
+        """Upper bound of the cost in US dollars, whatever the replies; None if the price is not known."""
         return None if self.price is None else most_dollars(self.most, self.price)
 
 
 def estimates(
     study: Study, done: Mapping[str, Trial], calls: Iterable[Call] = (), *, batch: bool = False
 ) -> list[Estimate]:
-    """What the owed trials of every agent that asks a provider will cost; agents that owe nothing are left out.
+    """The estimated cost of the owed trials of every hosted agent; agents that owe nothing are left out.
 
     Args:
         study: The study.
-        done: Its trials on record, by key.
-        calls: Its calls on record.
+        done: Its recorded trials, by key.
+        calls: Its recorded calls.
         batch: Whether providers' batch interfaces are used.
     """
-    agents = [_Agent(study, agent, done) for agent in hosted(study)]
+    agents = [_AgentEstimator(study, agent, done) for agent in hosted(study)]
     owners = {key: agent for agent in agents for key in agent.keys}
     for call in calls if agents else ():
         if (agent := owners.get(call.key)) is not None:
@@ -87,7 +87,7 @@ def estimates(
 
 
 def together(found: Iterable[Estimate]) -> list[Estimate]:
-    """The estimates of several studies added up, one for each agent."""
+    """The sum of the estimates of several studies, by agent."""
     sums: dict[str, Estimate] = {}
     for one in found:
         first = sums.get(one.agent)
@@ -110,7 +110,7 @@ def _added(first: Estimate, second: Estimate) -> Estimate:
 
 
 def most_of_one_call(study: Study, agent: str) -> float:
-    """What the first call of a trial can cost, in US dollars, whatever is replied; 0 where no price is known."""
+    """Upper bound of the cost of a trial's first call, US dollars; 0 if no price is known."""
     name, settings = read_settings(agent)
     facts = facts_of(name)
     if facts.price is None:
@@ -119,8 +119,8 @@ def most_of_one_call(study: Study, agent: str) -> float:
     return min(most_dollars(PromptSizes(plan, settings, facts).first(), facts.price) for plan in plans)
 
 
-class _Agent:
-    """One agent: its prompts, and what is known of its play."""
+class _AgentEstimator:
+    """Collects what is known about one agent: sizes of its prompts and its finished play."""
 
     def __init__(self, study: Study, agent: str, done: Mapping[str, Trial]) -> None:
         self._study, self._agent = study, agent
@@ -144,11 +144,11 @@ class _Agent:
 
     @property
     def keys(self) -> Iterable[str]:
-        """Its trials."""
+        """The keys of its trials."""
         return self._shown
 
     def note(self, call: Call) -> None:
-        """One call on record: where its trial goes on if it was broken off, and how large requests and replies are."""
+        """Use one recorded call: the step at which an interrupted trial resumes, and the sizes of request and reply."""
         if call.owed_anew:
             self._made[call.key] = self._reached[call.key] = 0
             return
@@ -167,13 +167,13 @@ class _Agent:
             self._taken += self._prompts[self._shown[call.key]].request(call.step).input
 
     def estimate(self, *, batch: bool) -> Estimate:
-        """What is owed, counted by what was shown and where it was broken off."""
+        """The estimate for the owed trials, by modality and by the step at which they resume."""
         owed = Counter(
             (shown, self._made[key], self._reached[key]) for key, shown in self._shown.items() if key not in self._done
         )
-        coming_to = self._course()
+        coming_to = self._survival()
         longer, output, repairs = self._habits()
-        expected, full, most, repeated = _Sum(), _Sum(), Usage(), 0.0
+        expected, full, most, repeated = _UsageSum(), _UsageSum(), Usage(), 0.0
         for (shown, begun, reached), trials in owed.items():
             prompt = self._prompts[shown]
             for step in range(begun + 1, self._study.max_steps + 1):
@@ -196,8 +196,8 @@ class _Agent:
             batch=batch,
         )
 
-    def _course(self) -> list[float]:
-        """For every step, from 0, the share of trials that come to it; above 0 up to where the farthest of them is."""
+    def _survival(self) -> list[float]:
+        """Kaplan-Meier survival: for every step from 0 the share of trials that reach it."""
         steps = self._study.max_steps
         blind = [1 - solved for solved in random_curve(self._study.box, steps)]
         ended = Counter(self._done.values())
@@ -211,20 +211,20 @@ class _Agent:
         return shares
 
     def _habits(self) -> tuple[float, float | None, float]:
-        """Requests as multiples of what they are taken to be; tokens of a reply, if known; calls per decision."""
+        """Observed habits: request size relative to the prediction, tokens per reply if known, calls per decision."""
         if self._taken:
             return self._input / self._taken, self._output / self._counted, self._counted / self._first
         return 1.0, None, 1.0
 
     def _written(self, prompt: PromptSizes) -> float:
-        """Tokens of a reply where nothing has been played."""
+        """Assumed tokens of a reply for an agent without history."""
         reasons = self._facts.reasons or self._settings.effort not in (None, "none")
         output = prompt.output + (_REASONING if reasons else 0)
         return min(output, self._settings.most_tokens(self._facts) or output)
 
 
-class _Sum:
-    """Adds requests up, of which not every one has to be made."""
+class _UsageSum:
+    """Sums the expected usage of requests, each weighted by its probability."""
 
     def __init__(self) -> None:
         self.calls = self.input = self.cached = self.stored = self.output = 0.0

@@ -1,4 +1,4 @@
-"""What forks will cost, by the calls of the trials that they leave."""
+"""Cost estimates of forks, from the recorded calls of their parent trials."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ __all__ = ["ForkCost", "fork_costs"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ForkCost:
-    """What the forks of one agent take.
+    """The estimated cost of one agent's forks.
 
     Attributes:
         agent: Agent spec.
-        forks: How many they are.
-        steps: Steps at most.
+        forks: Number of forks.
+        steps: Upper bound of their steps.
         hosted: Whether a provider charges for them.
-        dollars: US dollars if they end where the trials on record end; None where it is not known.
-        most_dollars: US dollars if none is solved, malformed replies apart; None where it is not known.
+        dollars: US dollars if they end at the same step as the recorded trials; None if not known.
+        most_dollars: US dollars if none is solved, without retries of malformed replies; None if not known.
     """
 
     agent: str
@@ -35,11 +35,11 @@ class ForkCost:
 
 
 def fork_costs(asked: Branching, directory: Path | str) -> list[ForkCost]:
-    """What forks will cost, by the calls of their study; those that are played already count as well.
+    """Estimate the cost of forks from the calls of their study. Forks already played count too.
 
     Args:
         asked: The forks.
-        directory: That of their study.
+        directory: The directory of their study.
     """
     found = []
     for agent in asked.agents:
@@ -59,7 +59,7 @@ def fork_costs(asked: Branching, directory: Path | str) -> list[ForkCost]:
 
 
 def _dollars_by_step(asked: Branching, directory: Path | str, agent: str) -> list[float] | None:
-    """The mean cost of every step on record; steps beyond cost as the last known one. None where it is not known."""
+    """The mean cost of each recorded step, US dollars; later steps cost as much as the last. None if not known."""
     if (price := price_of(agent)) is None:
         return None
     spent: defaultdict[int, float] = defaultdict(float)

@@ -1,14 +1,14 @@
-"""The journal of a study: finished trials on disk, one line each, appended.
+"""The journal of a study: an append-only file of finished trials, one line each.
 
 A study directory holds ``study.json`` (the settings), ``trials.jsonl`` (the records), ``timings.jsonl`` (clock
 readings, which are no part of a record) and, where a provider was asked, ``asked.jsonl`` and ``calls.jsonl`` (every
-call before it is made, and its outcome); where people take part, ``people`` holds their diaries. A line that a crash
-tore is cut off before the next one is written, and its trial is owed again. Only one process writes at a time.
+call before it is made, and its outcome). With people, the directory ``people`` holds their diaries. A line torn by a
+crash is cut off before the next line is written, and its trial is owed again. Only one process writes at a time.
 
 The journal is append-only, except that a participant's withdrawal deletes their records (:meth:`Journal.delete_agent`).
-The new file then replaces the old one atomically. The clock readings are replaced first, so the deletion can be
-repeated after a kill as long as the records are there. In that case the reading of another participant for the same
-trial may be lost.
+The new file then replaces the old one atomically. The clock readings are replaced first, so after a kill the deletion
+can be repeated (idempotent) as long as the records are there. In that case the reading of another participant for the
+same trial may be lost.
 """
 
 from __future__ import annotations
@@ -44,13 +44,13 @@ _SYNC_SECONDS = 0.5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Timing:
-    """How long one trial took. Kept apart from the record, which is the same whenever it is made.
+    """The duration of one trial, stored apart from the record, because records are reproducible and times are not.
 
     Attributes:
-        key: The trial.
-        seconds: Wall time from its first look at the box to its end.
+        key: Key of the trial.
+        seconds: Wall time from its first observation to its end.
         steps: Steps played in that time.
-        cpu: The model of the processor; empty in records of earlier releases.
+        cpu: Model of the processor; empty in records of earlier releases.
     """
 
     key: str
@@ -63,7 +63,7 @@ _reading: TypeAdapter[Timing] = TypeAdapter(Timing)
 
 
 def read_timings(directory: Path | str) -> list[Timing]:
-    """How long the trials took, the last reading of each; trials whose reading was lost or damaged are missing."""
+    """The durations of the trials, the last reading of each; lost and damaged readings are missing."""
     path = Path(directory) / "timings.jsonl"
     if not path.is_file():
         return []
@@ -79,11 +79,11 @@ class Journal:
     """The open journal of one study. Use :meth:`open`.
 
     Attributes:
-        directory: Of the study.
-        trials: Finished and broken trials by key, without their steps where they were played just now.
-        calls: What was asked of providers.
-        left_out: What it holds in addition to these trials, as it was opened.
-        used: Set it to True when steps of a trial are on disk; then an error removes nothing.
+        directory: The directory of the study.
+        trials: Finished and broken trials by key; trials played in this run without their steps.
+        calls: The log of provider calls.
+        left_out: Its other contents when it was opened.
+        used: Whether steps of a trial are on disk; set it to True, and an error removes nothing.
     """
 
     def __init__(self, directory: Path, study: Study, records: LineFile, timings: LineFile, calls: Calls) -> None:
@@ -103,7 +103,7 @@ class Journal:
     @classmethod
     @contextmanager
     def open(cls, directory: Path | str, study: Study) -> Iterator[Journal]:
-        """Open a directory for writing, new or to resume. Where a start fails it is left as it was.
+        """Open a directory for writing, new or to resume. A failed start leaves it unchanged.
 
         Raises:
             SettingsChanged: If a study with other settings lives there.
@@ -129,15 +129,15 @@ class Journal:
                     journal._close()
 
     def owes(self, key: str) -> bool:
-        """Whether a trial has still to be played: not finished, or broken by something outside the agent."""
+        """Whether a trial is owed: not finished, or broken by something outside the agent."""
         trial = self.trials.get(key)
         return trial is None or trial.owed_again
 
     def append(self, trial: Trial, timing: Timing) -> None:
-        """Put a finished trial on disk.
+        """Append a finished trial to the file.
 
         Raises:
-            BadFile: If it cannot be written, or somebody else has changed the file; see :class:`LineFile`.
+            BadFile: If it cannot be written, or another process has changed the file; see :class:`LineFile`.
         """
         if (before := self.trials.get(trial.key)) is not None and before.error is not None:
             trial = replace(trial, replays=max(trial.replays, before.replays + before.error.again))
@@ -152,7 +152,7 @@ class Journal:
             self._sync()
 
     def check(self) -> None:
-        """Refuse to go on where somebody else has changed the records or the clock readings.
+        """Check that no other process has changed the records or the clock readings.
 
         Raises:
             BadFile: If they have.
@@ -161,9 +161,9 @@ class Journal:
         self._timings.check()
 
     def delete_agent(self, agent: str) -> None:
-        """Delete every record of one agent and its clock readings, when a participant withdraws.
+        """Delete all records and clock readings of one agent, when a participant withdraws.
 
-        If the process is killed meanwhile, call it again.
+        Idempotent: if the process is killed meanwhile, call it again.
 
         Raises:
             BadFile: If it cannot be written.
@@ -196,7 +196,7 @@ class Journal:
 
 
 def _lock(records: LineFile, directory: Path) -> None:
-    """Keep every other process from writing, for as long as the file is open; earlier releases lock this alone."""
+    """Lock the file against other writers while it is open; earlier releases lock this file alone."""
     try:
         fcntl.flock(records, fcntl.LOCK_EX | fcntl.LOCK_NB)
         now = (directory / RECORDS).stat().st_ino
@@ -207,16 +207,16 @@ def _lock(records: LineFile, directory: Path) -> None:
 
 
 def without(directory: Path, agent: str) -> tuple[set[str], Iterator[bytes], Iterator[bytes]]:
-    """The content of a journal without the records of one agent.
+    """The contents of a journal without the records of one agent.
 
     Args:
-        directory: Of the study.
-        agent: Its spec.
+        directory: The directory of the study.
+        agent: Agent spec.
 
     Returns:
-        The keys of its trials; the lines of clock readings that stay; the lines of records that stay. A trial that
-        somebody else has played too has a reading for each record, in the same order, and the reading of theirs stays;
-        where there are not as many, it cannot be told whose they are, and none stays.
+        Keys of the agent's trials; remaining lines of clock readings; remaining lines of records. A trial that somebody
+        else has played too has one reading per record, in the same order, and the other's reading stays. If the numbers
+        differ, the readings cannot be assigned, and none stays.
     """
     records, timings = directory / "trials.jsonl", directory / "timings.jsonl"
     owners: dict[str, list[str]] = {}
@@ -231,7 +231,7 @@ def without(directory: Path, agent: str) -> tuple[set[str], Iterator[bytes], Ite
 
 
 def _delete_records(path: Path, agent: str) -> None:
-    """Delete the records of an agent from a file that nobody has open; an empty file is deleted.
+    """Delete the records of an agent from a file that is not open; an empty file is deleted.
 
     Raises:
         BadFile: If it cannot be written.
@@ -288,13 +288,13 @@ def _lines(path: Path) -> Iterator[bytes]:
 
 
 def _owner(line: bytes) -> tuple[str, str]:
-    """Key and agent of a record."""
+    """The key and the agent of a record."""
     record = json.loads(line)
     return str(record["key"]), str(record["agent"])
 
 
 def _key(reading: bytes) -> str:
-    """Of a clock reading; empty where it is damaged."""
+    """The key of a clock reading; empty if the reading is damaged."""
     with suppress(ValueError, TypeError, KeyError, RecursionError):
         return str(json.loads(reading)["key"])
     return ""

@@ -1,8 +1,8 @@
 """Merges trials that were played elsewhere (logs, other directories) into the directory of a study.
 
-Only trials of the same study are merged: all settings except the agents must be equal. A trial that is finished in the
-directory stays; one that is owed or broken there is replaced. For a trial that is finished nowhere the calls are
-merged, so that it resumes from paid replies.
+Only trials of the same study are merged: all settings except the agents must be equal. A finished trial of the
+directory stays; an owed or broken trial is replaced. For a trial that is finished nowhere the calls are merged, so that
+it resumes from paid replies.
 """
 
 from __future__ import annotations
@@ -33,16 +33,16 @@ _PLANT_FACTS = ("engine", "renderer")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MergeSource:
-    """Trials that were played elsewhere.
+    """A source of trials that were played elsewhere.
 
     Attributes:
-        path: Where they were found, for messages.
+        path: The path of the source, for messages.
         study: Their study.
         trials: The trials.
         unfinished: Keys of trials that were begun there and have no record.
-        seconds: The duration of each, by key, as far as it is known.
-        calls: The calls to providers there.
-        picture: The content of a picture by its name; None where it is missing.
+        seconds: Key -> duration of the trial, if known.
+        calls: The provider calls there.
+        picture: Function from the name of a picture to its bytes; None for a missing picture.
     """
 
     path: Path
@@ -59,13 +59,13 @@ class Gathered:
     """The counts of a merge.
 
     Attributes:
-        taken: Trials that the directory did not have.
-        there: Trials that it had finished already.
-        different: Of these, trials that were played otherwise than here; the records here stay.
-        unfinished: Trials that were begun there and finished nowhere; they are owed.
-        replies: Replies taken for such trials, which resume from them.
+        taken: Trials added to the directory.
+        there: Trials that the directory had already finished.
+        different: Trials finished on both sides with different records; the directory's records stay.
+        unfinished: Trials begun in a source and finished nowhere; they are owed.
+        replies: Replies added for unfinished trials, which resume from them.
         agents: Agents that were new to the study.
-        pictures_missing: Pictures that the trials taken name and that were not found.
+        pictures_missing: Pictures named by added trials that were not found.
     """
 
     taken: int
@@ -78,10 +78,10 @@ class Gathered:
 
 
 def source_of_directory(directory: Path) -> MergeSource:
-    """The trials in the directory of a study.
+    """The directory of a study as a source.
 
     Raises:
-        BadFile: If it is none, or something in it is damaged.
+        BadFile: If it is not the directory of a study, or something in it is damaged.
     """
 
     def picture(name: str) -> bytes | None:
@@ -103,17 +103,17 @@ def source_of_directory(directory: Path) -> MergeSource:
 def gather(
     directory: Path, sources: Sequence[MergeSource], beside: Callable[[Mapping[str, Trial]], None] = lambda trials: None
 ) -> Gathered:
-    """Take into a directory, which need not exist, the trials that it does not have.
+    """Merge sources into a directory, which is created if missing. Idempotent.
 
     Args:
-        directory: Of the study.
-        sources: Where trials are; earlier sources have precedence.
-        beside: Called with all trials that the directory then has, while no other process may write there.
+        directory: The directory of the study.
+        sources: The sources; earlier ones have precedence.
+        beside: Called with all trials of the merged directory while it is still locked.
 
     Raises:
         BadValue: If there is no source.
-        BadFile: If trials are of another study, an agent is not the same under the same name, or there is no study
-            and nothing to make it of.
+        BadFile: If trials belong to another study, two agents have the same name, or there is neither a study nor a
+            source to create it from.
         DirectoryBusy: If another process is writing there.
     """
     if not sources:
@@ -132,7 +132,7 @@ def gather(
         _refuse_another_agent(directory, journal.trials.values(), finished)
         if joined.agents != first.agents:
             write_settings(directory, joined)
-        book = _Book(journal)
+        book = _CallMerger(journal)
         counts = [_take(source, journal, book) for source in finished]
         replies = sum(book.take_begun(source) for source in finished)
         unfinished = sum(map(journal.owes, {key for source in finished for key in source.unfinished}))
@@ -150,7 +150,7 @@ def gather(
 
 
 def _finished(source: MergeSource) -> MergeSource:
-    """The same with its finished trials only; the others are unfinished, and their calls are those of its study."""
+    """The source with finished trials only; other trials become unfinished, and calls are limited to its study."""
     trials = tuple(trial for trial in source.trials if not trial.owed_again)
     unfinished = source.unfinished | {trial.key for trial in source.trials if trial.owed_again}
     known = {trial.key for trial in trials} | {key for keys in _begun(source, unfinished).values() for key in keys}
@@ -160,7 +160,7 @@ def _finished(source: MergeSource) -> MergeSource:
 
 
 def _begun(source: MergeSource, unfinished: frozenset[str]) -> dict[str, set[str]]:
-    """By agent of its study, the trials that are not finished and for which something was asked."""
+    """Agent -> its unfinished trials with recorded calls."""
     asked = {call.key for call in source.calls} & unfinished
     if not asked:
         return {}
@@ -168,7 +168,7 @@ def _begun(source: MergeSource, unfinished: frozenset[str]) -> dict[str, set[str
 
 
 def _agents(sources: Iterable[MergeSource]) -> tuple[str, ...]:
-    """Who played or was asked, each once, in the order of its study."""
+    """The agents with trials or calls, each once, in the order of the study."""
     found: list[str] = []
     for source in sources:
         playing = {trial.group for trial in source.trials}
@@ -200,10 +200,10 @@ def _short(value: object) -> str:
     return json.dumps(value)[:60]
 
 
-class _Same:
-    """Refuses two models, prompts, runtimes or renderers under one name, as a run does that is resumed.
+class _IdentityCheck:
+    """Refuses different models, prompts, runtimes or renderers under one name, as a resumed run does.
 
-    What people played on may differ from person to person, and from trial to trial.
+    Facts about people's devices may differ between persons and trials.
     """
 
     def __init__(self, directory: Path, trials: Iterable[Trial]) -> None:
@@ -227,13 +227,13 @@ class _Same:
 
 
 def _refuse_another_agent(directory: Path, trials: Iterable[Trial], sources: Iterable[MergeSource]) -> None:
-    same = _Same(directory, trials)
+    same = _IdentityCheck(directory, trials)
     for source in sources:
         same.check(source)
 
 
-class _Book:
-    """Takes calls, each once, however often an import is broken off and repeated."""
+class _CallMerger:
+    """Merges calls idempotently: each is written once, however often an import is repeated."""
 
     def __init__(self, journal: Journal) -> None:
         self._journal = journal
@@ -242,7 +242,7 @@ class _Book:
             self._there[call.key][call] += 1
 
     def take(self, calls: Sequence[Call]) -> list[Call]:
-        """Write down those calls of one trial that are not there, and return them."""
+        """Write the missing calls of one trial, and return them."""
         found, left = [], self._there[calls[0].key].copy() if calls else Counter[Call]()
         for call in calls:
             if left[call]:
@@ -254,7 +254,7 @@ class _Book:
         return found
 
     def take_begun(self, source: MergeSource) -> int:
-        """Replies taken of trials that are not finished; one that was begun otherwise here goes on as it began."""
+        """Merge the replies of unfinished trials and count them; a trial begun differently here keeps its own."""
         replies = 0
         for key, calls in _by_key(source.calls).items():
             if key in source.unfinished and self._journal.owes(key) and self._there[key] <= Counter(calls):
@@ -269,8 +269,8 @@ def _by_key(calls: Iterable[Call]) -> dict[str, list[Call]]:
     return found
 
 
-def _take(source: MergeSource, journal: Journal, book: _Book) -> tuple[int, int, int, int]:
-    """Trials taken, trials there, those of them that differ, and pictures missing.
+def _take(source: MergeSource, journal: Journal, book: _CallMerger) -> tuple[int, int, int, int]:
+    """Merge the finished trials; returns the counts taken, there, different and pictures missing.
 
     A trial's calls are on disk before it counts as finished.
     """

@@ -1,8 +1,8 @@
 """The modalities by spec: how the box is shown to an agent (paper, Sec. 2.2).
 
-Specs: ``symbolic`` (a report in words), ``rgb`` (a picture), ``rgbd`` (a picture, and its depth as another). Options of
-what shows it stand after a question mark: ``symbolic?tell=state``, ``rgbd?depth=height``. ``rgb?p=0.4`` is short for a
-flip before the camera, so that pictures are false.
+Specs: ``symbolic`` (a report in words), ``rgb`` (a picture), ``rgbd`` (a picture and a depth picture). Options follow a
+question mark: ``symbolic?tell=state``, ``rgbd?depth=height``. ``rgb?p=0.4`` is short for a flip before the camera,
+which makes pictures false.
 """
 
 from __future__ import annotations
@@ -26,7 +26,6 @@ __all__ = [
     "MODALITIES",
     "check_distinct",
     "check_shown",
-    "false_rate",
     "interventions_for",
     "is_pictured",
     "shown",
@@ -36,20 +35,20 @@ __all__ = [
 _DEPTH = {"rgb": "none", "rgbd": "turbo"}
 
 _OF_DEPTH = ("depth", "near", "far")
-"""Options that ``rgb`` has not."""
+"""Options of ``rgbd`` alone."""
 
 _WITHOUT_WINDOW = ("height", "packed")
 """Kinds of depth that mean the same whatever ``near`` and ``far`` are."""
 
 
 def is_pictured(modality: str) -> bool:
-    """Whether a modality shows pictures instead of telling."""
+    """Whether a modality shows pictures instead of words."""
     return spec_name(modality) in _DEPTH
 
 
 @lru_cache(maxsize=64)
 def _read(modality: str) -> tuple[TextChannel | CameraChannel, float]:
-    """What shows the box, and how often its pictures are false."""
+    """The channel of a modality, and its rate of false pictures."""
     spec = Spec.parse(modality, "modality")
     name, options = spec.full_name, spec.options
     if name not in MODALITIES:
@@ -70,7 +69,7 @@ def _read(modality: str) -> tuple[TextChannel | CameraChannel, float]:
 
 
 def shown(modality: str) -> TextChannel | CameraChannel:
-    """What shows the box in a modality: words, or a camera.
+    """The channel of a modality: words or a camera.
 
     >>> shown("symbolic?tell=state").tell
     'state'
@@ -82,15 +81,10 @@ def shown(modality: str) -> TextChannel | CameraChannel:
     return _read(modality)[0]
 
 
-def false_rate(modality: str) -> float:
-    """How often a modality's pictures are false by its own option, [0, 1]: ``rgb?p=0.4``. Raises as :func:`shown`."""
-    return _read(modality)[1]
-
-
 def check_shown(conditions: Sequence[Condition], plant: PlantSource) -> None:
-    """Refuse conditions that a plant cannot show, and two modalities that show the same.
+    """Refuse conditions that a plant cannot show, and two equal modalities.
 
-    Conditions that were read from settings are not imported.
+    Conditions from a settings file are checked without importing code.
 
     Raises:
         UnknownName: If there is no such modality, or it has no such option.
@@ -107,11 +101,11 @@ def check_shown(conditions: Sequence[Condition], plant: PlantSource) -> None:
 
 
 def check_distinct(modalities: Iterable[str]) -> None:
-    """Refuse modalities that show the same under two names, which would be compared as if they were two.
+    """Refuse equal modalities under two names, which would be compared as if they were different.
 
     Raises:
-        UnknownName: As of :func:`shown`.
-        BadValue: As of :func:`shown`, and if two are the same.
+        UnknownName: As :func:`shown`.
+        BadValue: As :func:`shown`, and if two modalities are equal.
     """
     seen: dict[tuple[TextChannel | CameraChannel, float], str] = {}
     for modality in modalities:
@@ -121,9 +115,9 @@ def check_distinct(modalities: Iterable[str]) -> None:
 
 
 def interventions_for(condition: Condition) -> tuple[Intervention, ...]:
-    """What acts in a trial, in order; last comes how the box is shown, and what acts on the words of a report.
+    """All interventions of a trial in order; the modality's channel comes last, with interventions on its words.
 
-    A picture can be false: a flip before the camera, or one that the modality itself names (``rgb?p=0.4``).
+    A picture is false if a flip acts before the camera, from the condition or from the modality (``rgb?p=0.4``).
 
     Raises:
         UserMistake: If an intervention is not here, or what is flipped cannot be shown.
@@ -140,7 +134,7 @@ def interventions_for(condition: Condition) -> tuple[Intervention, ...]:
 
 
 def _check_tellable(modality: str, channel: Channel, own: float, flips: Sequence[OutcomeFlip]) -> None:
-    """Refuse what leaves nothing to be told, or flips twice."""
+    """Refuse conditions that leave nothing to be told, or flip twice."""
     rates = [one.p for one in flips]
     if own and any(rates):
         raise BadValue("p", rates, f"0 with {modality}, which has a flip rate of its own")
@@ -153,7 +147,7 @@ def _check_tellable(modality: str, channel: Channel, own: float, flips: Sequence
 
 
 def taken_in(agent: str, modalities: Iterable[str]) -> tuple[str, ...]:
-    """The modalities that an agent plays: an agent that reads reports plays none that shows pictures.
+    """The modalities that an agent can play: an agent that reads reports plays no pictures.
 
     Raises:
         UnknownName: If there is no such agent.

@@ -35,7 +35,7 @@ _CHOICES = TypeAdapter(dict[str, tuple[FiniteFloat, ...]])
 
 
 def read_choices(directory: Path | str) -> dict[str, tuple[float, ...]]:
-    """Key of a fork -> probability of each joint, as listed, in the directory of a study; empty without such a file.
+    """Read the file of next choices: key of a fork -> probability of each joint, as listed; empty without a file.
 
     Raises:
         BadFile: If the file is damaged.
@@ -50,16 +50,16 @@ def read_choices(directory: Path | str) -> dict[str, tuple[float, ...]]:
 
 
 def write_choices(directory: Path, asked: Branching, keys: Container[str]) -> dict[str, tuple[float, ...]]:
-    """Add the next choices after forks with these keys to the file of a study's directory, and return them all."""
+    """Add the next choices after these forks to the file in a study's directory, and return the file's contents."""
     found = read_choices(directory) | next_choices(asked, keys)
     write_file(directory / FORKS / _FILE, json.dumps(found))
     return found
 
 
 def next_choices(asked: Branching, keys: Container[str]) -> dict[str, tuple[float, ...]]:
-    """The probability of each joint, as listed, after forks with these keys; first continuations of policies alone.
+    """The probability of each joint, as listed, after the first continuation of these forks, for policies alone.
 
-    Others are left out: local models have their probabilities on record, and those of hosted models are not known.
+    Other agents are left out: local models have recorded probabilities, and hosted models have unknown ones.
     """
     found: dict[str, tuple[float, ...]] = {}
     for spec in () if asked.study.simulated else asked.agents:
@@ -83,15 +83,15 @@ async def _of_agent(
 
 
 async def _chances(plan: Plan, policy: Policy[Any], at: int) -> tuple[float, ...]:
-    """Play a fork up to its first own choice."""
-    asked = _Asked(policy, at)
+    """The choice probabilities at a fork, found by replaying it up to the choice after the changed report."""
+    asked = _ChoiceProbe(policy, at)
     plant = resolve_plant(plan.plant).make(plan.box, Names(plan).labels, plan.stream("plant"))
     await play(plan, plant=plant, interventions=interventions_for(plan.condition), agent=asked)
     return asked.chances
 
 
-class _Asked:
-    """A policy that plays up to a step, and then says its chances and stops."""
+class _ChoiceProbe:
+    """A policy that plays up to a step, then stores its choice probabilities and stops."""
 
     def __init__(self, policy: Policy[Any], at: int) -> None:
         self._policy, self._left = policy, at

@@ -1,4 +1,4 @@
-"""A trial that is paused at each decision until somebody outside decides: a participant, or a client with tools.
+"""A trial that pauses at each decision for an outside agent: a participant, or a client with tools.
 
 A resumed trial first replays the steps that are on disk. The same seed gives the same reports.
 """
@@ -20,15 +20,15 @@ from lockprobe.studies.picture_store import Album
 from lockprobe.studies.play import play_timed
 from lockprobe.trial import Executor, here
 
-__all__ = ["Attempted", "PausedTrial"]
+__all__ = ["PausedTrial", "RecordedAttempt"]
 
 
-class Attempted(NamedTuple):
-    """A step that is on disk.
+class RecordedAttempt(NamedTuple):
+    """An attempt of a paused trial, as stored on disk.
 
     Attributes:
         joint: Label of the joint chosen.
-        claimed: What was said of the action before.
+        claimed: The claim about the action before.
         told: The report that followed; empty with pictures.
         hypothesis: How the box works, in the agent's words.
     """
@@ -43,9 +43,9 @@ class PausedTrial:
     """A trial that waits at each decision. Start it with :meth:`begin`; :meth:`close` releases its plant.
 
     Attributes:
-        situation: What may be told or shown now; None once the trial is over.
-        trial: Its record once it is over, else None.
-        timing: Its clock reading once it is over, from :meth:`begin` on, else None.
+        situation: The information that may be shown now; None once the trial is over.
+        trial: The record once the trial is over, else None.
+        timing: The duration from :meth:`begin` once the trial is over, else None.
     """
 
     def __init__(self, plan: Plan, facts: Mapping[str, Fact], pictures: Path | None, place: Executor) -> None:
@@ -62,7 +62,7 @@ class PausedTrial:
     async def begin(
         cls,
         plan: Plan,
-        played: Iterable[Attempted] = (),
+        played: Iterable[RecordedAttempt] = (),
         *,
         facts: Mapping[str, Fact] | None = None,
         pictures: Path | None = None,
@@ -71,11 +71,11 @@ class PausedTrial:
         """Begin a trial, replay its steps so far, and wait at the next decision.
 
         Args:
-            plan: The trial.
-            played: Its steps so far.
-            facts: How the agent is reached, for the record.
+            plan: The plan of the trial.
+            played: Its attempts so far.
+            facts: Facts about the agent's connection, for the record.
             pictures: Directory for pictures; None stores none.
-            place: Where the plant runs.
+            place: The executor that runs the plant.
 
         Raises:
             BadValue: If a report differs from the one that was shown, or the steps do not fit the trial.
@@ -92,14 +92,14 @@ class PausedTrial:
 
     @property
     def sound(self) -> bool:
-        """Whether neither the plant nor a channel has broken it so far."""
+        """Whether neither the plant nor a channel has broken the trial so far."""
         return self.trial is None or self.trial.error is None
 
     async def attempt(self, joint: str, claimed: Outcome | None = None, hypothesis: str = "") -> str:
         """Attempt a joint and wait for the next decision or the end.
 
-        ``claimed`` is what the agent says of the step before, ``hypothesis`` what it says of the box. Returns the
-        report of the attempt; empty with pictures and where the trial broke.
+        ``claimed`` is the agent's claim about the step before, ``hypothesis`` its statement about the box. Returns the
+        report of the attempt; empty with pictures and if the trial broke.
         """
         before = len(self._told)
         self.situation = None
@@ -115,7 +115,7 @@ class PausedTrial:
         with suppress(asyncio.CancelledError):
             await self._loop
 
-    async def _replay(self, number: int, step: Attempted) -> None:
+    async def _replay(self, number: int, step: RecordedAttempt) -> None:
         """Replay a step and compare the report with the one that was shown. A broken trial reports nothing."""
         what = f"step {number} of {self.plan.key}"
         if self.situation is None or step.joint not in self.situation.task.joints:
@@ -127,7 +127,7 @@ class PausedTrial:
             raise BadValue(what, told, f"{step.told!r}, as it was shown before")
 
     async def _wait(self) -> None:
-        """Wait until the loop asks or is over; pass on its exceptions."""
+        """Wait until the trial loop asks for a decision or ends; re-raise its exceptions."""
         asked = asyncio.create_task(self._agent.asked())
         try:
             await asyncio.wait({asked, self._loop}, return_when=asyncio.FIRST_COMPLETED)

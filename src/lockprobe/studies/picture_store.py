@@ -1,4 +1,4 @@
-"""The pictures of a study on disk. Each is stored once, under a name made from its content."""
+"""The picture store of a study: content-addressed files, each stored once under the hash of its content."""
 
 from __future__ import annotations
 
@@ -11,21 +11,20 @@ from lockprobe.storage.atomic_file import write_file
 __all__ = ["ALBUM", "Album"]
 
 ALBUM = "pictures"
-"""Where in the directory of a study its pictures lie."""
+"""Name of the directory of pictures in the directory of a study."""
 
 
 class Album:
-    """A directory of pictures. Several processes may write to one at the same time.
+    """A directory of pictures. Several processes may write to it at the same time.
 
-    A picture gets its name when it is whole, before the record that names it is written down, so that a record never
-    names a picture that is not there.
+    A picture is written atomically, before the record that names it, so no record names a missing picture.
     """
 
     def __init__(self, directory: Path | str) -> None:
         self._directory = Path(directory)
 
     def keep(self, picture: Picture) -> None:
-        """Put a picture on disk, unless it is there.
+        """Store a picture, unless it is there already.
 
         Raises:
             BadFile: If it cannot be written; the trial is then owed, and the run stops.

@@ -1,4 +1,4 @@
-"""Sets up one trial, plays it and measures its duration; all runners, processes and agents use it."""
+"""Sets up one trial, plays it and measures its duration; all runners use this module."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ _T = TypeVar("_T")
 
 @contextmanager
 def own_thread() -> Iterator[Executor]:
-    """One thread for all plants of a run, so that calls to a provider go on while one is simulated.
+    """A single-threaded executor for all plants of a run, so that provider calls continue during simulation.
 
-    What is of OpenGL belongs to the thread that made it: all work on all plants is done there, piece by piece.
+    OpenGL contexts belong to the thread that created them, so all work on all plants runs in this thread.
     """
     with ThreadPoolExecutor(max_workers=1, thread_name_prefix="plants") as thread:
 
@@ -39,8 +39,8 @@ def own_thread() -> Iterator[Executor]:
         yield there
 
 
-class _Fresh:
-    """The plant of a plan, built when it is first looked at: what breaks in building it breaks that trial."""
+class _LazyPlant:
+    """A plant that is built at its first observation, so that errors in building it break only that trial."""
 
     def __init__(self, plan: Plan) -> None:
         self._plan = plan
@@ -72,20 +72,20 @@ async def play_timed(
     calls: Calls | None = None,
     place: Executor = here,
 ) -> tuple[Trial, Timing]:
-    """Play one plan and read the clock.
+    """Play one plan and measure its duration.
 
     Args:
         plan: The plan.
-        agent: Who decides.
+        agent: The agent.
         on_step: Called with the plan's key and every step.
-        keep: Keeps the pictures that the record names; without it they are lost.
-        calls: Log of the agent's calls, if it makes some.
-        place: Where its plant does its work.
+        keep: Stores the pictures that the record names; without it they are lost.
+        calls: Log of the agent's calls, if it makes any.
+        place: The executor that runs the plant.
     """
     began = time.perf_counter()
     if calls is not None and isinstance(agent, Calling):
         agent = agent.with_calls(plan.key, calls.of(plan.key, plan.fork.name.parent if plan.fork else ""))
-    plant = _Fresh(plan)
+    plant = _LazyPlant(plan)
     try:
         trial = await play(
             plan,

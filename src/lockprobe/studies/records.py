@@ -22,14 +22,14 @@ __all__ = ["LeftOut", "left_out", "load", "read_records"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LeftOut:
-    """What a journal holds in addition to its trials.
+    """Counts of the lines of a journal that are not trials of the study.
 
     Attributes:
-        unfinished_lines: Lines that a crash tore, 0 or 1; the trial is owed again.
+        unfinished_lines: Lines torn by a crash, 0 or 1; the trial is owed again.
         replaced: Records of trials that were played again after an error.
-        repeated: Records of trials that had been finished already; the last one counts.
+        repeated: Duplicate records of finished trials; the last one counts.
         foreign: Records of another study.
-        first_foreign: The first of these: its line, its key, and what is not as in this study; empty without.
+        first_foreign: The first foreign record: its line, its key and the setting that differs; empty without one.
     """
 
     unfinished_lines: int
@@ -40,7 +40,7 @@ class LeftOut:
 
 
 def load(directory: Path | str) -> list[Trial]:
-    """The trials of a study directory, in the order in which they were finished.
+    """Load the trials of a study directory, in the order in which they were finished.
 
     Where a trial was played again after an error, the last record counts. Records of another study are left out.
 
@@ -51,19 +51,19 @@ def load(directory: Path | str) -> list[Trial]:
 
 
 def left_out(directory: Path | str) -> LeftOut:
-    """How much of a journal :func:`load` leaves out."""
+    """Count the lines of a journal that :func:`load` leaves out."""
     return read_records(directory)[1]
 
 
 def read_records(directory: Path | str, settings: Mapping[str, object] | None = None) -> tuple[list[Trial], LeftOut]:
-    """Both :func:`load` and :func:`left_out`, read once. ``settings`` are those of the directory, if already read."""
+    """:func:`load` and :func:`left_out` in one pass. ``settings`` are the directory's settings, if already read."""
     path = Path(directory) / RECORDS
     check_regular(path)
     if not path.is_file():
         raise BadFile(directory, f"no {RECORDS} here; is it the directory of a study?")
     if settings is None and (path.parent / SETTINGS).exists():
         settings = read_settings(directory)
-    study = None if settings is None else _Own(settings)
+    study = None if settings is None else _RecordFilter(settings)
     trials: dict[str, Trial] = {}
     replaced = repeated = 0
     foreign: list[str] = []
@@ -92,8 +92,8 @@ def read_records(directory: Path | str, settings: Mapping[str, object] | None = 
     )
 
 
-class _Own:
-    """Tells records of one study from those of others."""
+class _RecordFilter:
+    """A filter that separates the records of one study from foreign records."""
 
     def __init__(self, settings: Mapping[str, object]) -> None:
         known = {**LATER, **settings}
@@ -109,9 +109,9 @@ class _Own:
         }
 
     def why_foreign(self, trial: Trial, identity: str) -> str:
-        """How a record differs from this study; empty if it belongs to it.
+        """The difference between a record and this study; empty if the record belongs to it.
 
-        Records of earlier releases bear no ``identity``, so their values decide.
+        Records of earlier releases have no ``identity``, so their values are compared.
         """
         if identity == self._identity:
             return ""

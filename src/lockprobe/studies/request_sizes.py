@@ -1,4 +1,4 @@
-"""Estimates the size of each request of a trial before it is played, from a made-up trial."""
+"""Size estimates of each request of a trial before it is played, from a made-up trial."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ SMALLEST_CACHED = 1024
 """Tokens below which providers keep no prefix (OpenAI's and Anthropic's guides to prompt caching; some models 2048)."""
 
 HYPOTHESIS = "The target seems to be locked by the joint beside it, which has to be moved first."
-"""As long as what models write there."""
+"""A hypothesis of typical length."""
 
 _LONGEST_HYPOTHESIS = 4000
 """Characters; a longer one is malformed."""
@@ -39,7 +39,7 @@ _MARKS = 4
 """Tokens around a message."""
 
 _PICTURE = 1000
-"""Tokens of a picture where nothing is known of the model."""
+"""Assumed tokens of a picture for an unknown model."""
 
 _COUNTED = 200
 """Steps up to which each request is looked at for what it can cost at most. With more of them, and where pictures
@@ -48,7 +48,7 @@ leave the conversation, each counts as the last, which is the largest."""
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """Tokens of one request: all, those that a provider can have kept, and those that it then keeps for the next."""
+    """Tokens of one request: total input, tokens from the provider's cache, and tokens that it then stores."""
 
     input: float
     cached: float
@@ -56,10 +56,10 @@ class Request:
 
 
 class PromptSizes:
-    """How large the requests of a trial are, step by step.
+    """The sizes of the requests of a trial, step by step.
 
     Attributes:
-        output: Tokens of a reply of the form that is asked for.
+        output: Tokens of a reply in the requested form.
     """
 
     def __init__(self, plan: Plan, settings: ModelSettings, facts: ModelFacts) -> None:
@@ -79,7 +79,7 @@ class PromptSizes:
         self.output = tokens(_reply_in(course[-1], HYPOTHESIS))
 
     def _start(self, one: Sequence[Message], other: Sequence[Message]) -> float:
-        """Tokens at the start of a request that another one began with."""
+        """Tokens of the common prefix of two requests."""
         alike = sum(1 for _ in takewhile(lambda both: both[0] == both[1], zip(one, other, strict=False)))
         pictured = sum(bool(message.pictures) for message in other[:alike])
         ends = (talk[alike].text if alike < len(talk) else "" for talk in (one, other))
@@ -92,7 +92,7 @@ class PromptSizes:
         return self._text[step - 1] + shown * self._per_step
 
     def repeated(self, step: int, longer: float = 1.0) -> float:
-        """Tokens at the start of a step's request that the request before began with, times ``longer``."""
+        """Tokens of the common prefix of a step's request and the request before, times ``longer``."""
         if step == 1:
             return 0.0
         if self._shared:
@@ -102,17 +102,17 @@ class PromptSizes:
         return longer * self._size(step - 1)
 
     def request(self, step: int, longer: float = 1.0) -> Request:
-        """The request of a step; arguments as of :meth:`repeated`."""
+        """The request of a step; arguments as for :meth:`repeated`."""
         size, repeated = longer * self._size(step), self.repeated(step, longer)
         cached = repeated if repeated >= SMALLEST_CACHED else 0.0
         return Request(input=size, cached=cached, stored=size - cached if size >= SMALLEST_CACHED else 0.0)
 
     def first(self) -> Usage:
-        """What the first call of a trial can take, whatever is replied."""
+        """Upper bound of the usage of a trial's first call, whatever the reply."""
         return at_most(conversation(made_up_steps(replace(self._plan, budget=1))[0]), self._settings, self._facts)
 
     def most(self, first: int, trials: int) -> Usage:
-        """The most that so many trials can take from step ``first`` (from 1) on, whatever is replied."""
+        """Upper bound of the usage of this many trials from step ``first`` (from 1) on, whatever the replies."""
         longest = conversation(_longest(self._plan), images=self._images)
         steps = range(first, self._plan.budget + 1)
         if len(steps) <= _COUNTED and not self._images:
@@ -125,39 +125,39 @@ class PromptSizes:
 
 
 def _tiles(plan: Plan) -> int:
-    """Squares of 512 pixels that cover a picture; what is known of models is of four, and larger ones are scaled."""
+    """Tiles of 512 x 512 pixels that cover a picture. Models' known token counts are for four tiles, hence scaling."""
     size = resolve_plant(plan.plant).settings
     return 4 if size is None else min(4, ceil(size.width / 512) * ceil(size.height / 512))
 
 
 def _head(plan: Plan) -> bytes:
-    """The start of the file of a picture of a plant, where its size stands."""
+    """The header of a plant's picture file, which holds the size."""
     size = resolve_plant(plan.plant).settings
     sides = (1, 1) if size is None else (size.width, size.height)
     return b"\x89PNG\r\n\x1a\n\0\0\0\x0dIHDR" + b"".join(side.to_bytes(4, "big") for side in sides)
 
 
 _SAID: Mapping[str, object] = {"last_action": "did not move", "confidence": 90, "report_false": False, "joint": "A"}
-"""What a made-up reply says to what it is asked, but for its hypothesis."""
+"""The values of a made-up reply by key, except its hypothesis."""
 
 
 def reply(hypothesis: str, asked: Iterable[str] = ("last_action", "hypothesis", "joint")) -> str:
-    """A reply as models give it, to the keys that are asked, in their order."""
+    """A typical reply with the requested keys, in their order."""
     return json.dumps({key: hypothesis if key == "hypothesis" else _SAID[key] for key in asked})
 
 
 def _reply_in(situation: Situation, hypothesis: str) -> str:
-    """A reply of the form that is asked for."""
+    """A typical reply in the requested form."""
     form = reply_schema(situation)["properties"]
     assert isinstance(form, dict)
     return reply(hypothesis, form)
 
 
 def made_up_steps(plan: Plan, said: str = "") -> list[Situation]:
-    """Every step of a made-up trial in which joints are attempted in turn, and every other one moves.
+    """The situations of a made-up trial in which joints are attempted in turn, and every second attempt moves.
 
-    The interventions of its condition act on it. ``said`` is the agent's reply in every step; where it is empty, the
-    reply has the form that is asked for.
+    The interventions of its condition apply. ``said`` is the agent's reply in every step; if empty, it is a typical
+    reply in the requested form.
     """
     interventions = interventions_for(plan.condition)
     return _played(plan, list(zip(interventions, streams_of(plan, interventions), strict=True)), said)
@@ -190,10 +190,7 @@ def _played(plan: Plan, acting: Acting, said: str) -> list[Situation]:
 
 
 def _longest(plan: Plan) -> Situation:
-    """The last step of a made-up trial in which as much is said as can be.
-
-    What may be said with a report is said with every one, all reports are given, and nothing is forgotten.
-    """
+    """The last situation of the longest possible trial: every remark is made, no report or turn is left out."""
     said = reply("x" * _LONGEST_HYPOTHESIS)
     interventions = [
         replace(one, p=1.0) if getattr(one, "dose", "") == "p" else one  # type: ignore[type-var]
@@ -208,7 +205,7 @@ def _longest(plan: Plan) -> Situation:
 
 
 def _forgets(course: Sequence[Situation]) -> bool:
-    """Whether requests of later steps lack something of earlier ones."""
+    """Whether later requests lack parts of earlier ones."""
     return any(len(situation.past) < step for step, situation in enumerate(course))
 
 
@@ -217,7 +214,7 @@ def _size(message: Message) -> float:
 
 
 def _moment(plan: Plan, task: Task, step: int, acting: Acting, past: tuple[Moment, ...]) -> Moment:
-    """What was, and what is told of it."""
+    """A moment of the made-up trial: truth and report."""
     joint = task.joints[step % len(task.joints)] if step else None
     was = Percept(
         joint=joint,
@@ -237,7 +234,7 @@ def _moment(plan: Plan, task: Task, step: int, acting: Acting, past: tuple[Momen
 
 
 def _pictured(plan: Plan, camera: CameraChannel, percept: Percept) -> Percept:
-    """A percept as pictures of which nothing but the size is there; none where no positions are told."""
+    """A percept with placeholder pictures of the right size; without pictures if no positions are told."""
     if percept.positions is None:
         return replace(percept, outcome=None, text="")
     kinds: tuple[PictureKind, ...] = ("rgb",) if camera.depth == "none" else ("rgb", "depth")

@@ -1,6 +1,6 @@
 """Runs a study: plays the trials that its journal still owes, and resumes where an earlier run stopped.
 
-Every agent goes the same way: plans that the journal still owes -> :func:`lockprobe.trial.play` -> journal. Only the
+All agents share one path: plans that the journal still owes -> :func:`lockprobe.trial.play` -> journal. Only the
 concurrency differs. Strategies play in this process, one trial after the other. Trials of hosted models are open at the
 same time, because they wait for a provider. Local models and simulated plants need a processor, so they play in worker
 processes (:mod:`lockprobe.studies.workers`), or on a cluster (:mod:`lockprobe.studies.cluster_trials`). If somebody
@@ -56,18 +56,18 @@ _INTERRUPTIBLE = 0.1
 """Seconds after which a thread that waits for another one notices an interrupt at the latest."""
 
 _PLANT_FACTS = ("engine", "renderer")
-"""Of a plant, what its spec does not say and its pictures depend on."""
+"""Facts about a plant that its pictures depend on and its spec does not hold."""
 
 
 class Observer(Protocol):
-    """Whoever watches a run."""
+    """Receives the progress of a run."""
 
     def begin(self, study: Study, journal: Journal, owed: int) -> None:
         """Called once, with the number of trials still to be played."""
         ...
 
     def agent(self, source: AgentSource, owed: int) -> None:
-        """Called when an agent's turn comes."""
+        """Called before an agent's trials begin."""
         ...
 
     def step(self, key: str, step: Step) -> None:
@@ -80,7 +80,7 @@ class Observer(Protocol):
 
 
 class Silent:
-    """An observer that does nothing."""
+    """An observer that ignores all events."""
 
     def begin(self, study: Study, journal: Journal, owed: int) -> None:
         """Nothing."""
@@ -124,14 +124,14 @@ def run(
     Args:
         study: The study.
         journal: Its journal, or another one, for other trials than its own.
-        limits: Of concurrency.
-        observer: Who watches.
-        plans: The trials of an agent; the study's own if not given.
-        known: Trials elsewhere of the same agents, which must be what they were there.
+        limits: Limits of concurrency.
+        observer: Receives the progress.
+        plans: Function from an agent to its plans; by default the study's own.
+        known: Earlier trials of the same agents; model, prompt and runtime must be the same as in these.
 
     Raises:
-        UserMistake: Before the first trial, if an agent or the plant cannot be had.
-        BudgetReached: If the money is spent, when all has been played that costs none.
+        UserMistake: Before the first trial, if an agent or the plant is not available.
+        BudgetReached: If the money is spent, after all trials that cost nothing.
         KeyboardInterrupt: On Ctrl-C; whatever was finished is on disk.
     """
     limits, observer, of = limits or Limits(), observer or Silent(), plans or study.plans
@@ -161,7 +161,7 @@ def run(
 
 
 def _rounds(study: Study, plans: Sequence[Plan], journal: Journal) -> Iterator[list[Plan]]:
-    """First the plans that follow no other trial, then those whose other trial has been played."""
+    """Yield first the plans that depend on no other trial, then those whose source trial has been played."""
     yield [plan for plan in plans if not is_yoked(plan.condition)]
     if followers := [plan for plan in plans if is_yoked(plan.condition)]:
         there = {trial.key: trial for trial in load(journal.directory)}  # a journal keeps no steps
@@ -169,10 +169,10 @@ def _rounds(study: Study, plans: Sequence[Plan], journal: Journal) -> Iterator[l
 
 
 def _run_here(sources: Sequence[AgentSource]) -> list[AgentSource]:
-    """The agents without people, who are invited, and without clients, which connect; one of them alone is refused.
+    """The agents to run: all except people (who are invited) and clients (which connect).
 
     Raises:
-        BadValue: If all agents are clients.
+        BadValue: If no agent remains.
     """
     found = [source for source in sources if source.engine not in ("person", "client")]
     clients = [source.spec for source in sources if source.engine == "client"]
@@ -191,12 +191,12 @@ def _play(
     observer: Observer,
     known: Sequence[Trial],
 ) -> None:
-    """Play what is owed of one agent."""
+    """Play the owed trials of one agent."""
     if not plans:
         return
     album = journal.directory / ALBUM
     lanes, at_the_end = _lanes(study, source, limits.access, len(plans))
-    finish = _Finish(source.spec, journal, observer, lanes, known)
+    finish = _TrialWriter(source.spec, journal, observer, lanes, known)
     attended = study.attended
     if limits.cluster is not None and not attended and can_travel(study, source):
         play_on_cluster(plans, limits.cluster, observer.step, finish, pictures=album)
@@ -261,8 +261,8 @@ class _Stoppable(Silent):
             raise KeyboardInterrupt
 
 
-class _Finish:
-    """Writes finished trials down, and stops a run in which nothing but errors comes."""
+class _TrialWriter:
+    """Writes finished trials to the journal, and stops a run that yields only errors."""
 
     def __init__(self, spec: str, journal: Journal, observer: Observer, lanes: int, known: Sequence[Trial]) -> None:
         self._spec = spec
@@ -287,16 +287,16 @@ class _Finish:
             )
 
     def expect(self, facts: Mapping[str, Fact]) -> None:
-        """Refuse an agent that is another than the one that played before, before it is asked and paid.
+        """Refuse a changed agent (model, prompt, runtime) before it is called and paid.
 
         Raises:
-            SettingsChanged: If it is.
+            SettingsChanged: If the agent differs from the one that played before.
         """
         if different := _differences(self._spec, self._agent, facts):
             raise SettingsChanged(self._journal.directory, different)
 
     def _refuse_another(self, trial: Trial) -> None:
-        """A study that is resumed must not mix two models, prompts, runtimes or renderers under one name."""
+        """Refuse to mix two models, prompts, runtimes or renderers under one name in a resumed study."""
         plant = str(trial.plant.get("plant"))
         different = _differences(self._spec, self._agent, trial.facts) | _differences(plant, self._plant, trial.plant)
         if different:
@@ -304,7 +304,7 @@ class _Finish:
         self._note(trial)
 
     def _note(self, trial: Trial) -> None:
-        """What agent and plant are; a renderer is known only where somebody looked."""
+        """Store the facts about agent and plant; a renderer is known only after a picture."""
         if trial.agent == self._spec:
             self._agent = dict(trial.facts) | self._agent
         made: dict[str, Fact] = {name: value for name in _PLANT_FACTS if (value := trial.plant.get(name)) is not None}
@@ -312,7 +312,7 @@ class _Finish:
 
 
 def _differences(what: str, known: Mapping[str, Fact], found: Mapping[str, Fact]) -> dict[str, tuple[object, object]]:
-    """Facts that both sides have and that are not the same; a release may know of more facts than the one before."""
+    """The facts that both sides have with different values; releases may differ in which facts they record."""
     return {
         f"{what}, {name}": (known[name], found[name])
         for name in sorted({*known} & {*found})
@@ -321,7 +321,7 @@ def _differences(what: str, known: Mapping[str, Fact], found: Mapping[str, Fact]
 
 
 def _lanes(study: Study, source: AgentSource, access: Access, owed: int) -> tuple[int, int]:
-    """How many trials are open at once, and how many of the last: where that costs memory only for what is told."""
+    """Concurrency: the number of open trials, and the number of last trials to open all at once if memory is cheap."""
     if source.engine != "network" or study.attended:
         return 1, 0
     if access.batch and _light(study):
@@ -330,7 +330,7 @@ def _lanes(study: Study, source: AgentSource, access: Access, owed: int) -> tupl
 
 
 def _light(study: Study) -> bool:
-    """Whether its plants take no time and hold nothing to speak of."""
+    """Whether the study's plants need little time and memory."""
     return not study.simulated and not study.has_pictures
 
 
@@ -338,7 +338,7 @@ async def _play_here(
     plans: list[Plan],
     source: AgentSource,
     play: Callable[[Plan, Agent], Awaitable[tuple[Trial, Timing]]],
-    finish: _Finish,
+    finish: _TrialWriter,
     *,
     lanes: int,
     at_the_end: int,
@@ -361,7 +361,7 @@ async def play_in_lanes(
     lanes: int = 1,
     at_the_end: int = 0,
 ) -> None:
-    """Play plans in this process, in order, ``lanes`` at once, but the last ``at_the_end`` all at once.
+    """Play plans in this process, in order, with ``lanes`` at once; the last ``at_the_end`` all at once.
 
     An error other than a broken trial ends all trials, and those under way are cancelled. If the budget is reached, no
     trial is opened, and each open one goes on until it is refused a call itself. ``finish`` gets every finished trial.
@@ -411,7 +411,7 @@ def owe_anew(journal: Journal, study: Study, boundary: str) -> int:
         boundary: ``reply``, the only one whose errors are final.
 
     Raises:
-        BadValue: If there is no such boundary, or its errors are owed anyhow.
+        BadValue: If there is no such boundary, or its errors are always owed again.
         BadFile: If it cannot be written.
     """
     if boundary != "reply":

@@ -1,4 +1,4 @@
-"""A part of a study's trials, so that several machines play one study without talking to each other."""
+"""Shards: parts of a study's trials, which several machines can play without communication."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ _MOST = 100_000
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Shard:
-    """One of several parts. Every trial is in exactly one, by a hash of its key, whatever else is played or done.
+    """One shard of a study. A hash of its key assigns every trial to exactly one shard.
 
-    A shard is no setting of a study: ``lockprobe import`` joins the directories of all shards.
+    A shard is not a setting of the study: ``lockprobe import`` merges the directories of all shards.
 
     Attributes:
-        number: Which part, from 1.
-        of: Number of parts.
+        number: Number of the shard, from 1.
+        of: Number of shards.
 
     Raises:
-        BadValue: If there is no such part.
+        BadValue: If there is no such shard.
     """
 
     number: int
@@ -51,5 +51,5 @@ class Shard:
         return cls(number=int(found[1]), of=int(found[2]))
 
     def has(self, key: str) -> bool:
-        """Whether a trial is in this part, by its key."""
+        """Whether the trial with this key is in the shard."""
         return int.from_bytes(hashlib.sha256(key.encode()).digest()[:8]) % self.of == self.number - 1

@@ -1,7 +1,7 @@
-"""What a study has cost, by agent, and the budget that it cannot exceed.
+"""The cost of a study by agent, and its budget.
 
-Money is US dollars, tokens times the prices that are known of a model (:mod:`lockprobe.agents.llm.model_facts`). Where
-a price is not known the money is not known either: it is None, never 0.
+Money is in US dollars: tokens times the known prices of a model (:mod:`lockprobe.agents.llm.model_facts`). If a price
+is not known, the cost is None, never 0.
 """
 
 from __future__ import annotations
@@ -25,24 +25,24 @@ __all__ = ["Budget", "Ledger", "Owners", "Spending", "dollars", "hosted", "most_
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Spending:
-    """What an agent's calls have cost.
+    """The cost of an agent's calls.
 
     Attributes:
-        usage: What its providers counted; ``usage.calls`` got a reply.
-        failed: Calls to which the provider gave no reply.
-        broken_off: Calls that were on their way when their run ended.
-        uncounted: Replies that came without a count of tokens.
-        unanswered: Attempts that may have been charged for, though nothing of use came back; see :class:`Call`.
-        repeated_tokens: Of the tokens read, those that the request before had begun with: what a cache could have kept.
-            None where pictures leave the conversation, so that counts of tokens do not say it.
-        retries: How often a provider had to be asked again.
-        seconds: Time that calls took, side by side ones added up.
-        dollars: What that cost; None where the price is not known.
-        dollars_unknown: What calls without a count can have cost in addition, at most; None as above.
-        served: Models that answered, as providers name them, and how often.
-        claimed: Calls for which a provider counted far more than they can have cost; they count as the most they can.
-        claimed_dollars: What it would have cost by that count; None as above.
-        price: The price that was used; None where it is not known, or several were.
+        usage: Tokens counted by the providers; ``usage.calls`` is the number of calls with a reply.
+        failed: Calls without a reply from the provider.
+        broken_off: Calls in flight when their run ended.
+        uncounted: Replies without a token count.
+        unanswered: Attempts that may have been charged without a usable reply; see :class:`Call`.
+        repeated_tokens: Input tokens in the common prefix with the request before, which a cache could have kept. None
+            if pictures leave the conversation, because token counts then do not show it.
+        retries: Number of retries.
+        seconds: Total duration of the calls; parallel calls are added up.
+        dollars: Cost; None if the price is not known.
+        dollars_unknown: Upper bound of the additional cost of calls without a count; None as above.
+        served: Models that answered, by the providers' names, and how often.
+        claimed: Calls with an impossible token count; they are charged at their upper bound.
+        claimed_dollars: Their cost by the provider's count; None as above.
+        price: The price used; None if it is not known, or if there were several.
     """
 
     usage: Usage = field(default_factory=Usage)
@@ -62,29 +62,29 @@ class Spending:
 
 
 def hosted(study: Study) -> tuple[str, ...]:
-    """The agents of a study that ask a provider."""
+    """The hosted agents of a study, which call a provider."""
     return tuple(spec for spec in study.agents if resolve(spec).engine == "network")
 
 
 def price_of(agent: str) -> Price | None:
-    """What an agent's provider asks; None where that is not known, or there is no provider."""
+    """The price of an agent's provider; None if it is not known, or there is no provider."""
     spec = Spec.parse(agent)
     return facts_of(spec.name).price if spec.kind == "llm" else None
 
 
 def most_dollars(usage: Usage, price: Price) -> float:
-    """What a usage can cost at most, in US dollars, wherever its tokens come from and go to."""
+    """Upper bound of the cost of a usage, US dollars, whatever the cache does."""
     dearest = max(price.input, price.cached, price.stored or 0.0)
     return (usage.input_tokens * dearest + usage.output_tokens * price.output) / 1e6
 
 
 def _unknown_dollars(call: Call, price: Price) -> float:
-    """What those attempts of a call can have cost at most whose cost nobody said."""
+    """Upper bound of the cost of a call's attempts without a reported usage, US dollars."""
     return call.unpriced * most_dollars(call.most or Usage(), price)
 
 
 class Ledger:
-    """What a study has cost, call by call."""
+    """The ledger of a study: adds up the cost of its calls."""
 
     def __init__(self, study: Study, calls: Iterable[Call] = ()) -> None:
         self._owners, self._pictured = Owners(study), study.has_pictures
@@ -93,7 +93,7 @@ class Ledger:
             self.add(call)
 
     def add(self, call: Call) -> None:
-        """One more call."""
+        """Add a call."""
         if call.owed_anew:
             return
         agent = self._owners.of(call.key)
@@ -103,18 +103,18 @@ class Ledger:
 
     @property
     def by_agent(self) -> dict[str, Spending]:
-        """By agent, in the order in which they stand in the study; those that asked nobody are left out."""
+        """Spending by agent, in the order of the study; agents without calls are left out."""
         found = {agent: counted.spending for agent, counted in self._sums.items()}
         return {agent: spent for agent, spent in found.items() if spent.usage.calls or spent.failed or spent.broken_off}
 
     @property
     def total(self) -> Spending:
-        """All together; the money is None as soon as one agent's is not known."""
+        """Total spending; the cost is None if one agent's cost is not known."""
         return _total(list(self.by_agent.values()))
 
 
 def _total(parts: Sequence[Spending]) -> Spending:
-    """The sum of every field. What one part does not know, the sum does not know either."""
+    """The sum of every field; None if any part is None."""
     if not parts:
         return Spending()
 
@@ -174,7 +174,7 @@ class _AgentSpending:
             self._served[call.served] += 1
 
     def _repeated(self, call: Call) -> int:
-        """A request extends the one before in its step, or the first of the step before; repairs are not kept."""
+        """Tokens of the common prefix: a request extends the one before, or the first of the step before."""
         read, count = self._read.setdefault(call.key, {}), call.usage.input_tokens
         repeated = min(read.get(call.step - 1 if call.turn == 1 else 0, 0), count)
         if call.turn == 1:
@@ -185,17 +185,17 @@ class _AgentSpending:
 
 
 def _drops_pictures(agent: str) -> bool:
-    """Whether pictures leave an agent's conversations from their middle, so that requests do not grow at their ends."""
+    """Whether pictures are dropped from the middle of an agent's conversations, so that requests share no prefix."""
     return Spec.parse(agent).options.get("images", "0") != "0"
 
 
 class Budget:
-    """An amount that a study may spend, earlier runs included. A call of unknown cost counts as its worst case.
+    """The budget of a study, including earlier runs. A call of unknown cost counts at its upper bound.
 
     ``allowed`` is in US dollars.
 
     Raises:
-        BadValue: If the amount is not above 0, or no price is known of a model that would be asked.
+        BadValue: If the amount is not above 0, or the price of a model that would be called is not known.
     """
 
     def __init__(self, study: Study, allowed: float) -> None:
@@ -219,13 +219,13 @@ class Budget:
             self._prices[agent] = price
 
     def reserve(self, key: str, worst: Usage, unanswered: int = 0) -> bool:
-        """Set aside the maximum cost of a trial's next call; False where calls on their way have to come back first.
+        """Reserve the maximum cost of a trial's next call; False if calls in flight have to return first.
 
-        When a call is repeated, its earlier attempts count as spent at ``worst`` each. A waiting call has nothing set
-        aside, so calls never wait for each other.
+        When a call is repeated, its earlier attempts count as spent at ``worst`` each. A waiting call holds no
+        reservation, so there is no deadlock.
 
         Raises:
-            BudgetReached: If it does not fit even if those on their way cost nothing. From then on nothing fits.
+            BudgetReached: If it does not fit even if calls in flight cost nothing. From then on nothing fits.
         """
         if self._reached is not None:
             raise self._reached
@@ -244,7 +244,7 @@ class Budget:
         return True
 
     def settle(self, call: Call) -> None:
-        """Put what a call cost in place of what was set aside for it."""
+        """Replace a call's reservation by its cost."""
         self._reserved.pop(call.key, None)
         self._lost.pop(call.key, None)
         if (price := self._price(call.key)) is not None:
@@ -256,7 +256,7 @@ class Budget:
 
 
 class Owners:
-    """Whose trial a key names."""
+    """Finds the agent of a trial's key."""
 
     def __init__(self, study: Study) -> None:
         self._study = f"{study.name}/"
@@ -266,7 +266,7 @@ class Owners:
         self._agents = {f"{spec}{how}": spec for spec in study.agents for how in shown}
 
     def of(self, key: str) -> str:
-        """The agent. Specs hold slashes; one of another study counts as what stands in its place."""
+        """The agent of a key. Specs can hold slashes; for a key of another study, the text in the agent's place."""
         if not self._of_flips:
             return key.removeprefix(self._study).rpartition("/rep=")[0].rpartition("/")[0] or key
         named = key.removeprefix(self._study).rpartition("/p=")[0]
@@ -277,7 +277,7 @@ class Owners:
 
 
 def dollars(amount: float) -> str:
-    """US dollars to the cent, less than ten cents to two digits; without their sign.
+    """Format US dollars to the cent, below ten cents to two significant digits, without the dollar sign.
 
     >>> [dollars(amount) for amount in (1234.5, 0.0144, 0.000077)]
     ['1,234.50', '0.014', '0.000077']

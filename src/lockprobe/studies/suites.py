@@ -2,10 +2,10 @@
 
 A suite never changes once it is published; another set gets another number. ``suite-1`` has four boxes of the paper's
 size, four joints: a box with a distractor, the default chain, a chain whose first joint has to be closed again, and
-Chinese rings. A uniformly random agent solves 57, 39, 23 and 1.6 % of them within 20 steps, exactly; the shortest plans
-have 3, 4, 5 and 8 steps. The panel is dealt anew in every trial, so that places on the panel tell nothing. Half of the
-trials have true reports, half a flip rate of 0.4, at which the paper reports the highest success (Sec. 3.2). The choice
-of boxes and numbers of trials is ours.
+Chinese rings. A uniformly random agent solves 57, 39, 23 and 1.6 % of trials within 20 steps (exact); the shortest
+plans have 3, 4, 5 and 8 steps. The layout of the panel is random in every trial, so that places tell nothing. Half of
+the trials have true reports, half a flip rate of 0.4, at which the paper reports the highest success (Sec. 3.2). The
+choice of boxes and numbers of trials is ours.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ SCORES = "suite.json"
 """The file of a suite's directory: which suite it is and, once trials have ended, its scores."""
 
 _PICTURES = "-pictures"
-"""How the names of directories end whose agents look at pictures."""
+"""Suffix of the names of directories whose agents read pictures."""
 
 _LARGEST = 2**24
 """Bytes of the file."""
@@ -55,11 +55,11 @@ class Suite:
     Attributes:
         name: Its name with its version.
         boxes: One box for each level, from easy to hard.
-        judged: The boxes on which an ideal observer judges actions: those that its prior holds.
+        judged: The boxes on which an ideal observer judges actions, because its prior holds them.
         p: Flip rates: the truth, and the rate of false reports.
         trials: Trials of a level and flip rate, for agents that read reports.
-        looks: The same in each modality, for agents that look at pictures; the whole is as long.
-        seed: Seed of the first level; each further level has the next one, so that levels are independent samples.
+        looks: Trials of a level, flip rate and modality, for agents that read pictures; the total is equal.
+        seed: Seed of the first level; each further level has the next seed, so that levels are independent samples.
     """
 
     name: str
@@ -93,7 +93,7 @@ SUITES: Mapping[str, Suite] = {
 def suite_studies(suite: Suite, agents: Sequence[str]) -> dict[str, Study]:
     """The studies of a suite by the name of their directory, level by level.
 
-    Agents that look at pictures play studies of their own, in the paper's three modalities.
+    Agents that read pictures play separate studies, in the paper's three modalities.
 
     Args:
         suite: The suite.
@@ -101,7 +101,7 @@ def suite_studies(suite: Suite, agents: Sequence[str]) -> dict[str, Study]:
 
     Raises:
         UnknownName: If there is no such agent.
-        BadValue: If there is none, people are among them, or one stands there twice.
+        BadValue: If there is no agent, people are among them, or an agent is listed twice.
     """
     if PEOPLE in agents:
         raise BadValue("agent", PEOPLE, f"an agent that runs by itself: people do not play {suite.name}")
@@ -143,7 +143,7 @@ def read_suite(directory: Path) -> Suite:
     """The suite that is played in a directory.
 
     Raises:
-        BadFile: If it holds none, or one that this release does not know.
+        BadFile: If it holds no suite, or one that this release does not know.
     """
     path = directory / SCORES
     try:
@@ -161,7 +161,7 @@ def read_suite(directory: Path) -> Suite:
 
 
 def begin_suite(directory: Path, suite: Suite) -> None:
-    """Make the directory of a suite, unless it is there.
+    """Create the directory of a suite, unless it exists. Idempotent.
 
     Raises:
         BadFile: If it holds a study or another suite, or cannot be written.

@@ -1,4 +1,4 @@
-"""Finds the conditions of a study without a valid trial: every trial played ended as an error."""
+"""Finds the conditions of a study without a valid trial: all played trials ended as errors."""
 
 from __future__ import annotations
 

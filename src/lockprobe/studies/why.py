@@ -1,4 +1,4 @@
-"""The study ``why``: arms that tell what false reports say from the disturbance that they are."""
+"""The conditions of the study ``why``: its arms separate the content of false reports from their disturbance."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from lockprobe.studies.paper import Extent
 __all__ = ["AGENTS", "EXTENT", "arm_conditions"]
 
 AGENTS = ("cognitive:insistent", "cognitive:perseverant", "human-inspired")
-"""What plays without a model: lies raise the success of the first two and lower that of the third."""
+"""Default agents that need no model: lies raise the success of the first two and lower that of the third."""
 
 EXTENT = Extent(p=(0.4,), repetitions=3, trials=50)
 """150 blocks at the rate at which the paper reports the highest success (Sec. 3.2)."""
@@ -21,11 +21,11 @@ def arm_conditions(p: float, modality: str) -> tuple[Condition, ...]:
     """The arms as conditions, true reports first.
 
     Args:
-        p: The rate at which reports are hit in every arm, (0, 1].
+        p: Flip rate: the share of reports affected in every arm, (0, 1].
         modality: How the box is shown, as its spec.
 
     Raises:
-        BadValue: If the rate is 0 or no probability, or pictures are shown, which cannot be corrected.
+        BadValue: If the rate is not in (0, 1], or the modality shows pictures, which cannot be corrected.
     """
     if not 0 < p <= 1:
         raise BadValue("p", p, "a rate above 0 and up to 1, at which the reports of all arms are hit")

@@ -32,7 +32,7 @@ OnStep = Callable[[str, Step], None]
 Finish = Callable[[Trial, Timing], None]
 
 _MAX_DEATHS = 3
-"""After so many deaths with no finished trial in between, something is wrong with the machine or the model."""
+"""The number of deaths without a finished trial in between after which the run ends."""
 
 
 @dataclass(slots=True, eq=False)
@@ -47,11 +47,11 @@ def play_in_workers(
 ) -> None:
     """Play plans of one agent, in their order, on at least one process.
 
-    ``on_step`` and ``finish`` are called here; ``finish`` before the worker begins another trial. Workers keep the
-    pictures that records name in the directory ``pictures``.
+    ``on_step`` and ``finish`` are called in this process, ``finish`` before the worker begins another trial. Workers
+    store the pictures that records name in the directory ``pictures``.
 
     Raises:
-        UserMistake: If the agent cannot be had, or workers keep dying.
+        UserMistake: If the agent is not available, or workers keep dying.
     """
     pool = _Pool(plans, on_step, finish, pictures)
     try:
@@ -62,7 +62,7 @@ def play_in_workers(
 
 
 class _Pool:
-    """The parent's side: one pipe per worker."""
+    """The parent's side of the worker pool: one pipe per worker."""
 
     def __init__(self, plans: list[Plan], on_step: OnStep, finish: Finish, pictures: Path | None) -> None:
         self._queue = list(reversed(plans))
@@ -84,18 +84,18 @@ class _Pool:
             self._workers[ours] = _Worker(process, ours)
 
     def serve(self) -> None:
-        """Answer workers until every plan is played."""
+        """Serve the workers until every plan is played."""
         while self._workers:
             for pipe in wait(list(self._workers)):
                 worker = self._workers[cast(Connection, pipe)]
                 try:
                     kind, content = worker.pipe.recv()
                 except (EOFError, ConnectionResetError):
-                    self._bury(worker)
+                    self._replace_dead(worker)
                 else:
-                    self._hear(worker, kind, content)
+                    self._receive(worker, kind, content)
 
-    def _hear(self, worker: _Worker, kind: str, content: tuple[object, ...]) -> None:
+    def _receive(self, worker: _Worker, kind: str, content: tuple[object, ...]) -> None:
         if kind == "step":
             self._on_step(*cast(tuple[str, Step], content))
             return
@@ -110,7 +110,7 @@ class _Pool:
             del self._workers[worker.pipe]
             worker.process.join()
 
-    def _bury(self, worker: _Worker) -> None:
+    def _replace_dead(self, worker: _Worker) -> None:
         """Record the trial that a dead worker was playing, and replace it."""
         del self._workers[worker.pipe]
         worker.process.join()
@@ -133,7 +133,7 @@ class _Pool:
 
 
 def _work(spec: str, pictures: Path | None, pipe: Connection) -> None:
-    """The worker's side. It leaves Ctrl-C to the parent, and ends when the parent is gone."""
+    """The worker's side. It leaves Ctrl-C to the parent, and exits when the parent is gone."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
         agent = resolve(spec).make()

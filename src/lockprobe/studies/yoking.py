@@ -1,7 +1,7 @@
-"""Trials that follow another trial of the same agent: false reports as many as it had, at random steps.
+"""Yoked controls: trials with as many false reports as another trial of the same agent, at random steps.
 
 The intervention ``yoked?how=looping`` controls for the number of false reports under ``flip?while=looping``, which
-depends on what the agent does. Its trial can be played only after that one, and takes the number from its record. A
+depends on what the agent does. A yoked trial is played after its source trial and takes the number from that record. A
 yoked control can still differ from its source by chance alone (Church, Psychological Review 71, 1964): it is an extra
 of the study ``why``, not its evidence.
 """
@@ -24,12 +24,12 @@ __all__ = ["as_recorded", "bound", "check_sources", "is_yoked"]
 
 
 def is_yoked(condition: Condition) -> bool:
-    """Whether its trials follow another trial of the same agent, and do not know its number of false reports yet."""
+    """Whether the trials of a condition depend on another trial whose number of false reports is not yet known."""
     return any(_rate(spec) is not None for spec in condition.specs)
 
 
 def _rate(spec: str) -> float | None:
-    """The rate of the source, if an intervention is yoked to its agent's own trial."""
+    """The flip rate of the source, if an intervention is yoked to a trial of the same agent; else None."""
     found = Spec.parse(spec, "intervention")
     if found.full_name != Yoked.name or found.options.get("how") != "looping" or "at" in found.options:
         return None
@@ -37,7 +37,7 @@ def _rate(spec: str) -> float | None:
 
 
 def _source_of(condition: Condition, conditions: Sequence[Condition]) -> Condition | None:
-    """The condition that it follows: the same, with a flip while the agent is in a loop in place of what is yoked."""
+    """The source condition: the same with ``flip?while=looping`` instead of the yoked intervention; None without."""
     wanted = [_source(spec) for spec in condition.specs]
     for one in conditions:
         if one.modality == condition.modality and [_options(spec) for spec in one.specs] == wanted:
@@ -56,7 +56,7 @@ def _options(spec: str) -> tuple[str, dict[str, str]]:
 
 
 def check_sources(conditions: Sequence[Condition]) -> None:
-    """Refuse conditions that follow one that a study does not have.
+    """Refuse yoked conditions whose source condition is missing.
 
     Raises:
         BadValue: If there is one.
@@ -69,12 +69,12 @@ def check_sources(conditions: Sequence[Condition]) -> None:
 
 
 def bound(plan: Plan, study: Study, trials: Mapping[str, Trial]) -> Plan | None:
-    """The plan with the steps of its false reports; None as long as the trial that it follows is owed.
+    """The plan with the steps of its false reports; None as long as its source trial is owed.
 
     Args:
         plan: Of a condition that is yoked; any other stays as it is.
         study: The study.
-        trials: Its trials on record, by key.
+        trials: Its recorded trials, by key.
     """
     if not is_yoked(plan.condition):
         return plan
@@ -90,7 +90,7 @@ def bound(plan: Plan, study: Study, trials: Mapping[str, Trial]) -> Plan | None:
 
 
 def as_recorded(plan: Plan, trial: Trial) -> Plan:
-    """The plan with the steps of the false reports that its own record names."""
+    """The plan with the steps of the false reports in its own record."""
     if not is_yoked(plan.condition):
         return plan
     steps = next(str(channel["at"]) for channel in trial.channels if channel.get("how") == "looping")

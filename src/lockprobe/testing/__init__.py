@@ -1,4 +1,4 @@
-"""Contract tests and scripted parts for the tests of a package that extends Lockprobe.
+"""Contract tests, builders and fakes for the tests of a package that extends Lockprobe.
 
 ::
 

@@ -1,4 +1,4 @@
-"""The contract of an agent. Hosted models cannot fulfil it, since their answers vary."""
+"""The contract test of an agent. Hosted models cannot pass it, because their answers vary."""
 
 from __future__ import annotations
 
@@ -50,14 +50,14 @@ def check_agent(
     assert isinstance(player, Agent), f"{name} has no `facts` or no `decide`"
     check_facts(player.facts, name)
     rates = (0.0,) if is_pictured(modality) else (0.0, 0.4)
-    before: tuple[_Call, ...] = ()
+    before: tuple[_RecordedCall, ...] = ()
     for box in boxes:
         for seed in _SEEDS:
             for p in rates:
-                noted = _Noted(agent=player)
+                noted = _RecordingAgent(agent=player)
                 alone, again, beside = (
                     run_trial(agent=one, box=box, seed=seed, p=p, plant=plant, modality=modality)
-                    for one in (noted, player, _Noted(agent=player, others=before))
+                    for one in (noted, player, _RecordingAgent(agent=player, others=before))
                 )
                 check_record(alone, name)
                 assert _played(alone) == _played(again), (
@@ -75,8 +75,8 @@ def _played(trial: Trial) -> tuple[object, ...]:
 
 
 @dataclass(frozen=True)
-class _Call:
-    """One call of an agent: the situation, its stream before the call, and its decision."""
+class _RecordedCall:
+    """A recorded call of an agent: the situation, the random stream before the call, and the decision."""
 
     situation: Situation
     rng: np.random.Generator
@@ -84,12 +84,12 @@ class _Call:
 
 
 @dataclass
-class _Noted:
-    """An agent whose calls are noted. Before each call it is asked again about a call of another trial."""
+class _RecordingAgent:
+    """An agent that records its calls. Before each call it repeats a call of another trial."""
 
     agent: Agent
-    others: Sequence[_Call] = ()
-    calls: list[_Call] = field(default_factory=list)
+    others: Sequence[_RecordedCall] = ()
+    calls: list[_RecordedCall] = field(default_factory=list)
 
     @property
     def facts(self) -> Mapping[str, Fact]:
@@ -102,5 +102,5 @@ class _Noted:
                 raise AssertionError("it answers otherwise beside another trial")
         stream = deepcopy(rng)
         decision = await self.agent.decide(situation, rng)
-        self.calls.append(_Call(situation, stream, decision))
+        self.calls.append(_RecordedCall(situation, stream, decision))
         return decision

@@ -1,4 +1,4 @@
-"""The contract of a box."""
+"""The contract test of a box."""
 
 from __future__ import annotations
 

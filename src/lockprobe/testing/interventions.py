@@ -1,4 +1,4 @@
-"""The contract of an intervention."""
+"""The contract test of an intervention."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The contract of a measure."""
+"""The contract test of a measure."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def check_measure(measure: str | Measure, *, trials: Sequence[Trial] = ()) -> No
 
     Raises:
         AssertionError: If it breaks one of these; the message says which.
-        UserMistake: If it is no measure, or returns an invalid value.
+        UserMistake: If it is not a measure, or returns an invalid value.
     """
     found = find_measure(measure)
     every = [*trials, *_various()]

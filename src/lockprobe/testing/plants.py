@@ -1,4 +1,4 @@
-"""The contract of a plant."""
+"""The contract test of a plant."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def check_plant(
     Args:
         plant: Its spec, or a callable with ``box``, ``labels`` and ``rng``.
         boxes: The boxes that it is made for.
-        attempts: How many random joints are attempted on each.
+        attempts: Number of random attempts on each box.
 
     Raises:
         AssertionError: If it breaks one of these; the message says which.

@@ -1,4 +1,4 @@
-"""A fake provider on loopback: scripted chat completions, and a log of the requests.
+"""A fake model provider on loopback: scripted chat completions, and a log of the requests.
 
 ::
 
@@ -111,7 +111,7 @@ class ScriptedProvider:
             raise self._raised
 
     def _run(self, serving: Coroutine[Any, Any, None]) -> None:
-        """Serve in a thread: the caller's may run an event loop, as a notebook's does."""
+        """Serve in a thread, because the caller's thread may run an event loop, as a notebook's does."""
         self._loop.run_until_complete(serving)
         self._loop.run_until_complete(_tidy())
         self._loop.close()
@@ -264,7 +264,7 @@ def _form(request: Request) -> dict[str, Any]:
 
 
 def turns(request: Request) -> tuple[int, str]:
-    """How many steps were played, and the last report; unusable replies and the requests after them do not count."""
+    """The number of steps played and the last report; unusable replies and repeated requests do not count."""
     listing, turn, told = joints(request), 0, request["messages"][0]
     for reply, after in zip(request["messages"], request["messages"][1:], strict=False):
         with contextlib.suppress(ValueError, KeyError, TypeError):
@@ -276,7 +276,7 @@ def turns(request: Request) -> tuple[int, str]:
 def replying(request: Request, joint: str, hypothesis: str = "in turn") -> tuple[int, dict[str, Any]]:
     """A reply in the requested form that names a joint and repeats the last report.
 
-    ``hypothesis`` is what it says about the box, if the form asks.
+    ``hypothesis`` is its statement about the box, if the form asks for one.
     """
     turn, told = turns(request)
     last = "none" if turn == 0 else "did not move" if "did not move" in told else "moved"

@@ -1,4 +1,4 @@
-"""Checks that facts and trials survive being written as JSON and read back."""
+"""Checks that facts and trials survive a round trip through JSON."""
 
 from __future__ import annotations
 

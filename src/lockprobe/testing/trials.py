@@ -1,4 +1,4 @@
-"""Trials scripted or played through the real loop, with records like those of a study."""
+"""Builders of trials: scripted or played through the real loop, with records like those of a study."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ __all__ = ["ScriptedAgent", "make_trial", "play_trials"]
 
 @dataclass(frozen=True, kw_only=True)
 class ScriptedAgent:
-    """Plays a list of joints again and again, whatever the reports say.
+    """An agent that repeats a list of joints, whatever the reports say.
 
     It counts the exchanges that it remembers, so ``history`` and ``forget`` confuse it.
 
     Attributes:
         joints: Positions in the listing, from 0; without shuffling that is the panel order.
-        claims: What it says of the step before, step by step; the first has no meaning. Afterwards it says nothing.
-        breaks: Whether it breaks at the end of its list.
+        claims: Its claims about the step before, step by step; the first has no meaning. Afterwards it makes none.
+        breaks: Whether it raises an error at the end of its list.
 
     Raises:
         BadValue: If there is no joint.
@@ -50,7 +50,7 @@ class ScriptedAgent:
         return {"joints": " ".join(map(str, self.joints))}
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
-        """The next of its list.
+        """The next joint of its list.
 
         Raises:
             RuntimeError: At the end of its list, if it breaks there.
@@ -82,13 +82,13 @@ def make_trial(
     condition: Sequence[Intervention] = (),
     **options: Any,
 ) -> Trial:
-    """A trial that attempts these joints as the box really reacts. It ends with the list or when the target moves.
+    """A trial that attempts these joints, with the box's true reactions. It ends with the list or with the target.
 
     Args:
         joints: Positions in panel order, from 0.
         box: The box: a name, a path, or a box.
         false_at: Steps, from 1, whose report is inverted.
-        claims: What the agent says of the step before; the first has no meaning.
+        claims: The agent's claims about the step before; the first has no meaning.
         broken: Whether it breaks after these joints; it then ends as ``error``.
         condition: Further interventions.
         **options: Other options of :func:`lockprobe.run_trial`: ``seed``, ``repetition``, ``trial``, ``plant`` …
@@ -100,11 +100,11 @@ def make_trial(
 
 
 def play_trials(agent: str | Agent = "random", trials: int = 10, **options: Any) -> list[Trial]:
-    """The first trials of one agent under one condition, played for real.
+    """Play the first trials of one agent under one condition through the real loop.
 
     Args:
         agent: Agent spec, or an agent.
-        trials: How many, from 1; each has its own random streams.
+        trials: Number of trials, from 1; each has its own random streams.
         **options: Other options of :func:`lockprobe.run_trial`: ``box``, ``condition``, ``seed``, ``max_steps`` …
     """
     return [run_trial(agent=agent, trial=number, **options) for number in range(1, trials + 1)]

@@ -7,7 +7,7 @@ from lockprobe.errors import BadValue
 from lockprobe.lockbox.families import box
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.plants.hardware import rehearsal
-from lockprobe.plants.hardware.rehearsal import Attempted, rehearse
+from lockprobe.plants.hardware.rehearsal import RehearsedAttempt, rehearse
 from lockprobe.plants.hardware.rungs import parts_of
 from lockprobe.studies.single import run_trial
 from lockprobe.testing import check_plant
@@ -47,11 +47,11 @@ def test_after_a_fault_new_parts_take_over_and_the_fault_is_counted(monkeypatch)
 
 
 def test_right_needs_the_verdict_and_the_truth():
-    one = Attempted(state="0000", joint="a", free=True, verdict="moved", true=True)
+    one = RehearsedAttempt(state="0000", joint="a", free=True, verdict="moved", true=True)
     assert one.right
-    assert not Attempted(state="0000", joint="a", free=False, verdict="moved", true=True).right
-    assert not Attempted(state="0000", joint="a", free=True, verdict="moved", true=False).right
-    assert not Attempted(state="0000", joint="a", free=True, fault="gone").right
+    assert not RehearsedAttempt(state="0000", joint="a", free=False, verdict="moved", true=True).right
+    assert not RehearsedAttempt(state="0000", joint="a", free=True, verdict="moved", true=False).right
+    assert not RehearsedAttempt(state="0000", joint="a", free=True, fault="gone").right
 
 
 def test_a_rehearsal_is_a_plant_with_the_steps_of_the_rules():

@@ -9,7 +9,7 @@ from lockprobe.errors import BadFile
 from lockprobe.lockbox.box import Joint
 from lockprobe.lockbox.difficulty import difficulty
 from lockprobe.lockbox.families import box
-from lockprobe.plants.twin_settings import ModelSettings
+from lockprobe.plants.twin_settings import UserModelSettings
 from lockprobe.plants.user_model import rules_check
 from lockprobe.plants.user_model.compiled_model import compile_model
 from lockprobe.plants.user_model.mjcf_file import read_model
@@ -17,7 +17,7 @@ from lockprobe.plants.user_model.user_model import check_model
 
 
 def check(path, puzzle, **settings):
-    return check_model(puzzle, ModelSettings(model=str(path), **settings))
+    return check_model(puzzle, UserModelSettings(model=str(path), **settings))
 
 
 def refused(path, puzzle, **settings):

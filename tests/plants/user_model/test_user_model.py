@@ -11,13 +11,13 @@ import lockprobe
 from lockprobe.errors import BadFile, BadValue, PlantFault, SettingsChanged, UnknownName
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.plants.symbolic import SymbolicPlant
-from lockprobe.plants.twin_settings import ModelSettings
+from lockprobe.plants.twin_settings import UserModelSettings
 from lockprobe.plants.user_model.user_model import UserModel
 from lockprobe.protocols import Plant
 from lockprobe.studies.directory import claim
 
 SPEC = f"twin?model={OWN}"
-CALM = ModelSettings(model=str(OWN), renderer="rays", width=160, height=120)
+CALM = UserModelSettings(model=str(OWN), renderer="rays", width=160, height=120)
 
 
 def plant(puzzle=None, settings=CALM, labels=("A", "B", "C")):

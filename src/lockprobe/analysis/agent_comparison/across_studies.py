@@ -1,7 +1,7 @@
 """Differences in success between agents of several studies, condition by condition.
 
 Studies of one seed share their luck: trials of equal repetition and number are compared in pairs. Studies of different
-seeds are independent samples, and no trial of one belongs to a trial of the other. Intervals are at 95 %; p-values are
+seeds are independent samples without pairs. Intervals are at 95 %; P values are
 corrected for the number of differences of one kind (Holm).
 """
 
@@ -34,12 +34,12 @@ _KINDS: tuple[Kind, ...] = ("between", "between-baselines", "within", "within-ba
 
 
 class Side(NamedTuple):
-    """Who is compared.
+    """One side of a comparison: an agent of one study, with its prompt.
 
     Attributes:
         study: Number of the study, from 0.
         agent: Agent spec.
-        prompt: The prompt that it got; empty for the usual one.
+        prompt: File of its prompt; empty for the default prompt.
     """
 
     study: int
@@ -52,11 +52,11 @@ class Sample:
     """The trials of one side under one condition.
 
     Attributes:
-        side: Whose trials.
+        side: The agent that played them.
         condition: Name of the condition, equal in all studies that have it.
         luck: Seed of the study: trials of equal luck, repetition and number share labels, flips and draws.
-        baseline: Whether the agent is one to compare with.
-        trials: All that were played; those that ended as error are counted apart.
+        baseline: Whether the agent is a baseline.
+        trials: All trials played. Trials that ended as error are counted in ``broken``.
     """
 
     side: Side
@@ -68,23 +68,23 @@ class Sample:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StudyDifference:
-    """Success of one side less that of another, under one condition.
+    """The difference in success between two sides under one condition, second minus first.
 
     Attributes:
         condition: Name of the condition.
-        kind: P-values are corrected within a kind.
-        first: The side that is compared with.
+        kind: P values are corrected within a kind.
+        first: The reference side.
         second: The other side.
         paired: Whether trials of equal luck are compared in pairs; otherwise the samples are independent.
-        first_success: Solved by the first, of the trials compared.
-        second_success: Solved by the second, of the trials compared.
-        value: The second's share less the first's, [-1, 1].
+        first_success: Share of the compared trials that the first side solved.
+        second_success: Share of the compared trials that the second side solved.
+        value: Second share minus first share, [-1, 1].
         low, high: Ends of the 95 % interval, not corrected: Agresti & Min's for pairs, Newcombe's for independent
             samples, clustered by person where people are on one side.
         p_value: McNemar's exact test for pairs, Fisher's for independent samples, two-sided; with people by person.
-            Where trials broke, the largest with these left out, all unsolved and all solved.
+            Where trials broke, the largest of three: without them, all unsolved, all solved.
         broken: Trials of either side that ended as error; no share counts them.
-        p_adjusted: The p-value corrected for the differences of its kind (Holm).
+        p_adjusted: The P value corrected for the differences of its kind (Holm).
     """
 
     condition: str
@@ -103,14 +103,14 @@ class StudyDifference:
 
     @property
     def verdict(self) -> int:
-        """1 if the second solves the box more often, -1 if less often, 0 if that is not shown.
+        """1 if the second side is shown to solve the box more often, -1 if less often, else 0.
 
-        The corrected test must reject, and the interval must leave out 0.
+        The corrected test must reject, and the interval must exclude 0.
         """
         return int(np.sign(self.value)) if self.p_adjusted < ALPHA and (self.low > 0 or self.high < 0) else 0
 
 
-class _Found(NamedTuple):
+class _PairEstimate(NamedTuple):
     first: Proportion
     second: Proportion
     value: float
@@ -120,13 +120,13 @@ class _Found(NamedTuple):
 
 
 def study_differences(samples: Sequence[Sample]) -> tuple[StudyDifference, ...]:
-    """Every two samples of one condition, by kind, pair and condition, corrected within each kind.
+    """Pairwise differences of the samples of each condition, corrected within each kind (Holm).
 
     Args:
-        samples: Each side at most once under a condition, in the order in which they are to be compared.
+        samples: Each side at most once per condition; the order decides which side of a pair comes first.
 
     Returns:
-        Differences between studies first; none for two samples that have no trial to compare.
+        By kind (differences between studies first), pair and condition. Pairs without a trial to compare are left out.
     """
     every_baseline = all(one.baseline for one in samples)
     pairs: dict[tuple[Side, Side], list[StudyDifference]] = {}
@@ -153,15 +153,15 @@ def _kind(first: Sample, second: Sample, *, every_baseline: bool) -> Kind:
 def _difference(first: Sample, second: Sample, kind: Kind) -> StudyDifference | None:
     one, two = outcomes(first.trials), outcomes(second.trials)
     shared = first.luck == second.luck and not (one.crossed and two.crossed)  # no two people play as a pair
-    found = _compared(one, two, shared=shared, same_luck=first.luck == second.luck)
+    found = _estimate(one, two, shared=shared, same_luck=first.luck == second.luck)
     if found is None:
         return None
     broken = broken_off(first.trials), broken_off(second.trials)
     p_value = found.p_value
     if any(map(len, broken)):
         ends = zip(completed(one, broken[0]), completed(two, broken[1]), strict=True)
-        bounds = [_compared(*end, shared=shared, same_luck=first.luck == second.luck) for end in ends]
-        p_value = _agreed([found, *bounds])
+        bounds = [_estimate(*end, shared=shared, same_luck=first.luck == second.luck) for end in ends]
+        p_value = _worst_case_p([found, *bounds])
     return StudyDifference(
         condition=first.condition,
         kind=kind,
@@ -178,27 +178,27 @@ def _difference(first: Sample, second: Sample, kind: Kind) -> StudyDifference | 
     )
 
 
-def _agreed(found: Sequence[_Found | None]) -> float:
-    """The largest p-value, and 1 where directions differ or an end cannot be tested."""
+def _worst_case_p(found: Sequence[_PairEstimate | None]) -> float:
+    """The largest P value; 1 if directions differ or a bound cannot be tested."""
     values = [one for one in found if one is not None]
     alike = len(values) == len(found) and len({np.sign(one.value) for one in values}) == 1
     return max(one.p_value for one in values) if alike else 1.0
 
 
-def _compared(first: Outcomes, second: Outcomes, *, shared: bool, same_luck: bool) -> _Found | None:
+def _estimate(first: Outcomes, second: Outcomes, *, shared: bool, same_luck: bool) -> _PairEstimate | None:
     if not (len(first) and len(second)):
         return None
     if shared:
-        return _pairs(first, second)
+        return _paired(first, second)
     if first.crossed or second.crossed:
         return _clustered(first, second, same_luck=same_luck)
     shares = _share(first.solved), _share(second.solved)
     apart = difference(*shares)
-    return None if apart is None else _Found(*shares, apart.value, apart.low, apart.high, apart.p_value)
+    return None if apart is None else _PairEstimate(*shares, apart.value, apart.low, apart.high, apart.p_value)
 
 
-def _pairs(first: Outcomes, second: Outcomes) -> _Found | None:
-    """Trials of equal luck that both finished."""
+def _paired(first: Outcomes, second: Outcomes) -> _PairEstimate | None:
+    """The paired estimate, from trials of equal luck that both sides finished."""
     _, laid = sheets([replace(one, p=np.zeros(len(one))) for one in (first, second)])
     one, two = laid
     both = ~np.isnan(one.solved[:, 0] - two.solved[:, 0])
@@ -207,14 +207,17 @@ def _pairs(first: Outcomes, second: Outcomes) -> _Found | None:
     person = people_of((one, two))
     solved = one.solved[both, 0], two.solved[both, 0]
     found = paired_difference(*solved, None if person is None else person[both, 0])
-    return _Found(_share(solved[0] > 0), _share(solved[1] > 0), found.value, found.low, found.high, found.p_value)
+    return _PairEstimate(
+        _share(solved[0] > 0), _share(solved[1] > 0), found.value, found.low, found.high, found.p_value
+    )
 
 
-def _clustered(first: Outcomes, second: Outcomes, *, same_luck: bool) -> _Found:
-    """Independent samples with people on one side at least, whose trials are clustered by person and by luck."""
-    people = [_people(one, side) for side, one in enumerate((first, second))]
+def _clustered(first: Outcomes, second: Outcomes, *, same_luck: bool) -> _PairEstimate:
+    """The estimate from independent samples with people on at least one side, clustered by person and by luck."""
+    people = [_person_clusters(one, side) for side, one in enumerate((first, second))]
     lucks = [
-        [f"{0 if same_luck else side}/{place}" for place in _places(one)] for side, one in enumerate((first, second))
+        [f"{0 if same_luck else side}/{place}" for place in _trial_names(one)]
+        for side, one in enumerate((first, second))
     ]
     found = clustered_difference(
         np.concatenate([first.solved, second.solved]),
@@ -222,16 +225,18 @@ def _clustered(first: Outcomes, second: Outcomes, *, same_luck: bool) -> _Found:
         np.array(people[0] + people[1]),
         np.array(lucks[0] + lucks[1]),
     )
-    return _Found(_share(first.solved), _share(second.solved), found.value, found.low, found.high, found.interval_p)
+    return _PairEstimate(
+        _share(first.solved), _share(second.solved), found.value, found.low, found.high, found.interval_p
+    )
 
 
-def _people(one: Outcomes, side: int) -> list[str]:
-    """The cluster of each trial: its person, or an agent's trial alone."""
+def _person_clusters(one: Outcomes, side: int) -> list[str]:
+    """The cluster of each trial: its person, or for an agent the trial itself."""
     players = one.player.tolist() if one.crossed else [""] * len(one)
-    return [f"{side}/{player or place}" for player, place in zip(players, _places(one), strict=True)]
+    return [f"{side}/{player or place}" for player, place in zip(players, _trial_names(one), strict=True)]
 
 
-def _places(one: Outcomes) -> list[str]:
+def _trial_names(one: Outcomes) -> list[str]:
     return [f"{r}/{t}" for r, t in zip(one.repetition.tolist(), one.trial.tolist(), strict=True)]
 
 

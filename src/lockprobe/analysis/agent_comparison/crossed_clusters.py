@@ -1,8 +1,8 @@
-"""Differences between an agent and people, with trials clustered by luck and by person.
+"""Differences between an agent and people, with standard errors clustered two ways: by luck and by person.
 
-An agent's trials of one block of luck are alike over p, and so are a person's boxes, which lie in several blocks. So
-neither whole blocks nor whole people may be exchanged; Student's t is used on a variance that counts both. At a single
-p no two people share a luck, so that whole people can be exchanged.
+An agent's trials of one block of luck are correlated over p. A person's boxes are correlated too, and lie in several
+blocks. So neither blocks nor people are exchangeable, and Student's t uses the two-way clustered variance. At a single
+p no two people share a luck, so whole people are exchanged.
 """
 
 from __future__ import annotations
@@ -15,29 +15,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.analysis.agent_comparison.paired import Array, BlockMean, Sheet, block_mean, by_cluster, half_width
-from lockprobe.analysis.clustered import crossed_spread
+from lockprobe.analysis.clustered import two_way_variance
 
 __all__ = ["FEWEST", "at_one_p", "crossed_change", "crossed_mean", "people_of"]
 
 FEWEST = 7
-"""People, and blocks of luck, below which nothing is tested: a variance from so few is too uncertain."""
+"""The fewest people, and the fewest blocks of luck, for a test: a variance from fewer is too uncertain."""
 
 _TIE = 1e-9
 _Labels = NDArray[Any]
 
 
 def people_of(laid: tuple[Sheet, Sheet]) -> _Labels | None:
-    """The person of each trial, where one of two agents is people; shape (blocks, p)."""
+    """The person of each trial, shape (blocks, p); None if neither of the two agents is people."""
     return next((sheet.person for sheet in laid if sheet.person.size), None)
 
 
 def crossed_mean(values: Array, luck: _Labels, person: _Labels, *, unit: float | None = None) -> BlockMean:
-    """The mean of trials, clustered by luck and by person, with Student's p-value that it is 0.
+    """The mean of trials, clustered by luck and by person, with a t-test of mean 0.
 
-    The p-value is None with too few people or blocks.
+    The P value is None with too few people or blocks.
 
     Args:
-        values: One for each trial, shape (trials,).
+        values: One value per trial, shape (trials,).
         luck: Its block of luck, of the same shape.
         person: Its person, of the same shape.
         unit: The largest value of a single trial; the variance is then widened as if one trial more differed, as in
@@ -45,20 +45,20 @@ def crossed_mean(values: Array, luck: _Labels, person: _Labels, *, unit: float |
     """
     n = len(values)
     value = float(values.mean()) if n else math.nan
-    return _judged(value, values - value, luck, person, unit=unit, pairs=n, most=unit)
+    return _clustered_mean(value, values - value, luck, person, unit=unit, pairs=n, most=unit)
 
 
 def crossed_change(low: Array, high: Array, person: tuple[_Labels, _Labels]) -> BlockMean:
-    """Mean difference of success at a higher p less that at the lowest, in points of a share.
+    """How much the difference of two agents' success changes from the lowest p to a higher one.
 
     Args:
-        low: Differences of two agents at the lowest p, by block of luck, shape (blocks,).
+        low: Differences of the two agents at the lowest p by block of luck, shape (blocks,), in [-1, 1].
         high: The same at the higher p.
         person: The person of each, at the lowest p and at the higher, of the same shape.
     """
     blocks = np.arange(len(low))
     residuals = np.concatenate([low.mean() - low, high - high.mean()])
-    return _judged(
+    return _clustered_mean(
         float(high.mean() - low.mean()),
         residuals,
         np.concatenate([blocks, blocks]),
@@ -69,7 +69,7 @@ def crossed_change(low: Array, high: Array, person: tuple[_Labels, _Labels]) -> 
     )
 
 
-def _judged(
+def _clustered_mean(
     value: float,
     residuals: Array,
     luck: _Labels,
@@ -83,7 +83,7 @@ def _judged(
     none = BlockMean(value=value, low=None, high=None, p_value=None, pairs=pairs, blocks=blocks)
     if min(blocks, people) < 2:
         return none
-    spread = crossed_spread(residuals, luck, person)
+    spread = two_way_variance(residuals, luck, person)
     if spread < _TIE and unit is None:
         return none
     if unit is not None:
@@ -98,7 +98,7 @@ def _judged(
 
 
 def at_one_p(values: Array, person: _Labels, *, unit: float | None = None) -> BlockMean:
-    """The mean difference at one p, where no two people share a luck: agents are exchanged within whole people.
+    """The mean difference at one p, with an exchange test that swaps the agents within whole people.
 
     Args:
         values: Differences, whole numbers, shape (pairs,).

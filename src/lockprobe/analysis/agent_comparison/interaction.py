@@ -25,14 +25,14 @@ _TIE = 1e-9
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class InteractionAt:
-    """How the change from the lowest p to this one differs between two agents.
+    """The interaction at one p: how much more the second agent's success changes from the lowest p than the first's.
 
     Attributes:
         p: Flip probability, [0, 1].
         change: Change of the second's success less that of the first's, with its 95 % interval; uncorrected, without a
-            p-value.
-        p_adjusted: Flips of whole blocks, corrected for all p (Westfall & Young's maximum); with people Student's t,
-            corrected by Bonferroni.
+            P value.
+        p_adjusted: P value from sign flips of whole blocks, corrected for all p (Westfall & Young's maximum); with
+            people from Student's t, corrected by Bonferroni.
     """
 
     p: float
@@ -45,11 +45,11 @@ class Interaction:
     """Whether false reports change the success of two agents differently.
 
     Attributes:
-        lowest: The p that the others are compared with.
-        at: The others, ascending.
-        mean: The mean of the changes over all higher p. It has no p-value: where agents seldom differ such a sum is too
+        lowest: The reference p.
+        at: The other values of p, ascending.
+        mean: The mean of the changes over all higher p. It has no P value: where agents seldom differ such a sum is too
             skewed for flips of signs, which then reject in up to 15 % of studies (``benchmarks/comparison_rates.py``).
-        p_value: That none of the changes differs: the largest of all t, by flips.
+        p_value: Of the null hypothesis that no change differs: the largest absolute t over p, by sign flips.
         p_adjusted: Corrected for the number of pairs of agents (Holm); None before that.
     """
 
@@ -61,19 +61,19 @@ class Interaction:
 
     @property
     def clearest(self) -> InteractionAt:
-        """The change of the lowest p-value, of equal ones the largest."""
+        """The change with the smallest P value; of equal ones the largest."""
         return min(self.at, key=lambda at: (at.p_adjusted, -abs(at.change.value)))
 
 
 def interaction(
     values: tuple[float, ...], first: Sheet, second: Sheet, rng: np.random.Generator, flips: int = FLIPS
 ) -> Interaction | None:
-    """Compare how two agents change with p; None where fewer than two blocks have both p of a change.
+    """Test whether p changes two agents' success differently; None if fewer than two blocks have both p of a change.
 
     Args:
-        values: The values of p, ascending: the columns of both sheets.
-        first: The agent that is compared with.
-        second: The agent that is compared.
+        values: The values of p, ascending: the columns of both agents' sheets.
+        first: The reference agent.
+        second: The other agent.
         rng: The stream of the flips.
         flips: Number of flips.
     """
@@ -104,7 +104,7 @@ def interaction(
 
 
 def _with_people(values: tuple[float, ...], apart: Array, person: NDArray[np.str_]) -> Interaction | None:
-    """The same with people, who meet no luck twice: the two trials of a change are of different people."""
+    """The same with people, who meet no luck twice: the two trials of a change belong to different people."""
     met = ~np.isnan(apart[:, 1:]) & ~np.isnan(apart[:, :1])
     found = []
     for i in range(met.shape[1]):

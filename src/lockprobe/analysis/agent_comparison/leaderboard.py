@@ -1,8 +1,8 @@
-"""The leaderboard: which pairs of agents are compared, what holds where trials broke, and the ranks left possible.
+"""The leaderboard: pairwise comparisons of agents, bounds for broken trials, and the possible ranks of each agent.
 
-A trial that broke for one agent drops its pair. Where the long trials of an agent break, those that remain flatter it.
-So every such comparison is made three times: without the broken trials, with all of them unsolved, and with all of
-them solved at the next step (:mod:`lockprobe.analysis.inference.broken_trials` does the same between conditions).
+A trial that broke for one agent is dropped together with its pair. If an agent's long trials break, the remaining ones
+overstate its success. So such comparisons are made three times: without the broken trials, with all of them unsolved,
+and with all of them solved at the next step (between conditions: :mod:`lockprobe.analysis.inference.broken_trials`).
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ import numpy as np
 
 from lockprobe.analysis.agent_comparison.interaction import Interaction
 from lockprobe.analysis.agent_comparison.leaderboard_row import Standing
-from lockprobe.analysis.agent_comparison.pair import Among, Comparison, ComparisonAt, compare, corrected
+from lockprobe.analysis.agent_comparison.pair import AgentComparison, Among, ComparisonAt, compare, corrected
 from lockprobe.analysis.agent_comparison.paired import BlockMean, Sheet, sheets
 from lockprobe.analysis.inference.broken_trials import completed
 from lockprobe.analysis.outcomes import Outcomes
 from lockprobe.seeds import generator
 
-__all__ = ["Entrant", "agreed", "both_ends", "comparisons", "ranked"]
+__all__ = ["Entrant", "both_ends", "comparisons", "ranked", "worst_case"]
 
 BASELINES = ("human-inspired", "random")
 """References that every agent is compared with, if they were played: by the head of their spec."""
@@ -34,8 +34,8 @@ class Entrant:
     Attributes:
         agent: Agent spec.
         modality: How the box was shown.
-        head: Its spec without options.
-        reference: Whether it is only compared with.
+        head: The agent spec without options.
+        reference: Whether it is a baseline, which others are compared with.
         counted: Its ended trials.
         broken: Its trials that ended as error.
         budget: Steps of a trial.
@@ -55,11 +55,11 @@ class Entrant:
         return self.agent, self.modality
 
 
-def comparisons(entrants: Sequence[Entrant], seed: int) -> tuple[Comparison, ...]:
+def comparisons(entrants: Sequence[Entrant], seed: int) -> tuple[AgentComparison, ...]:
     """Compare every two agents that the study is about, and each of them with the baselines.
 
-    Two agents are compared that saw the boxes alike. Baselines read reports and are compared with all. Entrants come in
-    the order of the study; ``seed`` is the study's.
+    Two agents are compared if they saw the boxes in the same modality. Baselines read reports and are compared with
+    all. Entrants come in the order of the study; ``seed`` is the study's.
     """
     subjects = [one for one in entrants if not one.reference] or list(entrants)
     pairs: list[tuple[Entrant, Entrant, Among]] = [
@@ -70,16 +70,17 @@ def comparisons(entrants: Sequence[Entrant], seed: int) -> tuple[Comparison, ...
     names = {one.name for one in subjects}
     baselines = [one for one in entrants if one.name not in names and one.head in BASELINES]
     pairs += [(baseline, subject, "reference") for subject, baseline in product(subjects, baselines)]
-    return corrected(_compared(pairs, entrants, seed))
+    return corrected(_uncorrected(pairs, entrants, seed))
 
 
-def _compared(
+def _uncorrected(
     pairs: Sequence[tuple[Entrant, Entrant, Among]], entrants: Sequence[Entrant], seed: int
-) -> list[Comparison]:
-    """All pairs, without corrections; those with broken trials as far as they hold whatever became of these."""
+) -> list[AgentComparison]:
+    """All pairs without correction for their number; pairs with broken trials get worst-case P values."""
     ends = [both_ends(one.counted, one.broken, one.budget) for one in entrants]
     three = [
-        _laid(entrants, groups) for groups in ([one.counted for one in entrants], *map(list, zip(*ends, strict=True)))
+        _sheets_by_name(entrants, groups)
+        for groups in ([one.counted for one in entrants], *map(list, zip(*ends, strict=True)))
     ]
     found = []
     for first, second, among in pairs:
@@ -96,11 +97,11 @@ def _compared(
         ]
         if (one := made[0]) is None:
             continue
-        found.append(agreed(one, (made[1], made[2])) if bounded and made[1] and made[2] else one)
+        found.append(worst_case(one, (made[1], made[2])) if bounded and made[1] and made[2] else one)
     return found
 
 
-def _laid(
+def _sheets_by_name(
     entrants: Sequence[Entrant], groups: list[Outcomes]
 ) -> tuple[tuple[float, ...], dict[tuple[str, str], Sheet]]:
     values, laid = sheets(groups)
@@ -108,31 +109,31 @@ def _laid(
 
 
 def both_ends(counted: Outcomes, broken: Outcomes, budget: int) -> tuple[Outcomes, Outcomes]:
-    """All trials of an agent: broken ones unsolved, with the whole budget; and solved, one step after their last."""
+    """All trials of an agent, twice: broken ones as unsolved with the whole budget, and as solved one step later."""
     unsolved, solved = completed(counted, broken)
     beyond = np.arange(len(unsolved)) >= len(counted)
     return replace(unsolved, length=np.where(beyond, budget, unsolved.length)), solved
 
 
-def agreed(found: Comparison, ends: tuple[Comparison, Comparison]) -> Comparison:
-    """The comparison without the broken trials, with p-values that hold at both ends too.
+def worst_case(found: AgentComparison, ends: tuple[AgentComparison, AgentComparison]) -> AgentComparison:
+    """The comparison without the broken trials, with the largest P value of all three cases (Manski bounds).
 
     Args:
-        found: The two agents over the trials that both finished.
+        found: The comparison over the trials that both agents finished.
         ends: The same with all broken trials unsolved, and with all solved.
     """
     return replace(
         found,
-        success=_agreed_mean(found.success, *(end.success for end in ends)),
-        steps=_agreed_mean(found.steps, *(end.steps for end in ends)),
-        at=tuple(_agreed_at(one, [{at.p: at for at in end.at}[one.p] for end in ends]) for one in found.at),
-        interaction=_agreed_interaction(found.interaction, *(end.interaction for end in ends)),
+        success=_worst_case_mean(found.success, *(end.success for end in ends)),
+        steps=_worst_case_mean(found.steps, *(end.steps for end in ends)),
+        at=tuple(_worst_case_at(one, [{at.p: at for at in end.at}[one.p] for end in ends]) for one in found.at),
+        interaction=_worst_case_interaction(found.interaction, *(end.interaction for end in ends)),
         bounded=True,
     )
 
 
-def _agreed_mean(*three: BlockMean) -> BlockMean:
-    """The first, with the largest p-value; 1 where signs differ, or an interval holds 0 and the first does not."""
+def _worst_case_mean(*three: BlockMean) -> BlockMean:
+    """The first mean with the largest P value; 1 if signs differ, or an interval holds 0 where the first does not."""
     values = [one.p_value for one in three if one.p_value is not None]
     if len(values) < len(three):
         return replace(three[0], p_value=None)
@@ -140,14 +141,14 @@ def _agreed_mean(*three: BlockMean) -> BlockMean:
     return replace(three[0], p_value=max(values) if holds else 1.0)
 
 
-def _agreed_at(found: ComparisonAt, ends: list[ComparisonAt]) -> ComparisonAt:
+def _worst_case_at(found: ComparisonAt, ends: list[ComparisonAt]) -> ComparisonAt:
     three = [found, *ends]
     alike = len({np.sign(one.success.value) for one in three}) == 1
     success = replace(found.success, p_value=max(one.success.p_value for one in three) if alike else 1.0)
-    return replace(found, success=success, steps=_agreed_mean(*(one.steps for one in three)))
+    return replace(found, success=success, steps=_worst_case_mean(*(one.steps for one in three)))
 
 
-def _agreed_interaction(found: Interaction | None, *ends: Interaction | None) -> Interaction | None:
+def _worst_case_interaction(found: Interaction | None, *ends: Interaction | None) -> Interaction | None:
     if found is None:
         return None
     three = [found, *(end for end in ends if end is not None)]
@@ -157,11 +158,11 @@ def _agreed_interaction(found: Interaction | None, *ends: Interaction | None) ->
     return replace(found, p_value=max(one.p_value for one in three) if len(three) == 3 and len(signs) == 1 else 1.0)
 
 
-def ranked(standings: Sequence[Standing], found: Sequence[Comparison]) -> tuple[Standing, ...]:
-    """The rows with the ranks that the comparisons leave possible, the highest success first.
+def ranked(standings: Sequence[Standing], found: Sequence[AgentComparison]) -> tuple[Standing, ...]:
+    """The rows with the ranks that remain possible given the comparisons, the highest success first.
 
-    An agent ranks below all that are shown to solve the box more often, and above all that are shown to solve it less
-    often; it may have any rank in between.
+    An agent ranks below all agents shown to solve the box more often, and above all shown to solve it less often. Every
+    rank in between is possible.
     """
     between = [one for one in found if one.among == "subjects"]
     group = {name: name[1] for one in between for name in (one.first, one.second)}

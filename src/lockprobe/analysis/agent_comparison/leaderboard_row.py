@@ -1,4 +1,4 @@
-"""One agent over all p: a row of the leaderboard, with trials clustered by luck and by person."""
+"""One row of the leaderboard: an agent's results over all p, clustered by luck and by person."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ __all__ = ["Regret", "Standing", "condition_regret", "standing"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Regret:
-    """How much slower than the shortest plan, relative to a uniformly random agent on the same box.
+    """Regret: how much slower than the shortest plan, on a scale where a uniformly random agent has 1.
 
-    One less :class:`lockprobe.analysis.curves.Relative`: the area between the shortest plan's curve of success by step
-    and the agent's, over that between the shortest plan's and the random agent's.
+    It equals 1 minus :class:`lockprobe.analysis.curves.Relative`: the area between the success curves of the shortest
+    plan and the agent, divided by the area between those of the shortest plan and the random agent.
 
     Attributes:
-        value: 0 as the shortest plan, 1 as a random agent; more if worse than random.
+        value: 0 for the shortest plan, 1 for a random agent, above 1 if worse than random.
         low, high: Ends of the 95 % interval; None where it cannot be estimated.
     """
 
@@ -45,17 +45,17 @@ class Standing:
     Attributes:
         agent: Agent spec.
         modality: How the box was shown.
-        success: Trials solved; clusters are blocks of luck, and people.
+        success: Share of trials solved, clustered by luck and by person.
         steps_to_80: The first step by which 80 % of all trials are solved; None if that never happens.
         regret: None where the box is not known or leaves no room between chance and the shortest plan.
-        loops: Trials that hold an action loop.
-        chance: Share that would hold one in trials of these lengths if actions were uniformly random, [0, 1];
-            None without trials.
+        loops: Share of trials that hold an action loop.
+        chance: The chance level of ``loops``: the share expected of uniformly random actions in trials of these
+            lengths, [0, 1]; None without trials.
         chance_no_repeat: The same of random actions without immediate repeats.
-        misread: Misinterpretations over claims.
-        not_asked: Trials in which the agent was not asked for its claims.
-        ranks: The best and the worst rank that the paired comparisons leave possible, from 1; None for an agent to
-            compare with, and without trials.
+        misread: Misinterpretation rate: misinterpretations per claim.
+        not_asked: Trials in which the agent was not asked for claims.
+        ranks: Best and worst possible rank given the paired comparisons, from 1; None for baselines and without
+            trials.
     """
 
     agent: str
@@ -72,7 +72,7 @@ class Standing:
 
 
 def standing(trials: Sequence[Trial], conditions: Sequence[ConditionSummary], reference: Reference | None) -> Standing:
-    """One agent's row, from all its trials in one modality, the same by p, and the reference of the box."""
+    """One agent's row, from its trials in one modality, its conditions by p, and the box's reference curves."""
     counted, found = ended(trials), outcomes(trials)
     said = [trial_claims(trial) for trial in counted]
     curve = success_curve(trials)
@@ -91,7 +91,7 @@ def standing(trials: Sequence[Trial], conditions: Sequence[ConditionSummary], re
 
 
 def _share(found: Outcomes, counts: ArrayLike, sizes: ArrayLike) -> ClusteredProportion:
-    """A share of trials clustered by luck, and for people also by person."""
+    """A share of trials, clustered by luck and for people also by person."""
     if found.crossed:
         return crossed_proportion(counts, sizes, found.player, found.luck)
     blocks = int(found.luck.max(initial=-1)) + 1

@@ -15,10 +15,10 @@ from lockprobe.analysis.agent_comparison.paired import Array, BlockMean, Sheet, 
 from lockprobe.analysis.inference.logrank import holm
 from lockprobe.analysis.proportions import ALPHA, Paired, paired
 
-__all__ = ["Among", "Comparison", "ComparisonAt", "compare", "corrected", "paired_difference"]
+__all__ = ["AgentComparison", "Among", "ComparisonAt", "compare", "corrected", "paired_difference"]
 
 Among = Literal["subjects", "reference"]
-"""Whether two agents that the study is about are compared, or one of them with an agent to compare with."""
+"""Kind of pair: two agents that the study is about, or one of them and a baseline."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -27,11 +27,11 @@ class ComparisonAt:
 
     Attributes:
         p: Flip probability, [0, 1].
-        success: Of the trials that both finished, the share that the second solved less that of the first, with
-            McNemar's test. Where one person has several of them, agents are exchanged within whole people, and the
-            interval is over people.
-        steps: Mean steps of the second less the first's, an unsolved trial counted with its whole budget.
-        p_adjusted: McNemar's p-value corrected for all pairs of agents and all p (Holm); None before that.
+        success: Difference in the share solved, second minus first, over the trials that both finished, with McNemar's
+            test. Where one person has several trials, agents are exchanged within whole people, and the interval is
+            over people.
+        steps: Difference in mean steps, second minus first; an unsolved trial counts with its whole budget.
+        p_adjusted: McNemar's P value corrected for all pairs of agents and all p (Holm); None before that.
     """
 
     p: float
@@ -41,25 +41,25 @@ class ComparisonAt:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Comparison:
-    """Two agents over all p, shown the box in one way. Differences are the second less the first.
+class AgentComparison:
+    """Two agents over all p in one modality. Differences are second minus first.
 
     Attributes:
-        first: Agent spec and modality.
-        second: Agent spec and modality.
-        among: Kind of pair; corrections are made for the pairs of one kind.
+        first: Agent spec and modality of the reference.
+        second: Agent spec and modality of the other.
+        among: Kind of pair; P values are corrected within a kind.
         first_share: Share that the first solved of the trials that both finished, [0, 1].
         second_share: Share that the second solved of them.
         success: Difference of these shares.
-        success_adjusted: Its p-value corrected for the number of pairs (Holm).
+        success_adjusted: The P value of ``success``, corrected for the number of pairs (Holm).
         steps: Difference in mean steps, an unsolved trial counted with its whole budget.
-        steps_adjusted: Its p-value corrected in the same way.
-        at: The same by p, ascending.
-        copies: Whether both play every block alike at every p, so that all of ``at`` is the same.
-        people: Whether one of the two is people, whose trials are clustered by person too.
-        bounded: Whether trials of one of them broke, so that p-values are the largest over their possible ends.
-        alone: Trials that only one of the two finished; no number here counts them.
-        interaction: Whether false reports change both alike; None for an agent to compare with, or one p.
+        steps_adjusted: The P value of ``steps``, corrected in the same way.
+        at: The comparison at each p, ascending.
+        copies: Whether both play each block identically at every p, so that all entries of ``at`` are equal.
+        people: Whether one side is people, whose trials are clustered by person too.
+        bounded: Whether trials broke, so that P values are the largest over the possible endings (Manski bounds).
+        alone: Trials that only one of the two finished; no other number counts them.
+        interaction: Whether false reports change both alike; None for a baseline, or with a single p.
     """
 
     first: tuple[str, str]
@@ -80,16 +80,16 @@ class Comparison:
 
     @property
     def verdict(self) -> int:
-        """1 if the second solves the box more often, -1 if less often, 0 if that cannot be told.
+        """1 if the second is shown to solve the box more often, -1 if less often, else 0.
 
-        The corrected test must reject that the two play exchangeably, and the interval must leave out 0: two agents
-        that solve the box equally often may play differently, which the test detects.
+        The corrected test must reject that the two play exchangeably, and the interval must exclude 0. The test alone
+        is not enough: it also detects agents that play differently and solve the box equally often.
         """
         return _told(self.success, self.success_adjusted)
 
     @property
     def steps_verdict(self) -> int:
-        """-1 if the second needs fewer steps, 1 if more, 0 if that cannot be told; by the rule of the verdict."""
+        """-1 if the second is shown to need fewer steps, 1 if more, else 0; by the rule of :attr:`verdict`."""
         return _told(self.steps, self.steps_adjusted)
 
 
@@ -103,13 +103,13 @@ def compare(
     laid: tuple[Sheet, Sheet],
     among: Among,
     rng: np.random.Generator,
-) -> Comparison | None:
+) -> AgentComparison | None:
     """Compare two agents over the trials that both finished; None if there are none.
 
     Args:
-        names: Agent spec and modality of the first, which is compared with, and of the second.
+        names: Agent spec and modality of the first (the reference) and of the second.
         values: The values of p, ascending.
-        laid: Their sheets.
+        laid: The sheets of both.
         among: Kind of pair.
         rng: The stream of the flips.
     """
@@ -120,7 +120,7 @@ def compare(
         return None
     played = ~np.isnan(first.solved) | ~np.isnan(second.solved)
     most, person = _most_steps(laid), people_of(laid)
-    return Comparison(
+    return AgentComparison(
         first=names[0],
         second=names[1],
         among=among,
@@ -163,9 +163,9 @@ def paired_difference(first: Array, second: Array, person: NDArray[np.str_] | No
 
     Args:
         first: 1 where the first solved its trial, else 0, shape (pairs,).
-        second: The same of the second.
-        person: The person of each pair, where one of the two is people: they are then exchanged within whole people,
-            and the interval is over people.
+        second: The same for the second agent.
+        person: The person of each pair, if one side is people. Agents are then exchanged within whole people, and the
+            interval is over people.
     """
     found = paired(first > 0, second > 0)
     if person is None or len(np.unique(person)) == len(person):
@@ -180,7 +180,7 @@ def _of(person: NDArray[np.str_] | None, both: NDArray[np.bool_], i: int) -> NDA
 
 
 def _most_steps(laid: tuple[Sheet, Sheet]) -> float | None:
-    """The largest difference of a single trial; None where no trial failed and so showed the budget."""
+    """The largest possible difference of a single trial; None if no trial failed, which would show the budget."""
     failed = np.concatenate([one.steps[one.solved == 0] for one in laid])
     return float(failed.max()) - 1 if len(failed) else None
 
@@ -192,10 +192,10 @@ def _same_at_every_p(laid: Sheet) -> bool:
     )
 
 
-def corrected(found: Sequence[Comparison]) -> tuple[Comparison, ...]:
-    """The comparisons with p-values corrected for the number of pairs of one kind and of p (Holm).
+def corrected(found: Sequence[AgentComparison]) -> tuple[AgentComparison, ...]:
+    """The comparisons with P values corrected for the number of pairs of one kind and of p (Holm).
 
-    Two agents that both play alike at every p are looked at once, not once for each p.
+    Two agents that play identically at every p count as one test, not one for each p.
     """
     success = _holm(found, lambda one: one.success.p_value)
     steps = _holm(found, lambda one: one.steps.p_value)
@@ -220,7 +220,7 @@ def corrected(found: Sequence[Comparison]) -> tuple[Comparison, ...]:
     )
 
 
-def _holm(found: Sequence[Comparison], of: Callable[[Comparison], float | None]) -> list[float | None]:
+def _holm(found: Sequence[AgentComparison], of: Callable[[AgentComparison], float | None]) -> list[float | None]:
     return _by_kind([one.among for one in found], [of(one) for one in found])
 
 

@@ -1,4 +1,4 @@
-"""Paired differences between two agents that met the same luck: a mean, its interval, and an exchange test.
+"""Paired differences between two agents on trials of equal luck: mean, confidence interval and exchange test.
 
 A *block* is one repetition and trial: its labels, flips and draws are the same at every p and for every agent. The
 null hypothesis is that two agents *play exchangeably*: each is as likely to play a block as the other did. Then the
@@ -23,15 +23,15 @@ __all__ = ["Array", "BlockMean", "Sheet", "block_mean", "by_cluster", "half_widt
 Array = NDArray[np.float64]
 
 _EXACT = 50_000_000
-"""Additions up to which the distribution of a sum under exchange is worked out exactly; beyond, it is normal."""
+"""Additions up to which the exchange distribution of a sum is exact; beyond, it is approximated as normal."""
 
 _TIE = 1e-9
-"""Squared differences of blocks from their mean below which they all differ alike, but for rounding."""
+"""Sum of squared deviations of blocks below which all blocks count as equal, within rounding."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sheet:
-    """One agent's trials, a row for each block of luck and a column for each p; not a number where none has ended.
+    """One agent's trials, a row for each block of luck and a column for each p; NaN where no trial has ended.
 
     Attributes:
         solved: 1 where the box was solved, else 0, shape (blocks, p).
@@ -46,14 +46,14 @@ class Sheet:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BlockMean:
-    """A mean over pairs of trials, clustered by blocks of luck.
+    """A mean over pairs of trials with its clustered interval; clusters are blocks of luck.
 
     Attributes:
-        value: The mean; not a number without pairs.
+        value: The mean; NaN without pairs.
         low, high: Ends of the 95 % interval, wider where several means are looked at; None where it cannot be
             estimated.
-        p_value: That the two play exchangeably, by exchange within blocks, two-sided; 1 if no block differs; None
-            without pairs, and where it would not keep its level.
+        p_value: Exchange test that the two play exchangeably, two-sided; 1 if no block differs; None without pairs, and
+            where the test would not keep its level.
         pairs: Pairs of trials.
         blocks: Blocks with at least one.
     """
@@ -67,12 +67,12 @@ class BlockMean:
 
     @property
     def clear(self) -> bool:
-        """Whether there is an interval and it leaves out 0."""
+        """Whether there is an interval and it excludes 0."""
         return self.low is not None and self.high is not None and (self.low > 0 or self.high < 0)
 
 
 def sheets(groups: list[Outcomes]) -> tuple[tuple[float, ...], list[Sheet]]:
-    """The values of p, ascending, and the ended trials of each agent on equal rows and columns."""
+    """The values of p, ascending, and a sheet for each agent, all with the same rows (blocks) and columns (p)."""
     values = np.unique(np.concatenate([group.p for group in groups])) if groups else np.empty(0)
     lucks = sorted({luck for group in groups for luck in _lucks(group)})
     row = {luck: i for i, luck in enumerate(lucks)}
@@ -95,14 +95,14 @@ def _lucks(group: Outcomes) -> list[tuple[int, int]]:
 def block_mean(differences: Array, *, unit: float | None = None, choices: int = 1) -> BlockMean:
     """The mean of all differences, clustered by block.
 
-    The interval is Student's over blocks, of a ratio of sums. With a unit it is widened as if one pair more of every
-    column differed, so that it has a width where few differ (as Agresti and Min 2005 for independent pairs); where all
-    blocks differ alike, or not at all, a block counts as a single trial.
+    The interval is Student's over blocks, for a ratio of sums. With a unit, it is widened as if one more pair of each
+    column differed, so that it has a width even if few pairs differ (as Agresti and Min 2005 for independent pairs). If
+    all blocks differ alike, or none differs, a block counts as a single trial.
 
     Args:
-        differences: Shape (blocks, pairs of a block), not a number where a pair is missing.
-        unit: The largest difference of a single trial, 1 for shares; None where it is not known.
-        choices: Number of means that are looked at; the interval has the level 1 - 0.05 / choices.
+        differences: Shape (blocks, pairs of a block), NaN where a pair is missing.
+        unit: The largest difference of a single trial, 1 for shares; None if it is not known.
+        choices: Number of means examined (Bonferroni); the interval has the level 1 - 0.05 / choices.
     """
     present = ~np.isnan(differences)
     kept = present.any(axis=1)
@@ -134,14 +134,14 @@ def _interval(sums: Array, sizes: Array, unit: float | None, level: float) -> tu
 
 
 def half_width(se: float, clusters: int, level: float = LEVEL) -> float:
-    """Half of Student's interval of a standard error from at least two clusters, at a level in (0, 1)."""
+    """Half the width of Student's interval for a standard error from at least two clusters; level in (0, 1)."""
     from scipy.stats import t
 
     return float(t.ppf((1 + level) / 2, clusters - 1)) * se
 
 
 def by_cluster(values: Array, cluster: NDArray[np.int64]) -> Array:
-    """Values of shape (trials,) as one row for each cluster (from 0), padded with not-a-number."""
+    """Values of shape (trials,) as one row for each cluster (from 0), padded with NaN."""
     place = np.zeros(len(cluster), dtype=np.int64)
     order = np.argsort(cluster, kind="stable")
     sizes = np.bincount(cluster)
@@ -152,7 +152,7 @@ def by_cluster(values: Array, cluster: NDArray[np.int64]) -> Array:
 
 
 def sign_flip(sums: Array) -> float:
-    """How often random signs give a sum at least as far from 0; exact. One whole number for each block.
+    """Exact two-sided P value of a sign-flip test that the sums have mean 0; one whole number per block.
 
     >>> sign_flip(np.array([1.0, 2.0, 3.0, 1.0, 1.0]))
     0.0625

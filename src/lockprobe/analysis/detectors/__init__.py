@@ -1,4 +1,4 @@
-"""Loop detectors, the paper's and others: what each flags, and its error rates."""
+"""Loop detectors, the paper's and others, with their error rates."""
 
 from lockprobe.analysis.detectors.catalogue import DETECTORS, Detector
 from lockprobe.analysis.detectors.comparison import Row, as_table, comparison, microseconds

@@ -1,8 +1,8 @@
 """The loop detectors: the paper's, rules of agent frameworks, and scores of repetitiveness.
 
-All take the actions in order, and whether each moved its joint as the agent was told. A rule returns 1 if the trial
-breaks it anywhere, else 0. A score is higher for more repetition, needs no outcomes and a threshold, does not depend
-on the names of the actions, and is 0 for a trial without actions.
+A detector takes the actions in order, and for each whether the agent was told that the joint moved. A rule returns 1
+if the trial breaks it anywhere, else 0. A score is higher for more repetition and needs a threshold. It ignores
+outcomes and the names of actions, and is 0 for a trial without actions.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def holds_loop(actions: Sequence[Hashable], moved: Sequence[bool] = ()) -> float
 
 
 def in_a_row(times: int) -> Score:
-    """The rule that the same action was taken this many times in a row."""
+    """The rule that flags the same action taken this many times in a row."""
 
     def rule(actions: Sequence[Hashable], moved: Sequence[bool] = ()) -> float:
         return float(_longest_run(actions) >= times)
@@ -66,7 +66,7 @@ def coverage(actions: Sequence[Hashable], moved: Sequence[bool] = ()) -> float:
 
 
 def autocorrelation(actions: Sequence[Hashable], moved: Sequence[bool] = ()) -> float:
-    """The greatest share of actions equal to the one a lag before, over lags up to half the trial, [0, 1]."""
+    """The largest share of actions equal to the one k steps before, over lags k up to half the trial, [0, 1]."""
     text, n = letters(actions), len(actions)
     return max((sum(map(eq, text, text[lag:])) / (n - lag) for lag in range(1, n // 2 + 1)), default=0.0)
 
@@ -107,16 +107,15 @@ def compression(actions: Sequence[Hashable], moved: Sequence[bool] = ()) -> floa
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Detector:
-    """A score of how much a trial looks like going round in circles.
+    """A loop detector: a score or rule that flags repetitive trials.
 
     Attributes:
         name: Short and unique.
-        description: What it looks at, in one line.
+        description: What it measures, in one line.
         source: The framework whose rule it follows, or the origin of the method.
-        score: Actions in order, and whether each moved its joint as the agent was told -> higher for more of a loop.
+        score: Function of the actions in order and of the told outcomes; higher means more repetitive.
         rule: Whether the score is a verdict, 0 or 1; other scores need a threshold.
-        needs_outcome: Whether it looks at the outcomes; the others may be given none.
-        online: Whether it can stop a running trial: once it flags, more steps do not change that.
+        needs_outcome: Whether it uses the outcomes; others accept empty outcomes.
     """
 
     name: str
@@ -125,7 +124,6 @@ class Detector:
     score: Score
     rule: bool = False
     needs_outcome: bool = False
-    online: bool = False
 
 
 DETECTORS = (
@@ -135,7 +133,6 @@ DETECTORS = (
         source="the paper, Sec. 3.3",
         score=holds_loop,
         rule=True,
-        online=True,
     ),
     Detector(
         name="coverage",
@@ -150,7 +147,6 @@ DETECTORS = (
         score=stuck,
         rule=True,
         needs_outcome=True,
-        online=True,
     ),
     Detector(
         name="goose-like",
@@ -158,7 +154,6 @@ DETECTORS = (
         source="goose, RepetitionInspector with max_repetitions 3",
         score=in_a_row(4),
         rule=True,
-        online=True,
     ),
     Detector(
         name="gemini-cli-like",
@@ -166,7 +161,6 @@ DETECTORS = (
         source="gemini-cli, LoopDetectionService",
         score=in_a_row(5),
         rule=True,
-        online=True,
     ),
     Detector(
         name="autocorrelation",
@@ -193,4 +187,4 @@ DETECTORS = (
         score=compression,
     ),
 )
-"""The paper's two first."""
+"""All detectors; the paper's two come first."""

@@ -71,12 +71,12 @@ PLANTED = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Made:
-    """Simulated trials.
+    """Simulated trials, with or without a planted loop.
 
     Attributes:
         actions: Shape (trials, 20).
         moved: Whether each attempt moved its joint, shape (trials, 20).
-        middle: Steps before the middle of the planted loop, shape (trials,); of the trial where none is planted.
+        middle: Steps before the middle of the planted loop, shape (trials,); without one, of the whole trial.
     """
 
     actions: NDArray[np.int64]
@@ -85,7 +85,7 @@ class Made:
 
 
 def unplanted(trials: int, rng: Generator, *, repeats: bool) -> Made:
-    """Random trials, with immediate repeats or without."""
+    """Random trials without a planted loop, with or without immediate repeats."""
     turns = rng.integers(0 if repeats else 1, ACTIONS, (trials, STEPS))
     moved = rng.random((trials, STEPS)) < MOVES
     return Made(actions=turns.cumsum(axis=1) % ACTIONS, moved=moved, middle=np.full(trials, STEPS // 2))
@@ -139,7 +139,7 @@ PROBES = 100
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Row:
-    """The performance of one detector. All shares are in [0, 1].
+    """The error rates of one detector. All shares are in [0, 1].
 
     Attributes:
         detector: Its name.
@@ -150,8 +150,8 @@ class Row:
         found: Planted kind -> share of trials that it flags.
         relabelled: Of the planted trials that it flags, the share still flagged when the actions are renamed;
             None if it flags none.
-        reversed: The same when the trial is played backwards.
-        interrupted: The same with two other actions in the middle of the loop.
+        reversed: The same share when the trial is played backwards.
+        interrupted: The same share with two other actions in the middle of the loop.
     """
 
     detector: str
@@ -165,7 +165,7 @@ class Row:
 
 
 def comparison(trials_per_kind: int = 1000, seed: int = 0) -> tuple[Row, ...]:
-    """Every detector on random trials and on planted loops: at least 20 of each kind. Equal seeds give equal rows."""
+    """Compare every detector on random trials and planted loops, 20 of each kind or more; equal seeds, equal rows."""
     if trials_per_kind < 20:
         raise BadValue("trials per kind", trials_per_kind, "at least 20")
     uniform = unplanted(trials_per_kind, generator(seed, "detectors", "uniform"), repeats=True)
@@ -198,7 +198,7 @@ def _row(detector: Detector, uniform: Made, no_repeat: Made, planted: Mapping[st
 
 
 def _probes(planted: Sequence[Made], seed: int) -> list[Trials]:
-    """Some planted trials of each kind: as they are, renamed, backwards, interrupted."""
+    """Some planted trials of each kind: unchanged, renamed, reversed, interrupted."""
     rng = generator(seed, "detectors", "probes")
     some = Made(
         actions=np.concatenate([made.actions[:PROBES] for made in planted]),
@@ -237,7 +237,7 @@ def _auc(positives: NDArray[np.float64], negatives: NDArray[np.float64]) -> floa
 
 
 def microseconds(detector: Detector, trials: int = 200) -> float:
-    """Processor time of one score in microseconds, over random trials of 20 steps. A clock reading: it differs."""
+    """Mean processor time of one score over random trials of 20 steps, microseconds; it varies from run to run."""
     some = _trials(unplanted(trials, generator(0, "detectors", "clock"), repeats=False))
     begun = time.process_time()
     _scores(detector, some)

@@ -25,7 +25,7 @@ CALIBRATION = 500
 """Random trials per threshold: the true share of false positives is within 2 points of the nominal one."""
 
 LONGEST = 100
-"""Steps that a score looks at; of a longer trial it judges the beginning."""
+"""Steps that a score uses; of a longer trial it uses the beginning."""
 
 
 @cache

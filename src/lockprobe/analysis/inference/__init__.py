@@ -1,1 +1,1 @@
-"""What a study lets one conclude: the paper's statistics, and the tests that are valid."""
+"""Statistical inference: the paper's statistics, and tests that keep their error rates."""

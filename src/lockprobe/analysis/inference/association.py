@@ -31,7 +31,7 @@ class Correlation:
     Attributes:
         r: [-1, 1]; None if either is constant or there are fewer than three points.
         n: Points.
-        p_value: Student's t for r, as if points were independent and trials equally long; None without r.
+        p_value: From Student's t for r, assuming independent points and trials of equal length; None without r.
         low, high: 2.5th and 97.5th percentiles over bootstrap resamples; None where nothing can be resampled.
         slope: Slope of the least-squares line of success on loop rate; None without r.
         intercept: Intercept of that line.
@@ -82,7 +82,7 @@ def correlation(points: Sequence[Point], loops: Array, success: Array) -> Correl
 
 
 def _pearson(pairs: Array) -> Array:
-    """Correlations over the second axis of (samples, points, 2); not a number where a column is constant."""
+    """Correlations over the second axis of (samples, points, 2); NaN if a column is constant."""
     centred = pairs - pairs.mean(axis=1, keepdims=True)
     squares = np.sum(centred**2, axis=1)
     product = np.sum(centred[..., 0] * centred[..., 1], axis=1)

@@ -9,11 +9,11 @@ import numpy as np
 from lockprobe.analysis.inference.association import Correlation, pearson
 from lockprobe.analysis.inference.broken_trials import (
     BrokenShares,
-    agreed_difference,
-    agreed_lines,
-    agreed_tests,
     broken_shares,
     completed,
+    worst_case_difference,
+    worst_case_lines,
+    worst_case_tests,
 )
 from lockprobe.analysis.inference.course import Course, course
 from lockprobe.analysis.inference.difference import AnyDifference, any_difference
@@ -51,19 +51,19 @@ class Inference:
 
     Attributes:
         difference: Whether success depends on p.
-        course: How success goes over p, in one word; None without trials.
+        course: The course of success over p, in one word; None without trials.
         orders: Polynomials of the logit of success.
         lines: Whether success rises and falls, by two lines.
-        bend: The same by a quadratic.
+        bend: Whether success rises and falls, by a quadratic.
         speed: Whether p changes how soon the box is solved.
         onset: Whether p changes how soon the agent loops.
         onset_lines: Whether first loops come later and then sooner again, by two lines.
         hazard: Whether success is rarer after a loop, by p and step.
         landmark: The same by p, among trials that still run after step 10.
-        whole: Naive: looped against solved by whole trials.
+        whole: Naive: loop against success over whole trials.
         fine: Naive: correlation of looping and success over repetitions.
-        coarse: Naive: the same over values of p.
-        broken: Trials that ended as error, by p; None if none did.
+        coarse: Naive: correlation of looping and success over values of p.
+        broken: Trials that ended as error, by p; None if there are none.
         tests: All tests in one form, by question, the recommended one first.
     """
 
@@ -94,8 +94,8 @@ def infer(
 ) -> Inference:
     """Run all tests on one agent's trials over p.
 
-    Where trials broke, the recommended tests conclude only what holds without them, with all of them unsolved, and with
-    all of them solved (:mod:`lockprobe.analysis.inference.broken_trials`).
+    If trials broke, the recommended tests conclude only what holds in three cases: without the broken trials, with all
+    of them unsolved, and with all of them solved (:mod:`lockprobe.analysis.inference.broken_trials`).
 
     Args:
         outcomes: The ended trials of one agent.
@@ -103,7 +103,7 @@ def infer(
         broken: Its trials that ended as error.
         blind: Trials of a blind agent with the same action habits on the same box. Their odds ratio after a loop is
             the null hypothesis; without them it is 1.
-        persistence: That of the ended trials at the lowest p; without it, its questions are not asked.
+        persistence: Persistence in the ended trials at the lowest p; without it, its questions are not asked.
 
     Raises:
         BadValue: If a dose is negative or no number.
@@ -116,16 +116,16 @@ def infer(
         return replace(found, tests=found.tests + kept)
     shares = broken_shares(outcomes, broken, rng)
     ends = [_tested(whole, rng, blind) for whole in completed(outcomes, broken)]
-    difference = agreed_difference(found.difference, *(end.difference for end in ends))
-    lines = agreed_lines(found.lines, *(end.lines for end in ends))
+    difference = worst_case_difference(found.difference, *(end.difference for end in ends))
+    lines = worst_case_lines(found.lines, *(end.lines for end in ends))
     return replace(
         found,
         difference=difference,
         lines=lines,
-        onset_lines=agreed_lines(found.onset_lines, *(end.onset_lines for end in ends)),
+        onset_lines=worst_case_lines(found.onset_lines, *(end.onset_lines for end in ends)),
         course=course(points(outcomes, by_repetition=False), difference, lines),
         broken=shares,
-        tests=agreed_tests(found.tests, *(end.tests for end in ends)) + kept,
+        tests=worst_case_tests(found.tests, *(end.tests for end in ends)) + kept,
     )
 
 

@@ -1,9 +1,9 @@
-"""Broken trials: whether they select, and which conclusions hold in spite of them.
+"""Selection bias from broken trials, and worst-case bounds on conclusions.
 
-A trial that ends as error counts neither as solved nor as failed. Where trials break more often under one condition,
-the remaining ones are a selection: calls that fail with equal chance at every step break long trials, which are seldom
-solved. So everything is tested three times: without the broken trials, with all of them unsolved from where they
-broke, and with all of them solved there. A conclusion needs all three (bounds of Manski 1990, at the two ends that
+A trial that ends as error counts neither as solved nor as failed. If trials break more often under one condition, the
+remaining ones are a biased sample: calls that fail with equal probability at every step break long trials, which are
+seldom solved. So everything is tested three times: without the broken trials, with all of them unsolved, and with all
+of them solved at the next step. A conclusion must hold in all three (bounds of Manski 1990, at the two extremes that
 treat conditions alike).
 """
 
@@ -20,7 +20,14 @@ from lockprobe.analysis.inference.verdict import TestResult
 from lockprobe.analysis.outcomes import Outcomes, appended
 from lockprobe.analysis.proportions import ALPHA, Proportion, proportion
 
-__all__ = ["BrokenShares", "agreed_difference", "agreed_lines", "agreed_tests", "broken_shares", "completed"]
+__all__ = [
+    "BrokenShares",
+    "broken_shares",
+    "completed",
+    "worst_case_difference",
+    "worst_case_lines",
+    "worst_case_tests",
+]
 
 PERMUTATIONS = 999
 
@@ -30,9 +37,9 @@ class BrokenShares:
     """Share of broken trials by p.
 
     Attributes:
-        at: Broken trials among those begun, by p, rising.
-        p_value: Whether the shares differ between p, by permutation within trials that share their luck; None where
-            no two p share a trial.
+        at: Share of begun trials that broke, by p, ascending.
+        p_value: Permutation test (within trials of equal luck) that the shares are equal at all p; None if no two p
+            share a trial.
     """
 
     at: tuple[tuple[float, Proportion], ...]
@@ -58,20 +65,20 @@ def broken_shares(counted: Outcomes, broken: Outcomes, rng: np.random.Generator)
 
 
 def completed(counted: Outcomes, broken: Outcomes) -> tuple[Outcomes, Outcomes]:
-    """All trials twice: broken ones unsolved, censored at their last step; and solved at the next step."""
+    """All trials in both extreme cases: broken ones unsolved (censored at their last step), or solved a step later."""
     unsolved = replace(broken, solved=np.zeros(len(broken), dtype=np.bool_))
     solved = replace(broken, solved=np.ones(len(broken), dtype=np.bool_), length=broken.length + 1)
     return appended(counted, unsolved), appended(counted, solved)
 
 
-def agreed_difference(found: AnyDifference, unsolved: AnyDifference, solved: AnyDifference) -> AnyDifference:
-    """The differences without the broken trials, with p-values that hold at both ends too."""
+def worst_case_difference(found: AnyDifference, unsolved: AnyDifference, solved: AnyDifference) -> AnyDifference:
+    """The differences without the broken trials, with the largest P value of the three cases."""
     bounds = [{one.p: one for one in other.at} for other in (unsolved, solved)]
-    at = tuple(_agreed_at(one, *(bound.get(one.p) for bound in bounds)) for one in found.at)
+    at = tuple(_worst_case_at(one, *(bound.get(one.p) for bound in bounds)) for one in found.at)
     return replace(found, at=at, p_value=min((one.p_value for one in at), default=None))
 
 
-def _agreed_at(found: DifferenceAt, unsolved: DifferenceAt | None, solved: DifferenceAt | None) -> DifferenceAt:
+def _worst_case_at(found: DifferenceAt, unsolved: DifferenceAt | None, solved: DifferenceAt | None) -> DifferenceAt:
     if unsolved is None or solved is None:
         return replace(found, p_value=1.0)
     three = (found, unsolved, solved)
@@ -84,8 +91,8 @@ def _agreed_at(found: DifferenceAt, unsolved: DifferenceAt | None, solved: Diffe
     )
 
 
-def agreed_lines(found: TwoLines, *others: TwoLines) -> TwoLines:
-    """The two lines without the broken trials, with a shape only where all three tests show it."""
+def worst_case_lines(found: TwoLines, *others: TwoLines) -> TwoLines:
+    """The two lines without the broken trials, with a shape only if all three cases show it."""
     three = (found, *others)
     if any(one.p_value is None for one in three):
         return replace(found, p_value=None, direction=None)
@@ -97,16 +104,16 @@ def agreed_lines(found: TwoLines, *others: TwoLines) -> TwoLines:
     )
 
 
-def agreed_tests(
+def worst_case_tests(
     found: Sequence[TestResult], unsolved: Sequence[TestResult], solved: Sequence[TestResult]
 ) -> tuple[TestResult, ...]:
-    """The recommended tests with the largest of three p-values, or 1 where directions differ; others unchanged."""
+    """The recommended tests with the largest of three P values, or 1 if directions differ; others unchanged."""
     return tuple(
-        _agreed(three) if three[0].recommended else three[0] for three in zip(found, unsolved, solved, strict=True)
+        _worst_case(three) if three[0].recommended else three[0] for three in zip(found, unsolved, solved, strict=True)
     )
 
 
-def _agreed(three: tuple[TestResult, TestResult, TestResult]) -> TestResult:
+def _worst_case(three: tuple[TestResult, TestResult, TestResult]) -> TestResult:
     first, values = three[0], [test.p_value for test in three if test.p_value is not None]
     if len(values) < len(three):
         return replace(first, p_value=None, note="too few remain")

@@ -1,7 +1,7 @@
 """The course of success over p: whether it rises, falls, or both, in one word for each agent.
 
 The paper describes a rise up to p = 0.4 and a fall after it (Sec. 3.2, Fig. 4). Agents of very different kinds show
-parts of that course, so it says little of its cause.
+parts of that course, so the course says little about its cause.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ CourseKind = Literal["rises", "falls", "rises and falls", "falls and rises", "no
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Course:
-    """How success goes over p.
+    """The course of success over p, with the shares behind it.
 
     Attributes:
-        kind: In words.
+        kind: The course in words.
         first: Share solved at the lowest p.
         highest: The highest share solved.
         highest_p: The p of the highest share.
@@ -61,9 +61,9 @@ def course(conditions: list[Point], difference: AnyDifference, lines: TwoLines) 
 
 
 def levels(tests: Sequence[tuple[AnyDifference, TwoLines]]) -> list[float]:
-    """The level for each agent at which 5 % of studies claim anything false of one of them (Holm 1979).
+    """The level for each agent that keeps the familywise error rate at 5 % (Holm 1979).
 
-    An agent's smallest p-value is doubled, since either of its two tests can show a course.
+    An agent's smallest P value is doubled, because either of its two tests can show a course.
     """
     smallest = [
         min((2 * p for p in (difference.p_value, lines.p_value) if p is not None), default=1.0)
@@ -78,13 +78,13 @@ def levels(tests: Sequence[tuple[AnyDifference, TwoLines]]) -> list[float]:
 
 
 def course_kind(seen: Course, difference: AnyDifference, lines: TwoLines, level: float = ALPHA) -> CourseKind:
-    """The course in words, from the two tests.
+    """The course in words, from two tests.
 
     Success rises if it is higher at some p than at the lowest p, and falls if it is lower (permutation test and
-    interval, corrected for all p). Two lines can show both.
+    interval, corrected for all p). The two-lines test can show a rise and a fall.
 
     Args:
-        seen: Where success is highest and lowest.
+        seen: The values of p with the highest and lowest success.
         difference: The test of the differences from the lowest p.
         lines: The two-lines test.
         level: Level of both tests, [0, 1); for one of several agents its value from :func:`levels`.

@@ -1,6 +1,6 @@
-"""Differences in success between the lowest p and every other p, corrected for looking at all of them.
+"""Differences in success between the lowest p and every other p, corrected for multiple comparisons.
 
-An estimate, its interval and its p-value come from one sample. An agent's sample is the trials that both p have:
+An estimate, its interval and its P value use the same sample. An agent's sample holds the trials that both p have:
 trials of equal repetition and trial share their luck, and an unfinished study has some of them at one p only. People
 meet no luck twice; their sample is all trials, clustered by person.
 """
@@ -28,10 +28,10 @@ _TIE = 1e-9
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Bound:
-    """The difference if all broken trials had ended in one way.
+    """The difference if all broken trials had ended alike: all unsolved, or all solved.
 
     Attributes:
-        value: Success at the higher p less success at the lowest, [-1, 1].
+        value: Success at the higher p minus success at the lowest, [-1, 1].
         p_value: As :attr:`DifferenceAt.p_value`.
     """
 
@@ -41,19 +41,19 @@ class Bound:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DifferenceAt:
-    """Success at one p against the lowest p, in one sample of trials.
+    """The difference in success between one p and the lowest p, in one sample of trials.
 
     Attributes:
         p: Flip probability, [0, 1].
-        first: Solved at the lowest p, of the trials compared.
-        second: Solved at this p, of the trials compared.
-        value: Success at this p less success at the lowest p, [-1, 1].
+        first: Share of the compared trials solved at the lowest p.
+        second: Share of the compared trials solved at this p.
+        value: Success at this p minus success at the lowest p, [-1, 1].
         low, high: Ends of the interval of ``value``; its level is 1 - 0.05 / (values of p compared with the lowest).
-        pairs: The trials that both have, pair by pair; None for people.
-        exchange: Permutation p-value, corrected for all p (Westfall & Young's single-step maximum).
-        p_value: The larger of ``exchange`` and the corrected p-value of the interval, so that it is below 0.05 only if
-            the interval leaves out 0. Where trials broke, the largest over their possible ends.
-        if_unsolved: The difference if every broken trial had ended unsolved; None where no trial broke.
+        pairs: The paired comparison of the trials that both p have; None for people.
+        exchange: Permutation P value, corrected for all p (Westfall & Young's single-step maximum).
+        p_value: The larger of ``exchange`` and the corrected P value of the interval, so that it is below 0.05 only if
+            the interval excludes 0. If trials broke, the largest over their possible endings.
+        if_unsolved: The difference if every broken trial had ended unsolved; None if no trial broke.
         if_solved: The difference if every broken trial had been solved.
     """
 
@@ -75,10 +75,10 @@ class AnyDifference:
     """Whether success differs between values of p.
 
     Attributes:
-        lowest: The p that the others are compared with; None without trials.
-        at: The other values that share trials with it, rising.
-        p_value: The smallest p-value of ``at``, each corrected for all p.
-        omnibus: p-value of ``sum n_p (success_p - success)^2``, which looks at every pair of values.
+        lowest: The reference p; None without trials.
+        at: The other values of p that share trials with it, ascending.
+        p_value: The smallest P value of ``at``, each corrected for all p.
+        omnibus: P value of the permutation test on ``sum n_p (success_p - success)^2``, which uses all values of p.
         permutations: Number of permutations drawn.
         note: Why there is no test, as a short code; empty if there is one.
     """
@@ -92,17 +92,17 @@ class AnyDifference:
 
     @property
     def clearest(self) -> DifferenceAt | None:
-        """The difference with the smallest p-value, and of equal ones the largest; None without one."""
+        """The difference with the smallest P value, and of equal ones the largest; None without one."""
         return min(self.at, key=lambda one: (one.p_value, -abs(one.value)), default=None)
 
 
 def any_difference(outcomes: Outcomes, rng: np.random.Generator, permutations: int = PERMUTATIONS) -> AnyDifference:
-    """Test whether false reports change success, whatever luck trials share and whichever p turned out best.
+    """Test whether success depends on p, allowing for shared luck and for the choice of the best p.
 
-    A finding must pass two tests. First a permutation of outcomes between the values of p of a cluster: its p-value,
+    A finding must pass two tests. First a permutation of outcomes between the values of p of a cluster: its P value,
     ``(1 + those at least as extreme) / (1 + permutations)``, is exact for any shared luck if p changes nothing. But if
     p changes which trials are solved and not how many, it rejects in up to a third of studies. So, second, the interval
-    of the difference (Bonferroni over all differences) must leave out 0.
+    of the difference (Bonferroni over all differences) must exclude 0.
 
     Args:
         outcomes: The ended trials of one agent.
@@ -118,11 +118,11 @@ def any_difference(outcomes: Outcomes, rng: np.random.Generator, permutations: i
         return AnyDifference(lowest=lowest, at=(), p_value=None, omnibus=None, permutations=0, note=note)
     n = np.bincount(place).astype(np.float64)
     if apart:
-        solved, size = _whole(outcomes, place, permutations, rng)
+        solved, size = _permuted_whole_clusters(outcomes, place, permutations, rng)
         away = solved / size - (solved / size)[:, :1]
         compared = n
     else:
-        solved, away, compared = _exchanged(groups, len(values), permutations, rng)
+        solved, away, compared = _permuted_within_clusters(groups, len(values), permutations, rng)
         size = np.broadcast_to(n, solved.shape)
         if outcomes.crossed:
             away, compared = solved / size - (solved / size)[:, :1], n
@@ -145,7 +145,7 @@ def any_difference(outcomes: Outcomes, rng: np.random.Generator, permutations: i
 
 
 def _at(outcomes: Outcomes, both: tuple[float, float], exchange: float, *, choices: int) -> DifferenceAt:
-    """The difference between two p, from the trials that may be compared."""
+    """The difference between two values of p, from the trials that can be compared."""
     together = outcomes.at(np.isin(outcomes.p, both))
     later = together.p == both[1]
     if outcomes.crossed:
@@ -171,7 +171,7 @@ def _at(outcomes: Outcomes, both: tuple[float, float], exchange: float, *, choic
 
 
 def _groups(outcomes: Outcomes, place: NDArray[np.intp]) -> Groups:
-    """Clusters by the values of p at which they have trials: solved or not, one array a cluster."""
+    """Clusters grouped by the values of p at which they have trials: one array of outcomes per cluster."""
     clusters = outcomes.cluster
     order = np.lexsort((place, clusters))
     groups: Groups = {}
@@ -180,14 +180,14 @@ def _groups(outcomes: Outcomes, place: NDArray[np.intp]) -> Groups:
     return groups
 
 
-def _exchanged(
+def _permuted_within_clusters(
     groups: Groups, places: int, permutations: int, rng: np.random.Generator
 ) -> tuple[Array, Array, NDArray[np.float64]]:
-    """Outcomes exchanged inside clusters; the first row is as observed.
+    """Outcomes permuted within clusters; the first row is as observed.
 
     Returns:
-        Solved trials per p, shape (1 + permutations, values); share solved at each p less that at the first, over the
-        clusters that have both, of the same shape; and the number of such clusters, shape (values,).
+        Solved trials per p, shape (1 + permutations, values); share solved at each p minus that at the first p, over
+        the clusters that have both, of the same shape; number of such clusters, shape (values,).
     """
     solved, away = np.zeros((2, 1 + permutations, places))
     both = np.zeros(places)
@@ -202,17 +202,17 @@ def _exchanged(
 
 
 def _permuted(members: NDArray[np.bool_], permutations: int, rng: np.random.Generator) -> Array:
-    """Solved trials per p, shape (permutations, values), each cluster of (clusters, values) shuffled separately."""
+    """Solved trials per p, shape (permutations, values), after shuffling each cluster of (clusters, values)."""
     varied = members[members.any(axis=1) & ~members.all(axis=1)].astype(np.uint8)
     shuffled: NDArray[np.uint8] = rng.permuted(np.broadcast_to(varied, (permutations, *varied.shape)), axis=2)
     totals: Array = shuffled.sum(axis=1, dtype=np.float64)
     return totals + np.count_nonzero(members.all(axis=1))
 
 
-def _whole(
+def _permuted_whole_clusters(
     outcomes: Outcomes, place: NDArray[np.intp], permutations: int, rng: np.random.Generator
 ) -> tuple[Array, Array]:
-    """Whole clusters shuffled among the values of p: solved trials and trials per p.
+    """Solved trials and trials per p, after shuffling whole clusters among the values of p.
 
     Both have the shape (1 + permutations, values); the first row is as observed.
     """

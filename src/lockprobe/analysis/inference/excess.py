@@ -1,7 +1,7 @@
-"""Observed minus expected events, step by step and summed over clusters of luck.
+"""Observed minus expected events by step, with a variance clustered by luck: the core of the stratified tests.
 
-Log-rank and Mantel-Haenszel tests add up, over steps, how far the events with a feature exceed those expected if all
-running trials were alike. Trials of equal repetition and trial share their luck over all p. So the differences are
+Log-rank and Mantel-Haenszel tests sum, over steps, how far the events with a feature exceed those expected if all
+trials at risk were alike. Trials of equal repetition and trial share their luck over all p. So the differences are
 summed per cluster, and their variance between clusters is the robust variance of Lin and Wei (1989), made unbiased
 for few running trials.
 
@@ -27,11 +27,11 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Excess:
-    """Events beyond those expected.
+    """Observed minus expected events, with their clustered covariance.
 
     Attributes:
         total: Observed minus expected, shape (columns,).
-        covariance: Its variance between clusters of luck, shape (columns, columns).
+        covariance: Its covariance between clusters of luck, shape (columns, columns).
         clusters: Number of clusters of luck.
     """
 
@@ -41,9 +41,9 @@ class Excess:
 
     @property
     def p_value_t(self) -> float | None:
-        """Student's t over clusters of the first column, two-sided; more cautious than :attr:`p_value`.
+        """Two-sided P value of Student's t over clusters, for the first column; larger than :attr:`p_value`.
 
-        None with six clusters or fewer, which could never be significant: the statistic never exceeds their number.
+        None with six clusters or fewer: the statistic never exceeds their number, so the test could never reject.
         """
         from scipy.stats import t
 
@@ -61,7 +61,7 @@ class Excess:
 
     @property
     def p_value(self) -> float | None:
-        """Chi-squared score test, two-sided; 1 if all went alike; None with too few clusters ever to be significant."""
+        """Two-sided chi-squared score test; 1 if all trials are alike; None with too few clusters ever to reject."""
         from scipy.stats import chi2
 
         columns = int(np.linalg.matrix_rank(self.covariance, hermitian=True))
@@ -73,11 +73,11 @@ class Excess:
 
 
 def grid(last: NDArray[np.int64], happened: NDArray[np.bool_]) -> tuple[Array, Array]:
-    """Which trials run at each step from 1 and which have their event there, both 0 or 1 of shape (trials, steps).
+    """At-risk and event indicators for each step from 1, both 0 or 1 of shape (trials, steps).
 
     Args:
         last: The step of the event, or the last step without it, shape (trials,).
-        happened: Whether it was an event, of the same shape.
+        happened: Whether the event happened at that step, of the same shape.
     """
     step = np.arange(1, int(last.max(initial=0)) + 1)
     event = (last[:, None] == step) & happened[:, None]
@@ -85,14 +85,14 @@ def grid(last: NDArray[np.int64], happened: NDArray[np.bool_]) -> tuple[Array, A
 
 
 def excess(x: Array, event: Array, running: Array, *, stratum: NDArray[np.int64], cluster: NDArray[np.int64]) -> Excess:
-    """Events with a feature beyond those expected, given the running trials at each step of each stratum.
+    """Excess of events with a feature, given the trials at risk at each step of each stratum.
 
     Args:
         x: The feature, shape (columns, trials, steps), or (columns, trials, 1) if constant over steps.
-        event: 0 or 1, shape (trials, steps).
-        running: 0 or 1, shape (trials, steps).
-        stratum: From 0, shape (trials,).
-        cluster: From 0, shape (trials,).
+        event: Event indicator, 0 or 1, shape (trials, steps).
+        running: At-risk indicator, 0 or 1, shape (trials, steps).
+        stratum: Stratum from 0, shape (trials,).
+        cluster: Cluster from 0, shape (trials,).
     """
     member = (stratum == np.arange(int(stratum.max(initial=-1)) + 1)[:, None]).astype(np.float64)
     n = member @ running
@@ -102,7 +102,7 @@ def excess(x: Array, event: Array, running: Array, *, stratum: NDArray[np.int64]
 
 
 def odds_excess(cells: Array, odds: float, *, stratum: NDArray[np.int64], cluster: NDArray[np.int64]) -> Excess:
-    """Events with a feature beyond those expected under a given odds ratio.
+    """Excess of events with a feature over those expected under a given odds ratio.
 
     The total is Mantel and Haenszel's ``sum (a d - odds b c) / n`` over tables of stratum and step, which is 0 at their
     odds ratio. Each trial contributes its projection, so that at odds of 1 this is :func:`excess`.
@@ -111,8 +111,8 @@ def odds_excess(cells: Array, odds: float, *, stratum: NDArray[np.int64], cluste
         cells: 0 or 1, shape (4, trials, steps): feature and event, feature alone, event alone, neither; all 0 where a
             trial no longer runs.
         odds: The odds ratio of the null hypothesis.
-        stratum: From 0, shape (trials,).
-        cluster: From 0, shape (trials,).
+        stratum: Stratum from 0, shape (trials,).
+        cluster: Cluster from 0, shape (trials,).
     """
     member = (stratum == np.arange(int(stratum.max(initial=-1)) + 1)[:, None]).astype(np.float64)
     tables = stratum_totals(member, cells)

@@ -1,10 +1,10 @@
-"""Whether success is rarer after a loop than before any.
+"""Mantel-Haenszel tests of harm: whether success is rarer after an action loop than before any loop.
 
-A solved trial is short, and a short trial holds fewer loops by chance alone. So looping and solving may only be
-compared *at one step, among the trials still running at it*, as the Mantel-Haenszel tests here do. The variance allows
-for luck that trials share over all p (:mod:`lockprobe.analysis.inference.excess`).
+A solved trial is short, and a short trial holds fewer loops by chance alone (immortal time bias). So looping and
+solving are compared *at one step, among the trials still running at it*, as the Mantel-Haenszel tests here do. The
+variance allows for luck that trials share over all p (:mod:`lockprobe.analysis.inference.excess`).
 
-An agent that ignores all reports need not have an odds ratio of 1: a repeated action may find the box unchanged. Where
+The odds ratio of an agent that ignores all reports need not be 1: a repeated action may find the box unchanged. If
 trials of a blind agent with the same action habits are given (:mod:`lockprobe.analysis.habit_baseline`), their odds
 ratio is the null hypothesis.
 """
@@ -28,12 +28,12 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Blind:
-    """The odds ratio of a blind agent with the same action habits on the same box, by simulation.
+    """The simulated odds ratio of a blind agent with the same action habits on the same box.
 
     Attributes:
         odds_ratio: Over all strata, as for the agent; above 0.
-        error: Standard error of its logarithm from the simulation.
-        trials: Trials simulated.
+        error: Monte Carlo standard error of its logarithm.
+        trials: Number of simulated trials.
     """
 
     odds_ratio: float
@@ -43,16 +43,16 @@ class Blind:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LoopEffect:
-    """Odds of being solved after a loop against odds without one.
+    """The effect of a loop: the odds ratio of success after a loop against before any loop.
 
     Attributes:
-        odds_ratio: Mantel-Haenszel, common to all strata; below 1 if success is rarer after a loop; None if undefined.
-        low, high: Ends of the 95 % interval; None where the ratio is 0 or undefined.
+        odds_ratio: Mantel-Haenszel's common odds ratio; below 1 if success is rarer after a loop; None if undefined.
+        low, high: Ends of the 95 % interval; None if the ratio is 0 or undefined.
         blind: The null hypothesis: the odds ratio of a blind agent with the same habits; None if not known.
         direction: 1 if more are solved after a loop than under the null hypothesis, -1 if fewer, else 0.
-        p_value: Two-sided, against ``blind``, or against 1 where no blind trials are given; None if nothing is
-            informative.
-        strata: Informative strata: with and without a loop side by side, some but not all solved.
+        p_value: Two-sided, against ``blind``, or against 1 if no blind trials are given; None without an informative
+            stratum.
+        strata: Number of informative strata: trials with and without a loop, some but not all solved.
         looped: Steps (of :func:`loop_landmark`: trials) after a loop.
         looped_solved: How many of them solved the box.
         unlooped: Steps (trials) before any loop.
@@ -76,7 +76,7 @@ class LoopEffect:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NaiveAssociation:
-    """Looping against solving by whole trials: not a test of whether loops hurt.
+    """Naive association of looping and solving over whole trials: not a test of whether loops hurt.
 
     Attributes:
         odds_ratio: Odds of success with a loop over odds without; None where a cell needed is empty.
@@ -88,38 +88,39 @@ class NaiveAssociation:
 
 
 def loop_hazard(outcomes: Outcomes, blind: Outcomes | None = None) -> LoopEffect:
-    """The chance of being solved at a step, after a loop against before any, in strata of p and step.
+    """Compare the hazard of success after a loop with that before any loop, in strata of p and step.
 
-    A loop that is complete with the very action that solves does not count as a loop before it. Steps of one trial need
-    no correction: each is compared given all trials that ran at it.
+    A loop completed by the solving action does not count as a loop before it. Steps of one trial need no correction:
+    each is compared given all trials at risk.
 
     Args:
         outcomes: The trials of one agent over all p.
         blind: Trials of a blind agent with the same habits on the same box; their odds ratio is the null hypothesis.
     """
-    against = _blind(loop_hazard(blind), len(blind)) if blind is not None else None
+    against = _blind_odds_ratio(loop_hazard(blind), len(blind)) if blind is not None else None
     running, event = grid(outcomes.length, outcomes.solved)
     step = np.arange(1, running.shape[1] + 1)
     looped = outcomes.looped[:, None] & (outcomes.onset[:, None] < step)
-    return _against(_effect(outcomes, looped, event, running, against), blind)
+    return _with_null(_effect(outcomes, looped, event, running, against), blind)
 
 
 def loop_landmark(outcomes: Outcomes, blind: Outcomes | None = None, *, step: int = 10) -> LoopEffect:
-    """Whether trials that had looped by a step, and still ran after it, were solved less often later. Strata p.
+    """Landmark analysis: whether trials that had looped by a step and still ran were solved less often later.
 
-    Easier to read than :func:`loop_hazard`, and weaker: loops after the step (from 1) do not count.
+    The strata are the values of p. It is easier to read than :func:`loop_hazard` and has less power: loops after the
+    step (from 1) do not count.
     """
-    against = _blind(loop_landmark(blind, step=step), len(blind)) if blind is not None else None
+    against = _blind_odds_ratio(loop_landmark(blind, step=step), len(blind)) if blind is not None else None
     running = (outcomes.length > step)[:, None].astype(np.float64)
     looped = (outcomes.looped & (outcomes.onset <= step))[:, None]
-    return _against(_effect(outcomes, looped, outcomes.solved[:, None] * running, running, against), blind)
+    return _with_null(_effect(outcomes, looped, outcomes.solved[:, None] * running, running, against), blind)
 
 
 def naive_association(outcomes: Outcomes) -> NaiveAssociation:
     """Naive: Fisher's test of looped against solved over whole trials.
 
-    Success ends a trial before it can loop, so this finds loops harmful even where they are not. It is a contrast to
-    :func:`loop_hazard`, never evidence.
+    Success ends a trial before it can loop, so this test finds loops harmful even if they are not. It is shown for
+    comparison with :func:`loop_hazard`; it is not evidence.
     """
     from scipy.stats import fisher_exact
 
@@ -132,15 +133,15 @@ def naive_association(outcomes: Outcomes) -> NaiveAssociation:
     )
 
 
-def _blind(found: LoopEffect, trials: int) -> Blind | None:
-    """The odds ratio of simulated trials of a blind agent; None where it is not above 0."""
+def _blind_odds_ratio(found: LoopEffect, trials: int) -> Blind | None:
+    """The odds ratio of simulated trials of a blind agent; None if it is not above 0."""
     if not found.odds_ratio or found.low is None or found.high is None:
         return None
     return Blind(odds_ratio=found.odds_ratio, error=math.log(found.high / found.low) / (2 * Z), trials=trials)
 
 
-def _against(found: LoopEffect, blind: Outcomes | None) -> LoopEffect:
-    """No test where blind trials are given that have no odds ratio."""
+def _with_null(found: LoopEffect, blind: Outcomes | None) -> LoopEffect:
+    """The effect against its null hypothesis; no test if blind trials are given and have no odds ratio."""
     if blind is None or found.blind is not None or found.p_value is None:
         return found
     return replace(found, p_value=None, direction=0, note="no odds ratio of a blind agent")

@@ -1,7 +1,7 @@
-"""Logit regression on counts, and whether its maximum exists.
+"""Logistic regression on counts, with a check for separation.
 
 Trials at one p are one binomial count, which gives the same fit as single trials. Trials count as independent: luck
-shared over p makes differences between conditions surer than these fits say, not less sure.
+shared over p makes the true standard errors of differences smaller than these, not larger.
 """
 
 from __future__ import annotations
@@ -34,13 +34,13 @@ class Counts:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LogitFit:
-    """The maximum of the binomial likelihood, on the logit scale.
+    """A maximum-likelihood fit of a binomial logit model.
 
     Attributes:
         coefficients: Shape (columns,).
         covariance: Inverse of the information, shape (columns, columns).
-        log_likelihood: Of the counts, with their binomial coefficients.
-        deviance: Against the saturated model.
+        log_likelihood: Log-likelihood of the counts, including binomial coefficients.
+        deviance: Deviance from the saturated model.
     """
 
     coefficients: Array
@@ -50,14 +50,14 @@ class LogitFit:
 
 
 def counts(p: NDArray[np.float64], solved: NDArray[np.bool_]) -> Counts:
-    """Trials counted per value of p; both columns have the shape (trials,)."""
+    """Count trials and successes per value of p; both columns have the shape (trials,)."""
     values = np.unique(np.asarray(p, dtype=np.float64))
     here = values[:, None] == p
     return Counts(p=values, solved=(here & solved).sum(axis=1, dtype=np.float64), n=here.sum(axis=1, dtype=np.float64))
 
 
 def logit_fit(design: Array, counted: Counts) -> LogitFit | None:
-    """Fit a logit regression; None if a combination of the columns separates solved from unsolved trials.
+    """Fit a logistic regression; None if a combination of the columns separates solved from unsolved trials.
 
     Args:
         design: Shape (values, columns), of full column rank.

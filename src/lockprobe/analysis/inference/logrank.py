@@ -1,6 +1,6 @@
-"""Log-rank tests over p: whether noise changes how soon a first loop, or the solution, happens.
+"""Log-rank tests over p: whether noise changes the time to the first loop or to the solution.
 
-A trial without the event is censored where it ended. The variance allows for luck that trials share over all p
+A trial without the event is censored at its end. The variance allows for luck that trials share over all p
 (:mod:`lockprobe.analysis.inference.excess`).
 """
 
@@ -23,14 +23,14 @@ Steps = NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EventGroup:
-    """When the event happens in the trials of some p.
+    """The time to the event in the trials of one or several p.
 
     Attributes:
         p: The flip probabilities, ascending.
         n: Trials.
         events: Trials with the event.
         expected: Events expected by the end of each trial if p had no influence.
-        curve: Share with the event by step, one minus Kaplan-Meier: as if no trial had been cut short.
+        curve: Share with the event by step, one minus Kaplan-Meier, which corrects for censoring.
     """
 
     p: tuple[float, ...]
@@ -46,16 +46,16 @@ class EventGroup:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EventComparison:
-    """The lowest p against higher ones.
+    """The lowest p compared with higher ones.
 
     Attributes:
         lowest: Trials at the lowest p.
-        higher: Trials they are compared with.
+        higher: Trials at the higher p.
         hazard_ratio: Observed over expected events, higher over lowest: below 1 if more noise means later and fewer
             events; None where undefined.
         direction: 1 if the event comes sooner or more often at the higher p, -1 if later or more rarely, else 0.
-        p_value: Log-rank, two-sided; 1 if all went alike; None with six clusters of luck or fewer.
-        p_adjusted: Corrected for the number of comparisons (Holm), where there are several.
+        p_value: Log-rank, two-sided; 1 if all trials are alike; None with six clusters of luck or fewer.
+        p_adjusted: Corrected for the number of comparisons (Holm), if there are several.
     """
 
     lowest: EventGroup
@@ -68,13 +68,13 @@ class EventComparison:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LogRanks:
-    """Whether p changes how soon the event happens.
+    """Log-rank tests of whether p changes the time to the event.
 
     Attributes:
-        primary: Lowest p against all higher p together, which leaves no choice of a peak; None with a single p.
-        each: Lowest p against every higher p.
-        p_all: Whether all p are alike, k-sample log-rank; None with a single p, or too few clusters of luck ever to
-            be significant (for seven p: twelve or fewer).
+        primary: The lowest p against all higher p pooled, which needs no choice of a peak; None with a single p.
+        each: The lowest p against every higher p.
+        p_all: P value of the k-sample log-rank test over all p; None with a single p, or too few clusters of luck ever
+            to be significant (for seven p: twelve or fewer).
     """
 
     primary: EventComparison | None
@@ -85,8 +85,8 @@ class LogRanks:
 def loop_onset_logrank(outcomes: Outcomes) -> LogRanks:
     """Log-rank tests of the step that completes the first loop; a trial without one is censored at its end.
 
-    This allows for trials that end earlier where success is more frequent. A permutation of p within clusters would
-    not: it assumes that the ends of trials are alike.
+    Censoring allows for trials that end earlier where success is more frequent. A permutation of p within clusters
+    would not: it assumes equal censoring at all p.
     """
     return _over_p(outcomes, np.where(outcomes.looped, outcomes.onset, outcomes.length), outcomes.looped)
 
@@ -117,7 +117,7 @@ def _over_p(outcomes: Outcomes, last: Steps, happened: NDArray[np.bool_]) -> Log
 
 
 def _compare(p: NDArray[np.float64], last: Steps, happened: NDArray[np.bool_], luck: Steps) -> EventComparison:
-    """The lowest of these p against all others."""
+    """The lowest of these p against all others pooled."""
     higher = p > p.min()
     running, event = grid(last, happened)
     one = np.zeros(len(p), dtype=np.int64)
@@ -148,7 +148,7 @@ def _group(p: NDArray[np.float64], last: Steps, happened: NDArray[np.bool_], bey
 
 
 def holm(values: Sequence[float | None]) -> list[float | None]:
-    """P-values corrected for their number (Holm 1979); None where nothing could be tested."""
+    """P values corrected for their number (Holm 1979); None where there is no test."""
     adjusted, largest = list(values), 0.0
     tested = sorted((value, i) for i, value in enumerate(values) if value is not None)
     for smaller, (value, i) in enumerate(tested):

@@ -22,14 +22,14 @@ _TIE = 1e-9
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Candidate:
-    """One value of p as a candidate for the highest success.
+    """One value of p as a candidate for the peak of success.
 
     Attributes:
         p: Flip probability, [0, 1].
         n: Trials.
         success: Share solved, [0, 1].
         share: Share of resamples in which it is the best, ties split, [0, 1]; None without resamples.
-        in_set: Whether it belongs to the 95 % set of the best.
+        in_set: Whether it belongs to the 95 % confidence set of the best.
     """
 
     p: float
@@ -41,16 +41,16 @@ class Candidate:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Peak:
-    """Where success is highest.
+    """The peak: the p of highest success, its bias and its uncertainty.
 
     Attributes:
-        candidates: Every value of p, rising.
+        candidates: Every value of p, ascending.
         best: The value with the highest share solved, the lowest of them in a tie; None without trials.
         success: Share solved there, [0, 1]; too high on average, as the best of several (the winner's curse).
         curse: That bias: mean over resamples of the best share less the observed share there.
         honest: ``success - curse``. In simulations of 30 trials at each of seven p, none far above the rest, the best
             was seen 0.04 to 0.12 too high and this lay 0.01 to 0.05 too high.
-        turning: Where the parabola through the shares is highest within the range of p.
+        turning: The p at which a parabola through the shares is highest, within the range of p.
         turning_low, turning_high: 2.5th and 97.5th percentiles over resamples.
         note: Why something is missing, as a short code; empty if nothing is.
     """
@@ -67,7 +67,7 @@ class Peak:
 
 
 def peak(outcomes: Outcomes, rng: np.random.Generator, resamples: int = RESAMPLES) -> Peak:
-    """Find where an agent's success is highest, and how sure that is, by ``resamples`` of its ended trials.
+    """Find the p of an agent's highest success, with its uncertainty from bootstrap resamples of its ended trials.
 
     A value of p leaves the 95 % set when the best of the others lies further above it than in 95 % of resamples with
     centred differences (Hsu's comparison with the best, by bootstrap). The set held the true best in 95 to 100 % of
@@ -120,7 +120,7 @@ def _peak(values: Array, n: Array, success: Array, drawn: Array, note: str) -> P
 
 
 def _highest(values: Array, shares: Array) -> Array:
-    """Where least-squares parabolas through rows of shares peak within the range of p; the lower end if flat."""
+    """The p at which least-squares parabolas through rows of shares peak; the lowest p for a flat row."""
     _, slope, bend = (shares @ np.linalg.pinv(np.vander(values, 3, increasing=True)).T).T
     low, high = values[0], values[-1]
     ends = np.where(slope * (high - low) + bend * (high**2 - low**2) > _TIE, high, low)

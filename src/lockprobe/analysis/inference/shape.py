@@ -1,4 +1,4 @@
-"""Polynomials of success over p in a binomial logit model.
+"""Polynomial logistic regression of success on p, and the choice of its order.
 
 The paper fits least squares to shares and lets AIC choose the order; here the trials are counted. An order of two is
 *no* evidence of a decline: a success that rises from 23 % to 67 % and stays there is called quadratic in about half
@@ -25,15 +25,15 @@ _GRID = 61
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BinomialOrder:
-    """A polynomial of one order in p, on the logit scale.
+    """A polynomial of one order in p on the logit scale, with its fit statistics.
 
     Attributes:
         order: 0 to 3.
         coefficients: From the constant upwards.
-        log_likelihood: Of the counts per p, with their binomial coefficients.
+        log_likelihood: Log-likelihood of the counts per p, including binomial coefficients.
         aic: ``2 k - 2 log_likelihood`` with ``k = order + 1``.
         aicc: ``aic + 2 k (k + 1) / (n - k - 1)`` with n trials.
-        deviance: Against the saturated model.
+        deviance: Deviance from the saturated model.
         p_value: Likelihood-ratio test against the next lower order; None for order 0.
     """
 
@@ -51,7 +51,7 @@ class BinomialCurve:
     """Success by p under one order.
 
     Attributes:
-        p: Where the curve is evaluated, over the range of p.
+        p: The p at which the curve is evaluated.
         value: Success there, [0, 1].
         low, high: Ends of the pointwise 95 % interval, from the normal interval on the logit scale.
     """
@@ -64,7 +64,7 @@ class BinomialCurve:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BinomialOrders:
-    """The polynomials that can be fitted, and the order that AICc prefers.
+    """All polynomials that can be fitted, and the order that AICc prefers.
 
     Attributes:
         n: Trials.
@@ -90,7 +90,7 @@ def binomial_orders(p: NDArray[np.float64], solved: NDArray[np.bool_]) -> Binomi
     found = [fit for fit in fits if fit is not None]
     orders = tuple(_order(n, found, order) for order in range(len(found)))
     if not allowed or len(found) < len(allowed):
-        return BinomialOrders(n=n, orders=orders, order=None, curve=None, note=_why(counted, len(found)))
+        return BinomialOrders(n=n, orders=orders, order=None, curve=None, note=_why_not_fitted(counted, len(found)))
     best = min(orders, key=lambda order: order.aicc).order
     return BinomialOrders(n=n, orders=orders, order=best, curve=_curve(counted, found[best]), note="")
 
@@ -99,7 +99,7 @@ def _fit(counted: Counts, order: int) -> LogitFit | None:
     return logit_fit(np.vander(counted.p, order + 1, increasing=True), counted)
 
 
-def _why(counted: Counts, order: int) -> str:
+def _why_not_fitted(counted: Counts, order: int) -> str:
     if counted.n.sum() < 3:
         return "fewer than three trials"
     if counted.solved.sum() in {0, counted.n.sum()}:

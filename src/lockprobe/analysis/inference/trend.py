@@ -31,13 +31,13 @@ Quantity = Literal["success", "loop_rate"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OrderScore:
-    """A polynomial of one order.
+    """A least-squares polynomial of one order, with its scores.
 
     Attributes:
         order: 0 to 3.
         coefficients: From the constant upwards.
         aic: Akaike's criterion under normal errors; None where the fit is exact.
-        cv_rmse: Leave-one-out root mean squared error; None where the fit rests on a single point.
+        cv_rmse: Leave-one-out root mean squared error; None if the fit has a single point.
     """
 
     order: int
@@ -52,12 +52,12 @@ class Quadratic:
 
     Attributes:
         coefficients: From the constant upwards.
-        p: Where the fit is evaluated.
+        p: The p at which the fit is evaluated.
         value: The fit there.
-        low, high: 2.5th and 97.5th percentiles over bootstrap resamples; empty where nothing can be resampled.
-        turning: Where the fit turns, if strictly inside the range of p.
+        low, high: 2.5th and 97.5th percentiles over bootstrap resamples; empty without resamples.
+        turning: The p of the fit's extremum, if strictly inside the range of p.
         turning_kind: ``maximum`` or ``minimum``.
-        turning_share: Share of resamples that turn the same way inside the range, [0, 1].
+        turning_share: Share of resamples with an extremum of the same kind inside the range, [0, 1].
     """
 
     coefficients: tuple[float, ...]
@@ -72,7 +72,7 @@ class Quadratic:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TrendFit:
-    """How one quantity runs over p.
+    """The trend of one quantity over p, as the paper fits it.
 
     Attributes:
         n: Points.
@@ -96,7 +96,7 @@ def trend_fit(points: Sequence[Point], quantity: Quantity, draws: Array) -> Tren
 
     Args:
         points: Repetitions of conditions, each with at least one trial.
-        quantity: What is fitted.
+        quantity: The fitted quantity.
         draws: The quantity at those points in bootstrap resamples, shape (resamples, points).
     """
     x = np.array([point.p for point in points], dtype=np.float64)
@@ -138,7 +138,7 @@ def _score(x: Array, y: Array, order: int) -> OrderScore:
 
 
 def _turning(coefficients: Array, low: float, high: float) -> tuple[Array, NDArray[np.bool_]]:
-    """Where parabolas turn, and whether that is strictly inside the range. A flat one turns nowhere."""
+    """The extrema of parabolas, and whether they lie strictly inside the range. A flat one has none."""
     bend = coefficients[..., 2]
     flat = np.abs(bend) < 1e-9
     where = -coefficients[..., 1] / (2 * np.where(flat, 1.0, bend))

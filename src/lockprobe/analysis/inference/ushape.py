@@ -1,4 +1,4 @@
-"""Two tests of a (possibly inverted) U: two lines, and Lind and Mehlum's.
+"""Two tests of a U shape or an inverted U shape: the two-lines test, and Lind and Mehlum's.
 
 Share of studies in which each is significant at 5 %, with 30 trials at each of seven p from 0 to 0.6. The quadratic
 term of a logit model (likelihood ratio), shown for comparison, is no test of a U:
@@ -40,7 +40,7 @@ _TOO_FEW = "fewer than three p"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Line:
-    """One of the two lines.
+    """One line of the two-lines test.
 
     Attributes:
         slope: In logits per unit of p; None if p separates the solved from the unsolved trials, or nothing differs,
@@ -60,10 +60,10 @@ class TwoLines:
     """The two-lines test (Simonsohn 2018).
 
     Attributes:
-        break_p: The value of p at which the lines meet; its trials belong to both.
+        break_p: The break point: the p at which the lines meet; its trials belong to both lines.
         first: The line up to the break.
         second: The line from the break on.
-        p_value: The larger of the two p-values if the slopes have opposite signs, else 1; None if there is no test.
+        p_value: The larger of the two P values if the slopes have opposite signs, else 1; None if there is no test.
         direction: The shape concluded at the 5 % level, if any.
         note: Why there is no test, as a short code; empty if there is one.
     """
@@ -83,9 +83,9 @@ class LindMehlum:
     Attributes:
         slope_low: Slope at the lowest p, in logits per unit of p.
         slope_high: Slope at the highest p.
-        p_value: The larger of the two one-sided p-values; above 0.5 if the extremum lies outside the range of p.
+        p_value: The larger of the two one-sided P values; above 0.5 if the extremum lies outside the range of p.
         direction: The shape concluded at the 5 % level, if any.
-        extremum: Where the quadratic turns, inside the range of p or not.
+        extremum: The p of the quadratic's extremum, inside the range of p or not.
         low, high: Ends of its 95 % interval (Fieller's); None if it is unbounded.
         note: Why there is no test, as a short code; empty if there is one.
     """
@@ -101,7 +101,7 @@ class LindMehlum:
 
 
 def two_lines(p: NDArray[np.float64], solved: NDArray[np.bool_], cluster: NDArray[np.int64] | None = None) -> TwoLines:
-    """Test whether success changes direction: a line on each side of a break, both significant, of opposite sign.
+    """Two-lines test of a change of direction: a line on each side of a break, both significant, of opposite sign.
 
     The break is Simonsohn's Robin Hood choice among the inner values of p, from a cubic through empirical logits (his
     is a spline through many x); values of p count alike. Each slope is tested two-sided at 5 %, as his. That found a
@@ -119,15 +119,15 @@ def two_lines(p: NDArray[np.float64], solved: NDArray[np.bool_], cluster: NDArra
     counted = counts(p, solved)
     if len(counted.p) < 3:
         return TwoLines(note=_TOO_FEW)
-    at = _robin_hood(counted)
+    at = _robin_hood_break(counted)
     first, second = (
         _line(side, None if cluster is None else _clustered_p(p[here], solved[here], cluster[here]))
         for side, here in zip(_sides(counted, at), (p <= counted.p[at], p >= counted.p[at]), strict=True)
     )
-    return _joined(float(counted.p[at]), first, second)
+    return _two_lines_test(float(counted.p[at]), first, second)
 
 
-def _joined(break_p: float, first: Line, second: Line) -> TwoLines:
+def _two_lines_test(break_p: float, first: Line, second: Line) -> TwoLines:
     p_value = max(first.p_value, second.p_value) if first.z * second.z < 0 else 1.0
     return TwoLines(
         break_p=break_p,
@@ -139,7 +139,7 @@ def _joined(break_p: float, first: Line, second: Line) -> TwoLines:
 
 
 def onset_lines(outcomes: Outcomes) -> TwoLines:
-    """Test whether first loops come later and then sooner again over p, or the reverse, by two lines.
+    """Two-lines test of loop onset: whether first loops come later and then sooner again over p, or the reverse.
 
     As :func:`two_lines`, with log-rank scores for trend (Tarone 1975): at each step, the trials that still run without
     a loop are compared over p. So trials of different length do not matter. The break is chosen from the first loops at
@@ -153,18 +153,19 @@ def onset_lines(outcomes: Outcomes) -> TwoLines:
     n, events, looped = running.sum(axis=0), event.sum(axis=0), here @ event.sum(axis=1)
     expected = here @ running @ (events / np.maximum(n, 1.0))
     steps = expected * n[events > 0].sum() / max(events.sum(), 1.0)  # as many as expect these first loops
-    at = _robin_hood(Counts(p=levels, solved=looped, n=np.maximum(np.maximum(looped, steps), 1.0)))
+    at = _robin_hood_break(Counts(p=levels, solved=looped, n=np.maximum(np.maximum(looped, steps), 1.0)))
     first, second = (
         _onset_line(outcomes.at(side), running[side], event[side])
         for side in (outcomes.p <= levels[at], outcomes.p >= levels[at])
     )
-    return _joined(float(levels[at]), first, second)
+    return _two_lines_test(float(levels[at]), first, second)
 
 
 def lind_mehlum(p: NDArray[np.float64], solved: NDArray[np.bool_]) -> LindMehlum:
     """Test whether a quadratic rises at one end of the range of p and falls at the other (Sasabuchi's test).
 
-    It assumes the quadratic. Success that levels off is none, and passes too often. Arguments as for :func:`two_lines`.
+    It assumes a quadratic. Success that levels off is not quadratic, and is called a U too often. Arguments as for
+    :func:`two_lines`.
     """
     counted = counts(p, solved)
     enough = len(counted.p) >= 3
@@ -176,8 +177,8 @@ def lind_mehlum(p: NDArray[np.float64], solved: NDArray[np.bool_]) -> LindMehlum
     slopes = ends @ fit.coefficients
     z = slopes / np.sqrt(np.einsum("ij,jk,ik->i", ends, fit.covariance, ends))
     away = z * (-1, 1) * (1 if bend > 0 else -1)
-    p_value = max(_upper(float(score)) for score in away)
-    low, high = _fieller(fit)
+    p_value = max(_upper_tail(float(score)) for score in away)
+    low, high = _fieller_interval(fit)
     return LindMehlum(
         slope_low=float(slopes[0]),
         slope_high=float(slopes[1]),
@@ -189,7 +190,7 @@ def lind_mehlum(p: NDArray[np.float64], solved: NDArray[np.bool_]) -> LindMehlum
     )
 
 
-def _upper(z: float) -> float:
+def _upper_tail(z: float) -> float:
     return 0.5 * math.erfc(z / math.sqrt(2))
 
 
@@ -209,7 +210,7 @@ def _sides(counted: Counts, at: int) -> tuple[Counts, Counts]:
 
 
 def _score(counted: Counts) -> float:
-    """The score of a slope in standard errors (Cochran-Armitage); 0 if nothing differs."""
+    """The Cochran-Armitage score of a slope, in standard errors; 0 if nothing differs."""
     share = counted.solved.sum() / counted.n.sum()
     centred = counted.p - np.average(counted.p, weights=counted.n)
     variance = share * (1 - share) * np.sum(counted.n * centred**2)
@@ -217,7 +218,7 @@ def _score(counted: Counts) -> float:
 
 
 def _clustered_p(p: Array, solved: NDArray[np.bool_], cluster: NDArray[np.int64]) -> float:
-    """The two-sided p-value of a slope's score where trials come in clusters."""
+    """The two-sided P value of a slope's score where trials come in clusters."""
     from scipy.stats import t
 
     order = np.lexsort((solved, p, cluster))  # so that sums do not hang on the order of trials
@@ -252,7 +253,7 @@ def _onset_line(outcomes: Outcomes, running: Array, event: Array) -> Line:
 
 
 def _polynomial(counted: Counts, order: int) -> tuple[Array, Array, Array]:
-    """Coefficients through empirical logits, fitted logits and their standard errors. It exists for all counts."""
+    """A polynomial through empirical logits: coefficients, fitted logits, standard errors. It always exists."""
     yes, no = counted.solved + 0.5, counted.n - counted.solved + 0.5
     weight = 1 / (1 / yes + 1 / no)
     design = np.vander(counted.p, order + 1, increasing=True)
@@ -261,8 +262,8 @@ def _polynomial(counted: Counts, order: int) -> tuple[Array, Array, Array]:
     return coefficients, design @ coefficients, np.sqrt(np.einsum("ij,jk,ik->i", design, covariance, design))
 
 
-def _robin_hood(counted: Counts) -> int:
-    """The index of the break: in the flat region about the extremum, nearer to the clearer line.
+def _robin_hood_break(counted: Counts) -> int:
+    """The index of Simonsohn's Robin Hood break: in the flat region about the extremum, nearer to the clearer line.
 
     The flat region holds the inner values of p whose smooth fit lies within a standard error of the most extreme. The
     lines about its median have the strengths z1 and z2; the break is its quantile z2 / (z1 + z2).
@@ -277,8 +278,8 @@ def _robin_hood(counted: Counts) -> int:
     return int(flat[max(0, math.ceil(quantile * len(flat) - 1e-9) - 1)])
 
 
-def _fieller(fit: LogitFit) -> tuple[float | None, float | None]:
-    """Fieller's interval of the extremum, where it is one: x with (b1 + 2 b2 x)^2 <= z^2 variance."""
+def _fieller_interval(fit: LogitFit) -> tuple[float | None, float | None]:
+    """Fieller's interval of the extremum, if it is bounded: x with (b1 + 2 b2 x)^2 <= z^2 variance."""
     _, b1, b2 = fit.coefficients.tolist()
     v = Z**2 * fit.covariance
     square, linear, constant = 4 * (b2**2 - v[2, 2]), 4 * (b1 * b2 - v[1, 2]), b1**2 - v[1, 1]

@@ -1,4 +1,4 @@
-"""Every test in one form: its question, its result, and whether to conclude from it.
+"""The tests of one agent in one common form: question, result, and whether to conclude from it.
 
 The paper concludes from a peak picked by eye, an order picked by AIC and a correlation. Each question has one test
 here that keeps its error rate, marked *recommended*. The others are naive; ``lockprobe audit`` measures how often each
@@ -42,21 +42,21 @@ _ONE_P = "fewer than two p"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TestResult:
-    """One test of one agent.
+    """The result of one test of one agent.
 
     Attributes:
         name: The test.
         question: The question that it answers.
-        recommended: Whether to conclude from it; the others are there for comparison.
-        p_value: [0, 1]; None where it cannot be computed.
-        effect: The effect size; None where there is no estimate.
-        low, high: Ends of its 95 % interval, where there is one.
-        baseline: The effect of a blind agent with the same action habits, by simulation, where that is the null
-            hypothesis; None where the null hypothesis is no effect.
+        recommended: Whether to conclude from it; other tests are shown for comparison.
+        p_value: [0, 1]; None if it cannot be computed.
+        effect: The effect size; None without an estimate.
+        low, high: Ends of its 95 % interval, if there is one.
+        baseline: The simulated effect of a blind agent with the same action habits, if that is the null hypothesis;
+            None if the null hypothesis is no effect.
         direction: 1 if the effect is more (sooner, higher odds), -1 if less, 0 if neither or it has none.
-        holds: For a rule without a p-value, whether it says yes; None otherwise.
-        note: Why there is no p-value, as a short code; empty if there is one.
-        broken: Whether the p-value is the largest over the possible ends of broken trials.
+        holds: For a rule without a P value, whether it says yes; None otherwise.
+        note: Why there is no P value, as a short code; empty if there is one.
+        broken: Whether the P value is the largest over the possible endings of broken trials.
     """
 
     __test__ = False  # no test of this package, whatever its name begins with
@@ -76,12 +76,12 @@ class TestResult:
 
     @property
     def rejects(self) -> bool:
-        """Whether it says yes: the p-value is below 0.05, or the rule holds."""
+        """Whether the answer is yes: the P value is below 0.05, or the rule holds."""
         return bool(self.holds) if self.p_value is None else self.p_value < ALPHA
 
 
 def success_tests(found: AnyDifference, conditions: list[Point]) -> list[TestResult]:
-    """Whether success depends on p."""
+    """Tests of whether success depends on p."""
     clearest = found.clearest
     chosen = _chosen(conditions, "success", highest=True)
     return [
@@ -107,12 +107,12 @@ def success_tests(found: AnyDifference, conditions: list[Point]) -> list[TestRes
 
 
 def speed_tests(speed: LogRanks) -> list[TestResult]:
-    """Whether p changes how fast the box is solved."""
+    """Tests of whether p changes how fast the box is solved."""
     return [_logrank(speed, "speed", "steps to solve, log-rank")]
 
 
 def shape_tests(lines: TwoLines, bend: LindMehlum, found: BinomialOrders, fit: TrendFit) -> list[TestResult]:
-    """Whether success rises and falls."""
+    """Tests of whether success rises and falls."""
     orders = found.orders
     rises = lines.first is not None and lines.first.z > 0
     opens_down = bend.slope_low is not None and bend.slope_low > 0
@@ -159,7 +159,7 @@ def _peaks(fit: TrendFit) -> bool | None:
 
 
 def looping_tests(onset: LogRanks, conditions: list[Point]) -> list[TestResult]:
-    """Whether p changes how soon the agent loops."""
+    """Tests of whether p changes how soon the agent loops."""
     chosen = _chosen(conditions, "loop_rate", highest=False)
     return [
         _logrank(onset, "looping", "loop onset, log-rank"),
@@ -168,7 +168,7 @@ def looping_tests(onset: LogRanks, conditions: list[Point]) -> list[TestResult]:
 
 
 def looping_again_tests(onset: TwoLines, rates: TwoLines) -> list[TestResult]:
-    """Whether the agent loops later and then sooner again: two lines of loop onset, and naively of whole trials."""
+    """Tests of whether the agent loops later and then sooner: two lines of loop onset, and naively of loop rates."""
     return [
         TestResult(
             name=name,
@@ -199,7 +199,7 @@ def _logrank(found: LogRanks, question: Question, name: str) -> TestResult:
 def harm_tests(
     hazard: LoopEffect, landmark: LoopEffect, whole: NaiveAssociation, fine: Correlation, coarse: Correlation
 ) -> list[TestResult]:
-    """Whether success is rarer after a loop."""
+    """Tests of whether success is rarer after a loop."""
     return [
         replace(_mantel_haenszel(hazard, "success after a loop, Mantel-Haenszel by p and step"), recommended=True),
         replace(_mantel_haenszel(landmark, "looped by step 10, Mantel-Haenszel by p"), direction=0),
@@ -224,7 +224,7 @@ def harm_tests(
 
 
 def persistence_tests(found: Persistence) -> list[TestResult]:
-    """Whether loops are left, and blocked joints tried again, more or less often than by chance; at one p."""
+    """Tests of whether the agent leaves loops and retries blocked joints as often as by chance, at one p."""
     kinds: tuple[tuple[str, Question, VersusChance], ...] = (
         ("leaving a loop, Student over trials", "escape", found.escaped),
         ("trying a blocked joint again, Student over trials", "repeats", found.repeated),
@@ -261,7 +261,7 @@ def _mantel_haenszel(found: LoopEffect, name: str) -> TestResult:
 
 
 def _chosen(conditions: list[Point], quantity: Literal["success", "loop_rate"], *, highest: bool) -> Difference | None:
-    """The lowest p against the p that looks best in a figure."""
+    """Naive: the lowest p against the p that looks best in a figure, without correction."""
     if len(conditions) < 2:
         return None
     first, *others = conditions

@@ -1,4 +1,4 @@
-"""Action loops: what they are, where they begin, and how much of a trial they cover (paper, Sec. 3.3)."""
+"""Action loops: their definition, their onset, and covers of a trial by them (paper, Sec. 3.3)."""
 
 from __future__ import annotations
 

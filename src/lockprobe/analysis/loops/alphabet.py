@@ -1,4 +1,4 @@
-"""A trial's actions as symbols, letters or numbers for the loop measures."""
+"""Encodings of a trial's actions for the loop measures: symbols, letters or numbers."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def symbols(trial: Trial, symbol: Symbol) -> tuple[Hashable, ...]:
 
 
 def parse_sequence(line: str) -> tuple[str, ...]:
-    """Reads one trial from a line of text.
+    """Read one trial from a line of text.
 
     Actions are separated by blanks or commas. A line without any separator is read one action per character:
     ``ABCABC`` is six actions (and ``slider1`` seven: write ``slider1,`` for a trial of that one action).
@@ -66,7 +66,7 @@ def actions_of(sequence: Sequence[Hashable] | NDArray[Any]) -> Sequence[Hashable
 
 
 def refuse_nan(actions: Collection[Hashable] | NDArray[Any]) -> None:
-    """Refuses actions that are not equal to themselves: their recurrence would depend on their storage."""
+    """Refuse actions that are not equal to themselves (NaN): their recurrence would depend on their storage."""
     if isinstance(actions, np.ndarray):
         found = actions.dtype.kind not in "iubUS" and bool((actions != actions).any())  # noqa: PLR0124
     else:

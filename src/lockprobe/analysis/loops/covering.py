@@ -64,7 +64,7 @@ def cover(
     overlap: bool = False,
     min_length: int = 3,
 ) -> LoopCover:
-    """Covers as much of a trial as possible by disjoint copies of its action loops.
+    """Cover as much of a trial as possible by disjoint copies of its action loops (maximum coverage).
 
     Of several greatest covers ``free`` takes the one of fewest pieces, longest first. A piece that is itself a
     repetition is then written as its copies, ``ABCABC`` as ``ABC ABC``: loops on the same actions. Above 5000

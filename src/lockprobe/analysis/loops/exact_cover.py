@@ -1,4 +1,4 @@
-"""The greatest cover by disjoint copies of loops, by dynamic programming.
+"""The maximum cover of a trial by disjoint copies of loops, by dynamic programming.
 
 Choosing disjoint pieces of greatest total length is interval scheduling: the best cover of the trial from action i on
 follows from the best covers from later actions on. A loop of 2 m actions or more, m the shortest length, is two loops
@@ -26,7 +26,7 @@ Words = tuple[tuple[Hashable, ...], ...]
 def free_pieces(
     sequence: Sequence[Hashable] | NDArray[Any], min_length: int, *, overlap: bool
 ) -> tuple[list[Interval], Words]:
-    """The pieces of the greatest cover, and their distinct words in order."""
+    """The pieces of the maximum cover, and their distinct words in order."""
     if len(sequence) <= TRIAL_LENGTH:
         pieces = trial_pieces(letters(sequence), min_length, overlap=overlap)
         return pieces, in_order(sequence, pieces)
@@ -42,7 +42,7 @@ def free_pieces(
 
 
 def trial_pieces(text: str, min_length: int, *, overlap: bool = False) -> list[Interval]:
-    """The pieces of the greatest cover of a trial, from loops of any length."""
+    """The pieces of a trial's maximum cover, from loops of any length."""
     reach = _longest_loops(text, min_length, overlap=overlap)
     if not any(reach):
         return []

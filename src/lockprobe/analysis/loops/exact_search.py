@@ -1,7 +1,7 @@
-"""The greatest covers under the rules that tie pieces to each other, ``repeat`` and ``whole``, by exact search.
+"""Maximum covers by exact search, under the rules ``repeat`` and ``whole``, which tie pieces to each other.
 
-Both searches ask whether a cover of so many actions exists, from the upper bound downwards. They remember states that
-cannot yield enough. Whether the copies that make a loop may overlap does not matter: chosen pieces never do.
+Both searches lower the number of covered actions from an upper bound until a cover exists. They memoise states that
+cannot cover enough. Whether the copies that make a loop may overlap does not matter: chosen pieces never overlap.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def whole_pieces(text: str, min_length: int) -> list[Interval]:
     """The pieces of a greatest cover made of loops with all their copies, in order.
 
     The greatest free cover, if it is one. Else a set packing: the action that fewest loops can cover is covered by
-    one of them, or given up. No cover exceeds the actions that the loops still to be had would cover together.
+    one of them, or given up. The bound is the number of actions that the remaining loops would cover together.
     """
     pieces = trial_pieces(text, min_length)
     if not pieces:

@@ -1,4 +1,4 @@
-"""The paper's binary integer linear programme (Sec. 3.3), solved to optimality by HiGHS: the literal reference."""
+"""The paper's binary integer linear programme (ILP, Sec. 3.3), solved to optimality by HiGHS: the reference."""
 
 from __future__ import annotations
 

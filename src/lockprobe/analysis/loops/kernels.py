@@ -32,13 +32,13 @@ Given = ParamSpec("Given")
 Found = TypeVar("Found")
 
 WORTH_COMPILING = 200_000
-"""Actions from which on compiling pays: as trials of 20 they take a second without it, in one piece a quarter."""
+"""Actions above which compiling pays: without it they take a second as trials of 20, a quarter second as one trial."""
 
 _COMPILED: dict[str, Callable[..., Any]] = {}
 
 
 def compiled(function: Callable[Given, Found], actions: int) -> Callable[Given, Found] | None:
-    """The compiled function, if it is compiled already or so many actions are worth it; None without numba."""
+    """The compiled function, if it is already compiled or this many actions justify it; None without numba."""
     name = function.__name__
     if name not in _COMPILED and actions >= WORTH_COMPILING:
         try:

@@ -21,7 +21,7 @@ __all__ = ["LoopMeasures", "measure"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LoopMeasures:
-    """What loops make of each trial, one row each. Every column has the shape (trials,).
+    """The loop measures of trials, one row each. Every column has the shape (trials,).
 
     Attributes:
         n: Actions in the trial.
@@ -51,7 +51,7 @@ class LoopMeasures:
 def measure(
     sequences: NDArray[Any] | Sequence[Sequence[Hashable]], *, overlap: bool = False, min_length: int = 3
 ) -> LoopMeasures:
-    """Measures many trials: each as :func:`cover`, :func:`onset` and :func:`longest_loop` measure it alone.
+    """The loop measures of many trials, each equal to :func:`cover`, :func:`onset` and :func:`longest_loop` of it.
 
     A trial of 20 actions takes about 1 µs where it pays to compile (10 000 trials and more, with the extra
     ``fast``), 0.1 ms otherwise. ``sequences`` are trials of equal length as integers, shape (trials, n), or a list of

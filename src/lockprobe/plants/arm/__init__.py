@@ -1,1 +1,1 @@
-"""A robot arm with hand and force sensor, simulated or real."""
+"""A robot arm with hand and force sensor: controller, kinematics, guarded move; simulated or real."""

@@ -1,8 +1,8 @@
-"""The arm's force control: joint torques that make the tool behave like springs and dampers (Cartesian impedance).
+"""Cartesian impedance control of the arm: joint torques that make the tool behave like springs and dampers.
 
-This is the inner loop, at the rate of the simulation. It compensates gravity and Coriolis forces by the model. Free
-motions follow joint angles by computed torque. The one motion of seven joints that does not move the tool (the null
-space) stays near a posture.
+This is the inner loop, at the rate of the simulation. It compensates gravity and Coriolis forces with the dynamics
+model. Free motions follow joint angles by computed-torque control. The null space (the one motion of seven joints that
+does not move the tool) stays near a posture.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _PLUS, _MINUS = np.array([7, 2, 3]), np.array([5, 6, 1])
 
 
 class ForceController:
-    """Writes torques to ``data.ctrl``; call it between ``mj_step1`` and ``mj_step2``.
+    """The impedance controller. It writes torques to ``data.ctrl``; call it between ``mj_step1`` and ``mj_step2``.
 
     Args:
         model: A compiled scene with the arm and the hand.
@@ -73,7 +73,7 @@ class ForceController:
     def track(
         self, angles: NDArray[np.float64], speeds: NDArray[np.float64], accelerations: NDArray[np.float64]
     ) -> None:
-        """Follow a motion of the joints by computed torque.
+        """Follow a joint motion by computed-torque control.
 
         Args:
             angles: Radians, shape (7,).
@@ -97,15 +97,15 @@ class ForceController:
         stiffness: float,
         posture: NDArray[np.float64],
     ) -> None:
-        """Draw the tool towards a pose by springs and dampers.
+        """Pull the tool towards a pose by Cartesian impedance, with null-space posture control.
 
         Args:
             position: Metres.
             turn: Orientation, shape (3, 3).
-            velocity: Velocity of the attracting point, metres per second.
-            acceleration: Acceleration of that point, metres per second squared.
-            stiffness: Newtons per metre.
-            posture: Joint angles to keep near, radians, shape (7,).
+            velocity: Velocity of the target point, metres per second.
+            acceleration: Acceleration of the target point, metres per second squared.
+            stiffness: Translational stiffness, newtons per metre.
+            posture: Null-space posture: preferred joint angles, radians, shape (7,).
         """
         mujoco.mj_jacSite(self._model, self._data, self._linear, self._angular, self._site)
         jacobian, speeds, pull = self._j, self.speeds, self._pull
@@ -126,7 +126,7 @@ class ForceController:
         self._write(pull @ jacobian + keep * null)
 
     def _refresh(self) -> None:
-        """Update what changes slowly: the null space of the Jacobian, and the inertia at the tool."""
+        """Update slowly changing quantities: null space of the Jacobian, operational-space inertia at the tool."""
         self._null = np.linalg.svd(self._j)[2][-1]
         self._rows[:, self._dofs] = self._j
         mujoco.mj_solveM(self._model, self._data, self._weighted, self._rows)

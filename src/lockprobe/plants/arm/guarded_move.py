@@ -1,8 +1,8 @@
 """The guarded move: an arm attempts a joint, measures forces and judges whether the joint moved (paper, Sec. 2.1).
 
-The hand goes above the handle, holds still to zero the force sensor, descends until it cages the handle, drags it along
-its path while watching force and progress, rises and goes home. The same code moves a simulated arm, a real one, and a
-scripted one in tests. The sensor is zeroed before anything is touched. Otherwise the pressure of a handle on a finger
+The hand moves above the handle, holds still to tare the force sensor, descends until it cages the handle, drags it
+along its path while monitoring force and progress, rises and goes home. The same code moves a simulated arm, a real
+one, and a scripted one in tests. The sensor is tared before any contact. Otherwise the pressure of a handle on a finger
 would count as zero, and all later forces would be too large.
 """
 
@@ -29,11 +29,11 @@ _CREEP = 0.01
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Touch:
-    """The measurements and judgement of one attempt.
+    """The measurements and the verdict of one guarded move.
 
     Attributes:
-        verdict: The robot's judgement.
-        peak_force: Greatest filtered force against the drag, newtons.
+        verdict: The robot's verdict.
+        peak_force: Largest filtered force against the drag, newtons.
         progress: Fraction of the path that the hand travelled.
         seconds: Duration from home to home by the arm's clock.
     """
@@ -51,25 +51,25 @@ class Touch:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GuardedMove:
-    """The parameters of an attempt, and of the judgement on it.
+    """The guarded move: its motion parameters and the thresholds of its verdict.
 
     Attributes:
-        clearance: Height above the handle at which the hand arrives and leaves, metres.
-        descent: Speed down and up, metres per second.
-        lift_ramp: Acceleration down and up, metres per second squared.
+        clearance: Approach and retreat height above the handle, metres.
+        descent: Vertical speed down and up, metres per second.
+        lift_ramp: Vertical acceleration, metres per second squared.
         settling: Time to come to rest above the handle, around it, and after release, seconds.
-        taring: Time over which the sensor's zero is averaged, seconds.
+        taring: Averaging time of the sensor's zero, seconds.
         drag: Speed along the path, metres per second.
         ramp: Acceleration at the start of the drag, metres per second squared.
-        overdrive: Distance by which the drag goes beyond the end of the path, metres.
-        waiting: Time that the hand has to catch up after the drag has ended, seconds.
-        free_stiffness: Stiffness of the arm while it holds nothing, newtons per metre.
-        held_stiffness: Stiffness of the arm along the path, newtons per metre.
-        smoothing: Time constant of the filter on force, seconds.
+        overdrive: Distance that the target moves beyond the end of the path, metres.
+        waiting: Time for the hand to catch up after the target stops, seconds.
+        free_stiffness: Cartesian stiffness in free motion, newtons per metre.
+        held_stiffness: Cartesian stiffness during the drag, newtons per metre.
+        smoothing: Time constant of the low-pass filter on force, seconds.
         held_force: A handle counts as held if the force exceeds this, newtons,
         held_pace: and the hand is slower than this share of the drag's speed,
         held_for: both for this long, seconds.
-        enough: Progress from which on the handle counts as moved; force no longer matters.
+        enough: Progress, [0, 1], above which the handle counts as moved whatever the force.
         landing_force: Force along the axis at which the descent is aborted, newtons.
     """
 
@@ -96,7 +96,7 @@ class GuardedMove:
 
         Args:
             arm: An arm that is at home.
-            path: The handle's path as the robot believes it to be, starting at the handle.
+            path: The handle's path as estimated by the robot, starting at the handle.
 
         Raises:
             PlantFault: If the arm does not reach a pose.
@@ -115,7 +115,7 @@ class GuardedMove:
         return Touch(verdict=verdict, peak_force=peak, progress=progress, seconds=arm.time - began)
 
     def _tare(self, arm: Arm, above: Vector) -> Vector:
-        """The sensor's mean reading while nothing is touched."""
+        """Tare: the sensor's mean reading without contact."""
         self._stand(arm, above, self.settling, self.free_stiffness)
         readings = []
         for _ in range(self._periods(self.taring, arm)):
@@ -124,7 +124,7 @@ class GuardedMove:
         return np.asarray(np.mean(readings, axis=0))
 
     def _descend(self, arm: Arm, start: Vector, axis: Vector, zero: Vector) -> bool:
-        """Lower the hand over the handle. False if it landed on something."""
+        """Lower the hand over the handle; False if it landed on something."""
         height, speed, felt = self.clearance, 0.0, 0.0
         while height > 0:
             braking = math.sqrt(2 * self.lift_ramp * height)
@@ -188,7 +188,7 @@ class GuardedMove:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class HandlePath:
-    """The path of a handle through points, measured by arc length.
+    """The path of a handle: a polyline parametrised by arc length.
 
     Attributes:
         points: Shape (n, 3) with n > 1, metres; no two neighbours are equal.
@@ -223,7 +223,7 @@ class HandlePath:
         return self.points[piece] + (distance - self._along[piece]) * direction, direction
 
     def travelled(self, point: Vector) -> float:
-        """Distance along the path nearest to a point, metres; it may lie before the start or beyond the end."""
+        """Arc length of the path's nearest point to a point, metres; it may lie before the start or beyond the end."""
         ahead = np.einsum("ij,ij->i", point - self.points[:-1], self._directions)
         spans = np.diff(self._along)
         inside = np.clip(ahead, 0.0, spans)

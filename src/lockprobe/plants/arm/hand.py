@@ -1,4 +1,4 @@
-"""A compliant hand that cages a knob between six soft fingers, behind a force-torque sensor.
+"""A compliant hand that cages a knob between six soft fingers, mounted on a force-torque sensor.
 
 It approximates a soft hand: each finger is a capsule on two sprung hinges. The fingers lean outwards, so they still
 enclose a knob that is slightly off its believed position. The gap between fingers is narrower than a knob, so a knob

@@ -29,7 +29,7 @@ _MIDDLE = np.array([0.0, 0.2, 0.0, -2.1, 0.0, 2.2, math.pi / 4])
 
 
 class InverseKinematics:
-    """Inverse kinematics on a copy of the scene's state.
+    """An inverse kinematics solver, which works on a copy of the scene's state.
 
     Args:
         model: A compiled scene with the arm and the hand.
@@ -47,7 +47,7 @@ class InverseKinematics:
         self._j = self._jacobian[:, first : first + JOINTS]
 
     def solve(self, position: Vector, axis: Vector) -> NDArray[np.float64] | None:
-        """Joint angles for a position of the tool, or None if the search finds none.
+        """Joint angles for a position of the tool; None if the solver does not converge.
 
         The search starts from the middle posture turned towards the position.
 
@@ -56,7 +56,7 @@ class InverseKinematics:
             axis: Direction in which the hand points, a unit vector.
 
         Returns:
-            Radians, shape (7,), inside the limits by a margin, accurate to 0.2 mm and 0.05 degrees.
+            Radians, shape (7,), within the joint limits by a margin, accurate to 0.2 mm and 0.05 degrees.
         """
         posture = _MIDDLE.copy()
         posture[0] = math.atan2(position[1], position[0])
@@ -77,7 +77,7 @@ class InverseKinematics:
         return bool(((self._q >= LOWER + _MARGIN) & (self._q <= UPPER - _MARGIN)).all())
 
     def _step(self, gaps: NDArray[np.float64], axis: Vector, posture: NDArray[np.float64]) -> None:
-        """One step; the rotation about the hand's axis is projected out of the task."""
+        """One damped least-squares step; rotation about the hand's axis is projected out of the task."""
         task = self._j.copy()
         task[3:] -= np.outer(axis, axis @ task[3:])
         task[3:] *= _TURN_WEIGHT

@@ -166,7 +166,7 @@ _SHAPES: tuple[tuple[_Segment, ...], ...] = (
 
 
 def _dh_transform(a: float, d: float, alpha: float, theta: float) -> NDArray[np.float64]:
-    """The pose of a joint's frame in the one before, Craig's convention, shape (4, 4)."""
+    """The pose of a joint's frame in the previous frame, Craig's convention, shape (4, 4)."""
     ca, sa, ct, st = math.cos(alpha), math.sin(alpha), math.cos(theta), math.sin(theta)
     return np.array([[ct, -st, 0, a], [st * ca, ct * ca, -sa, -d * sa], [st * sa, ct * sa, ca, d * ca], [0, 0, 0, 1.0]])
 

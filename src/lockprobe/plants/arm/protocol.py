@@ -1,4 +1,4 @@
-"""The interface of an arm for the guarded move, simulated or real."""
+"""The interface of an arm (Arm, StoppableArm) for the guarded move, simulated or real."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ Vector = NDArray[np.float64]
 
 
 class Arm(Protocol):
-    """A torque-controlled arm with a hand and a force sensor, commanded at the rate of a supervisor.
+    """A torque-controlled arm with a hand and a force sensor, commanded by a slower, supervisory loop.
 
-    Poses refer to the tool, the point in the hand that holds the top of a knob. Calls block.
+    Poses refer to the tool centre point: the point in the hand that holds the top of a knob. Calls block.
     """
 
     @property
     def period(self) -> float:
-        """Seconds that one call of :meth:`follow` takes."""
+        """Duration of one call of :meth:`follow`, seconds."""
         ...
 
     @property
@@ -50,12 +50,12 @@ class Arm(Protocol):
         ...
 
     def follow(self, position: Vector, velocity: Vector, *, stiffness: float) -> None:
-        """Follow a moving point for one period as if pulled by springs, keeping the orientation.
+        """Follow a moving target for one period under Cartesian impedance, keeping the orientation.
 
         Args:
-            position: The point at the start of the period, metres.
-            velocity: The point's velocity, metres per second.
-            stiffness: Newtons per metre.
+            position: The target at the start of the period, metres.
+            velocity: The target's velocity, metres per second.
+            stiffness: Translational stiffness, newtons per metre.
         """
         ...
 
@@ -72,5 +72,5 @@ class StoppableArm(Arm, Protocol):
     """An arm that can be stopped from another thread while one of its calls is under way."""
 
     def stop(self) -> None:
-        """Bring the arm to rest as fast as it safely can. The next command starts it again. Idempotent."""
+        """Bring the arm to rest as fast as is safe. The next command starts it again. Idempotent."""
         ...

@@ -28,7 +28,7 @@ class SimulatedArm:
         model: A compiled scene with the arm and the hand.
         data: Its state.
         force_noise: Standard deviation of each component of a force reading, newtons.
-        rng: Random stream of the noise until :meth:`use_stream`. It draws equally many numbers whatever the noise is.
+        rng: Random stream of the noise until :meth:`use_stream`. The number of draws does not depend on the noise.
         before_step: Called before every step of the simulation.
         after_step: Called after every step of the simulation.
     """
@@ -71,7 +71,7 @@ class SimulatedArm:
         self._rng = rng
 
     def stand(self) -> None:
-        """Put the arm into its homing pose instantly, at rest."""
+        """Set the arm to its homing pose instantly, at rest."""
         self._controller.joints[:] = HOME
         self._controller.speeds[:] = 0
         mujoco.mj_forward(self._model, self._data)
@@ -160,7 +160,7 @@ class SimulatedArm:
 
 
 class _SpeedProfile:
-    """A motion from 0 to 1: constant acceleration, constant speed, constant deceleration."""
+    """A trapezoidal velocity profile from 0 to 1: constant acceleration, constant speed, constant deceleration."""
 
     def __init__(self, *, speed: float, acceleration: float) -> None:
         self._acceleration = acceleration

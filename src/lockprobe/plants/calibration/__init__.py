@@ -1,1 +1,1 @@
-"""Calibration of a camera on a robot's hand from pictures of tags on the board."""
+"""Hand-eye calibration of a camera on a robot's hand, from pictures of tags on the board."""

@@ -1,7 +1,7 @@
-"""From views of a tagged board to the camera's pose in the hand and the board's pose in the robot's base.
+"""Hand-eye calibration: poses of the camera in the hand and of the board in the base, from views of a tagged board.
 
-The camera is fixed to the hand and the board does not move. Every fourth view in turn is held out: the error of a
-held-out view is the distance of its tags from where the calibration of the other views puts them.
+The camera is fixed to the hand and the board does not move. Hold-out errors come from four-fold cross-validation: the
+error of a held-out view is the distance of its tags from their positions by the calibration of the other views.
 """
 
 from __future__ import annotations
@@ -17,17 +17,17 @@ from lockprobe.errors import BadFile, BadValue
 from lockprobe.plants.calibration.calibration_file import Calibration, CalibrationErrors
 from lockprobe.plants.calibration.opencv import METHODS, Method, board_pose, find_tags, hand_eye, read_grey
 from lockprobe.plants.calibration.pose import Pose, angle_between, mean_pose, rows_of
-from lockprobe.plants.calibration.views import Intrinsics, View, Views, read_picture
+from lockprobe.plants.calibration.views import CalibrationView, Intrinsics, Views, read_picture
 from lockprobe.plants.scene.tag_layout import TagLayout
 from lockprobe.validation import check_choice
 
 __all__ = ["FEWEST_TAGS", "FEWEST_VIEWS", "LEAST_TURN", "BoardView", "calibrate", "look_at_views", "turned_degrees"]
 
 FEWEST_TAGS = 3
-"""A view needs so many tags: with fewer the board's pose is several times as wrong (docs/calibration.md)."""
+"""The fewest tags of a view: with fewer, the board's pose error is several times as large (docs/calibration.md)."""
 
 FEWEST_VIEWS = 8
-"""A calibration needs so many views, of which it holds out a fourth."""
+"""The fewest views of a calibration, of which a fourth is held out."""
 
 LEAST_TURN = 10.0
 """Least rotation of the hand off its most frequent axis, degrees: with less, hand-eye is wrong without a sign of it."""
@@ -44,7 +44,7 @@ class BoardView:
         hand: Pose of the hand in the robot's base, shape (4, 4).
         board: Pose of the board in the camera, shape (4, 4).
         tags: Number of tags seen.
-        reprojection: Root mean square of the distance of corners from where the pose puts them, pixels.
+        reprojection: Root mean square reprojection error of the corners, pixels.
     """
 
     picture: str
@@ -63,10 +63,10 @@ def look_at_views(
         folder: Where the pictures are.
         views: Its file of views.
         tags: The tags of the board.
-        fewest_tags: A view with fewer is refused; at least 1.
+        fewest_tags: Views with fewer tags are refused; at least 1.
 
     Returns:
-        The views in which it was found; the other pictures, each with the reason why it is refused.
+        The views in which the board was found; the other pictures, each with the reason for its refusal.
 
     Raises:
         BadFile: If a picture cannot be read or has another size than the camera's.
@@ -83,8 +83,8 @@ def look_at_views(
     return found, refused
 
 
-def _look(folder: Path, view: View, camera: Intrinsics, tags: TagLayout, fewest: int) -> BoardView | str:
-    """The view with the board's pose, or why it is refused."""
+def _look(folder: Path, view: CalibrationView, camera: Intrinsics, tags: TagLayout, fewest: int) -> BoardView | str:
+    """The view with the board's pose, or the reason for its refusal."""
     path = folder / view.picture
     grey = read_grey(read_picture(folder, view), path)
     height, width = grey.shape
@@ -125,10 +125,10 @@ def calibrate(
         box: Name of the box, for the record.
         board: Checksum of the board, for the record.
         method: Method of hand-eye calibration.
-        least_turn: Least rotation of the hand off its most frequent axis, degrees.
+        least_turn: Least rotation of the hand off its dominant axis, degrees.
 
     Raises:
-        BadValue: If there are too few views, if the hand turns too little, or if the method finds no pose.
+        BadValue: If there are too few views, the hand rotates too little, or the method finds no pose.
     """
     check_choice("method", method, METHODS)
     if len(seen) < FEWEST_VIEWS:
@@ -162,7 +162,7 @@ def calibrate(
 
 
 def turned_degrees(hands: Sequence[Pose]) -> float:
-    """How far a hand turns between two poses, off the axis about which it turns most; degrees, root mean square.
+    """Rotation of a hand between poses, off its dominant axis of rotation; degrees, root mean square.
 
     Hand-eye calibration knows the camera's position from this rotation alone. It is 0 if all rotations share one axis.
     """
@@ -180,7 +180,7 @@ def _solved(seen: Sequence[BoardView], method: Method) -> tuple[Pose, Pose]:
 
 
 def _held_out(seen: Sequence[BoardView], tags: TagLayout, method: Method) -> tuple[list[float], list[float]]:
-    """Millimetres and degrees of every view, each by the calibration of the other folds."""
+    """Hold-out error of every view, in millimetres and degrees, by the calibration of the other folds."""
     middles = np.c_[tags.middles, np.zeros(len(tags.middles)), np.ones(len(tags.middles))].T
     millimetres, degrees = [], []
     for fold in range(_FOLDS):

@@ -1,4 +1,4 @@
-"""The result of a calibration as a JSON file, and the check before a study uses it."""
+"""Calibration files (JSON): writing, reading, and the check before a study uses one."""
 
 from __future__ import annotations
 
@@ -34,14 +34,15 @@ _Positive = Annotated[FiniteFloat, Field(ge=0)]
 
 
 class CalibrationErrors(BaseModel):
-    """Errors of a calibration.
+    """Hold-out and reprojection errors of a calibration.
 
     Attributes:
-        held_out_mm: Mean distance of the tags from where the calibration without their views puts them, millimetres.
-        held_out_worst_mm: The largest such distance, of a view's mean.
-        held_out_degrees: Mean angle between the board's pose in a held-out view and in the calibration without it.
-        held_out_worst_degrees: The largest such angle.
-        reprojection_px: Mean over views of the distance of corners from where the board's pose puts them, pixels.
+        held_out_mm: Hold-out error: mean distance of tags from their positions by the calibration of the other views,
+            millimetres.
+        held_out_worst_mm: The largest mean distance of a view, millimetres.
+        held_out_degrees: Mean angle between a held-out view's board pose and the calibration's, degrees.
+        held_out_worst_degrees: The largest such angle, degrees.
+        reprojection_px: Reprojection error of corners, mean over views, pixels.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -53,11 +54,11 @@ class CalibrationErrors(BaseModel):
 
 
 class Calibration(BaseModel):
-    """Where camera and board are.
+    """A calibration: poses of camera and board, with errors and provenance.
 
     Attributes:
-        schema_version: Version of this form.
-        date: When it was computed.
+        schema_version: Version of the file format.
+        date: Time of computation.
         box: Name of the box.
         board: Checksum of the board's dimensions (:func:`lockprobe.plants.scene.tag_layout.board_checksum`).
         tag_mm: Side of a tag's black square, millimetres.
@@ -65,9 +66,9 @@ class Calibration(BaseModel):
         method: Method of hand-eye calibration.
         camera_in_hand: Pose of the camera in the frame of the hand.
         board_in_base: Pose of the board in the frame of the robot's base.
-        used: The pictures that were used.
+        used: Names of the pictures used.
         refused: The other pictures, each with the reason.
-        turned_degrees: How far the hand turns from view to view off its most frequent axis.
+        turned_degrees: Rotation of the hand between views off its dominant axis, degrees.
         errors: Errors.
     """
 
@@ -97,10 +98,10 @@ def write_calibration(found: Calibration, path: Path) -> None:
 
 
 def read_calibration(path: Path) -> Calibration:
-    """The calibration in a file.
+    """Read the calibration in a file.
 
     Raises:
-        BadFile: If it is not such a file.
+        BadFile: If the file is missing or not a calibration.
     """
     data = parse_json(read_input(path, _LARGEST), path)
     try:
@@ -112,7 +113,7 @@ def read_calibration(path: Path) -> Calibration:
 
 
 def calibration_for(path: Path, *, board: str, board_file: Path | None = None) -> Calibration:
-    """The calibration in a file, if a study may rely on it.
+    """Read a calibration and check that a study may rely on it.
 
     Args:
         path: The calibration.
@@ -120,8 +121,8 @@ def calibration_for(path: Path, *, board: str, board_file: Path | None = None) -
         board_file: The file that describes the board, where there is one, such as the box's TOML file.
 
     Raises:
-        BadFile: If it is of another board, older than the board's file, or if its hold-out error
-            exceeds :data:`TOLERATED_MM`. The message says how to repair it.
+        BadFile: If it belongs to another board, is older than the board's file, or has a hold-out error above
+            :data:`TOLERATED_MM`. The message says how to repair it.
     """
     found = read_calibration(path)
     again = "run lockprobe rig calibrate again"

@@ -1,4 +1,4 @@
-"""OpenCV's part of a calibration: the bits of tags, tags in a picture, the pose of a board, and hand-eye.
+"""Calibration with OpenCV: AprilTag bits and detection, board pose (PnP), and hand-eye calibration.
 
 No other module imports OpenCV. Version 5.0.0.93 has no ``calibrateHandEye`` in Python, so the extra pins 4.14.0.94.
 """
@@ -77,10 +77,10 @@ def tag_bits(numbers: Sequence[int]) -> NDArray[np.bool_]:
 
 
 def read_grey(content: bytes, path: Path) -> NDArray[np.uint8]:
-    """A PNG or JPEG file as a grey picture, shape (height, width).
+    """Decode a PNG or JPEG file as a grey picture, shape (height, width).
 
     Raises:
-        BadFile: If it is no picture, or has more pixels than any camera: its header is read before it is decoded.
+        BadFile: If it is not a picture, or its header states too many pixels (checked before decoding).
         Missing: If OpenCV is not installed.
     """
     cv2 = _opencv()
@@ -113,7 +113,7 @@ def _stated_size(content: bytes) -> tuple[int, int]:
 
 
 def find_tags(grey: NDArray[np.uint8]) -> list[tuple[int, NDArray[np.float64]]]:
-    """The AprilTags of the family 36h11 in a picture.
+    """Detect the AprilTags of the family 36h11 in a picture.
 
     Args:
         grey: Shape (height, width).
@@ -149,7 +149,7 @@ def _detector() -> Any:
 def board_pose(
     corners: NDArray[np.float64], found: Mapping[int, NDArray[np.float64]], camera: Intrinsics
 ) -> tuple[Pose, float]:
-    """Pose of a board in the frame of the camera, from all its tags in a picture.
+    """Pose of a board in the frame of the camera, from all its tags in a picture (perspective-n-point).
 
     The start is the better of the two poses of a plane (Collins and Bartoli, "Infinitesimal Plane-Based Pose
     Estimation", 2014); Levenberg-Marquardt refines it.
@@ -160,7 +160,7 @@ def board_pose(
         camera: The camera.
 
     Returns:
-        The pose, shape (4, 4); root mean square of the distance of corners from where the pose puts them, pixels.
+        The pose, shape (4, 4); root mean square reprojection error, pixels.
     """
     cv2 = _opencv()
     numbers = sorted(found)
@@ -176,7 +176,7 @@ def board_pose(
 
 
 def hand_eye(hands: Sequence[Pose], boards: Sequence[Pose], method: Method = "park") -> Pose:
-    """Pose of a camera in the frame of the hand that carries it.
+    """Hand-eye calibration: the pose of a camera in the frame of the hand that carries it.
 
     Args:
         hands: Poses of the hand in the frame of the robot's base, shape (4, 4) each.
@@ -187,7 +187,7 @@ def hand_eye(hands: Sequence[Pose], boards: Sequence[Pose], method: Method = "pa
         Shape (4, 4).
 
     Raises:
-        BadValue: If the method finds none. OpenCV then gives the identity or numbers that are not finite.
+        BadValue: If the method finds no pose: OpenCV then returns the identity or non-finite numbers.
     """
     cv2 = _opencv()
     name = f"CALIB_HAND_EYE_{method.upper()}"

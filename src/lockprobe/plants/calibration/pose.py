@@ -1,4 +1,4 @@
-"""Rigid poses: their check, inverse, mean, and how far they lie apart."""
+"""Rigid poses (SE(3)): check, inverse, mean and rotation distance."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _TOLERANCE = 1e-3
 
 
 def is_rigid(pose: Pose) -> bool:
-    """Whether a matrix of shape (4, 4) is a rigid pose, up to the digits with which poses are typed."""
+    """Whether a matrix of shape (4, 4) is a rigid pose, within the precision of typed numbers."""
     turn = pose[:3, :3]
     straight = np.abs(turn @ turn.T - np.eye(3)).max() < _TOLERANCE and np.linalg.det(turn) > 0
     level = np.abs(pose[3] - (0, 0, 0, 1)).max() <= _TOLERANCE
@@ -39,7 +39,7 @@ PoseRows = Annotated[tuple[_Row, _Row, _Row, _Row], AfterValidator(_rigid)]
 
 
 def array_of(rows: PoseRows) -> Pose:
-    """The pose of a file, its rotation made exact. Shape (4, 4)."""
+    """A pose from a file, with its rotation made exactly orthogonal, shape (4, 4)."""
     pose = np.array(rows)
     pose[:3, :3] = _nearest_rotation(pose[:3, :3])
     pose[3] = (0, 0, 0, 1)

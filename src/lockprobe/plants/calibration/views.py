@@ -1,4 +1,4 @@
-"""A folder of pictures from a camera on a robot's hand, with the hand's pose at each: the input of a calibration.
+"""The input of a calibration: a folder of pictures from a camera on a robot's hand, with the hand's poses.
 
 The file ``views.json`` in the folder::
 
@@ -28,7 +28,7 @@ from lockprobe.plants.calibration.pose import Pose, PoseRows, array_of
 from lockprobe.terminal_text import printable
 from lockprobe.validation import plain
 
-__all__ = ["VIEWS_FILE", "Intrinsics", "View", "Views", "read_picture", "read_views"]
+__all__ = ["VIEWS_FILE", "CalibrationView", "Intrinsics", "Views", "read_picture", "read_views"]
 
 VIEWS_FILE = "views.json"
 
@@ -43,7 +43,7 @@ _Distortion = Annotated[tuple[FiniteFloat, ...], Field(max_length=8)]
 
 
 class Intrinsics(BaseModel):
-    """A pinhole camera with distortion as OpenCV has it.
+    """Camera intrinsics: a pinhole camera with OpenCV's distortion model.
 
     Attributes:
         width: Pixels.
@@ -66,12 +66,12 @@ class Intrinsics(BaseModel):
         return np.array([[self.focal[0], 0, self.centre[0]], [0, self.focal[1], self.centre[1]], [0, 0, 1]])
 
 
-class View(BaseModel):
-    """One picture.
+class CalibrationView(BaseModel):
+    """One view: a picture and the hand's pose.
 
     Attributes:
-        picture: Name of its file in the folder.
-        hand: Pose of the hand in the frame of the robot's base when it was taken: four rows, metres.
+        picture: File name of the picture in the folder.
+        hand: Pose of the hand in the frame of the robot's base at that moment: four rows, metres.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -85,7 +85,7 @@ class View(BaseModel):
 
 
 class Views(BaseModel):
-    """The content of a file of views.
+    """The content of ``views.json``.
 
     Attributes:
         camera: The camera on the hand.
@@ -94,14 +94,14 @@ class Views(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
     camera: Intrinsics
-    views: Annotated[tuple[View, ...], Field(min_length=1, max_length=1000)]
+    views: Annotated[tuple[CalibrationView, ...], Field(min_length=1, max_length=1000)]
 
 
 def read_views(folder: Path) -> Views:
-    """The file of views in a folder.
+    """Read ``views.json`` in a folder.
 
     Raises:
-        BadFile: If there is none, if it has another form, or if it names a picture twice.
+        BadFile: If the file is missing, has another form, or names a picture twice.
     """
     path = folder / VIEWS_FILE
     data = parse_json(read_input(path, _LARGEST_FILE), path)
@@ -120,8 +120,8 @@ def read_views(folder: Path) -> Views:
     return found
 
 
-def read_picture(folder: Path, view: View) -> bytes:
-    """The file of a view's picture.
+def read_picture(folder: Path, view: CalibrationView) -> bytes:
+    """The bytes of a view's picture file.
 
     Raises:
         BadFile: If it cannot be read or is too large.

@@ -1,1 +1,1 @@
-"""Real hardware: arms, wrenches, cameras, and the rig that joins them. Each library has one importer."""
+"""Real hardware: arms, force-torque sensors, cameras, and the rig that joins them. Each library has one importer."""

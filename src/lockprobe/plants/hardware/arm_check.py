@@ -1,4 +1,4 @@
-"""Checks an arm before anything moves: it holds its place under control, and its answers are timed."""
+"""Checks an arm before it moves: holds its position under control, and measures latency, drift and force noise."""
 
 from __future__ import annotations
 
@@ -29,15 +29,15 @@ MOST_NOISE = 2.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ArmCheck:
-    """What was measured while the arm held its place.
+    """Measurements while the arm holds its position.
 
     Attributes:
         commands: Number of commands.
-        period: Seconds that a command should take.
+        period: Nominal duration of a command, seconds.
         latency: Median, 95th and 100th percentile of the duration of a command, seconds.
         late: Commands that took longer than 1.5 periods.
-        success_rate: Least share of control commands that the robot received in time; None if the arm cannot say.
-        drift: Largest distance of the tool from where it was, metres.
+        success_rate: Lowest share of control commands received in time, [0, 1]; None if the arm does not report it.
+        drift: Largest distance of the tool from its start, metres.
         noise: Largest standard deviation of a component of the force, newtons.
     """
 
@@ -51,7 +51,7 @@ class ArmCheck:
 
     @property
     def complaints(self) -> tuple[str, ...]:
-        """What is not good enough, one sentence each; empty if the arm may move."""
+        """The failed checks, one sentence each; empty if the arm may move."""
         found = []
         if self.success_rate is not None and self.success_rate < SUCCESS_RATE:
             found.append(f"the robot received {self.success_rate:.1%} of commands in time, least {SUCCESS_RATE:.0%}")
@@ -65,14 +65,14 @@ class ArmCheck:
 
 
 def check_arm(arm: Arm, *, commands: int = 500, clock: Callable[[], float] = time.monotonic) -> ArmCheck:
-    """Hold the tool where it is, and time every command.
+    """Hold the tool in place, and time every command.
 
-    The first fifth of the commands is not counted for drift and noise: the controller takes over the weight.
+    The first fifth of the commands does not count for drift and noise, because the controller settles under the weight.
 
     Args:
         arm: The arm within its bounds. An arm with ``success_rate`` is asked for it.
-        commands: How many commands, at least 10.
-        clock: Seconds of a clock that never goes back.
+        commands: Number of commands, at least 10.
+        clock: A monotonic clock, seconds.
 
     Raises:
         PlantFault: If the arm fails.

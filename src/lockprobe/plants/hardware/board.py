@@ -1,4 +1,4 @@
-"""Where a real board is in front of a robot: measured by a calibration, or typed by hand."""
+"""The pose of a real board in front of a robot: from a calibration, or typed by hand."""
 
 from __future__ import annotations
 
@@ -36,20 +36,19 @@ class Board:
     facts: Mapping[str, Fact] = field(default_factory=dict)
 
     def path(self, joint: int, position: bool) -> HandlePath:
-        """The way of a handle in the frame of the arm's base.
+        """The path of a handle in the frame of the arm's base.
 
         Args:
             joint: By index in panel order.
-            position: Where the handle is; the way leads to the other position.
+            position: The handle's present position; the path leads to the other one.
         """
         return handle_path(self.panel, joint, position)
 
 
 def calibrated_board(box: Lockbox, path: Path | str, *, box_file: Path | str | None = None) -> Board:
-    """A board at the place that ``lockprobe rig calibrate`` found.
+    """A board at the pose that ``lockprobe rig calibrate`` found.
 
-    Call it before the robot is connected: a calibration that cannot be relied on then refuses the study before the
-    first motion.
+    Call it before the robot is connected, so that an unreliable calibration refuses the study before the first motion.
 
     Args:
         box: The box that the study plays.
@@ -57,8 +56,8 @@ def calibrated_board(box: Lockbox, path: Path | str, *, box_file: Path | str | N
         box_file: The TOML file of the box, if it has one.
 
     Raises:
-        BadFile: If the calibration cannot be read, is of another board, is older than the file of the box, or has a
-            hold-out error above 4 mm.
+        BadFile: If the calibration cannot be read, belongs to another board, is older than the file of the box, or has
+            a hold-out error above 4 mm.
     """
     panel = lay_out_panel(box)
     found = calibration_for(
@@ -75,14 +74,14 @@ def calibrated_board(box: Lockbox, path: Path | str, *, box_file: Path | str | N
 
 
 def typed_board(box: Lockbox, pose: Pose) -> Board:
-    """A board at a place that was measured by hand.
+    """A board at a pose that was measured by hand.
 
     Args:
         box: The box.
         pose: Pose of the board in the frame of the arm's base, shape (4, 4), metres.
 
     Raises:
-        BadValue: If it is no rigid pose.
+        BadValue: If it is not a rigid pose.
     """
     given = np.asarray(pose, dtype=np.float64)
     if given.shape != (4, 4) or not is_rigid(given):

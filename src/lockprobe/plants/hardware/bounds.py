@@ -1,6 +1,6 @@
 """Safety bounds around any arm: workspace, speed, force, a watchdog, the operator's consent, a log of commands.
 
-Software bounds catch mistakes of a program. They do not replace the robot's own limits, its emergency stop, or a person
+Software bounds catch programming errors. They do not replace the robot's own limits, its emergency stop, or a person
 who watches.
 """
 
@@ -39,8 +39,8 @@ class Bounds:
         low: Corner of the workspace box with the smallest coordinates, metres in the frame of the arm's base.
         high: The opposite corner.
         speed: Highest commanded speed of the tool, metres per second.
-        force: Highest change of the force on the hand since it hung free, newtons.
-        answer: Longest duration of one command, and longest gap between two commands of one move, seconds.
+        force: Highest change of the force on the hand relative to free air, newtons.
+        answer: Watchdog: longest duration of a command, and longest gap between commands of one move, seconds.
         motion: Longest duration of a free motion, seconds.
 
     Raises:
@@ -62,12 +62,12 @@ class Bounds:
                 raise BadValue(name, value, "a number above 0")
 
     def contains(self, point: Vector, slack: float = 0.0) -> bool:
-        """Whether a point, metres, is in the workspace, or outside by at most ``slack``."""
+        """Whether a point, metres, is in the workspace, or outside by at most ``slack`` metres."""
         return bool((np.asarray(self.low) - slack <= point).all() and (point <= np.asarray(self.high) + slack).all())
 
 
 class CommandLog:
-    """Every command as one line of JSON, in memory and, if a path is given, in a file that is appended to.
+    """A log of all commands as JSON lines, in memory and, if a path is given, in an append-only file.
 
     Args:
         path: The file; None for memory only.
@@ -97,17 +97,17 @@ class CommandLog:
 
 
 class Bounded:
-    """An arm that refuses to leave its bounds. It is an :class:`~lockprobe.plants.arm.protocol.StoppableArm` itself.
+    """A wrapper around an arm that enforces its bounds; itself a ``StoppableArm``.
 
-    Whatever goes wrong, the arm is told to stop before the error is raised. Before the first motion, and before the
-    first one after a stop, the operator has to agree.
+    After any fault, the arm is told to stop before the error is raised. Before the first motion, and before the first
+    motion after a stop, the operator has to agree.
 
     Args:
         arm: The arm.
         bounds: Its limits.
-        operator: Who agrees.
-        log: Where commands are written.
-        clock: Seconds of a clock that never goes back; tests give another one.
+        operator: The person who agrees to motions.
+        log: The log of commands.
+        clock: A monotonic clock, seconds; tests pass a fake one.
     """
 
     def __init__(
@@ -137,7 +137,7 @@ class Bounded:
 
     @property
     def period(self) -> float:
-        """Seconds that one call of :meth:`follow` takes."""
+        """Duration of one call of :meth:`follow`, seconds."""
         return self._arm.period
 
     @property
@@ -147,7 +147,7 @@ class Bounded:
 
     @property
     def success_rate(self) -> float | None:
-        """Share of control commands that the robot received in time, [0, 1]; None if the arm cannot say."""
+        """Share of control commands that the robot received in time, [0, 1]; None if the arm does not report it."""
         rate = self._call("state", lambda: getattr(self._arm, "success_rate", None), self._bounds.answer)
         return None if rate is None else float(rate)
 
@@ -171,8 +171,8 @@ class Bounded:
         """Follow a moving point for one period.
 
         Raises:
-            PlantFault: If the point, the tool, the speed or the force leave the bounds, the program stood still for too
-                long in the middle of a move, or the arm fails.
+            PlantFault: If the target, the tool, the speed or the force leaves the bounds, commands of a move come too
+                late (watchdog), or the arm fails.
         """
         now = self._clock()
         gap = 0.0 if self._last is None else now - self._last
@@ -197,7 +197,7 @@ class Bounded:
         return self._call("force", self._arm.force, self._bounds.answer)
 
     def stop(self) -> None:
-        """Tell the arm to stop; the operator has to agree to the next motion. It raises nothing."""
+        """Stop the arm; the operator then has to agree to the next motion. It raises nothing."""
         self.log.write("stop")
         self.stops += 1
         self._agreed, self._last, self._free = False, None, None
@@ -207,7 +207,7 @@ class Bounded:
             self.log.write("stop failed", why=str(fault))
 
     def _begin(self, command: str, **facts: object) -> None:
-        """Write a command down, and ask the operator if it is the first motion since a stop."""
+        """Log a command, and ask the operator if it is the first motion since a stop."""
         self.log.write(command, **facts)
         if command != "follow":
             self._last, self._free = None, None

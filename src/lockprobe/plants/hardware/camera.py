@@ -1,4 +1,4 @@
-"""Cameras as the hardware plants use them: any object with ``grab()``. Here: a folder that pictures are saved to."""
+"""The interface of cameras for hardware plants (``grab()``), and a camera that reads a folder of pictures."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _MOST_PIXELS = 4096 * 4096
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Shot:
-    """One picture of a camera.
+    """One picture of a camera: colours, and depth if the camera measures it.
 
     Attributes:
         rgb: Shape (height, width, 3), 0 to 255.
@@ -33,26 +33,26 @@ class Shot:
 
 
 class HardwareCamera(Protocol):
-    """Takes pictures. A class may add ``close()``, and ``facts`` for the record."""
+    """The interface of a camera. A class may add ``close()``, and ``facts`` for the record."""
 
     def grab(self) -> Shot:
-        """The scene now.
+        """Take a picture of the scene now.
 
         Raises:
-            PlantFault: If there is no picture. Any other exception counts as one.
+            PlantFault: If there is no picture. Any other exception counts as a ``PlantFault``.
         """
         ...
 
 
 def check_shot(shot: Shot, size: tuple[int, int] | None = None) -> Shot:
-    """The shot, if its arrays have the shapes that they should have.
+    """Check the shapes of a shot's arrays, and return the shot.
 
     Args:
-        shot: As a camera gave it.
-        size: Width and height, pixels, that it must have; None for any.
+        shot: The shot of a camera.
+        size: Required width and height, pixels; None for any.
 
     Raises:
-        PlantFault: If they have not.
+        PlantFault: If a shape is wrong.
     """
     rgb, depth = shot.rgb, shot.depth
     if rgb.ndim != 3 or rgb.shape[2] != 3 or rgb.dtype != np.uint8:
@@ -66,15 +66,15 @@ def check_shot(shot: Shot, size: tuple[int, int] | None = None) -> Shot:
 
 
 class FolderCamera:
-    """A folder in which a person, a phone or a webcam program saves pictures (PNG or JPEG).
+    """A camera that reads a folder in which a person, a phone or a webcam program saves pictures (PNG or JPEG).
 
-    A picture is used once: the newest file has to be another one than before, or to have changed.
+    Each picture is used once: the newest file has to be new, or to have changed.
 
     Args:
         folder: The folder.
 
     Raises:
-        BadFile: If it is no folder.
+        BadFile: If it is not a folder.
         Missing: If Pillow is not installed.
     """
 
@@ -88,14 +88,14 @@ class FolderCamera:
 
     @property
     def facts(self) -> dict[str, str]:
-        """What it is."""
+        """The kind of camera, for the record."""
         return {"camera": "folder"}
 
     def grab(self) -> Shot:
         """The newest picture.
 
         Raises:
-            PlantFault: If there is no new one, or it cannot be read.
+            PlantFault: If there is no new picture, or it cannot be read.
         """
         newest = self._newest()
         if newest is None or newest == self._used:
@@ -115,7 +115,7 @@ class FolderCamera:
 
 
 def _read(path: Path) -> NDArray[np.uint8]:
-    """Colours of a file, turned as viewers show it."""
+    """The colours of a picture file, rotated as its EXIF data say."""
     from PIL import Image, ImageOps
 
     try:

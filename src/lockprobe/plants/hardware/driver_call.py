@@ -1,4 +1,4 @@
-"""Calls into a device's driver: with a time limit, and with every error as a :class:`PlantFault`."""
+"""Calls into a device's driver with a time-out, which turn every error into a :class:`PlantFault`."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ def call_driver(what: str, work: Callable[[], _T]) -> _T:
 
 
 class DriverThread:
-    """A thread in which one driver is called, so that a call that hangs can be given up.
+    """A daemon thread that calls one driver, so that a hanging call can be abandoned.
 
-    It never keeps the process alive. After a call was given up, every further call is refused.
+    It never keeps the process alive. After a time-out, every further call is refused.
     """
 
     def __init__(self) -> None:
@@ -44,10 +44,10 @@ class DriverThread:
         self._thread: threading.Thread | None = None
 
     def call(self, what: str, work: Callable[[], _T], seconds: float) -> _T:
-        """Call a driver, and wait at most so long.
+        """Call a driver with a time-out.
 
         Raises:
-            PlantFault: If the call takes longer, raises, or an earlier one still hangs.
+            PlantFault: If the call takes longer, raises, or an earlier call still hangs.
         """
         if self._hangs:
             raise PlantFault(f"{what}: an earlier call hangs ({self._hangs})")

@@ -1,7 +1,7 @@
 """The dry run: an arm makes every joint's motion above the board, and touches nothing. The last rung before the robot.
 
-The motion is the guarded move on the way of a handle, raised along the board's normal. In free air its verdict has to
-be ``moved``. A force that would count as a locked handle, or a hand that sinks, stops the arm.
+The motion is the guarded move along a handle's path, raised along the board's normal. In free air its verdict has to be
+``moved``. A force that would count as a locked handle, or a hand that sinks, stops the arm.
 """
 
 from __future__ import annotations
@@ -28,15 +28,15 @@ _SUNK = 0.5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DryMotion:
-    """One motion.
+    """One motion of a dry run, with its measurements.
 
     Attributes:
         joint: Name of the joint.
-        start: The position that the handle would leave, 0 or 1.
-        verdict: The judgement of the guarded move; ``moved`` in free air.
-        force: Greatest change of the force on the hand, newtons.
-        astray: Greatest distance of the tool from where it was commanded, metres.
-        lowest: Least height of the tool above the tops of the handles, metres.
+        start: The handle's start position, 0 or 1.
+        verdict: The verdict of the guarded move; ``moved`` in free air.
+        force: Largest change of the force on the hand, newtons.
+        astray: Largest tracking error: distance of the tool from its commanded position, metres.
+        lowest: Lowest height of the tool above the tops of the handles, metres.
         seconds: Duration by the arm's clock.
     """
 
@@ -51,14 +51,14 @@ class DryMotion:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DryRun:
-    """A dry run.
+    """The result of a dry run.
 
     Attributes:
         rung: Always ``dry-run``; ``facts["rung"]`` says how real the arm was.
         box: Name of the box.
         height: Height of the motions above the handles, metres.
         motions: All motions, in order.
-        facts: Those of the rig.
+        facts: The facts of the rig.
     """
 
     rung: str = "dry-run"
@@ -69,7 +69,7 @@ class DryRun:
 
     @property
     def complaints(self) -> tuple[str, ...]:
-        """The motions that did not go as in free air, one sentence each; empty if the arm may meet the board."""
+        """The motions that differed from free air, one sentence each; empty if the arm may touch the board."""
         return tuple(
             f"{one.joint} from {one.start}: the verdict is {one.verdict}, in free air it is moved"
             for one in self.motions
@@ -81,7 +81,7 @@ def check_height(height: float) -> None:
     """Check the height of a dry run, metres.
 
     Raises:
-        BadValue: If it is not from 0.05 to 0.3.
+        BadValue: If it is not in [0.05, 0.3].
     """
     if not LOWEST <= height <= HIGHEST:
         raise BadValue("height", height, f"metres from {LOWEST} to {HIGHEST}")
@@ -99,20 +99,20 @@ def run_dry(
 
     Args:
         arm: The arm within its bounds, which ask the operator before the first motion.
-        ways: For each joint by name the way of its handle from position 0 and from position 1.
-        height: Above the handles, metres.
+        ways: Joint name -> paths of its handle from position 0 and from position 1.
+        height: Height above the handles, metres.
         move: The guarded move.
         tell: Called after every motion.
 
     Raises:
-        PlantFault: If the arm fails, leaves its bounds, sinks, or feels a force that would count as a locked handle. It
-            was told to stop before.
+        PlantFault: If the arm fails, leaves its bounds, sinks, or feels a force that would count as a locked handle.
+            The arm is stopped first.
     """
     made: list[DryMotion] = []
     arm.home()
     for joint, way in ways.items():
         for start, path in enumerate(way):
-            watched = _Watched(arm, path, height, move.held_force)
+            watched = _MonitoredArm(arm, path, height, move.held_force)
             touch = move.attempt(watched, replace(path, points=path.points - height * path.axis))
             made.append(
                 DryMotion(
@@ -129,8 +129,8 @@ def run_dry(
     return tuple(made)
 
 
-class _Watched:
-    """An arm that is measured after every command, and stopped where it touches something or sinks."""
+class _MonitoredArm:
+    """An arm that is measured after every command, and stopped if it touches something or sinks."""
 
     def __init__(self, arm: Bounded, path: HandlePath, height: float, force: float) -> None:
         self._arm, self._path, self._height, self._most = arm, path, height, force

@@ -1,4 +1,4 @@
-"""Franka's FR3 through franky, as an arm for the guarded move: the only importer of ``franky``."""
+"""Driver of Franka's FR3 through franky, as an arm for the guarded move: the only importer of ``franky``."""
 
 from __future__ import annotations
 
@@ -31,15 +31,16 @@ _LONGEST_JOIN = 10.0
 
 
 class FrankyArm:
-    """An FR3 that follows points as if pulled by springs (Cartesian impedance).
+    """An FR3 that follows moving targets under Cartesian impedance control.
 
     Args:
         host: Address of the robot's control unit.
-        tool: Distance from the flange to the point in the hand that holds the top of a knob, metres.
+        tool: Distance from the flange to the tool centre point (the top of a held knob), metres.
         wrench: A force-torque sensor; None for the robot's own estimate of the external wrench.
         period: Seconds between two commands; the 1 kHz loop is the library's.
-        speed: Share of the highest speed, acceleration and jerk in free motions, (0, 1].
-        collision_force: Force and, divided by 2, torque at which the robot stops by itself, newtons and newton metres.
+        speed: Fraction of the highest speed, acceleration and jerk in free motions, (0, 1].
+        collision_force: Collision threshold in newtons; half of the number is the threshold of torques in newton
+            metres.
 
     Raises:
         Missing: If franky is not installed.
@@ -71,18 +72,18 @@ class FrankyArm:
 
     @property
     def facts(self) -> Mapping[str, str]:
-        """Library, and where forces come from."""
+        """The library and the source of forces."""
         source = "robot's estimate" if self._wrench is None else "reader"
         return {"driver": f"franky-control {version('franky-control')}", "wrench": source}
 
     @property
     def period(self) -> float:
-        """Seconds that one call of :meth:`follow` takes."""
+        """Duration of one call of :meth:`follow`, seconds."""
         return self._period
 
     @property
     def time(self) -> float:
-        """Seconds of a clock that never goes back."""
+        """Seconds of a monotonic clock."""
         return time.monotonic()
 
     @property
@@ -165,7 +166,7 @@ class FrankyArm:
             self._robot.join_motion(_LONGEST_JOIN)
 
     def _why(self) -> str:
-        """What the library says of the motion that ended."""
+        """The library's reason for the end of the motion."""
         try:
             self._robot.join_motion(_LONGEST_JOIN)
         except self._franky.ControlException as error:

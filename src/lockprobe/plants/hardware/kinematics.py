@@ -22,10 +22,10 @@ _FR3_UPPER = np.array([2.7437, 1.7837, 2.9007, -0.1518, 2.8065, 4.5169, 3.0159])
 
 
 class ArmKinematics:
-    """The arm alone, with a tool on its flange.
+    """Forward and inverse kinematics of the arm with a tool on its flange.
 
     Args:
-        tool: Distance from the flange to the point in the hand that holds the top of a knob, metres.
+        tool: Distance from the flange to the tool centre point (the top of a held knob), metres.
     """
 
     def __init__(self, tool: float) -> None:
@@ -36,10 +36,10 @@ class ArmKinematics:
         self._solver = InverseKinematics(self._model)
 
     def angles(self, position: Vector, axis: Vector) -> NDArray[np.float64]:
-        """Joint angles, radians, shape (7,), for a position of the tool (metres) and a direction of the hand.
+        """Inverse kinematics: joint angles, radians, shape (7,), for a tool position (metres) and a hand direction.
 
         Raises:
-            PlantFault: If there are none within the limits of both arms.
+            PlantFault: If there is no solution within the limits of both arms.
         """
         found = self._solver.solve(np.asarray(position, dtype=np.float64), axis)
         if found is None or not ((found > _FR3_LOWER) & (found < _FR3_UPPER)).all():
@@ -47,7 +47,7 @@ class ArmKinematics:
         return found
 
     def tool(self, angles: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Pose of the tool in the frame of the base, shape (4, 4), metres."""
+        """Forward kinematics: pose of the tool in the frame of the base, shape (4, 4), metres."""
         self._data.qpos[:JOINTS] = angles
         mujoco.mj_kinematics(self._model, self._data)
         pose = np.eye(4)

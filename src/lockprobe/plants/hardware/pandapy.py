@@ -1,6 +1,6 @@
-"""Franka Emika's Panda through panda-py, as an arm for the guarded move: the only importer of ``panda_py``.
+"""Driver of Franka Emika's Panda through panda-py, as an arm for the guarded move: the only importer of ``panda_py``.
 
-It was never run on a robot. Its calls are those of panda-python 1.1.1.
+It was never run on a robot. Its calls follow panda-python 1.1.1.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ _TURN_STIFFNESS = 60.0
 
 
 class PandaArm:
-    """A Panda that follows points as if pulled by springs (Cartesian impedance).
+    """A Panda that follows moving targets under Cartesian impedance control.
 
     Args:
         host: Address of the robot's control unit.
-        tool: Distance from the flange to the point in the hand that holds the top of a knob, metres.
+        tool: Distance from the flange to the tool centre point (the top of a held knob), metres.
         wrench: A force-torque sensor; None for the robot's own estimate of the external wrench.
         period: Seconds between two commands; the 1 kHz loop is the library's.
-        speed: Share of the highest speed in free motions, (0, 1].
+        speed: Fraction of the highest speed in free motions, (0, 1].
 
     Raises:
         Missing: If panda-py is not installed.
@@ -64,18 +64,18 @@ class PandaArm:
 
     @property
     def facts(self) -> Mapping[str, str]:
-        """Library, and where forces come from."""
+        """The library and the source of forces."""
         source = "robot's estimate" if self._wrench is None else "reader"
         return {"driver": f"panda-python {version('panda-python')}", "wrench": source}
 
     @property
     def period(self) -> float:
-        """Seconds that one call of :meth:`follow` takes."""
+        """Duration of one call of :meth:`follow`, seconds."""
         return self._period
 
     @property
     def time(self) -> float:
-        """Seconds of a clock that never goes back."""
+        """Seconds of a monotonic clock."""
         return time.monotonic()
 
     @property

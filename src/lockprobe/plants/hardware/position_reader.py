@@ -1,6 +1,6 @@
-"""Joint positions from pictures of a fixed camera: the truth where nobody types it.
+"""Reads joint positions from pictures of a fixed camera, as the truth where nobody types it.
 
-A file says where in the picture each handle is seen at position 0 and at position 1. The cues are those of the agent
+A file gives the place of each handle in the picture at position 0 and at position 1. The cues are those of the agent
 ``viewer`` (:mod:`lockprobe.pictures.picture_reader`) at full acuity. A reading without clear evidence is no reading.
 """
 
@@ -39,12 +39,12 @@ _NEAREST = 8.0
 
 
 class Unclear(Exception):
-    """Raised when a picture does not say where a joint stands; the message names the joints."""
+    """Raised when a picture gives no clear position of a joint; the message names the joints."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ImageHandles:
-    """Where a fixed camera sees the handles.
+    """The places of the handles in the pictures of a fixed camera.
 
     Attributes:
         size: Width and height of its pictures, pixels.
@@ -55,7 +55,7 @@ class ImageHandles:
     places: Handles
 
     def frame(self, shot: Shot) -> Frame:
-        """The shot as agents see it. The camera's pose is not known: its panel is the plane of the picture."""
+        """The shot as a frame. The camera's pose is not known, so the panel is the plane of the picture."""
         width, height = self.size
         panel = np.eye(4)
         panel[2, 3] = 1.0
@@ -68,7 +68,7 @@ class ImageHandles:
 
 
 def read_handles(path: Path, box: Lockbox) -> ImageHandles:
-    """Read a file of handles: ``width``, ``height``, and for each joint of the box ``at_0`` and ``at_1``.
+    """Read a TOML file of handles: ``width``, ``height``, and for each joint of the box ``at_0`` and ``at_1``.
 
     Raises:
         BadFile: If it cannot be read, a joint is missing, or a place lies outside the picture.
@@ -104,12 +104,12 @@ def _places(
 
 
 def read_positions(shot: Shot, handles: Handles, names: tuple[str, ...]) -> Configuration:
-    """The positions of all joints in a picture, in the order of ``handles``.
+    """Read the positions of all joints in a picture, in the order of ``handles``.
 
     Args:
         shot: The picture; its depth is not used.
-        handles: Where each handle is seen at either position.
-        names: What the joints are called in the message.
+        handles: The places of the handles at both positions.
+        names: Names of the joints, for the message.
 
     Raises:
         Unclear: If a joint cannot be read.

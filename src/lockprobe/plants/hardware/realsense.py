@@ -1,7 +1,7 @@
-"""Intel's depth cameras, and one that plays given pictures through their library: the only importer of it.
+"""Driver of Intel RealSense depth cameras, and a software device for rehearsals: the only importer of ``pyrealsense2``.
 
-``pyrealsense2.software_device`` takes pictures of ours and hands them out as a camera does: colour and
-depth together, depth in millimetres. It is not in the library's list of devices (2.59.1), so it is read without a
+The software device (``pyrealsense2.software_device``) receives our pictures and delivers them as a camera does: colour
+and depth together, depth in millimetres. It is not in the library's list of devices (2.59.1), so it is read without a
 pipeline.
 """
 
@@ -36,7 +36,7 @@ nothing; rounding loses about 3 % of depth."""
 
 
 class _Source(Protocol):
-    """What hands out synchronised pictures."""
+    """A source of synchronised frames: the library's pipeline, or the software device."""
 
     def wait_for_frames(self, milliseconds: int) -> Any: ...
 
@@ -78,7 +78,7 @@ class RealSense:
 
     @property
     def facts(self) -> Mapping[str, str]:
-        """What it is."""
+        """The kind of camera, for the record."""
         return {"camera": f"realsense {self._serial}"}
 
     def grab(self) -> Shot:
@@ -100,7 +100,7 @@ class RealSense:
 
 
 class PlayedRealSense(RealSense):
-    """The same camera without a device: every picture is taken by a function, and comes through the library.
+    """A RealSense without hardware: a function takes every picture, which passes through the library.
 
     Args:
         take: Takes the picture, with depth.
@@ -120,12 +120,12 @@ class PlayedRealSense(RealSense):
         self._align = rs.align(rs.stream.color)
 
     def unplug(self) -> None:
-        """Let no more pictures come. For rehearsals of faults."""
+        """Stop delivering pictures, to rehearse an unplugged camera."""
         self._played.unplugged = True
 
 
 class _SoftwareDevice:
-    """A device of the library whose pictures are made when they are waited for."""
+    """The library's software device, whose pictures are taken on demand."""
 
     def __init__(self, rs: Any, take: Callable[[], Shot], width: int, height: int) -> None:
         self._rs, self._take, self._size, self._number = rs, take, (width, height), 0

@@ -1,11 +1,12 @@
-"""Rehearsals: the adapter of a robot, everything but the robot. A ladder of three rungs before the first real motion.
+"""Rehearsals: software-in-the-loop tests of a rig without the robot, on three rungs of increasing realism.
 
-* ``scripted``: an arm without a body; the whole program runs, in milliseconds.
+* ``scripted``: an arm without a body; the whole program runs in milliseconds.
 * ``twin``: the simulated arm and box in this process.
-* ``wire``: Franka's real client library, over loopback, to a process that plays the robot with the same arm and box.
+* ``wire``: Franka's real client library, over loopback, to a process that simulates the robot with the same arm and
+  box.
 
-On the last two a camera can tell the truth: pictures of the simulation come through the library of a real depth camera.
-Every rung drives the same :class:`~lockprobe.plants.hardware.rig.Rig`, bounds and guarded move.
+On the last two rungs a camera can tell the truth: pictures of the simulation pass through the library of a real depth
+camera. Every rung drives the same :class:`~lockprobe.plants.hardware.rig.Rig`, bounds and guarded move.
 """
 
 from __future__ import annotations
@@ -33,24 +34,24 @@ from lockprobe.plants.simulation import FilmHook
 from lockprobe.protocols import Plant
 from lockprobe.record import Fact, Snapshot
 
-__all__ = ["BOUNDS", "Attempted", "Rehearsal", "played_eye", "rehearse", "rehearse_rig"]
+__all__ = ["BOUNDS", "Rehearsal", "RehearsedAttempt", "played_eye", "rehearse", "rehearse_rig"]
 
 BOUNDS = Bounds(low=(0.0, -0.6, 0.02), high=(0.85, 0.6, 0.9), answer=2.0)
 """The workspace of rehearsals. A busy machine may need two seconds for an answer; a robot may not."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Attempted:
+class RehearsedAttempt:
     """One rehearsed attempt.
 
     Attributes:
         state: The configuration before, a bit string in panel order.
         joint: Name of the joint.
         free: Whether the rules let it move.
-        verdict: The robot's judgement; empty if a fault ended the attempt.
-        true: Whether the joints afterwards stand as the rules have it.
+        verdict: The robot's verdict; empty if a fault ended the attempt.
+        true: Whether the configuration afterwards follows the rules.
         peak_force: Newtons.
-        fault: What ended the attempt; empty if nothing did.
+        fault: The fault that ended the attempt; empty without a fault.
     """
 
     state: str
@@ -63,33 +64,33 @@ class Attempted:
 
     @property
     def right(self) -> bool:
-        """Whether verdict and truth are those of the rules."""
+        """Whether the verdict and the configuration agree with the rules."""
         return self.true and self.verdict == ("moved" if self.free else "blocked")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rehearsal:
-    """A rehearsal.
+    """The result of a rehearsal.
 
     Attributes:
         rung: How real it was.
         box: Name of the box.
         attempts: All attempts, in order.
         commands_late: Commands of a move that took longer than 1.5 periods of wall time.
-        figures: How a simulated robot kept time: ``ticks`` of 1 ms, and those ``late``; else empty.
-        facts: What the parts are.
+        figures: Timing of a simulated robot: number of ``ticks`` of 1 ms, and of ``late`` ones; else empty.
+        facts: Facts about the parts, for the record.
     """
 
     rung: RehearsalRung
     box: str
-    attempts: tuple[Attempted, ...]
+    attempts: tuple[RehearsedAttempt, ...]
     commands_late: int
     figures: Mapping[str, int]
     facts: Mapping[str, Fact]
 
     @property
     def right(self) -> int:
-        """Attempts whose verdict and truth are those of the rules."""
+        """Number of attempts whose verdict and configuration agree with the rules."""
         return sum(one.right for one in self.attempts)
 
 
@@ -100,10 +101,10 @@ def rehearse_rig(
     rng: np.random.Generator,
     film: FilmHook | None = None,
 ) -> Plant:
-    """A rig on a rung, as a plant: ``--plant 'rig?rung=wire'``. Nobody has to agree, because nothing real moves.
+    """A rig on a rung, as a plant: ``--plant 'rig?rung=wire'``. No operator has to agree: nothing real moves.
 
     Raises:
-        UserMistake: If the rung cannot be had here.
+        UserMistake: If the rung is not available here.
         PlantFault: If a process does not start.
     """
     parts, operator = parts_of(settings.rung, box, labels, rng, film), ConsentingOperator()
@@ -125,7 +126,7 @@ def rehearse_rig(
         state=parts.state if eye is None else None,
         release=parts.close,
     )
-    return rig if film is None else _Filmed(rig, parts.roll)
+    return rig if film is None else _FilmedRig(rig, parts.roll)
 
 
 def played_eye(parts: Parts) -> Eye:
@@ -149,7 +150,7 @@ def played_eye(parts: Parts) -> Eye:
     return Eye(camera=camera, handles=ImageHandles(size=size, places=places))  # type: ignore[arg-type] # pairs
 
 
-class _Filmed:
+class _FilmedRig:
     """A rig that is filmed: after every attempt the film sees how it went."""
 
     def __init__(self, rig: Rig, roll: Callable[[], None]) -> None:
@@ -174,7 +175,7 @@ def rehearse(
     *,
     attempts: int,
     seed: int = 1,
-    tell: Callable[[Attempted], None] = lambda attempted: None,
+    tell: Callable[[RehearsedAttempt], None] = lambda attempted: None,
 ) -> Rehearsal:
     """Attempt random joints from random configurations, and compare every verdict with the rules.
 
@@ -188,12 +189,12 @@ def rehearse(
         tell: Called after every attempt.
 
     Raises:
-        UserMistake: If the rung cannot be had here.
+        UserMistake: If the rung is not available here.
         PlantFault: If a process does not start.
     """
     luck, labels = np.random.default_rng(seed), tuple("ABCDEFGH"[: len(box.joints)])
     looks = luck.spawn(1)[0]
-    made: list[Attempted] = []
+    made: list[RehearsedAttempt] = []
     late, figures, facts = 0, Counter[str](), dict[str, Fact]()
     while len(made) < attempts:
         parts = parts_of(rung, box, labels, looks)
@@ -202,7 +203,7 @@ def rehearse(
             arm.home()
             while len(made) < attempts:
                 before = tuple(bool(at) for at in luck.integers(2, size=len(box.joints)))
-                made.append(_attempted(parts, arm, box, before, int(luck.integers(len(box.joints)))))
+                made.append(_rehearsed_attempt(parts, arm, box, before, int(luck.integers(len(box.joints)))))
                 tell(made[-1])
                 if made[-1].fault:
                     break  # the hand may hold a handle: begin again with new parts
@@ -216,13 +217,13 @@ def rehearse(
     )
 
 
-def _attempted(parts: Parts, arm: Bounded, box: Lockbox, before: Configuration, joint: int) -> Attempted:
+def _rehearsed_attempt(parts: Parts, arm: Bounded, box: Lockbox, before: Configuration, joint: int) -> RehearsedAttempt:
     after, free = box.attempt(before, joint)
-    made = Attempted(state=bits(before), joint=box.names[joint], free=free)
+    made = RehearsedAttempt(state=bits(before), joint=box.names[joint], free=free)
     try:
         parts.put(before)
         touch = GuardedMove().attempt(arm, parts.path(joint, before[joint]))
-        return Attempted(
+        return RehearsedAttempt(
             state=made.state,
             joint=made.joint,
             free=free,
@@ -232,4 +233,4 @@ def _attempted(parts: Parts, arm: Bounded, box: Lockbox, before: Configuration, 
         )
     except PlantFault as fault:
         arm.stop()
-        return Attempted(state=made.state, joint=made.joint, free=free, fault=str(fault))
+        return RehearsedAttempt(state=made.state, joint=made.joint, free=free, fault=str(fault))

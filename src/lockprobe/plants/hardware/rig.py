@@ -1,7 +1,7 @@
 """A rig: arm, camera and operator in front of a real box, as a plant (paper, Sec. 2.1).
 
-An attempt is: home, look, guarded move, verdict, look. The verdict is the robot's judgement. The truth is what the
-camera shows or the operator says. Without either the verdict stands in for the truth, and the record says so.
+The sequence of an attempt is: home, picture, guarded move, verdict, picture. The verdict is the robot's judgement. The
+truth comes from the camera or the operator. Without either, the verdict replaces the truth, and the record says so.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class Eye:
 
     Attributes:
         camera: The camera.
-        handles: Where it sees the handles.
+        handles: The places of the handles in its pictures.
     """
 
     camera: HardwareCamera
@@ -46,23 +46,24 @@ class Eye:
 
 
 class Rig:
-    """A box, an arm, and what tells the truth.
+    """A box, an arm, and a source of the truth, as a plant.
 
-    A fault of any part stops the arm first and then ends the trial as an error of the plant, which is owed again.
+    A fault of any part first stops the arm and then ends the trial as an error of the plant, which is owed again.
 
     Args:
         box: The box.
         labels: Labels of the joints, in panel order.
         arm: The arm within its bounds.
         board: The board, whose pose in the frame of the arm's base is known.
-        path: In place of the board the way of a handle in that frame: joint by index in panel order, position now.
-        operator: Sets the box up, agrees to motions, and tells the truth if ``truth`` is ``person``.
+        path: Instead of the board, a function from joint (index in panel order) and present position to the handle's
+            path in that frame.
+        operator: Sets up the box, agrees to motions, and tells the truth if ``truth`` is ``person``.
         eye: A camera, for pictures and, if ``truth`` is ``camera``, for the truth.
-        truth: Where the truth comes from.
-        rung: How real all this is.
+        truth: Source of the truth.
+        rung: Realism of the rig (the rung of a rehearsal, or ``robot``).
         move: Parameters of the guarded move.
-        facts: What else the record should say: versions, serial numbers, calibration.
-        state: Where the joints really stand, if ``truth`` is ``simulation``.
+        facts: Further facts for the record: versions, serial numbers, calibration.
+        state: The true configuration, if ``truth`` is ``simulation``.
         release: Called when the rig is closed, after the arm was stopped.
     """
 
@@ -100,7 +101,7 @@ class Rig:
 
     @property
     def facts(self) -> Mapping[str, Fact]:
-        """Rung, source of the truth, limits, camera, how the board was found, stops and late commands so far."""
+        """Rung, source of the truth, limits, camera, source of the board's pose, stops and late commands so far."""
         counted: dict[str, Fact] = {"stops": self._arm.stops, "late_commands": self._arm.late}
         return {
             "rung": self._rung,
@@ -159,12 +160,12 @@ class Rig:
         The operator has to agree before the first motion.
 
         Args:
-            height: Above the handles, metres, from 0.05 to 0.3.
+            height: Height above the handles, metres, [0.05, 0.3].
             tell: Called after every motion.
 
         Raises:
             BadValue: If the height is out of range.
-            PlantFault: If any part fails, the hand sinks, or it feels something; the arm was told to stop before.
+            PlantFault: If any part fails, the hand sinks, or it feels a contact; the arm is stopped first.
         """
         check_height(height)
         self._operator.tell(f"Dry run: the hand stays {1000 * height:g} mm above the handles and touches nothing.")
@@ -199,7 +200,7 @@ class Rig:
         self._configuration = initial
 
     def _after(self, joint: int, before: Configuration, verdict: TouchVerdict) -> Configuration:
-        """The configuration after an attempt, from where the truth comes."""
+        """The configuration after an attempt, from the source of the truth."""
         self._photograph()
         if self._truth == "camera":
             return self._seen()

@@ -1,4 +1,4 @@
-"""The rungs of a rehearsal: the arm, the box and the truth that each consists of."""
+"""The rungs of a rehearsal: builds the arm, the box and the source of the truth of each."""
 
 from __future__ import annotations
 
@@ -38,18 +38,18 @@ _FREE_SPEED = 0.5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Parts:
-    """What a rung consists of.
+    """The parts of a rung.
 
     Attributes:
         arm: The arm.
-        path: The way of a handle: joint by index in panel order, position now.
-        state: Where the joints stand, once they rest.
-        put: Puts them elsewhere, as a person would between attempts.
-        close: Lets go of everything.
-        facts: What it is.
-        figures: How it kept time; empty where time is simulated.
-        look: A picture of the box now, as a camera sees it; None where there is nothing to see.
-        roll: Shows a film what moved since the last call, if it was not shown while it moved.
+        path: Function from joint (index in panel order) and present position to the handle's path.
+        state: The configuration, once the joints rest.
+        put: Sets the configuration, as a person would between attempts.
+        close: Releases everything.
+        facts: Facts for the record.
+        figures: Timing statistics; empty if time is simulated.
+        look: Takes a picture of the box; None if the rung has none.
+        roll: Passes to a film the motion since the last call, if it was not filmed during the motion.
     """
 
     arm: StoppableArm

@@ -1,4 +1,4 @@
-"""An arm without a body: it goes exactly where it is drawn, and a symbolic box resists it. For rehearsals and tests."""
+"""A scripted arm without a body, for rehearsals and tests: it tracks targets exactly, and a symbolic box resists it."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ _WEIGHT = np.array([0.0, 0.0, -6.0])
 
 
 class ScriptedArm:
-    """Holds a box of its rules alone.
+    """A kinematic arm in front of a symbolic box.
 
     Args:
         box: The box, in its initial configuration.
-        path: The way of a handle: joint by index in panel order, position now.
+        path: Function from joint (index in panel order) and present position to the handle's path.
     """
 
     period = 0.02
@@ -49,15 +49,15 @@ class ScriptedArm:
         return self._time
 
     def home(self) -> None:
-        """Be at home, and hold nothing."""
+        """Jump to the homing pose, holding nothing."""
         self._held, self._time = None, self._time + 1.0
 
     def reach(self, position: Vector, axis: Vector) -> None:
-        """Be at a pose, and hold nothing."""
+        """Jump to a pose, holding nothing."""
         self._held, self._at, self._time = None, np.array(position), self._time + 1.0
 
     def follow(self, position: Vector, velocity: Vector, *, stiffness: float) -> None:
-        """Go to the end of the period, as far as the handle in the hand allows."""
+        """Move to the target at the end of the period, as far as the held handle allows."""
         point = np.asarray(position + self.period * velocity)
         self._time += self.period
         self._felt = np.zeros(3)
@@ -88,11 +88,11 @@ class ScriptedArm:
         return np.asarray(_WEIGHT + self._felt)
 
     def stop(self) -> None:
-        """Stand still, which it does anyway."""
+        """Do nothing: the arm moves only during commands."""
         self.stops += 1
 
     def _gripped(self, point: Vector) -> tuple[int, HandlePath, bool] | None:
-        """The joint whose handle the hand is over, its way, and whether it may move."""
+        """The joint whose handle is in the hand, its path, and whether it may move."""
         for joint, position in enumerate(self.configuration):
             path = self._paths[joint][position]
             if np.linalg.norm(path.points[0] - point) < _GRIP:

@@ -1,4 +1,4 @@
-"""A webcam through OpenCV: the only importer of ``cv2`` for pictures."""
+"""Driver of a webcam through OpenCV: the only importer of ``cv2`` for pictures."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ _STALE = 5
 
 
 class Webcam:
-    """A camera of this machine.
+    """A webcam of this machine.
 
     Args:
-        device: Its number.
+        device: Number of the device.
 
     Raises:
         Missing: If OpenCV is not installed, or there is no such camera.
@@ -37,7 +37,7 @@ class Webcam:
 
     @property
     def facts(self) -> dict[str, str]:
-        """What it is."""
+        """The kind of camera, for the record."""
         return {"camera": f"webcam {self._device}"}
 
     def grab(self) -> Shot:

@@ -1,6 +1,7 @@
-"""The scene of rehearsals over the wire: the twin's box and arm, with a robot that compensates its weight by itself.
+"""The MuJoCo scene of rehearsals over the wire: the twin's box and arm, with built-in gravity compensation.
 
-The process that plays the robot steps one copy. Another copy, of the same seed, is posed after it to take pictures.
+The process that simulates the robot steps one copy. A second copy with the same seed receives its poses, to take
+pictures.
 """
 
 from __future__ import annotations
@@ -67,16 +68,16 @@ class WireScene:
 
     @property
     def arm_addresses(self) -> list[int]:
-        """Where the arm's joint angles stand in ``qpos``."""
+        """Indices of the arm's joint angles in ``qpos``."""
         return [int(self.model.joint(f"arm-{number}").qposadr[0]) for number in range(1, JOINTS + 1)]
 
     def pose(self, positions: Sequence[float]) -> None:
-        """Pose everything as in another copy, whose ``qpos`` is given."""
+        """Set ``qpos`` to that of another copy."""
         self.data.qpos[:] = positions
         mujoco.mj_kinematics(self.model, self.data)
 
     def look(self) -> Frame:
-        """A picture of this moment, taken by the twin's camera."""
+        """A picture of the present state, by the twin's camera."""
         self._opened = self._opened or self._camera()
         return self._opened.look_now()()
 

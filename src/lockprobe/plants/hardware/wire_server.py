@@ -1,7 +1,7 @@
-"""A process that plays the robot: our box and arm in MuJoCo behind Franka's network protocol (franky-sim).
+"""A process that simulates the robot: our box and arm in MuJoCo behind Franka's network protocol (franky-sim).
 
-The only importer of ``franky_sim``. The client library connects over loopback as it does to a robot. Two things come on
-another way, as on a real rig: the force sensor's readings (shared memory) and the truth about the joints (a pipe).
+The only importer of ``franky_sim``. The client library connects over loopback as it does to a robot. Two channels are
+separate, as on a real rig: the force sensor's readings (shared memory) and the truth about the joints (a pipe).
 """
 
 from __future__ import annotations
@@ -40,11 +40,11 @@ _LATE = 0.002
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WireFigures:
-    """How the simulated robot kept time.
+    """Timing statistics of the simulated robot.
 
     Attributes:
-        ticks: Ticks of 1 ms so far.
-        late: Of these, those that took more than 2 ms.
+        ticks: Number of ticks of 1 ms so far.
+        late: Number of ticks that took more than 2 ms.
     """
 
     ticks: int
@@ -52,7 +52,7 @@ class WireFigures:
 
 
 class SimulatedRobot:
-    """The process, and a reader of its force sensor. Use it as a context manager.
+    """The process that simulates the robot, with a reader of its force sensor. Use it as a context manager.
 
     Args:
         box: The box.
@@ -77,7 +77,7 @@ class SimulatedRobot:
 
     @property
     def version(self) -> str:
-        """What plays the robot."""
+        """The simulator and its version."""
         return f"franky-sim {version('franky-sim')}"
 
     def read(self) -> WrenchReading:
@@ -87,36 +87,36 @@ class SimulatedRobot:
         return WrenchReading(force=np.array(values[:3]), age=max(0.0, time.monotonic() - values[3]))
 
     def configuration(self) -> Configuration:
-        """Where the joints stand once they rest.
+        """The configuration once the joints rest.
 
         Raises:
-            PlantFault: If one stays between its ends, or the process is gone.
+            PlantFault: If a joint stays between its ends, or the process is gone.
         """
         return tuple(self._ask("configuration"))
 
     def put(self, configuration: Configuration) -> None:
-        """Put the joints into a configuration, as a person would between two attempts."""
+        """Set the configuration, as a person would between two attempts."""
         self._ask("put", configuration)
 
     def figures(self) -> WireFigures:
-        """How it kept time."""
+        """The timing statistics so far."""
         ticks, late = self._ask("figures")
         return WireFigures(ticks=ticks, late=late)
 
     def freeze(self, seconds: float) -> None:
-        """Let the connection hang for a while: no command is read, no state is sent. For rehearsals of faults."""
+        """Freeze the connection for some seconds: no command is read, no state is sent. To rehearse faults."""
         self._pipe.send(("freeze", seconds))
 
     def mute(self) -> None:
-        """Let the force sensor fall silent while the robot goes on. For rehearsals of faults."""
+        """Silence the force sensor while the robot goes on. To rehearse faults."""
         self._pipe.send(("mute", None))
 
     def pose(self) -> list[float]:
-        """All joint positions of the model, as :meth:`WireScene.pose` takes them."""
+        """All joint positions of the model (``qpos``), for :meth:`WireScene.pose`."""
         return list(self._ask("pose"))
 
     def reel(self) -> list[list[float]]:
-        """The poses since the last call, 25 in a second and the present one, at most those of two minutes."""
+        """The poses since the last call, 25 per second and the present one, up to two minutes."""
         return list(self._ask("reel"))
 
     def close(self) -> None:
@@ -147,7 +147,7 @@ class SimulatedRobot:
 
 
 def _serve(box: Lockbox, labels: tuple[str, ...], seed: int, pipe: Connection, force: Any) -> None:
-    """The process: 1 ms of physics, one packet, and what was asked in between."""
+    """The main loop of the process: 1 ms of physics, one packet, and pending requests."""
     from franky_sim import SimulationServer
 
     world = _World(box, labels, seed)
@@ -163,12 +163,12 @@ def _serve(box: Lockbox, labels: tuple[str, ...], seed: int, pipe: Connection, f
             try:
                 if pipe.poll():
                     what, value = pipe.recv()
-                    _obey(world, pipe, what, value, (ticks, late))
+                    _execute(world, pipe, what, value, (ticks, late))
             except (EOFError, OSError):
                 return
 
 
-def _obey(world: _World, pipe: Connection, what: str, value: Any, figures: tuple[int, int]) -> None:
+def _execute(world: _World, pipe: Connection, what: str, value: Any, figures: tuple[int, int]) -> None:
     if what == "freeze":
         time.sleep(value)
     elif what == "mute":
@@ -188,7 +188,7 @@ def _obey(world: _World, pipe: Connection, what: str, value: Any, figures: tuple
 
 
 class _World:
-    """The scene, with a simulator that franky-sim can drive, a sensor at the flange, and what moved lately."""
+    """The scene with a simulator for franky-sim, a force-torque sensor at the flange, and recent poses."""
 
     def __init__(self, box: Lockbox, labels: tuple[str, ...], seed: int) -> None:
         scene = WireScene(box, labels, seed)
@@ -201,7 +201,7 @@ class _World:
         self.mute = False
 
     def sense(self, force: Any) -> None:
-        """Write force on the hand in the frame of the flange, averaged as a sensor's filter does, and the time."""
+        """Write the time and the force on the hand in the frame of the flange, low-pass filtered as in a sensor."""
         if self._data.time >= self._next:
             self._next += _REEL_EVERY
             self._reel.append(self.pose())

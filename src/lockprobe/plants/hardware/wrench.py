@@ -1,4 +1,4 @@
-"""A force-torque sensor as hardware arms use it: an injected reader whose readings must be fresh."""
+"""The interface of force-torque sensors for hardware arms: an injected reader, with a check for stale readings."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ OLDEST = 0.020
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class WrenchReading:
-    """One reading.
+    """One reading of a force-torque sensor.
 
     Attributes:
         force: Force of the environment and of gravity on the hand, in the sensor's frame, newtons, shape (3,).
-        age: Seconds since it was measured.
+        age: Age of the reading, seconds.
     """
 
     force: Vector
@@ -32,7 +32,7 @@ class WrenchReading:
 
 
 class WrenchReader(Protocol):
-    """Reads a sensor, for example over UDP. A thread of the reader keeps the latest reading."""
+    """The interface of a sensor, for example over UDP. A thread of the reader keeps the latest reading."""
 
     def read(self) -> WrenchReading:
         """The latest reading. Any exception counts as a fault of the sensor."""
@@ -45,8 +45,8 @@ class FreshWrench:
 
     Attributes:
         reader: The sensor.
-        oldest: Age up to which a reading is used, seconds.
-        turn: Orientation of the sensor in the frame of the flange, a rotation, shape (3, 3).
+        oldest: Largest age of a usable reading, seconds.
+        turn: Rotation of the sensor in the frame of the flange, shape (3, 3).
     """
 
     reader: WrenchReader
@@ -60,7 +60,7 @@ class FreshWrench:
             flange: Orientation of the flange in that frame, shape (3, 3).
 
         Raises:
-            PlantFault: If the reading is too old, has no sense, or there is none.
+            PlantFault: If the reading is too old, invalid or missing.
         """
         reading = call_driver("the wrench reader", lambda: self.reader.read())  # noqa: PLW0108 - it may lack the method
         if not 0 <= reading.age <= self.oldest:

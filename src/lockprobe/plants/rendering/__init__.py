@@ -1,1 +1,1 @@
-"""Pictures of a MuJoCo model, with or without OpenGL."""
+"""Rendering of a MuJoCo model, with or without OpenGL."""

@@ -1,4 +1,4 @@
-"""A plant's depth camera: pictures of a MuJoCo model, rendered only on request."""
+"""A plant's RGB-D camera: pictures of a MuJoCo model, rendered only on request (lazily)."""
 
 from __future__ import annotations
 
@@ -36,11 +36,11 @@ _LOST = 0.6
 """Share of pixels at edges that have no reading."""
 
 
-class _Joints(Protocol):
+class _PosableJoints(Protocol):
     def posed(self, configuration: Configuration) -> mujoco.MjData: ...
 
 
-class _Board(Protocol):
+class _PanelGeometry(Protocol):
     @property
     def pose(self) -> NDArray[np.float64]: ...
 
@@ -49,20 +49,20 @@ class _Board(Protocol):
 
 
 class PlantCamera:
-    """A plant's camera, which takes pictures of the present moment. Every attempt ends a moment.
+    """A plant's camera for the present moment. Every attempt ends a moment.
 
     The renderer opens at the first look, so a plant without looks needs no OpenGL. Threads may take turns with it, one
     at a time. A process that is forked after the first look cannot look, because the graphics library's threads do not
     survive a fork and every call would hang. Start workers with ``spawn``, or fork before the first look.
 
     Args:
-        model: The compiled scene, with whatever was added to it.
-        data: Its state. A look reads it and does not change it.
+        model: The compiled scene.
+        data: Its state; a look does not change it.
         mechanism: Its joints; ``posed`` gives a copy of the state with the joints in another configuration.
         panel: Pose of the panel in the world, shape (4, 4), and the handles' positions in its frame, shape
             (joints, 2, 3), metres.
         settings: Size of pictures, renderer, noise of depth.
-        rng: The camera's random stream, for the noise of depth. Give it a separate stream: a look draws one number.
+        rng: A separate random stream for the noise of depth; each look draws one number.
         eye: Name of the camera in the model.
     """
 
@@ -71,8 +71,8 @@ class PlantCamera:
         model: mujoco.MjModel,
         data: mujoco.MjData,
         *,
-        mechanism: _Joints,
-        panel: _Board,
+        mechanism: _PosableJoints,
+        panel: _PanelGeometry,
         settings: CameraSettings,
         rng: np.random.Generator,
         eye: str = EYE,
@@ -92,12 +92,12 @@ class PlantCamera:
     def look_now(self) -> Callable[[], Frame]:
         """A function that takes a picture of this moment.
 
-        It raises PlantFault once the moment is over, and Missing if the renderer does not work here.
+        It raises ``PlantFault`` once the moment is over, and ``Missing`` if the renderer does not work here.
         """
         return partial(self._look, self._moment, None)
 
     def look_as_if(self) -> Callable[[Configuration], Frame]:
-        """As :meth:`look_now`, but the function draws the joints in the configuration that it is given."""
+        """As :meth:`look_now`, but the function draws the joints in a given configuration, for false pictures."""
         return partial(self._look, self._moment)
 
     def end_moment(self) -> None:
@@ -132,7 +132,7 @@ class PlantCamera:
         )
 
     def _geometry(self) -> Camera:
-        """Focal length of the camera and the panel's pose in its frame."""
+        """The camera model: focal length, and the panel's pose in the camera's frame."""
         seen = self._model.camera(self._eye).id
         height, pose = self._settings.height, self._panel.pose
         rotation = self._seen.cam_xmat[seen].reshape(3, 3) @ _FROM_OPENGL
@@ -144,10 +144,10 @@ class PlantCamera:
 
 
 def add_depth_noise(depth: NDArray[np.float32], noise: float, rng: np.random.Generator) -> NDArray[np.float32]:
-    """Depth as a depth camera reads it: in whole millimetres, noisy, with holes along edges.
+    """Simulate the errors of a depth camera: quantised to millimetres, noisy, with holes along edges.
 
-    With ``noise=0`` it only rounds. It draws one number from ``rng`` whatever the noise is. The same stream gives the
-    same errors at every noise level, scaled.
+    With ``noise=0`` it only rounds. It always draws one number from ``rng``, so the same stream gives the same errors
+    at every noise level, scaled.
 
     Args:
         depth: Shape (height, width), metres; 0 where there is nothing.
@@ -169,7 +169,7 @@ def add_depth_noise(depth: NDArray[np.float32], noise: float, rng: np.random.Gen
 
 
 def _edges(depth: NDArray[np.float32]) -> NDArray[np.bool_]:
-    """Pixels on both sides of a step in depth."""
+    """Pixels on both sides of a depth discontinuity."""
     edges = np.zeros(depth.shape, dtype=bool)
     across = np.abs(np.diff(depth, axis=1)) > _STEP
     edges[:, :-1] |= across

@@ -1,4 +1,4 @@
-"""Which renderers work on this machine, and which one is used.
+"""Probes which renderers work on this machine, and chooses one.
 
 A missing or broken graphics library can end a process or make ``import mujoco`` fail. So every renderer is tried in a
 separate process, and importing this module imports neither MuJoCo nor OpenGL.
@@ -73,12 +73,12 @@ renderer.close()
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Probed:
-    """Whether one renderer works.
+    """The result of probing one renderer.
 
     Attributes:
         name: The renderer.
         ok: Whether it drew the test picture correctly.
-        detail: The driver's name, or why the renderer does not work, on one line.
+        detail: The driver's name, or the reason why the renderer does not work, in one line.
     """
 
     name: RendererName
@@ -94,7 +94,7 @@ def probe() -> tuple[Probed, ...]:
 
 @functools.cache
 def probe_one(name: RendererName) -> Probed:
-    """Try one renderer in a separate process. The result is cached."""
+    """Probe one renderer in a separate process. The result is cached."""
     if importlib.util.find_spec("mujoco") is None:
         return Probed(name=name, ok=False, detail="the package mujoco is not installed")
     try:
@@ -114,13 +114,13 @@ def probe_one(name: RendererName) -> Probed:
 
 
 def decide(choice: RendererChoice = "auto") -> RendererName:
-    """The renderer that a choice stands for.
+    """Resolve a choice to a renderer.
 
     ``auto`` stands for the one in the environment variable LOCKPROBE_RENDERER, or the first that works here.
 
     Raises:
         BadValue: If there is no such renderer.
-        Missing: If it does not work here, or none does.
+        Missing: If it does not work here, or no renderer does.
     """
     what, asked = "renderer", str(choice)
     if choice == "auto":

@@ -1,4 +1,4 @@
-"""A camera that is carried around a lockbox's scene: pictures for the rehearsal of a calibration."""
+"""A free camera in a lockbox's scene, like one on a robot's hand: pictures for rehearsals of a calibration."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _FROM_OPENGL = np.diag([1.0, -1.0, -1.0])
 
 
 class HandCamera:
-    """A camera that is put at any pose of a scene.
+    """A camera that can be placed at any pose in a scene.
 
     Args:
         spec: The scene before it is compiled; it is changed.

@@ -1,4 +1,4 @@
-"""The OpenGL renderer, without a window: EGL or OSMesa.
+"""The off-screen OpenGL renderer: EGL or OSMesa.
 
 MuJoCo picks its OpenGL platform from the environment variable MUJOCO_GL when it is imported, and the import fails where
 that platform's library is missing. So this module leaves the variable alone and creates the context explicitly.
@@ -35,7 +35,7 @@ class OpenGL:
 
     Args:
         model: What to draw.
-        platform: Where OpenGL comes from.
+        platform: The OpenGL platform: EGL or OSMesa.
         width: Pixels.
         height: Pixels.
 
@@ -99,7 +99,7 @@ class OpenGL:
         return rgb, buffer
 
     def _metres(self, buffer: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Undo the projection: the buffer holds (near / z - near / far) / (1 - near / far)."""
+        """Linearise the depth buffer, which holds (near / z - near / far) / (1 - near / far)."""
         extent = self._model.stat.extent
         near = self._model.vis.map.znear * extent
         far = self._model.vis.map.zfar * extent

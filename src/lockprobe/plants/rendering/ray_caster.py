@@ -1,4 +1,4 @@
-"""The ray-casting renderer, which needs no graphics library: rays by MuJoCo, light and colours by numpy.
+"""The ray-casting renderer, which needs no graphics library: rays by MuJoCo, shading by NumPy.
 
 MuJoCo's rays skip whatever lies outside the bounding box of a body's *colliding* geoms, so they miss geoms that are
 only there to be looked at. The rays are therefore cast in a second model. It holds only the geoms that a camera shows,
@@ -78,13 +78,13 @@ class RayCaster:
         return rgb, np.where(hit, depth, 0).astype(np.float32).reshape(height, width)
 
     def close(self) -> None:
-        """Do nothing: it holds only memory."""
+        """Do nothing: there are no resources to release."""
 
     def _focal(self, eye: int) -> float:
         return float(0.5 * self._shape[0] / np.tan(0.5 * np.radians(self._model.cam_fovy[eye])))
 
     def _rays(self, eye: int) -> NDArray[np.float64]:
-        """One ray through the middle of every pixel, in the world, one metre long along the optical axis."""
+        """One ray through the centre of every pixel, in the world, one metre long along the optical axis."""
         height, width = self._shape
         right, up = np.meshgrid(np.arange(width) - (width - 1) / 2, (height - 1) / 2 - np.arange(height))
         away = np.full(right.shape, -self._focal(eye))
@@ -117,7 +117,7 @@ class RayCaster:
         return geoms, distances, normals
 
     def _lit(self, light: int, points: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Whether a light reaches each point."""
+        """Shadow test: whether a light reaches each point."""
         if not (self._model.light_castshadow[light] and self._model.light_active[light]):
             return np.ones(len(points), dtype=bool)
         origin = self._seen.light_xpos[light]

@@ -1,4 +1,4 @@
-"""Colours of textures at points of geoms, mapped onto shapes as MuJoCo maps them."""
+"""Texture mapping as in MuJoCo: colours of textures at points of geoms."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Textures:
         self.background = self._texture(int(skies[0]), 0).mean(axis=(0, 1)) if skies.size else np.zeros(3)
 
     def of(self, geom: int) -> int | None:
-        """Id of the texture on a geom; None if it has none, or one that the ray caster does not show."""
+        """Id of the texture on a geom; None without a texture that the ray caster supports."""
         model = self._model
         material = model.geom_matid[geom]
         texture = model.mat_texid[material, _COLOUR] if material >= 0 else -1
@@ -112,7 +112,7 @@ class Textures:
         return np.array([first, second, third])
 
     def _texture(self, texture: int, level: int) -> NDArray[np.float64]:
-        """A texture, halved ``level`` times, shape (height, width, 3), 0 to 1."""
+        """A mipmap level: a texture halved ``level`` times, shape (height, width, 3), 0 to 1."""
         if (texture, level) not in self._levels:
             model = self._model
             if level == 0:
@@ -137,7 +137,7 @@ def _halved(image: NDArray[np.float64], axis: int) -> NDArray[np.float64]:
 
 
 def _between(image: NDArray[np.float64], across: NDArray[np.float64], down: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Bilinear samples of an image that repeats without end; 1 is its width or height."""
+    """Bilinear samples of a periodically repeated image, in coordinates where 1 is its width or height."""
     height, width = image.shape[:2]
     column, row = across * width - 0.5, down * height - 0.5
     left, top = np.floor(column).astype(np.intp), np.floor(row).astype(np.intp)

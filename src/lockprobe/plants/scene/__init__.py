@@ -1,1 +1,1 @@
-"""A lockbox as a MuJoCo model: panel, joints, interlock, looks."""
+"""A lockbox as a MuJoCo model: panel, joints, interlock, appearance."""

@@ -1,6 +1,6 @@
-"""Colours, handle shapes, light and camera offset of a scene: fixed, or drawn in each trial.
+"""The appearance of a scene: colours, handle shapes, light and camera offset, fixed or randomised in each trial.
 
-The appearance changes nothing that can be touched.
+The appearance does not change the physics.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _DRAWS = 16
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Appearance:
-    """Everything that decides how a scene looks.
+    """The visual parameters of a scene.
 
     Attributes:
         wood: Colour of board and case.
@@ -79,7 +79,7 @@ def appearance_of(looks: Looks, rng: np.random.Generator) -> Appearance:
 
     Args:
         looks: ``plain`` always gives the same appearance.
-        rng: Random stream. It draws equally many numbers whatever ``looks`` is.
+        rng: Random stream. The number of draws does not depend on ``looks``.
     """
     drawn = rng.random(_DRAWS)
     if looks == "plain":

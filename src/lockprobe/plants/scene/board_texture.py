@@ -1,4 +1,4 @@
-"""The picture on the board: wood, the dark track of every handle with its two ends, and the labels."""
+"""The texture of the board: wood, the dark track of every handle with its two ends, and the labels."""
 
 from __future__ import annotations
 
@@ -57,11 +57,11 @@ def paint_board(panel: PanelLayout, labels: Sequence[str], appearance: Appearanc
 
 
 def wood(shape: tuple[int, int], colour: Colour, grain: int) -> NDArray[np.uint8]:
-    """Boards of wood, the grain running along the columns' direction.
+    """A wood texture with its grain along the columns.
 
     Args:
         shape: Rows and columns.
-        colour: On average.
+        colour: Mean colour.
         grain: The same number gives the same pattern.
 
     Returns:

@@ -1,6 +1,7 @@
 """The interlock in MuJoCo: bolts, pins, blocks and lifters behind the board, each gate in a separate layer.
 
-Only a pin and its block, and a lifter and its crossbar, can touch. All contacts are frictionless and firm.
+Only two pairs of parts can collide: a pin and its block, a lifter and its crossbar. Contacts are frictionless and
+stiff.
 """
 
 from __future__ import annotations
@@ -86,7 +87,7 @@ def _pitch(layers: int) -> float:
 def _add_bolt(
     body: mujoco.MjsBody, name: str, mounted: MountedJoint, depth: float, *, back: float = 0.0, aside: float = 0.0
 ) -> mujoco.MjsBody:
-    """A bolt that slides at right angles to a joint's motion, starting at the pin or shifted back and aside."""
+    """Add a bolt that slides perpendicular to a joint's motion, starting at the pin or shifted back and aside."""
     (x, y), (ox, oy) = pin_of(mounted)
     part = body.add_body(name=name, pos=[x - back * ox - aside * oy, y - back * oy + aside * ox, depth])
     part.add_joint(
@@ -127,7 +128,7 @@ def _add_lifters(
     panel: PanelLayout,
     depth: float,
 ) -> None:
-    """A sprung bolt with a crossbar in the next layer, under which every lifter pushes."""
+    """Add a sprung bolt with a crossbar in the next layer, which every lifter can push up."""
     mounted = panel.mounted_joints[gate.joint]
     (_, _), (ox, oy) = pin_of(mounted)
     spring = spec.joint(f"bolt-{number}")
@@ -154,7 +155,7 @@ def _add_lifters(
 
 
 def _gear(spec: mujoco.MjSpec, bolt: str, literal: GateLiteral, panel: PanelLayout, stroke: float) -> None:
-    """Gear a bolt to a joint, so that it is fully retracted while the literal holds."""
+    """Couple a bolt to a joint by an equality constraint, so that it is fully retracted while the literal holds."""
     joint, position = literal
     ratio = stroke / panel.mounted_joints[joint].travel
     start, slope = (0.0, ratio) if position else (stroke, -ratio)

@@ -8,9 +8,10 @@ open; any of its literals opens a gate. Each gate has a separate hidden layer:
   bolt is geared to the other joint. If it has several, its bolt is sprung, and any of its *lifters* lifts it; each
   lifter is geared to one joint.
 
-The block is shorter than the joint's travel by the pin. The pin is before the block at one end of the travel and behind
-it at the other, so it can return at both ends and never between: the possible motions of joint and gate form an H. The
-faces that meet are parallel to the bolt's motion, so no force on the joint can push the pin out.
+The block is shorter than the joint's travel by the width of the pin. The pin is before the block at one end of the
+travel and behind it at the other, so it can return at both ends and never in between: the configuration space of joint
+and gate has the shape of an H. The contact faces are parallel to the bolt's motion, so no force on the joint can push
+the pin out.
 """
 
 from __future__ import annotations
@@ -51,11 +52,11 @@ GateLiteral = tuple[int, bool]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Gate:
-    """Locks a joint unless one of its literals holds.
+    """A gate: it locks a joint unless one of its literals holds.
 
     Attributes:
         joint: The joint that it locks, by index in panel order.
-        literals: The conditions any of which opens it, in panel order.
+        literals: The conditions, any of which opens the gate, in panel order.
     """
 
     joint: int
@@ -64,12 +65,12 @@ class Gate:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GateBlock:
-    """A box fixed to a joint, at its position while the joint is at position 0.
+    """A block: a box fixed to a joint, given in its pose at the joint's position 0.
 
     Attributes:
-        middle: Its middle in the frame of the panel, metres.
-        angle: Angle of its long side from the panel's x, radians.
-        half: Half its sides, metres.
+        middle: Centre in the frame of the panel, metres.
+        angle: Angle of its long side from the panel's x axis, radians.
+        half: Half of its side lengths, metres.
     """
 
     middle: tuple[float, float]
@@ -78,7 +79,7 @@ class GateBlock:
 
 
 def gates_of(box: Lockbox) -> tuple[Gate, ...]:
-    """The fewest gates that are equivalent to a box's interlock.
+    """The minimal set of gates (conjunctive normal form) that is equivalent to a box's interlock.
 
     Raises:
         BadValue: If a joint never moves, or there would be more than ``MAX_GATES``.
@@ -115,7 +116,7 @@ def _necessary(gates: Iterable[frozenset[GateLiteral]]) -> set[frozenset[GateLit
 
 
 def pin_of(mounted: MountedJoint) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Position of a gate's pin while it locks, and the direction in which it retracts, in the panel's frame.
+    """Locked position of a gate's pin, and its direction of retraction, in the panel's frame.
 
     Returns:
         Position in metres; direction of length 1, at right angles to the joint's motion there.

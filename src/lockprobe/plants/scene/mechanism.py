@@ -1,4 +1,4 @@
-"""The joints of a compiled scene: read, set and push them. It knows nothing of an arm."""
+"""The joints of a compiled scene: reads, sets and pushes them, independent of an arm."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _FROZEN = 0.005
 
 
 class _Bolt:
-    """A bolt or a lifter: its addresses in the state, and its position in each configuration."""
+    """A bolt or a lifter: its address in the state, and its position in each configuration."""
 
     def __init__(self, model: mujoco.MjModel, name: str, literals: Sequence[GateLiteral], out: float) -> None:
         joint = model.joint(name)
@@ -70,11 +70,11 @@ class Mechanism:
         return fractions
 
     def configuration(self) -> Configuration:
-        """For each joint the position that it is nearer to."""
+        """The configuration: for each joint the nearer end of its travel."""
         return tuple(bool(fraction > 0.5) for fraction in self.fractions())
 
     def resting(self) -> bool:
-        """Whether every joint is at an end of its travel, or nearly."""
+        """Whether every joint is at an end of its travel, within a tolerance."""
         fractions = self.fractions()
         return bool((np.minimum(np.abs(fractions), np.abs(1 - fractions)) <= RESTING).all())
 
@@ -126,7 +126,7 @@ class Mechanism:
         mujoco.mj_step(self._model, self._data)
 
     def before_step(self) -> None:
-        """Call this before every simulation step: it switches the joint ranges of an ideal mechanism."""
+        """Call before every simulation step: switches the joint ranges of an ideal mechanism."""
         if self._scene.ideal:
             self._switch_ranges()
 
@@ -135,7 +135,7 @@ class Mechanism:
 
         Args:
             joint: The joint, by index in panel order.
-            newtons: Force at the handle. The push ends when the joint has arrived or is held, at most after 0.6 s.
+            newtons: Force at the handle. The push ends when the joint arrives or is blocked, after at most 0.6 s.
 
         Returns:
             Whether the joint is now nearer to the other end.

@@ -102,7 +102,7 @@ class MountedJoint:
         return np.array([self.knob(fraction) for fraction in np.linspace(0, 1, _SAMPLES)])
 
     def room(self) -> NDArray[np.float64]:
-        """Points that cover the area of handle, bar and lever in all positions, shape (points, 2), metres."""
+        """Points that cover the swept area of handle, bar and lever, shape (points, 2), metres."""
         path = self.path()[::2]
         if self.kind == "prismatic":
             return path

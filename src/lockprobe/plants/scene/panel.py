@@ -1,7 +1,7 @@
 """The layout of the panel: board size, direction of each joint, positions of labels, and the panel's pose.
 
-The box says where its joints are. A search finds the direction of every slider and lever so that a hand can grip each
-handle in every configuration, no parts collide, and every label is readable.
+The box gives the places of its joints. A search finds the direction of every slider and lever so that a hand can grip
+each handle in every configuration, no parts collide, and every label is readable.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ class PanelLayout:
         return np.array([[[*f.knob(fraction), KNOB_TOP] for fraction in (0.0, 1.0)] for f in self.mounted_joints])
 
     def in_world(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Points of the panel's frame in the world, the same shape, metres."""
+        """Transform points from the panel's frame to the world, the same shape, metres."""
         return np.asarray(points @ self.pose[:3, :3].T + self.pose[:3, 3])
 
 
@@ -87,7 +87,7 @@ def lay_out_panel(box: Lockbox, *, tilt: float = 20.0, depth: float = 0.06) -> P
         depth: Depth of the case, metres.
 
     Raises:
-        BadValue: If joints are so close together that no board within reach has room for them.
+        BadValue: If no board within reach has room for the joints, because they are too close together.
     """
     size, mounted_joints, labels, letter = _laid_out(box.joints, round(camera_angle(math.radians(tilt)), 3))
     panel = PanelLayout(
@@ -161,7 +161,7 @@ def _nearest(first: NDArray[np.float64], second: NDArray[np.float64]) -> NDArray
 
 
 def _compatible(choices: Sequence[Sequence[MountedJoint]]) -> tuple[MountedJoint, ...] | None:
-    """One choice for each joint such that all have room, or None. Depth-first search, preferred choices first."""
+    """A mounting for each joint without collisions, or None; by depth-first search, preferred mountings first."""
     count = len(choices)
     if not all(choices):
         return None
@@ -194,7 +194,7 @@ def _compatible(choices: Sequence[Sequence[MountedJoint]]) -> tuple[MountedJoint
 def _labelled(
     mounted_joints: Sequence[MountedJoint], size: tuple[float, float], letter: float, angle: float
 ) -> tuple[tuple[float, float], ...] | None:
-    """A position for each label, nearest to the joint that it names, never under a part or hidden by one."""
+    """A position for each label: near its joint, and never under or hidden by a part."""
     covered = [covered_area(f, angle) for f in mounted_joints]
     rooms = [f.room() for f in mounted_joints]
     half = np.array(size) / 2 - 0.66 * letter
@@ -247,7 +247,7 @@ def _spread(points: Sequence[tuple[float, float]], apart: float) -> list[tuple[f
 
 
 def covered_area(mounted: MountedJoint, angle: float) -> NDArray[np.float64]:
-    """Points of the area that a joint covers in any position, and of what its handle hides from the camera.
+    """Points of the swept area of a joint, and of the area that its handle hides from the camera.
 
     Args:
         mounted: The joint.

@@ -46,14 +46,14 @@ _ONLY_SEEN = {"contype": NOTHING, "conaffinity": NOTHING}
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class LockboxScene:
-    """The scene of a lockbox before MuJoCo compiles it, so that an arm can still be added.
+    """An uncompiled scene of a lockbox, to which an arm can still be added.
 
     Names in the model: bodies ``panel`` and ``part-0``, ``part-1``, ... in panel order; joints ``joint-0``, ...; sites
     ``knob-0``, ... in the middle of a knob's top; geoms ``knob-0``, ... (the part that a hand touches) and ``board``;
     the plant's camera ``rgbd`` and the camera for films ``oblique``.
 
     Attributes:
-        spec: The model's source.
+        spec: The MuJoCo specification.
         panel: Positions of joints and labels.
         gates: How joints lock each other. With ``mechanism="ideal"`` the model has no parts for them.
         box: The box.
@@ -78,11 +78,11 @@ def build_scene(
         box: The box.
         labels: Labels of the joints, in panel order.
         settings: Mechanism, tilt, looks, friction, size of pictures.
-        rng: For the appearance; it draws equally many numbers whatever ``looks`` is.
+        rng: Random stream of the appearance. The number of draws does not depend on ``looks``.
 
     Raises:
         BadValue: If the box cannot be built: its interlock needs too many gates, or its joints have no room.
-        Missing: If Pillow is not there.
+        Missing: If Pillow is not installed.
     """
     if len(labels) != len(box.joints):
         raise BadValue("labels", labels, f"one for each of {len(box.joints)} joints")

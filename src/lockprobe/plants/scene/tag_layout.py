@@ -40,7 +40,7 @@ _QUADRANTS = ((-1, 1), (1, 1), (1, -1), (-1, -1))
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class TagLayout:
-    """Where the tags of a board are.
+    """The positions of the tags on a board.
 
     Attributes:
         side: Side of the black square, metres.
@@ -94,17 +94,17 @@ def place_tags(panel: PanelLayout, side: float = TAG_SIDE) -> TagLayout:
 
 
 def resized(tags: TagLayout, side: float) -> TagLayout:
-    """The same tags as a printer made them: with another side in metres, and their middles in the same places."""
+    """The tags as printed: with another side length in metres and the same centres."""
     return replace(tags, side=side)
 
 
 def _gap(place: NDArray[np.float64], points: NDArray[np.float64]) -> float:
-    """Distance of a place from the nearest point, by the larger of the two coordinates."""
+    """Chebyshev distance of a place from the nearest point."""
     return float(np.abs(points - place).max(1).min())
 
 
 def board_checksum(panel: PanelLayout, tags: TagLayout) -> str:
-    """A checksum of all that is drilled and glued on a board: two boards of equal dimensions have the same.
+    """A checksum of the dimensions of a board and its tags; boards with equal dimensions have equal checksums.
 
     Dimensions count to 0.01 mm and 0.00001 radians. Labels, tilt and interlock do not count.
     """

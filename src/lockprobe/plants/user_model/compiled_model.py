@@ -1,4 +1,4 @@
-"""A user's model, compiled by MuJoCo and kept within limits, with a camera that sees it."""
+"""Compiles a user's model in MuJoCo within limits, and adds a camera that sees it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 
 from lockprobe.errors import BadFile
-from lockprobe.plants.user_model.mjcf_file import ModelFile
+from lockprobe.plants.user_model.mjcf_file import MjcfModel
 
 __all__ = ["CAMERA", "compile_model", "without_stderr"]
 
@@ -27,10 +27,10 @@ _REDIRECTING = threading.Lock()
 _BROKEN = (ValueError, RuntimeError, TypeError, mujoco.FatalError, mujoco.UnexpectedError)
 
 
-def compile_model(file: ModelFile) -> mujoco.MjModel:
-    """Compile a model.
+def compile_model(file: MjcfModel) -> mujoco.MjModel:
+    """Compile a user's model.
 
-    MuJoCo's warnings are not printed or logged from then on in this process; an unstable simulation is found in its
+    Afterwards this process neither prints nor logs MuJoCo's warnings; an unstable simulation is detected from its
     state.
 
     Raises:
@@ -50,7 +50,7 @@ def compile_model(file: ModelFile) -> mujoco.MjModel:
 
 @contextmanager
 def without_stderr() -> Iterator[None]:
-    """Drop what C libraries write to the standard error: the library that wraps meshes explains itself at length."""
+    """Discard the standard error of C libraries: the mesh library is verbose."""
     with _REDIRECTING, open(os.devnull, "wb") as nowhere:  # noqa: PTH123 - a device
         kept = os.dup(2)
         os.dup2(nowhere.fileno(), 2)
@@ -61,7 +61,7 @@ def without_stderr() -> Iterator[None]:
             os.close(kept)
 
 
-def _compiled(file: ModelFile) -> mujoco.MjModel:
+def _compiled(file: MjcfModel) -> mujoco.MjModel:
     spec = mujoco.MjSpec.from_string(file.text, assets=dict(file.assets))
     if len(spec.geoms) > _MOST_GEOMS:
         raise BadFile(file.path, f"{len(spec.geoms)} geoms, expected at most {_MOST_GEOMS}")
@@ -73,7 +73,7 @@ def _compiled(file: ModelFile) -> mujoco.MjModel:
 
 
 def _beyond(model: mujoco.MjModel) -> Iterator[str]:
-    """What is beyond the limits: it would simulate or draw for hours, or be drawn wrongly."""
+    """The limits that a model exceeds: it would simulate or render for hours, or be drawn wrongly."""
     for what, value, least, most in (
         ("timestep", model.opt.timestep, 2e-4, 0.01),
         ("iterations", model.opt.iterations, 1, 1000),

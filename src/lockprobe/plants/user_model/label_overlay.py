@@ -1,4 +1,4 @@
-"""Labels of joints drawn over a picture of a user's model, which does not show them by itself."""
+"""Draws the labels of joints over a picture of a user's model, which has no labels itself."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _HEIGHT = 0.05
 
 
 def draw_labels(rgb: NDArray[np.uint8], labels: Sequence[str], places: NDArray[np.float64]) -> NDArray[np.uint8]:
-    """The picture with labels, white with a dark rim.
+    """Draw labels on a picture, white with a dark outline.
 
     Args:
         rgb: Shape (height, width, 3).
@@ -28,7 +28,7 @@ def draw_labels(rgb: NDArray[np.uint8], labels: Sequence[str], places: NDArray[n
         A new picture of the same shape.
 
     Raises:
-        Missing: If Pillow is not there.
+        Missing: If Pillow is not installed.
     """
     try:
         from PIL import Image, ImageDraw, ImageFont

@@ -1,4 +1,4 @@
-"""A user's MJCF file, read as untrusted data with limits.
+"""Reads a user's MJCF file as untrusted data, with limits.
 
 MuJoCo gets one text without includes, and the contents of the files that the text refers to. So it opens no file by
 itself, and nothing outside the folder of the model is read. Each tag of the text is one line, so that an error of
@@ -18,7 +18,7 @@ from xml.parsers import expat
 from lockprobe.errors import BadFile
 from lockprobe.inputs import read_input
 
-__all__ = ["LARGEST_ASSETS", "LARGEST_XML", "ModelFile", "read_model"]
+__all__ = ["LARGEST_ASSETS", "LARGEST_XML", "MjcfModel", "read_model"]
 
 LARGEST_XML = 1 << 20
 """Bytes of the model and of all files that it includes together."""
@@ -48,17 +48,17 @@ _FOLDERS = {"mesh": "meshdir", "texture": "texturedir", "hfield": "meshdir"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ModelFile:
-    """A model as text, with what it needs.
+class MjcfModel:
+    """A model as text, with the contents of the files that it needs.
 
     Attributes:
         path: The file.
-        text: The model for MuJoCo, includes put in, one line per tag.
+        text: The model for MuJoCo, with includes expanded, one line per tag.
         assets: Contents of meshes and pictures by their names in ``text``.
-        names: The user's names of the same files.
-        sha256: Of the file, hexadecimal.
-        parts_sha256: Of the names and contents of all files that it includes or refers to; empty if there are none.
-        origins: For each line of ``text`` the file and the line that it comes from.
+        names: Name in ``text`` -> the user's name of the file.
+        sha256: SHA-256 of the file, hexadecimal.
+        parts_sha256: SHA-256 of the names and contents of all files that it includes or refers to; empty without any.
+        origins: For each line of ``text`` the file and the line of its origin.
     """
 
     path: Path
@@ -75,7 +75,7 @@ class ModelFile:
         return hashlib.sha256(f"{self.sha256} {self.parts_sha256}".encode()).hexdigest()[:16]
 
     def explain(self, error: str) -> str:
-        """An error of MuJoCo, with the lines and names of the user's files."""
+        """Translate an error of MuJoCo to the lines and names of the user's files."""
         named = re.sub(r"\basset-\d+\.\w+", lambda found: self.names.get(found[0], found[0]), error)
         return re.sub(r"\bline (\d+)", lambda found: self._origin(int(found[1])), named).strip()
 
@@ -86,7 +86,7 @@ class ModelFile:
 
 @dataclass(frozen=True, slots=True)
 class _Tag:
-    """A start tag, or with ``attributes`` None an end tag, and where it stands."""
+    """A start tag, or with ``attributes`` None an end tag, with its file and line."""
 
     name: str
     attributes: dict[str, str] | None
@@ -94,7 +94,7 @@ class _Tag:
     line: int
 
 
-def read_model(path: Path) -> ModelFile:
+def read_model(path: Path) -> MjcfModel:
     """Read a model and the files that it refers to.
 
     Raises:
@@ -111,7 +111,7 @@ def read_model(path: Path) -> ModelFile:
         lines.append(f"</{tag.name}>" if tag.attributes is None else f"<{tag.name}{written}>")
         origins.append((tag.file, tag.line))
     parts = sorted((name, hashlib.sha256(content).hexdigest()) for name, content in reader.parts.items())
-    return ModelFile(
+    return MjcfModel(
         path=path,
         text="\n".join(lines),
         assets=reader.assets,
@@ -131,7 +131,7 @@ class _Reader:
         self.names: dict[str, str] = {}
 
     def tags(self, path: Path) -> list[_Tag]:
-        """All tags of a file and of those that it includes; an included file has no tags for its root."""
+        """All tags of a file and its included files; the root tags of included files are dropped."""
         content, is_main = read_input(path, self._left), path == self._path
         self._left -= len(content)
         name = path.name if is_main else self._name(path)
@@ -172,7 +172,7 @@ class _Reader:
         return found
 
     def folders(self, tags: list[_Tag]) -> dict[str, str]:
-        """Where files are, by kind of asset, as the ``compiler`` tags say; the key ``strip`` is there for strippath."""
+        """Directories by kind of asset, from the ``compiler`` tags; the key ``strip`` exists with ``strippath``."""
         said: dict[str, str] = {}
         for tag in tags:
             if tag.name == "compiler" and tag.attributes is not None:
@@ -203,7 +203,7 @@ class _Reader:
         return attributes
 
     def _check_sizes(self, tag: _Tag, attributes: Mapping[str, str]) -> None:
-        """Refuse numbers for which MuJoCo would reserve more memory than there is."""
+        """Refuse numbers for which MuJoCo would allocate too much memory."""
         sizes = attributes.keys() - _MEMORY if tag.name == "size" else _SIDES.get(tag.name, ())
         for name in sorted(sizes):
             said = attributes.get(name, "0")

@@ -1,9 +1,9 @@
-"""The joints of a user's model: found by the names of the box's joints, read, set and pushed.
+"""The joints of a user's model: finds them by the names of the box's joints, reads, sets and pushes them.
 
 A joint is pushed by a generalised force: newtons on a sliding joint, newton metres on a turning one. So a model needs
-no handles. This is less than what a hand does: it does not press on the board, and it pulls at no edge. Like a hand it
-is slow: the force grows only while the joint is slower than its speed, because fast thin parts pass through each other
-in a simulation.
+no handles. A generalised force is simpler than a hand: it neither presses on the board nor pulls at an edge. Like a
+hand it is slow: the force grows only while the joint is slower than a target speed, because fast thin parts tunnel
+through each other in a simulation.
 """
 
 from __future__ import annotations
@@ -53,11 +53,11 @@ class ModelJoints:
     Args:
         model: The compiled model.
         box: The box whose joints it has.
-        force: On a sliding joint, newtons.
-        torque: On a turning joint, newton metres.
+        force: Push on a sliding joint, newtons.
+        torque: Push on a turning joint, newton metres.
 
     Raises:
-        BadValue: If a joint is missing, of the wrong type or without a range, or if a part can fall about.
+        BadValue: If a joint is missing, of the wrong type or without a range, or if a part can move freely.
     """
 
     def __init__(self, model: mujoco.MjModel, box: Lockbox, *, force: float, torque: float) -> None:
@@ -77,10 +77,10 @@ class ModelJoints:
         self.bodies: NDArray[np.intp] = model.jnt_bodyid[ids]
 
     def start(self, initial: Configuration) -> None:
-        """Put the model where a trial begins, and let it come to rest.
+        """Set the model to the start of a trial, and let it come to rest.
 
         Raises:
-            PlantFault: If it does not rest in the initial configuration of the box.
+            PlantFault: If it does not come to rest in the initial configuration of the box.
         """
         if mujoco.mj_name2id(self.model, mujoco.mjtObj.mjOBJ_KEY, INITIAL) >= 0:
             mujoco.mj_resetDataKeyframe(self.model, self.data, self.model.key(INITIAL).id)
@@ -97,16 +97,16 @@ class ModelJoints:
         return fractions
 
     def configuration(self) -> Configuration:
-        """For each joint the position that it is nearer to."""
+        """The configuration: for each joint the nearer end of its range."""
         return tuple(bool(fraction > 0.5) for fraction in self.fractions())
 
     def resting(self) -> bool:
-        """Whether every joint is at an end of its travel, or nearly."""
+        """Whether every joint is at an end of its range, within a tolerance."""
         fractions = self.fractions()
         return bool((np.minimum(np.abs(fractions), np.abs(1 - fractions)) <= RESTING).all())
 
     def where(self) -> str:
-        """Each joint with the fraction of its travel."""
+        """Each joint with the fraction of its travel, as text for messages."""
         return ", ".join(f"{name} {fraction:.2f}" for name, fraction in zip(self._names, self.fractions(), strict=True))
 
     def push(self, joint: int) -> None:
@@ -158,7 +158,7 @@ class ModelJoints:
         return state
 
     def restore(self, state: NDArray[np.float64]) -> None:
-        """Put the model back into a state."""
+        """Restore a saved state."""
         mujoco.mj_setState(self.model, self.data, state, _STATE)
 
     def _find(self, name: str, kind: JointKind) -> int:

@@ -1,7 +1,7 @@
-"""Whether a user's model obeys the rules of its box: every joint is pushed in the configurations that trials reach.
+"""Checks a user's model against the rules of its box by pushing every joint in all reachable configurations.
 
-The model is only ever pushed, never put into a configuration. So parts without a name in the box (bolts, gears) stand
-as an agent's attempts bring them there.
+The model is only pushed, never set to a configuration. So parts without a name in the box (bolts, gears) have the
+positions that an agent's attempts give them.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ MOST_CONFIGURATIONS = 64
 
 
 def check_rules(joints: ModelJoints, box: Lockbox, path: Path) -> int:
-    """Push every joint in the configurations that can be reached before the target moves.
+    """Push every joint in every configuration that is reachable before the target moves.
 
     Args:
         joints: The joints of the model.
@@ -32,8 +32,8 @@ def check_rules(joints: ModelJoints, box: Lockbox, path: Path) -> int:
         The number of configurations.
 
     Raises:
-        BadFile: If a joint moves that the rules lock, does not move although they let it, stops between its ends or
-            moves another joint; the message names the configuration and the joint.
+        BadFile: If a joint moves against the rules, does not move although the rules allow it, stops between its ends
+            or moves another joint; the message names the configuration and the joint.
     """
     try:
         joints.start(box.initial)
@@ -62,7 +62,7 @@ def check_rules(joints: ModelJoints, box: Lockbox, path: Path) -> int:
 
 
 def _disagreement(joints: ModelJoints, box: Lockbox, before: Configuration, joint: int) -> str:
-    """What the rules say and what the model did, if they differ; else empty."""
+    """The disagreement between the rules and the model's motion, in words; empty if they agree."""
     name, free, after = box.names[joint], box.may_move(before, joint), joints.configuration()
     rules = f"the rules {'let it move' if free else 'lock it'}"
     others = [other for i, other in enumerate(box.names) if i != joint and after[i] != before[i]]

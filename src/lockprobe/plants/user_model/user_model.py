@@ -15,10 +15,10 @@ from lockprobe.errors import BadFile, BadValue, PlantFault
 from lockprobe.lockbox.box import Configuration, Lockbox, bits
 from lockprobe.pictures.frame import Frame
 from lockprobe.plants.rendering.camera import PlantCamera
-from lockprobe.plants.twin_settings import ModelSettings
+from lockprobe.plants.twin_settings import UserModelSettings
 from lockprobe.plants.user_model.compiled_model import CAMERA, compile_model, without_stderr
 from lockprobe.plants.user_model.label_overlay import draw_labels
-from lockprobe.plants.user_model.mjcf_file import ModelFile, read_model
+from lockprobe.plants.user_model.mjcf_file import MjcfModel, read_model
 from lockprobe.plants.user_model.model_joints import ModelJoints
 from lockprobe.plants.user_model.rules_check import check_rules
 from lockprobe.record import Fact, Snapshot
@@ -29,8 +29,8 @@ PANEL = "panel"
 """Body that is the board: z out of it. Without it, heights in depth pictures are those of the world."""
 
 
-def check_model(box: Lockbox, settings: ModelSettings) -> int:
-    """Read a model, and compare it with the rules of a box by pushing.
+def check_model(box: Lockbox, settings: UserModelSettings) -> int:
+    """Read a model, and check it against the rules of a box by pushing.
 
     Returns:
         The number of configurations in which every joint was pushed.
@@ -53,12 +53,12 @@ class UserModel:
         rng: The trial's random stream for the plant; the noise of depth draws from a child of it.
 
     Raises:
-        BadFile: If the model cannot be read, is another one than the settings say, or lacks a joint.
+        BadFile: If the model cannot be read, differs from the digest in the settings, or lacks a joint.
         PlantFault: If it does not rest in the initial configuration.
     """
 
     def __init__(
-        self, box: Lockbox, *, labels: tuple[str, ...], settings: ModelSettings, rng: np.random.Generator
+        self, box: Lockbox, *, labels: tuple[str, ...], settings: UserModelSettings, rng: np.random.Generator
     ) -> None:
         self._file, self._joints = _load(box, settings)
         self._joints.start(box.initial)
@@ -125,8 +125,8 @@ class UserModel:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Board:
-    """Pose of the board in the world, shape (4, 4), and both ends of every handle in its frame, metres."""
+class _BoardGeometry:
+    """Pose of the board in the world, shape (4, 4), and both end positions of every handle in its frame, metres."""
 
     pose: NDArray[np.float64]
     handles: NDArray[np.float64]
@@ -136,7 +136,7 @@ class _Board:
         return _inside(self.pose, points)
 
 
-def _load(box: Lockbox, settings: ModelSettings) -> tuple[ModelFile, ModelJoints]:
+def _load(box: Lockbox, settings: UserModelSettings) -> tuple[MjcfModel, ModelJoints]:
     path = Path(settings.model)
     file = read_model(path)
     if settings.digest not in ("", file.digest):
@@ -147,14 +147,14 @@ def _load(box: Lockbox, settings: ModelSettings) -> tuple[ModelFile, ModelJoints
         raise BadFile(path, str(error)) from None
 
 
-def _board(joints: ModelJoints, box: Lockbox) -> _Board:
+def _board(joints: ModelJoints, box: Lockbox) -> _BoardGeometry:
     model, pose = joints.model, np.eye(4)
     seen = joints.posed(box.initial)
     mujoco.mj_kinematics(model, seen)
     if (body := mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, PANEL)) >= 0:
         pose[:3, :3], pose[:3, 3] = seen.xmat[body].reshape(3, 3), seen.xpos[body]
     ends = [_points(joints, box.names, (position,) * len(box.names), ("",)) for position in (False, True)]
-    return _Board(pose=pose, handles=_inside(pose, np.stack(ends, axis=1)))
+    return _BoardGeometry(pose=pose, handles=_inside(pose, np.stack(ends, axis=1)))
 
 
 def _inside(pose: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -1,7 +1,7 @@
-"""The agents' choices on arrays, for compilation: equal to :mod:`lockprobe.agents`, choice by choice.
+"""The policies as array code that numba can compile: equal to :mod:`lockprobe.agents`, choice by choice.
 
-Each choice draws as many random numbers as the policy draws. All functions that are compiled together are in this one
-file, because numba keeps compiled code until the file changes.
+Each choice draws as many random numbers as the policy draws. All functions that are compiled together are in this file,
+because numba caches compiled code until the file changes.
 """
 
 from __future__ import annotations
@@ -49,20 +49,20 @@ def play_trials(
     moves: NDArray[np.bool_],
     reports: NDArray[np.bool_],
 ) -> None:
-    """Trials of one agent.
+    """Play trials of one agent; the results are written to the last five arguments.
 
     Args:
-        scene: The box and what is told of it.
+        scene: The box, and which reports are given.
         rule: The agent.
-        memory: Room for its memory.
+        memory: Storage for the agent's memory.
         orders: The joints as they are listed in each trial, shape (trials, joints).
-        flips: Numbers of the outcome flip, shape (trials, budget); no columns where nothing is inverted.
-        draws: Numbers of the agent, shape (trials, as many as it may use).
-        steps: Written: steps made, shape (trials,).
-        solved: Written: whether the box was solved, shape (trials,).
-        actions: Written: joints attempted, shape (trials, budget); no columns where they are not wanted.
-        moves: Written: whether each moved, the same shape.
-        reports: Written: what was told of it, the same shape.
+        flips: Random numbers of the outcome flip, shape (trials, budget); zero columns without flips.
+        draws: Random numbers of the agent, shape (trials, most that it can use).
+        steps: Output: steps played, shape (trials,).
+        solved: Output: whether the box was solved, shape (trials,).
+        actions: Output: joints attempted, shape (trials, budget); zero columns if not recorded.
+        moves: Output: whether each joint moved, the same shape.
+        reports: Output: the reported outcomes, the same shape.
     """
     recorded, noisy = actions.shape[1] > 0, flips.shape[1] > 0
     for trial in range(len(steps)):
@@ -105,28 +105,28 @@ def choose(scene: Scene, rule: Rule, memory: Memory, order: Integers, numbers: N
     if rule.kind == HUMAN:
         return _human(scene, rule, memory, order, numbers)
     if rule.kind == SOFTMAX:
-        _weigh(scene, rule, memory, order)
-        return _drawn(order, memory.chances, _next(memory, numbers))
+        _softmax_chances(scene, rule, memory, order)
+        return _draw(order, memory.chances, _next(memory, numbers))
     if rule.kind == MAP:
-        _meant(scene, rule, memory, order)
-        return _drawn(order, memory.chances, _next(memory, numbers))
+        _map_chances(scene, rule, memory, order)
+        return _draw(order, memory.chances, _next(memory, numbers))
     if rule.kind == NO_REPEAT and memory.last >= 0:
         everything &= ~(1 << memory.last)
-    return _picked(order, everything, _next(memory, numbers))
+    return _pick(order, everything, _next(memory, numbers))
 
 
 def remember(scene: Scene, rule: Rule, memory: Memory, joint: int, moved: int, shown: int) -> None:
     """Update the memory after a report; ``shown`` is the told configuration, -1 if positions are not told."""
     memory.steps += 1
     if rule.kind == MAP:
-        _note(memory, joint)
+        _store_first_choice(memory, joint)
         memory.recent = (memory.recent << 5 | 2 * joint + moved + 1) & ((1 << 5 * rule.window) - 1)
         memory.opened = 0 if shown == NOT_TOLD else shown
         memory.failed = memory.failed | 1 << joint if not moved and rule.avoid == AVOID_FAILED else 0
         memory.last = joint
         return
     if rule.kind == SOFTMAX:
-        _fade(scene, rule, memory, joint, moved)
+        _update_traces(scene, rule, memory, joint, moved)
     memory.seen[memory.opened] |= 1 << joint
     memory.failed = 0 if moved else memory.failed | 1 << joint
     memory.opened = memory.opened ^ moved << joint if shown == NOT_TOLD else shown
@@ -136,14 +136,14 @@ def remember(scene: Scene, rule: Rule, memory: Memory, joint: int, moved: int, s
 
 
 def _next(memory: Memory, numbers: Numbers) -> float:
-    """The next number of the stream."""
+    """The next random number of the agent's stream."""
     used = memory.used
     memory.used = used + 1
     return float(numbers[used])
 
 
-def _picked(order: Integers, allowed: int, number: float) -> int:
-    """One of several equally likely joints, as :func:`lockprobe.agents.policy.pick` has it."""
+def _pick(order: Integers, allowed: int, number: float) -> int:
+    """One of several equally likely joints, as :func:`lockprobe.agents.policy.pick` does."""
     count = 0
     for joint in order:
         count += allowed >> joint & 1
@@ -156,8 +156,8 @@ def _picked(order: Integers, allowed: int, number: float) -> int:
     return -1
 
 
-def _drawn(order: Integers, chances: Numbers, number: float) -> int:
-    """A joint by its chance, as :func:`lockprobe.agents.policy.draw` has it; chances in the order of the listing."""
+def _draw(order: Integers, chances: Numbers, number: float) -> int:
+    """A joint drawn by probability, as :func:`lockprobe.agents.policy.draw` does; in the order of the listing."""
     total, last = 0.0, 0
     for place in range(len(order)):
         total += chances[place]
@@ -169,11 +169,11 @@ def _drawn(order: Integers, chances: Numbers, number: float) -> int:
 
 
 def _human(scene: Scene, rule: Rule, memory: Memory, order: Integers, numbers: Numbers) -> int:
-    """The human-inspired strategy."""
+    """The choice of the human-inspired strategy."""
     target = 1 << scene.target
     everything = (1 << scene.joints) - 1
     if rule.lapse > 0 and _next(memory, numbers) < rule.lapse:
-        return _picked(order, everything, _next(memory, numbers))
+        return _pick(order, everything, _next(memory, numbers))
     ruled_out = memory.failed if rule.memory == 0 else 0
     if rule.memory == BY_CONFIGURATION:
         ruled_out = memory.seen[memory.opened]
@@ -188,11 +188,11 @@ def _human(scene: Scene, rule: Rule, memory: Memory, order: Integers, numbers: N
         fresh = fresh & ~target or target
     if rule.nearest and memory.moved >= 0:
         fresh = _nearest(scene, memory.moved, fresh)
-    return _picked(order, fresh or untried or everything, _next(memory, numbers))
+    return _pick(order, fresh or untried or everything, _next(memory, numbers))
 
 
 def _nearest(scene: Scene, moved: int, joints: int) -> int:
-    """Those of some joints that are nearest on the panel to the one that moved last."""
+    """The subset of joints nearest on the panel to the joint that moved last."""
     found, least = 0, math.inf
     for joint in range(scene.joints):
         if joints >> joint & 1:
@@ -203,8 +203,8 @@ def _nearest(scene: Scene, moved: int, joints: int) -> int:
     return found
 
 
-def _weigh(scene: Scene, rule: Rule, memory: Memory, order: Integers) -> None:
-    """The chances of the softmax."""
+def _softmax_chances(scene: Scene, rule: Rule, memory: Memory, order: Integers) -> None:
+    """Write the choice probabilities of the softmax."""
     target, closed, failure, _, _, recent, stay, position = rule.pulls
     greatest, total = -math.inf, 0.0
     for place in range(scene.joints):
@@ -225,8 +225,8 @@ def _weigh(scene: Scene, rule: Rule, memory: Memory, order: Integers) -> None:
         memory.chances[place] /= total
 
 
-def _fade(scene: Scene, rule: Rule, memory: Memory, joint: int, moved: int) -> None:
-    """The failure traces of the softmax after a report."""
+def _update_traces(scene: Scene, rule: Rule, memory: Memory, joint: int, moved: int) -> None:
+    """Update the failure traces of the softmax after a report."""
     decay, reset = rule.pulls[3], rule.pulls[4]
     kept = decay * (1 - reset) if moved else decay
     for other in range(scene.joints):
@@ -235,31 +235,31 @@ def _fade(scene: Scene, rule: Rule, memory: Memory, joint: int, moved: int) -> N
         memory.traces[joint] = 1.0
 
 
-def _state(memory: Memory) -> int:
-    """What the random map sees, as one number."""
+def _map_state(memory: Memory) -> int:
+    """The state of the random map, as one number."""
     return int((memory.recent << 8 | memory.opened) << 8 | memory.failed)
 
 
-def _met(memory: Memory) -> int:
-    """The place of this state among those that the random map has met; -1 if it is new."""
-    state = _state(memory)
+def _find_state(memory: Memory) -> int:
+    """The index of the current state among the states that the random map has met; -1 if it is new."""
+    state = _map_state(memory)
     for met in range(memory.met):
         if memory.states[met] == state:
             return met
     return -1
 
 
-def _note(memory: Memory, joint: int) -> None:
-    """What the random map did first in this state."""
-    if _met(memory) < 0:
+def _store_first_choice(memory: Memory, joint: int) -> None:
+    """Store the first choice of the random map in this state."""
+    if _find_state(memory) < 0:
         met = memory.met
-        memory.states[met], memory.firsts[met] = _state(memory), joint
+        memory.states[met], memory.firsts[met] = _map_state(memory), joint
         memory.met = met + 1
 
 
-def _meant(scene: Scene, rule: Rule, memory: Memory, order: Integers) -> None:
-    """The chances of the random map."""
-    met, barred, everything = _met(memory), memory.failed, (1 << scene.joints) - 1
+def _map_chances(scene: Scene, rule: Rule, memory: Memory, order: Integers) -> None:
+    """Write the choice probabilities of the random map."""
+    met, barred, everything = _find_state(memory), memory.failed, (1 << scene.joints) - 1
     if rule.avoid == AVOID_LAST and memory.last >= 0:
         barred |= 1 << memory.last
     meant, count = 1 << memory.firsts[met] if met >= 0 else everything & ~barred or everything, 0
@@ -270,5 +270,20 @@ def _meant(scene: Scene, rule: Rule, memory: Memory, order: Integers) -> None:
         memory.chances[place] = rule.lapse / scene.joints + share
 
 
-PARTS = (choose, remember, forget, _next, _picked, _drawn, _human, _nearest, _weigh, _fade, _state, _met, _note, _meant)
-"""All that is compiled along with what calls it."""
+PARTS = (
+    choose,
+    remember,
+    forget,
+    _next,
+    _pick,
+    _draw,
+    _human,
+    _nearest,
+    _softmax_chances,
+    _update_traces,
+    _map_state,
+    _find_state,
+    _store_first_choice,
+    _map_chances,
+)
+"""The functions that have to be compiled together with their callers."""

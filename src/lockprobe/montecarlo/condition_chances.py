@@ -1,4 +1,4 @@
-"""Conditions that exact propagation supports: chances depend on step and outcome alone."""
+"""Conditions as probabilities, for exact propagation: they may depend on step and outcome alone."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from lockprobe.interventions.words import TextChannel
 from lockprobe.protocols import Intervention
 from lockprobe.studies.modality import shown
 
-__all__ = ["Acting", "Report", "acting_of", "tells_states_only"]
+__all__ = ["ConditionChances", "Report", "condition_chances", "tells_states_only"]
 
 _KNOWN = (
     "flip (but while=looping), correction, drop, tremble (but at), force (but joint), reword and what is asked; "
@@ -31,7 +31,7 @@ _KNOWN = (
 
 
 class Report(NamedTuple):
-    """What can become of a report: inverted or not, None where it is not given; in odd form or not; how probably."""
+    """One possible report: whether it is inverted (None: not given), whether its form is odd, and its probability."""
 
     inverted: bool | None
     odd: bool
@@ -39,19 +39,19 @@ class Report(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Acting:
-    """A condition as chances.
+class ConditionChances:
+    """A condition as probabilities.
 
     Attributes:
-        flip: The outcome flip, the first of several.
-        later: Further flips; at each step at most one of all falls.
-        withheld: Probability that no report is given, at the steps at which ``flip`` lies at the same dose, [0, 1].
-        odd: The same for reports of odd form.
+        flip: The outcome flip; of several, the first.
+        later: Further flips; at most one flip applies to each step.
+        withheld: Probability that no report is given, with the same random number as ``flip``, [0, 1].
+        odd: Probability of an odd form of the report, with the same random number, [0, 1].
         lost: Probability that a report is lost independently of the flip, [0, 1].
-        remarked: The same for a remark.
+        remarked: Probability of a remark, independently of the flip, [0, 1].
         states_only: Whether positions are told and no outcomes.
-        hands: What changes which joint is attempted, in order.
-        asks: Whether something else than ``distract`` acts on what is asked.
+        hands: Interventions that change the attempted joint, in order.
+        asks: Whether an intervention other than ``distract`` acts on what is asked.
     """
 
     flip: OutcomeFlip
@@ -65,16 +65,16 @@ class Acting:
     asks: bool = False
 
     def phase(self, step: int) -> Hashable:
-        """A value that is equal for all steps at which the same can happen."""
+        """A key that is equal for steps with equal probabilities."""
         flip = self._flip_at(step)
         return flip and (flip.p, flip.only), *(isinstance(hand, Force) and hand.at == step for hand in self.hands)
 
     def _flip_at(self, step: int) -> OutcomeFlip | None:
-        """The flip that falls on a step."""
+        """The flip that applies to a step."""
         return next((one for one in (self.flip, *self.later) if one.falls_on(step)), None)
 
     def attempted(self, chances: Sequence[float], step: int) -> Sequence[float]:
-        """The probability that each joint is attempted, from the probability that it is chosen."""
+        """The probability that each joint is attempted, given the probabilities of the agent's choice."""
         for hand in self.hands:
             if isinstance(hand, Tremble):
                 others = len(chances) - 1
@@ -84,7 +84,7 @@ class Acting:
         return chances
 
     def reports(self, step: int, *, moved: bool) -> list[Report]:
-        """What can become of the report of what happened; what has the luck of the flip hits equal steps."""
+        """The possible reports of an outcome. Interventions that share the flip's random number hit the same steps."""
         flip = self._flip_at(step)
         lie = flip.p if flip is not None and flip.only in ("any", "moved" if moved else "blocked") else 0.0
         found: dict[tuple[bool | None, bool], float] = defaultdict(float)
@@ -98,17 +98,17 @@ class Acting:
         return [Report(inverted, odd, chance) for (inverted, odd), chance in found.items() if chance]
 
 
-def acting_of(
+def condition_chances(
     condition: str | Sequence[Intervention], p: float, flip: FlipKind, modality: str | None = None, *, budget: int = 20
-) -> Acting:
-    """A condition with a flip rate as probabilities.
+) -> ConditionChances:
+    """A condition with a flip rate, as probabilities.
 
-    The arguments are those of :func:`lockprobe.propagate`. Several flips are allowed where no two fall on one of the
-    steps of the budget: a flip rate that changes.
+    The arguments are those of :func:`lockprobe.propagate`. Several flips are allowed if at most one applies to each
+    step of the budget; the flip rate then changes over steps.
 
     Raises:
-        UserMistake: If a name does not exist, a value is out of range, a report is flipped twice, or something acts
-            whose course has to be sampled.
+        UserMistake: If a name does not exist, a value is out of range, a report is flipped twice, or an intervention
+            has to be sampled.
     """
     ones = interventions_of(condition) if isinstance(condition, str) else tuple(condition)
     flips = [one for one in ones if isinstance(one, OutcomeFlip)]
@@ -130,7 +130,7 @@ def acting_of(
             spoken[type(one)] *= 1 - one.p
         elif isinstance(one, Drop | Distract | Correction):
             at_the_flips[type(one)] = max(one.p, at_the_flips.get(type(one), 0.0))
-    return Acting(
+    return ConditionChances(
         flip=flips[0] if flips else OutcomeFlip(p=p, persistence=flip),
         later=tuple(flips[1:]),
         withheld=at_the_flips.get(Drop, 0.0),
@@ -144,10 +144,10 @@ def acting_of(
 
 
 def tells_states_only(modality: str | None, flip: FlipKind) -> bool:
-    """Whether a modality tells positions and no outcomes; studies' own if it is None.
+    """Whether a modality tells positions and no outcomes; None means the default of studies.
 
     Raises:
-        UserMistake: If it tells no positions, or shows the box otherwise than in words.
+        UserMistake: If it tells no positions, or shows the box in pictures.
     """
     modality = modality or default_modality(flip)
     channel = shown(modality)
