@@ -5,18 +5,19 @@
     LockprobeError
     ├── UserMistake            printed as one line, exit status 2, no traceback
     │   ├── UnknownName        a name that does not exist; lists what does
-    │   ├── BadValue           a value outside what is allowed
-    │   ├── BadFile            a file that cannot be used as what it was given for
+    │   ├── BadValue           a value that is not allowed
+    │   ├── Conflict           two options that cannot be combined
+    │   ├── BadFile            a file that cannot be used
     │   ├── SettingsChanged    another study already lives in this directory
     │   ├── DirectoryBusy      another process is writing to this directory
-    │   ├── BrokenPlugin       what another package adds does not work
-    │   └── Missing            a key, package or model file that has to be supplied first
-    ├── BudgetReached          the money that was allowed is spent; nothing is broken, and all is on disk
+    │   ├── BrokenPlugin       an addition of another package does not work
+    │   └── Missing            a key, package or model file that the user has to supply first
+    ├── BudgetReached          the budget is spent; nothing is broken, and everything is on disk
     └── TrialFault             ends a trial as ``error``, never as a failure to solve
-        ├── ModelFault         boundary ``model``: provider or runtime broke; the trial is owed again
+        ├── ModelFault         boundary ``model``: the provider or runtime broke; the trial is owed again
         ├── ReplyFault         boundary ``reply``: the agent never gave a usable reply
-        ├── PlantFault         boundary ``plant``: what is acted on broke; owed again
-        └── ChannelFault       boundary ``channel``: what is seen broke; owed again
+        ├── PlantFault         boundary ``plant``: the box or robot broke; the trial is owed again
+        └── ChannelFault       boundary ``channel``: a channel broke; the trial is owed again
 
 A class makes its message from facts: what was asked, what came, what exists.
 """
@@ -40,6 +41,7 @@ __all__ = [
     "BrokenPlugin",
     "BudgetReached",
     "ChannelFault",
+    "Conflict",
     "DirectoryBusy",
     "LockprobeError",
     "Missing",
@@ -54,22 +56,22 @@ __all__ = [
 ]
 
 Boundary = Literal["model", "reply", "plant", "channel", "participant"]
-"""Where a trial broke."""
+"""The part of the loop where a trial broke."""
 
 
 LONGEST_MESSAGE = 1000
-"""Characters kept of what broke a trial."""
+"""The most characters kept of the error that broke a trial."""
 
 LONGEST_MISTAKE = 4000
-"""Characters said of a user's mistake."""
+"""The most characters printed of a user's mistake."""
 
 
 class LockprobeError(Exception):
-    """Root of the tree."""
+    """The root of Lockprobe's error tree."""
 
 
 class UserMistake(LockprobeError):
-    """Something the user can put right. Shown as one line, without a traceback and without secrets."""
+    """A mistake that the user can correct. It is printed as one line, without a traceback and without secrets."""
 
     def __init__(self, message: str) -> None:
         said = printable(" ".join(without_keys(message).split()))
@@ -78,9 +80,9 @@ class UserMistake(LockprobeError):
 
 
 class UnknownName(UserMistake):
-    """Raised when there is no ``kind``, such as an agent, of a name.
+    """Raised when a name does not exist. ``kind`` says what it should name, for example an agent.
 
-    ``near`` is the name that was probably meant; without it, the most similar one of those that exist.
+    ``near`` is the name that the user probably meant; by default, the most similar existing name.
     """
 
     def __init__(self, kind: str, asked: str, known: Iterable[str], near: str | None = None) -> None:
@@ -91,10 +93,17 @@ class UnknownName(UserMistake):
 
 
 class BadValue(UserMistake):
-    """Raised when a setting or quantity has a value outside what is allowed, which ``expected`` says in words."""
+    """Raised when a setting has a value that is not allowed; ``expected`` says in words which values are."""
 
     def __init__(self, what: str, got: object, expected: str) -> None:
         super().__init__(f"{what}: got {got!r}, expected {expected}")
+
+
+class Conflict(UserMistake):
+    """Raised when an option cannot be combined with another option or value; ``why`` gives the reason."""
+
+    def __init__(self, option: str, other: str, why: str) -> None:
+        super().__init__(f"{option} cannot be combined with {other}: {why}")
 
 
 class BadFile(UserMistake):
@@ -125,7 +134,7 @@ class DirectoryBusy(UserMistake):
 
 
 class BrokenPlugin(UserMistake):
-    """Raised when what another package adds does not work.
+    """Raised when an addition of another package does not work.
 
     ``package`` is the distribution with its version; empty where it is not known.
     """
@@ -147,7 +156,7 @@ class Missing(UserMistake):
 
 @contextmanager
 def needing(what: str, extra: str) -> Iterator[None]:
-    """Import the packages of an extra. ``what`` says in the message who needs them, in the plural.
+    """Import the packages of an extra. ``what`` names in the message what needs them, in the plural.
 
     Raises:
         Missing: If one of them is not installed.
@@ -162,7 +171,7 @@ def needing(what: str, extra: str) -> Iterator[None]:
 class BudgetReached(LockprobeError):
     """Raised when the next call could cost more than is left. Its trial stops here and resumes from this call.
 
-    All amounts are US dollars; ``next_call`` is what the next call and those on their way could cost.
+    All amounts are US dollars; ``next_call`` is the maximum cost of the next call and of the calls in progress.
     """
 
     def __init__(self, spent: float, budget: float, next_call: float) -> None:
@@ -185,9 +194,9 @@ class ModelFault(TrialFault):
     """The provider or the runtime behind a model failed after its retries.
 
     Attributes:
-        retries: How often the provider was asked again.
-        unanswered: Attempts without a usable answer that it may have charged for.
-        usage: What it counted, as fields of :class:`lockprobe.model_call.Usage`; empty where it counted nothing.
+        retries: How often the request was repeated.
+        unanswered: Attempts without a usable answer that the provider may have charged for.
+        usage: The provider's counts, as fields of :class:`lockprobe.model_call.Usage`; empty if it counted nothing.
     """
 
     boundary = "model"
@@ -204,7 +213,7 @@ class ReplyFault(TrialFault):
 
     Attributes:
         replies: The raw replies, in the order in which they came.
-        usage: What they cost, as :class:`lockprobe.record.Usage` has it; empty where nobody charges.
+        usage: Their cost, as fields of :class:`lockprobe.record.Usage`; empty if nobody charges.
     """
 
     boundary = "reply"
@@ -215,12 +224,12 @@ class ReplyFault(TrialFault):
 
 
 class PlantFault(TrialFault):
-    """What is acted on broke."""
+    """The plant broke: the simulation or robot that the agent acts on."""
 
     boundary = "plant"
 
 
 class ChannelFault(TrialFault):
-    """What is seen broke."""
+    """A channel broke: a report or picture could not be made."""
 
     boundary = "channel"

@@ -33,7 +33,7 @@ def test_what_is_sent_stands_beside_what_is_known_and_the_price_has_its_date():
 
 def test_of_an_unknown_model_it_says_that_nothing_is_known():
     said = show("vllm/my-own-model")
-    assert said.startswith("vllm/my-own-model: nothing is known of it")
+    assert said.startswith("vllm/my-own-model: no facts are known")
     assert "known  " not in said
 
 

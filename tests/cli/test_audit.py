@@ -15,7 +15,7 @@ def test_an_audit_in_words():
     for question in QUESTIONS.values():
         assert question in said
     assert "loops-irrelevant !" in said
-    assert "Every recommended test (*) keeps its 5 %" in said
+    assert "Every recommended test (*) rejects in at most 5 %" in said
     assert "\x1b" not in done.stdout
 
 
@@ -59,8 +59,8 @@ def test_blocks_of_a_study_of_controls():
         (("power", "why", "--success", "0.2,0.5"), "three shares from 0 to 1"),
         (("audit", "--world", "no-efect"), "did you mean 'no-effect'?"),
         (("audit", "--studies", "0"), "--studies"),
-        (("power", "--success", "0.2,x"), "numbers with commas between"),
-        (("power", "--harm", "0.5"), "shares at each flip rate"),
+        (("power", "--success", "0.2,x"), "numbers separated by commas"),
+        (("power", "--harm", "0.5"), "success at each flip rate"),
         (("power", "--success", "0.2,0.7"), "one share for each of 7 flip rates"),
         (("power", "--success", "0.2,1.7", "--p", "0,0.4"), "got 1.7"),
         (("power", "--trials", "1"), "numbers of at least 2"),

@@ -51,7 +51,7 @@ def test_what_cannot_be_is_claimed_not_spent_and_the_run_stops(tmp_path, play, c
     capsys.readouterr()
     status(tmp_path / "s")
     (line,) = [line for line in capsys.readouterr().out.splitlines() if line.startswith("claimed")]
-    assert line.startswith("claimed     1 call: what the provider claims, $3,000")
+    assert line.startswith("claimed     1 call: the provider claims an impossible usage, $3,000")
     status(tmp_path / "s", json=True)
     facts = json.loads(capsys.readouterr().out)
     assert (facts["claimed_calls"], facts["claimed_dollars"]) == (1, pytest.approx(3000, rel=1e-3))

@@ -73,7 +73,7 @@ def test_an_export_that_fails_leaves_the_file_that_was_there(lockprobe, tmp_path
 def test_a_dash_is_standard_output(lockprobe, tmp_path, played, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert lockprobe("export", played, "--out", "-") == lockprobe("export", played)
-    assert "is no text" in lockprobe("export", played, "--format", "parquet", "--out", "-")[2]
+    assert "is not text" in lockprobe("export", played, "--format", "parquet", "--out", "-")[2]
     assert not (tmp_path / "-").exists()
 
 
@@ -81,7 +81,7 @@ def test_a_dash_is_standard_output(lockprobe, tmp_path, played, monkeypatch):
 def test_a_link_to_a_file_of_the_study_is_refused(lockprobe, tmp_path, played, name):
     (tmp_path / "link.csv").symlink_to(played / name)
     status, _, said = lockprobe("export", played, "--out", tmp_path / "link.csv")
-    assert (status, said) == (2, f"lockprobe: {tmp_path}/link.csv: a file of the study itself; choose another\n")
+    assert (status, said) == (2, f"lockprobe: {tmp_path}/link.csv: belongs to the study; choose another file\n")
 
 
 def test_traces_are_the_same_bytes_each_time(lockprobe, tmp_path, played):

@@ -68,7 +68,7 @@ def test_no_parameters_are_given_of_a_model_that_is_not_shown_to_predict(tmp_pat
         (("--p", "x"), "numbers from 0 to 1"),
         (("--p", "0.3"), "p: got 0.3, expected one of 0, 0.4"),
         (("--folds", "1"), "folds: got 1"),
-        (("--out", "DIR/trials.jsonl"), "a file of the study itself"),
+        (("--out", "DIR/trials.jsonl"), "belongs to the study"),
         (("--models", "random", "--agent", "random", "--out", "DIR/no/fit.txt"), "cannot be written"),
     ],
 )

@@ -50,7 +50,7 @@ def test_an_estimate_says_its_ranges_its_bound_and_the_date_of_its_prices():
 
 def test_an_estimate_without_a_price_says_how_to_give_one():
     found = estimates(study(StudyOptions(agent=["llm:openai-api/some/model"], trials=1)), {})[0]
-    assert estimate_lines(found)[1] == "  its price is not known (LOCKPROBE_MODEL_FACTS=FILE.toml can say it)"
+    assert estimate_lines(found)[1] == "  the price is not known (set it with LOCKPROBE_MODEL_FACTS=FILE.toml)"
 
 
 def test_what_was_spent_is_money_where_it_is_known_and_tokens_elsewhere():

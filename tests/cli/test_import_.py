@@ -23,7 +23,7 @@ def test_out_as_logs_and_in_again(lockprobe, tmp_path, played, out):
     pytest.importorskip("inspect_ai")
     assert lockprobe("export", played, "--format", "eval", "--out", tmp_path / out)[0] == 0
     status, said, _ = lockprobe("import", tmp_path / "new", tmp_path / out)
-    assert (status, said.split(".")[0]) == (0, "6 trials taken, 0 were there, 0 were not finished")
+    assert (status, said.split(".")[0]) == (0, "6 trials imported, 0 already there, 0 unfinished")
     assert {trial.key: trial for trial in load(tmp_path / "new")} == {trial.key: trial for trial in load(played)}
     again = json.loads(lockprobe("import", tmp_path / "new", tmp_path / out, "--json")[1])
     assert (again["taken"], again["there"], again["agents"]) == (0, 6, [])
@@ -44,7 +44,7 @@ def test_replies_of_trials_that_are_not_finished_are_counted(lockprobe, tmp_path
     call = {"key": json.loads(lines[0])["key"], "step": 1, "turn": 1, "request": "r", "reply": "{}"}
     (played / "calls.jsonl").write_text(json.dumps(call) + "\n")
     said = lockprobe("import", tmp_path / "new", played)[1]
-    assert "5 trials taken, 0 were there, 1 were not finished. They go on from 1 replies" in said
+    assert "5 trials imported, 0 already there, 1 unfinished. 1 replies of unfinished trials were imported" in said
 
 
 def test_parquet_without_its_package_is_one_line(lockprobe, tmp_path, played, monkeypatch):
@@ -57,7 +57,7 @@ def test_parquet_without_its_package_is_one_line(lockprobe, tmp_path, played, mo
 def test_what_is_no_text_needs_a_file(lockprobe, played, format_):
     status, _, said = lockprobe("export", played, "--format", format_)
     assert status == 2
-    assert f"since {format_} is no text" in said
+    assert f"because {format_} is not text" in said
 
 
 @pytest.mark.parametrize("name", ["study.json", "trials.jsonl", "calls.jsonl"])
@@ -84,7 +84,7 @@ def test_people_are_taken_in_beside_strategies_with_their_times(lockprobe, tmp_p
         assert (status, len(said.splitlines())) == (0, 6)
     status, said, _ = lockprobe("import", played, source)
     assert status == 0
-    assert "2 trials taken, 0 were there, 0 were not finished. New agents: participant. 2 participants." in said
+    assert "2 trials imported, 0 already there, 0 unfinished. New agents: participant. 2 participants." in said
     again = json.loads(lockprobe("import", played, source, "--json")[1])
     assert (again["taken"], again["there"], again["participants"]) == (0, 2, 0)
     rows = [json.loads(line) for line in lockprobe("export", played, "--format", "jsonl")[1].splitlines()]
@@ -97,7 +97,7 @@ def test_it_is_said_how_many_boxes_of_people_here_are_gone(lockprobe, tmp_path, 
     study = small_study(["participant"], trials=1, repetitions=1)
     take_part(tmp_path / "here", study, "cccc03", [(0.6, 1, 1), (0.0, 1, 1)], left_after=2)
     said = lockprobe("import", tmp_path / "here", people)[1]
-    assert "1 boxes of people who take part here" in said
+    assert "1 boxes assigned to participants here" in said
     assert json.loads(lockprobe("import", tmp_path / "here", people, "--json")[1])["places_lost"] == 1
 
 
@@ -161,7 +161,7 @@ def test_trials_that_are_there_but_were_played_otherwise_are_counted(lockprobe, 
     )
     status, said, _ = lockprobe("import", played, other)
     assert status == 0
-    assert said.startswith("0 trials taken, 6 were there, 0 were not finished. 2 of those that were there were played ")
+    assert said.startswith("0 trials imported, 6 already there, 0 unfinished. 2 trials differ between SOURCE and ")
     assert json.loads(lockprobe("import", played, other, "--json")[1])["different"] == 2
 
 
@@ -169,8 +169,8 @@ def test_mistakes_are_one_line(lockprobe, tmp_path, played):
     (tmp_path / "empty").mkdir()
     for source, said in (
         (tmp_path / "nowhere", "no such file"),
-        (played, "another directory"),
-        (tmp_path / "empty", "neither"),
+        (played, "a directory other than DIR"),
+        (tmp_path / "empty", "not a study directory"),
     ):
         status, _, error = lockprobe("import", played, source)
         assert (status, error.count("\n")) == (2, 1)

@@ -67,8 +67,8 @@ def test_lines_are_the_library_line_by_line(options):
 
 def test_empty_lines_are_counted():
     done = ask("--json", stdin="ABCABC\n\n \t\n, ,\nABCD\n")
-    assert (len(done.stdout.splitlines()), done.stderr) == (2, "3 empty lines left out\n")
-    assert ask(stdin="\nABCD\n").stderr == "1 empty line left out\n"
+    assert (len(done.stdout.splitlines()), done.stderr) == (2, "3 empty lines skipped\n")
+    assert ask(stdin="\nABCD\n").stderr == "1 empty line skipped\n"
     assert (ask(stdin="").stdout, ask(stdin="").stderr) == ("", "")
 
 

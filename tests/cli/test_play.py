@@ -74,7 +74,7 @@ def test_nothing_true_is_shown_before_the_end():
     assert "You attempted B. At 1: none." in shown  # it always moves: the right revolute is free
     before, _, after = shown.partition("Stopped")
     assert "B moved" not in before
-    assert after == "; nothing is kept.\n"
+    assert after == "; nothing is saved.\n"
 
 
 def test_at_the_end_truth_stands_beside_told():
@@ -95,14 +95,14 @@ def test_at_the_end_truth_stands_beside_told():
 def test_a_box_that_is_not_opened_and_too_large_for_thinking():
     shown = play("--box", "chain-8", "--max-steps", 3, "--no-assessment", lines="A\nA\nA\n")
     assert "The box is not open after 3 steps." in shown
-    assert re.search("^  ideal-observer +cannot think", shown, re.MULTILINE)
+    assert re.search("^  ideal-observer +cannot plan", shown, re.MULTILINE)
     assert re.search("^  you +not within 3 steps$", shown, re.MULTILINE)
 
 
 def test_what_is_no_choice_costs_no_step():
     shown = play(lines="x\n?\n\x1b[31m\n7\nq")
     assert shown.count("Step ") == 1
-    assert shown.count("Not a choice here") == 3
+    assert shown.count("Unknown key") == 3
     assert shown.count("The box has 4 joints") == 2
     assert "\x1b" not in shown
 
@@ -110,10 +110,10 @@ def test_what_is_no_choice_costs_no_step():
 @pytest.mark.parametrize(
     ("lines", "status", "last"),
     [
-        ("q\n", 0, "Stopped; nothing is kept."),
-        ("B\nm\nQuit\n", 0, "Stopped; nothing is kept."),
-        ("", 1, "The input ended before the trial did; nothing is kept."),
-        ("B\n", 1, "The input ended before the trial did; nothing is kept."),
+        ("q\n", 0, "Stopped; nothing is saved."),
+        ("B\nm\nQuit\n", 0, "Stopped; nothing is saved."),
+        ("", 1, "The input ended before the trial; nothing is saved."),
+        ("B\n", 1, "The input ended before the trial; nothing is saved."),
     ],
 )
 def test_q_stops_it_and_input_that_ends_too_early_is_a_failure(lines, status, last, tmp_path):
@@ -220,11 +220,11 @@ def test_arrows_choose_nothing_and_ctrl_d_ends():
     terminal = Terminal(NO_COLOR="1")
     terminal.until("Which joint?")
     terminal.press("\x1b[A\x1b[B\x1bOD\n z")
-    terminal.until("Not a choice here")
+    terminal.until("Unknown key")
     assert "Step 2" not in terminal.shown
     assert "\x1b[3" not in terminal.shown  # no colours
     terminal.press("\x04")
-    terminal.until("nothing is kept.")
+    terminal.until("nothing is saved.")
     assert terminal.end() == 1
 
 

@@ -60,7 +60,7 @@ def test_a_claim_stands_in_the_row_in_which_the_export_has_it():
 def test_a_film_of_a_symbolic_trial_says_what_it_is_made_of(directory, tmp_path):
     done = replay(directory, KEY, "--out", tmp_path / "a.gif")
     said = done.stderr.splitlines()[-1]  # on a busy machine lines of progress come before
-    assert said == "The trial was played without physics; this is a fast-twin of the same box."
+    assert said == "The trial was played without physics; the film shows a fast-twin of the same box."
     with Image.open(tmp_path / "a.gif") as gif:
         steps = (gif.n_frames - 1) // 2
     size = (tmp_path / "a.gif").stat().st_size
@@ -79,7 +79,9 @@ def test_a_plant_that_breaks_when_it_is_played_again_is_one_line(directory, tmp_
         raise PlantFault("the arm, reach: no answer within 30 s")
 
     monkeypatch.setattr("lockprobe.cli.replay.film_trial", broken)
-    with pytest.raises(UserMistake, match="so there is no film .the arm, reach: no answer within 30 s.$"):
+    with pytest.raises(
+        UserMistake, match="no film: the trial breaks when it is played again .the arm, reach: no answer within 30 s.$"
+    ):
         replay(directory, KEY, "--out", tmp_path / "a.gif")
 
 
@@ -121,7 +123,7 @@ def test_what_was_seen_needs_no_simulation(tmp_path, made):
 def test_a_mistake_is_said_in_one_line(directory, tmp_path, monkeypatch):
     for arguments, kind, message in (
         (("nothing",), UnknownName, "no trial is called 'nothing'"),
-        ((KEY, "--seen"), BadValue, "--seen: got 'no --out', expected --out FILE.gif beside it"),
+        ((KEY, "--seen"), BadValue, "--out: got None, expected FILE.gif, FILE.mp4 or a directory, because of --seen"),
         ((KEY, "--out", tmp_path / "a.avi"), BadValue, "a name that ends in .gif or .mp4"),
         ((KEY, "--seen", "--out", tmp_path / "a.gif"), BadValue, "one in which pictures were seen"),
         ((KEY, "--out", tmp_path / "no" / "a.gif"), BadFile, "its directory does not exist"),

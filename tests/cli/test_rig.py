@@ -22,7 +22,7 @@ def test_a_rehearsal_prints_every_attempt_its_rung_and_a_count():
     assert [line.split()[1:3] for line in lines[:2]] == [["revolute-left", "free"], ["slider-1", "free"]]
     assert lines[4:] == [
         "Rung: scripted, an arm without a body",
-        "As the rules: 4 of 4 attempts on chain-4; 0 faults",
+        "Agrees with the rules: 4 of 4 attempts on chain-4; 0 faults",
         "Late commands: 0",
     ]
     found = json.loads(run("rehearse", "--attempts", "4", "--json").stdout)
@@ -43,8 +43,8 @@ def test_a_dry_run_prints_every_motion_and_its_rung():
     assert done.exit_code == 0
     assert len(lines) == 10
     assert lines[0].split()[:5] == ["revolute-left", "0", "to", "1", "moved,"]
-    assert lines[8] == "Rung: dry-run, 80 mm above the handles of chain-4; the arm: scripted"
-    assert lines[9] == "As in free air: 8 of 8 motions; greatest force 0.0 N; 0 late commands"
+    assert lines[8] == "Rung: dry-run, 80 mm above the handles of chain-4; arm: scripted"
+    assert lines[9] == "Free: 8 of 8 motions; greatest force 0.0 N; 0 late commands"
     found = json.loads(run("dry-run", "--plant", "rig?rung=scripted", "--json").stdout)
     assert (found["rung"], found["facts"]["rung"], found["height"]) == ("dry-run", "scripted", 0.1)
     assert (len(found["motions"]), found["complaints"]) == (8, [])
@@ -64,10 +64,10 @@ def test_a_dry_run_of_a_laboratorys_rig_asks_its_operator(monkeypatch):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["dry-run", "--plant", "symbolic"], "plant: got 'symbolic', expected a rig"),
+        (["dry-run", "--plant", "symbolic"], "plant: got 'symbolic', expected rig?rung="),
         (["dry-run", "--plant", "rig?rung=scripted", "--height", "1"], "height: got 1.0, expected metres from 0.05"),
-        (["check", "--arm", "fr3"], "host: got '', expected the address of the robot with --arm fr3"),
-        (["check", "--host", "x"], "host: got 'x', expected none with wire"),
+        (["check", "--arm", "fr3"], "--host: got '', expected the address of the robot for --arm fr3"),
+        (["check", "--host", "x"], "--host cannot be combined with --arm wire"),
         (["rehearse", "--box", "nothing"], "no box is called 'nothing'"),
     ],
 )

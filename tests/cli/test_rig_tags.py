@@ -15,7 +15,7 @@ def ask(*words):
 
 
 def test_another_form_is_refused():
-    with pytest.raises(BadValue, match="a file that ends in .pdf or .svg"):
+    with pytest.raises(BadValue, match="a file name that ends in .pdf or .svg"):
         ask("--out", "tags.png")
 
 

@@ -206,7 +206,7 @@ def test_an_estimate_alone_plays_nothing_and_writes_nothing(tmp_path, provider, 
     play(tmp_path / "s", estimate=True, json=True)
     assert events(capsys)[0]["estimate"][0]["full"]["calls"] == 80
     play(tmp_path / "s", estimate=True, agent=["random"])
-    assert capsys.readouterr().out == "Nothing: no agent of this study asks a provider.\n"
+    assert capsys.readouterr().out == "No cost: no agent of this study asks a provider.\n"
     assert not (tmp_path / "s").exists()
     assert server.account()["arrived"] == 0
 

@@ -16,7 +16,7 @@ from visitor import server
 
 from lockprobe.cli import build
 from lockprobe.cli.serve import EXAMPLE, _experiment, _planned, _what, _with_people
-from lockprobe.errors import BadFile, BadValue, UserMistake
+from lockprobe.errors import BadFile, Conflict, UserMistake
 from lockprobe.people.experiment import Experiment, read_experiment
 from lockprobe.people.texts import read_words
 from lockprobe.studies.settings import read_study
@@ -43,7 +43,7 @@ def test_it_says_where_it_is_and_what_is_kept(tmp_path):
         assert "?PROLIFIC_PID={{%PROLIFIC_PID%}}&STUDY_ID={{%STUDY_ID%}}&SESSION_ID={{%SESSION_ID%}}" in said[4]
         assert "/admin#token=" in admin
         assert said[6].endswith(str(tmp_path / "study"))
-        assert "names nobody who is responsible" in said[7]
+        assert "names nobody as responsible" in said[7]
         assert "--require-id or --join-code" in said[8]
         url, _, token = admin.partition("admin#token=")
         with httpx.Client(trust_env=False, verify=False) as http:
@@ -53,7 +53,7 @@ def test_it_says_where_it_is_and_what_is_kept(tmp_path):
         process.send_signal(signal.SIGINT)
         rest, errors = process.communicate(timeout=20)
     assert (process.returncode, errors) == (0, "")
-    assert rest == "Stopped. The same command goes on where everybody stood.\n"
+    assert rest == "Stopped. The same command resumes; everybody continues where they were.\n"
     assert read_study(tmp_path / "study").agents == ("participant",)
 
 
@@ -125,7 +125,7 @@ def test_the_example_has_every_setting_as_it_is_by_default():
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        ((), "study: got 'nothing'"),
+        ((), "study: got None"),
         (("",), "study: got ''"),
         (("flips", "--out", ""), "out: got '', expected a directory"),
         (("flips", "--host", ""), "host: got '', expected a name or IP address"),
@@ -207,5 +207,5 @@ def test_a_damaged_experiment_is_said(tmp_path):
     (tmp_path / "people" / "experiment.json").write_text("{")
     with pytest.raises(BadFile):
         _experiment(None, {}, tmp_path)
-    with pytest.raises(BadValue, match="study"):
+    with pytest.raises(Conflict, match="--trials cannot be combined with the directory"):
         _planned(str(tmp_path), {"trials": 1}, None)

@@ -87,10 +87,10 @@ def test_calls_are_counted_by_agent_and_in_all(tmp_path, told):
     table = [line.split() for line in lines]
     assert [DEAR, "5", "1", "1", "3", "11,000", "2,500", "500", "250", "$0.033"] in table
     assert [FREE, "1", "0", "0", "0", "1,000", "500", "100", "50", "not", "known"] in table
-    assert "open        2 trials begun and not finished, 2 replies kept for them" in lines
-    assert "uncounted   1 call broken off: what that cost is not known" in lines
+    assert "open        2 trials unfinished, 2 replies kept for them" in lines
+    assert "uncounted   1 call broken off: of unknown cost" in lines
     assert "prefixes    50% of the tokens in had been sent before; 25% came from a cache" in lines
-    assert "steps       8 in 2.0 s of playing, trials side by side added up" in lines
+    assert "steps       8 in 2.0 s of playing, summed over parallel trials" in lines
 
 
 def test_errors_are_told_by_boundary_with_the_first_of_each(tmp_path, told):
@@ -105,8 +105,8 @@ def test_errors_are_told_by_boundary_with_the_first_of_each(tmp_path, told):
     assert facts["first_errors"] == {"reply": "no usable\nreply", "model": "429: slow down"}
     assert (facts["done"], facts["owed"]) == (1, 2)
     assert "errors      3 errors: model 2, reply 1" in lines
-    assert "            first of model: 429: slow down" in lines
-    assert "            first of reply: no usable reply" in lines
+    assert "            first at model: 429: slow down" in lines
+    assert "            first at reply: no usable reply" in lines
 
 
 def test_a_directory_from_before_calls_were_kept_says_what_decisions_used(tmp_path, told):
@@ -150,7 +150,7 @@ def test_what_a_terminal_would_obey_is_not_printed(tmp_path, told):
     write_study(tmp_path / "s", planned(DEAR, "random"), [broken])
     written(tmp_path / "s", replied(served="dear\x1b[31m"))
     _, lines = told(tmp_path / "s")
-    assert "            first of model: before?[2Jafter" in lines
+    assert "            first at model: before?[2Jafter" in lines
     assert "served by   dear?[31m (1)" in lines
 
 
@@ -166,7 +166,7 @@ def test_a_study_that_is_running_is_read_up_to_its_last_whole_line(tmp_path, tol
         facts, lines = told(tmp_path / "s")
     assert (facts["done"], facts["owed"], facts["calls"]) == (0, 3, 1)
     assert (facts["in_progress"], facts["unanswered_calls"], facts["broken_off_calls"]) == (2, 1, 1)
-    assert "            1 call on its way, or was when its run was killed" in lines
+    assert "            1 call in progress, or lost with a killed run" in lines
 
 
 def test_strategies_have_no_table_of_calls(tmp_path, told):

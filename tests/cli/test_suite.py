@@ -41,16 +41,16 @@ def test_an_estimate_is_of_all_levels_together(lockprobe):
     (found,) = json.loads(said)["estimate"]
     assert (status, found["trials"]) == (0, SUITES["suite-1"].looks * 3 * 8)
     assert found["most"]["dollars"] > found["expected"]["dollars"] > 0
-    assert lockprobe("run", "suite-1", "--agent", "random", "--estimate")[1].startswith("Nothing: no agent")
+    assert lockprobe("run", "suite-1", "--agent", "random", "--estimate")[1].startswith("No cost: no agent")
 
 
 @pytest.mark.parametrize(
     ("arguments", "refused"),
     [
-        (["--trials", "3"], "trials: got 3, expected nothing: suite-1 is fixed but for --agent"),
-        (["--box", "chain-5"], "box: got 'chain-5', expected nothing: suite-1 is fixed but for --agent"),
+        (["--trials", "3"], "--trials cannot be combined with suite-1: a suite fixes everything except --agent"),
+        (["--box", "chain-5"], "--box cannot be combined with suite-1: a suite fixes everything except --agent"),
         (["--agent", "participant"], "people do not play suite-1"),
-        (["--again", "reply"], "again: got 'reply', expected the directory of a suite that has been played"),
+        (["--again", "reply"], "again: got 'reply', expected a suite that has been played before"),
     ],
 )
 def test_mistakes_are_one_line(lockprobe, tmp_path, arguments, refused):

@@ -22,48 +22,48 @@ __all__ = ["COMMANDS", "STUDIES", "build", "main", "overview"]
 
 COMMANDS = {
     "run": ("run", "run", "Play a study, or resume it, and write its report."),
-    "status": ("status", "status", "What is done, owed and failed, and what it has cost."),
+    "status": ("status", "status", "Show progress, errors and cost of a study."),
     "report": ("report", "report", "Write the report of a study again."),
-    "compare": ("compare", "compare", "Studies side by side: success, differences, a page."),
-    "verify": ("verify", "verify", "Recompute a study from its records, and say what does not hold."),
-    "export": ("export", "export", "Tables of steps or trials; Inspect logs; people's dataset."),
-    "import": ("import_", "take", "Take in trials from logs, datasets and study directories."),
-    "replay": ("replay", "replay", "A finished trial, step by step in words, or as a film."),
-    "branch": ("branch", "branch", "What one report did: forks of recorded trials."),
+    "compare": ("compare", "compare", "Compare studies: success, differences, a page."),
+    "verify": ("verify", "verify", "Recompute a study from its records and check its results."),
+    "export": ("export", "export", "Export steps or trials: tables, Inspect logs, datasets, traces."),
+    "import": ("import_", "take", "Import trials from logs, datasets and study directories."),
+    "replay": ("replay", "replay", "Show a finished trial, step by step in words, or as a film."),
+    "branch": ("branch", "branch", "Measure the effect of one report: fork recorded trials."),
     "serve": ("serve", "serve", "Let people take part in a study, on a page in their browser."),
     "mcp": ("mcp", "mcp", "Let an agent with tools play a study (Model Context Protocol)."),
-    "loops": ("loops", "loops", "Action loops in sequences, one per line."),
-    "chance": ("chance", "chance", "The chance level of an action loop."),
-    "detectors": ("detectors", "detectors", "Other loop detectors, and how often each is wrong."),
-    "fit": ("fit", "fit", "Which simple mechanism predicts an agent's choices."),
-    "audit": ("audit", "audit", "Error rates and power of every test, on simulated agents."),
-    "power": ("audit", "power", "How many trials a stated effect needs."),
+    "loops": ("loops", "loops", "Find action loops in sequences, one per line."),
+    "chance": ("chance", "chance", "Compute the chance level of an action loop."),
+    "detectors": ("detectors", "detectors", "Compare loop detectors and their error rates."),
+    "fit": ("fit", "fit", "Find the simple mechanism that best predicts an agent's choices."),
+    "audit": ("audit", "audit", "Measure error rates and power of every test, on simulated agents."),
+    "power": ("audit", "power", "Find how many trials a given effect needs."),
     "learn": ("learn", "learn", "Train a small network that plays as learner:FILE."),
     "play": ("play", "play", "Play a trial yourself in the terminal."),
-    "box": ("box", "app", "Boxes: list, show, solve, generate."),
-    "agents": ("agents", "agents", "All agents."),
-    "plants": ("agents", "plants", "All plants: rules, a simulated box, a robot."),
-    "rig": ("rig", "app", "A robot before it moves: tags, calibrate, check, rehearse."),
-    "interventions": ("agents", "interventions", "What can change in what is told, asked, remembered or done."),
-    "measures": ("measures", "measures", "Measures of a trial, and a study's means."),
-    "models": ("models", "models", "Language models on this machine."),
-    "doctor": ("doctor", "doctor", "What works on this machine, and how to repair the rest."),
+    "box": ("box", "app", "List, show, solve and generate boxes."),
+    "agents": ("agents", "agents", "List the agents."),
+    "plants": ("agents", "plants", "List the plants: rules, a simulated box, a robot."),
+    "rig": ("rig", "app", "Prepare a robot: tags, calibrate, check, rehearse, dry-run."),
+    "interventions": ("agents", "interventions", "List the interventions: told, asked, remembered, done."),
+    "measures": ("measures", "measures", "List the measures of a trial, or a study's means of them."),
+    "models": ("models", "models", "List the language models on this machine."),
+    "doctor": ("doctor", "doctor", "Check what works on this machine, and how to repair the rest."),
 }
-"""Name -> (module, function or group in it, help)."""
+"""Name of a command -> (module, function or group in it, help)."""
 
 
 _COMPLETING = "_LOCKPROBE_COMPLETE"
-"""Environment variable by which a shell asks for completions."""
+"""Environment variable that a shell sets to ask for completions."""
 
 _SMALL = ("box", "loops")
-"""Commands that do little with numbers, and start no process."""
+"""Commands with little arithmetic and no subprocesses."""
 
 STUDIES = ("flips", "modalities", "why", "mechanisms.toml")
-"""Studies that a user may type in place of a command."""
+"""Studies that a user may type by mistake where a command belongs."""
 
 
 def build(names: Iterable[str]) -> Typer:
-    """The command with these subcommands; only their modules are imported."""
+    """The ``lockprobe`` command with these subcommands; only their modules are imported."""
     from typer import Typer
 
     app = _without_subcommands()
@@ -78,7 +78,7 @@ def build(names: Iterable[str]) -> Typer:
 
 
 def overview() -> Typer:
-    """The command with the names and help of all subcommands, and nothing behind them: no module is imported."""
+    """The ``lockprobe`` command with the names and help of all subcommands; none of their modules is imported."""
     app = _without_subcommands()
     for name, (_, _, text) in COMMANDS.items():
         app.command(name, help=text)(lambda: None)
@@ -126,7 +126,7 @@ def main() -> None:
 
 
 def _called() -> int | None:
-    """Parse what was typed, and run it."""
+    """Parse the command line and run the command."""
     import typer
     from typer.exceptions import TyperException
 
@@ -152,9 +152,9 @@ def _called() -> int | None:
 
 @contextmanager
 def _one_thread() -> Iterator[None]:
-    """NumPy starts no threads if it is imported here, which take as long as all its work on a few small matrices.
+    """Make NumPy start no threads if it is imported here: for small matrices, starting them takes longer than the work.
 
-    Nothing stays set: a report is the same to the last digit only where all its processes have equally many threads.
+    The environment is restored afterwards: reports agree to the last digit only if all processes have equal threads.
     """
     name = "OPENBLAS_NUM_THREADS"
     before = os.environ.get(name)
@@ -168,7 +168,7 @@ def _one_thread() -> Iterator[None]:
 
 
 def _chosen(asked: str) -> Typer:
-    """The command with as little behind it as what was typed needs; a shell that completes needs all."""
+    """The ``lockprobe`` command with only the modules that this command line needs; completion needs all."""
     if _COMPLETING in os.environ:
         return build(COMMANDS)
     return build([asked]) if asked in COMMANDS else overview()
@@ -179,13 +179,13 @@ def _status(returned: object) -> int | None:
 
 
 def _said(message: str, asked: str) -> str:
-    """What is wrong with a command line, in plain words."""
+    """The error message for a wrong command line, in plain words."""
     from lockprobe.validation import plain
 
     if message.startswith("No such command") and asked in COMMANDS:  # a group has no such command
         group = getattr(import_module(f"lockprobe.cli.{COMMANDS[asked][0]}"), COMMANDS[asked][1])
         known = ", ".join(str(one.name or one.callback.__name__) for one in group.registered_commands)
-        return f"{message.rstrip('.')} of {asked}; there are {known}"
+        return f"{message.rstrip('.')} of lockprobe {asked}; there are {known}"
     if message.startswith("No such command"):
         meant = next(iter(difflib.get_close_matches(asked, [*COMMANDS, *STUDIES], n=1)), "")
         if asked in STUDIES or asked.endswith(".toml"):
@@ -198,7 +198,7 @@ def _said(message: str, asked: str) -> str:
 
 
 def _writable_streams() -> None:
-    """A closed stream swallows what is printed; a character that a terminal cannot show becomes a question mark."""
+    """Discard output to closed streams, and print a question mark for characters that a terminal cannot show."""
     for name in ("stdout", "stderr"):
         stream = getattr(sys, name)
         if stream is None:

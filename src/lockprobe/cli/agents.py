@@ -13,25 +13,25 @@ from lockprobe.spec import options_of
 
 __all__ = ["AsJson", "agents", "interventions", "list_all", "plants"]
 
-AsJson = Annotated[bool, typer.Option("--json", help="One JSON object a line.")]
+AsJson = Annotated[bool, typer.Option("--json", help="One JSON object per line.")]
 
 
 def agents(json: AsJson = False) -> None:
-    """The agents there are, by spec."""
+    """List the agents by spec."""
     from lockprobe.agents.catalogue import known_specs
 
     list_all("agent", known_specs(), 24, json=json)
 
 
 def plants(json: AsJson = False) -> None:
-    """What can be acted on, by spec."""
+    """List the plants by spec: the boxes and robots that agents act on."""
     from lockprobe.plants.catalogue import known_plants
 
     list_all("plant", known_plants(), 9, json=json)
 
 
 def interventions(json: AsJson = False) -> None:
-    """What can be changed, by place of the loop: told, asked, remembered, done."""
+    """List the interventions by their place in the loop: told, asked, remembered, done."""
     from lockprobe.interventions.catalogue import PLACES, packaged, place_of, shipped
 
     found = [(name, kind, "", "") for name, kind in shipped().items()]
@@ -50,7 +50,7 @@ def interventions(json: AsJson = False) -> None:
 
 
 def list_all(kind: Kind, known: Mapping[str, str], width: int, *, json: bool, packaged: bool = True) -> None:
-    """Print one line per entry of a kind.
+    """Print one line for each agent, plant or intervention.
 
     ``known`` maps Lockprobe's own specs to descriptions; ``width`` is the width of the spec column. ``packaged`` adds
     what installed packages provide.

@@ -18,7 +18,7 @@ from lockprobe.audit.simulated_agents import WORLDS, P, world
 from lockprobe.cli import options
 from lockprobe.cli.cluster import reached
 from lockprobe.cli.printing import new_table, plain_console, print_table, time_left
-from lockprobe.errors import BadValue, UnknownName
+from lockprobe.errors import BadValue, Conflict, UnknownName
 from lockprobe.parallel import Pool, Processes
 from lockprobe.prose.hypothesis_tests import QUESTIONS, name_of_test
 from lockprobe.spec import Spec
@@ -50,12 +50,12 @@ def audit(
     cluster: options.ClusterAt = None,
     json: AsJson = False,
 ) -> None:
-    """Is each test right? How often it rejects where there is nothing to find, and where there is something.
+    """Measure the false positive rate and the power of every test.
 
-    Simulated agents with known truth play the paper's flip study many times; the studies go through the same tests
-    as a user's. The default takes some minutes on two cores. audit why: how often lockprobe run why names the true
-    mechanism of agents whose mechanism is known. audit lie: how often intervals of the effect of one lie, from records
-    and from forks, hold the exact effect.
+    Simulated agents with known truth play the paper's flip study many times; these studies go through the same tests
+    as a user's. The default takes a few minutes on two cores. audit why: how often lockprobe run why names the true
+    mechanism of agents whose mechanism is known. audit lie: how often confidence intervals of the effect of one lie,
+    from records and from forks, contain the exact effect.
     """
     if what not in (None, "why", "lie"):
         raise BadValue("audit", what, "why, lie, or nothing")
@@ -109,13 +109,22 @@ def _audit_lie(names: list[str] | None, studies: int, seed: int, workers: Pool, 
     from lockprobe.montecarlo.interval_rates import AUDITED, interval_rates
 
     if names:
-        raise BadValue("world", names[0], f"no world with lie: its agents are {', '.join(name for name, _ in AUDITED)}")
+        agents = ", ".join(name for name, _ in AUDITED)
+        raise Conflict("--world", "audit lie", f"it always audits the agents {agents}")
     rates = interval_rates(studies=studies, seed=seed, workers=workers, progress=time_left("studies of records"))
     if json:
         print(json_.dumps({"seed": seed, "rates": [asdict(one) for one in rates]}, indent=1))
         return
     table = new_table("agent")
-    for name in ("p", "from", "exact effect, points", "mean estimate", "held by 95 % intervals", "P < 0.05", "studies"):
+    for name in (
+        "p",
+        "from",
+        "exact effect, points",
+        "mean estimate",
+        "coverage of 95 % intervals",
+        "P < 0.05",
+        "studies",
+    ):
         table.add_column(name)
     for one in rates:
         shares = (f"{100 * share:.1f} %" if one.shown else "-" for share in (one.held, one.detected))
@@ -137,7 +146,9 @@ def _power_why(success: str | None, blocks: str | None, studies: int, seed: int,
     ]
     _print_verdicts(rates, "effect", seed, json=json)
     if not json:
-        print("Arms share no luck here, as of a hosted model. A seeded agent shares it and needs fewer blocks.")
+        print(
+            "Arms share no luck here, as with a hosted model. A seeded agent's arms share luck and need fewer blocks."
+        )
 
 
 def _print_verdicts(rates: Sequence[VerdictRates], what: str, seed: int, *, json: bool) -> None:
@@ -176,11 +187,11 @@ def power(
     workers: Workers = None,
     json: AsJson = False,
 ) -> None:
-    """How many trials per flip rate a test needs to find a stated effect, by simulation, with its error.
+    """Find by simulation how many trials per flip rate each test needs to detect a given effect.
 
-    Without an effect two are taken: a rise and fall of success like the paper's (0.23 at flip rate 0, 0.67 at 0.4, then
-    0.5), and an agent that loops trap when it is told the truth. power why: how many blocks (--trials) a study of
-    controls needs to name the reason of a change of success (--success TRUTH,LIE,RETRACTED).
+    Without an effect, it uses two: a rise and fall of success like the paper's (0.23 at flip rate 0, 0.67 at 0.4, then
+    0.5), and an agent that gets trapped in loops when it is told the truth. power why: how many blocks (--trials) a
+    study of controls needs to name the reason for a change of success (--success TRUTH,LIE,RETRACTED).
     """
     if what is not None:
         if what != "why":
@@ -190,7 +201,7 @@ def power(
     grid = P if p is None else parse_p(p)
     if success is None:
         if trap is not None or harm != 1.0 or p is not None:
-            raise BadValue("success", None, "shares at each flip rate, when --p, --trap or --harm is given")
+            raise BadValue("--success", None, "success at each flip rate: --p, --trap and --harm need it")
         worlds = default_worlds()
     else:
         worlds = (stated_world(_numbers("success", success), p=grid, trap=_numbers("trap", trap), harm=harm),)
@@ -218,18 +229,18 @@ def _numbers(name: str, text: str | None) -> list[float]:
     try:
         return [float(part) for part in text.split(",")] if text is not None else []
     except ValueError:
-        raise BadValue(name, text, "numbers with commas between") from None
+        raise BadValue(name, text, "numbers separated by commas") from None
 
 
 def _whole(name: str, text: str | None) -> list[int]:
     values = _numbers(name, text)
     if not all(value.is_integer() for value in values):
-        raise BadValue(name, text, "whole numbers with commas between")
+        raise BadValue(name, text, "whole numbers separated by commas")
     return [int(value) for value in values]
 
 
 def _rate_table(rates: Sequence[Rate]) -> Table:
-    """One line a test: its false positives over the worlds with nothing to find, and its power in the others."""
+    """One row per test: its false positives in worlds without an effect, and its power in the others."""
     table = new_table("test")
     for name in ("false positives, worst world", "power"):
         table.add_column(name)
@@ -254,12 +265,12 @@ def _false(worst: Rate | None) -> str:
 def _verdict(rates: Sequence[Rate]) -> str:
     wrong = [rate for rate in rates if rate.recommended and rate.valid is False]
     said = (
-        "Every recommended test (*) keeps its 5 % where there is nothing to find, within Monte Carlo error."
+        "Every recommended test (*) rejects in at most 5 % of studies without an effect, within Monte Carlo error."
         if not wrong
-        else "Too often wrong: "
+        else "Too many false positives: "
         + "; ".join(f"{name_of_test(rate.test)} in {rate.world} ({rate.rate:.2f})" for rate in wrong)
     )
-    return f"\n{said}\nRates at a level of 0.05 with Monte Carlo standard errors; ! is above 0.05 beyond them."
+    return f"\n{said}\nRates at a level of 0.05 ± Monte Carlo standard error; ! marks a rate above 0.05 beyond error."
 
 
 def _row(one: Needed) -> dict[str, object]:
@@ -293,12 +304,12 @@ def _print_power(found: Sequence[Needed], target: float) -> None:
             table.add_row(label, *(f"{rate.rate:.2f}±{rate.error:.2f}" for rate in one.measured), _needed(one))
         print_table(table)
     if not found:
-        console.print("There is nothing to find: at this effect every question has the answer no.")
+        console.print("No test has anything to detect: under this effect every question has the answer no.")
     else:
-        console.print("\n* recommended. The others reject more often than they may, or are there to be compared.")
+        console.print("\n* recommended. The others reject too often, or serve as comparisons.")
         console.print(
-            "In brackets: the 95 % interval that the number of simulated studies leaves; --studies makes it narrower.\n"
-            "Assumed: trials of one flip rate share no luck with those of another, as of a model that is sampled."
+            "In brackets: the 95 % interval from the number of simulated studies; more --studies make it narrower.\n"
+            "Assumption: trials at different flip rates share no luck, as with a sampled model."
         )
 
 

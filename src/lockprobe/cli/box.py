@@ -31,7 +31,7 @@ from lockprobe.storage.atomic_file import write_file
 __all__ = ["app", "generate", "list_boxes", "show", "solve"]
 
 app = typer.Typer(no_args_is_help=True, rich_markup_mode=None)
-AsJson = Annotated[bool, typer.Option("--json", help="One JSON object a line.")]
+AsJson = Annotated[bool, typer.Option("--json", help="One JSON object per line.")]
 Name = Annotated[str, typer.Argument(metavar="NAME|FILE", help="A box by name, random-N-SEED, or a TOML file.")]
 
 _TRIES = 100
@@ -40,7 +40,7 @@ _TRIES = 100
 
 @app.command("list")
 def list_boxes(json: AsJson = False) -> None:
-    """The named boxes, and how hard they are."""
+    """List the named boxes and their difficulty."""
     if json:
         for name in named_boxes():
             print(json_.dumps(_facts(box(name))))
@@ -70,7 +70,7 @@ def _row(name: str, box: Lockbox) -> str:
 
 
 def _packaged() -> Iterator[tuple[str, str, Lockbox | str]]:
-    """The boxes of installed packages: name, package, and the box or why it cannot be used."""
+    """The boxes of installed packages: name, package, and the box or the reason why it cannot be used."""
     for row in listed_plugins("box", named_boxes()):
         try:
             yield row.name, row.package, row.what if row.found is None else find_box(row.name)
@@ -82,18 +82,18 @@ def _packaged() -> Iterator[tuple[str, str, Lockbox | str]]:
 def show(
     name: Name = DEFAULT_BOX,
     out: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Draw it (.svg, .png), or write it for MuJoCo (.xml).")
+        Path | None, typer.Option(metavar="FILE", help="Draw the box (.svg, .png), or write it for MuJoCo (.xml).")
     ] = None,
     scale: Annotated[
         Literal["1:1"] | None,
-        typer.Option(help="A drilling template in true scale (.svg, .pdf); left out: a figure."),
+        typer.Option(help="With --out: a drilling template in true scale (.svg, .pdf) instead of a figure."),
     ] = None,
     json: Annotated[bool, typer.Option("--json", help="One JSON object.")] = False,
 ) -> None:
-    """A box: its panel, its interlock, and how hard it is."""
+    """Show a box: its panel, its interlock and its difficulty."""
     box = find_box(name)
     if scale and not out:
-        raise BadValue("--scale", scale, "--out FILE.svg or --out FILE.pdf next to it")
+        raise BadValue("--out", None, "FILE.svg or FILE.pdf, because of --scale")
     if out:
         (_draw_template if scale else _draw)(box, out)
     if json:
@@ -114,7 +114,7 @@ def solve(
     limit: Annotated[int, typer.Option(min=0, max=100_000, help="The most plans to print.")] = 100,
     json: Annotated[bool, typer.Option("--json", help="One JSON object.")] = False,
 ) -> None:
-    """The optimum of a box and every plan that reaches it."""
+    """List all optimal plans of a box."""
     box = find_box(name)
     plans = optimal_plans(box, limit)
     steps = difficulty(box).optimum
@@ -133,18 +133,20 @@ def generate(
     family: Annotated[str, typer.Option(help="A named box, with or without its size, or random.")] = "random",
     joints: Annotated[int | None, typer.Option(help="Number of joints (4).")] = None,
     layout: Annotated[LayoutName, typer.Option(help="Where joints are on the panel.")] = "serial",
-    deal: Annotated[bool, typer.Option("--deal", help="Deal places, kinds and names to the joints.")] = False,
+    deal: Annotated[
+        bool, typer.Option("--deal", help="Assign places, kinds and names to the joints at random.")
+    ] = False,
     initial: Annotated[InitialName, typer.Option(help="All joints closed, or each at a random position.")] = ("rest"),
     alternatives: Annotated[int, typer.Option(help="random: the most alternatives of a joint.")] = 2,
     literals: Annotated[int, typer.Option(help="random: the most positions in an alternative.")] = 2,
     negative: Annotated[float, typer.Option(help="random: the probability that a position is closed.")] = 0.25,
-    shortest: Annotated[int, typer.Option(help="The fewest steps that the optimum must have.")] = 2,
+    shortest: Annotated[int, typer.Option(help="The least number of steps of the optimum.")] = 2,
     count: Annotated[int, typer.Option(min=1, max=100_000, help="How many boxes.")] = 1,
-    seed: Annotated[int, typer.Option(min=0, help="The first seed to try; then the next.")] = 1,
+    seed: Annotated[int, typer.Option(min=0, help="The first seed to try; the following ones are tried next.")] = 1,
     out: Annotated[Path | None, typer.Option(metavar="DIR", help="Write each box as a TOML file.")] = None,
     json: AsJson = False,
 ) -> None:
-    """Make boxes. Seeds that give none are passed over, counted, and their reasons told."""
+    """Generate boxes. Seeds that give no valid box are skipped and counted, with the reasons."""
     recipe = Recipe(
         family=sized(family, joints),
         layout=layout,
@@ -173,7 +175,7 @@ def generate(
     if passed:
         print(f"refused: {passed}", file=sys.stderr)
     if made < count:
-        raise BadValue("count", count, f"at most {made}: of {_TRIES * count} seeds all others were refused")
+        raise BadValue("count", count, f"at most {made}: all other seeds of {_TRIES * count} were refused")
 
 
 def _tell(box: Lockbox, seed: int, file: Path | None, *, json: bool) -> None:
@@ -188,13 +190,13 @@ def _tell(box: Lockbox, seed: int, file: Path | None, *, json: bool) -> None:
 
 
 def _write(box: Lockbox, directory: Path) -> Path:
-    """A file of its name; one that is there and holds another box is left alone."""
+    """Write the box to a file named after it; refuse to replace a file with other content."""
     from lockprobe.lockbox.boxfile import toml_of
 
     directory.mkdir(parents=True, exist_ok=True)
     path, text = directory / f"{box.name}.toml", toml_of(box)
     if path.exists() and read_input(path) != text.encode():
-        raise BadFile(path, "already holds something else: give another --out")
+        raise BadFile(path, "already exists with other content: give another --out")
     write_file(path, text)
     return path
 
@@ -215,7 +217,7 @@ def _draw(box: Lockbox, out: Path) -> None:
     elif out.suffix == ".png":
         form = "png"
     else:
-        raise BadValue("--out", str(out), "a file that ends in .svg, .png or .xml")
+        raise BadValue("--out", str(out), "a file name that ends in .svg, .png or .xml")
     from lockprobe.figures import render
     from lockprobe.figures.boxes import box_figure
 
@@ -223,14 +225,14 @@ def _draw(box: Lockbox, out: Path) -> None:
 
 
 def _draw_template(box: Lockbox, out: Path) -> None:
-    """A drilling template; one that is larger than A3 is reported."""
+    """Write a drilling template, and warn if it is larger than A3."""
     form: Literal["svg", "pdf"]
     if out.suffix == ".svg":
         form = "svg"
     elif out.suffix == ".pdf":
         form = "pdf"
     else:
-        raise BadValue("--out", str(out), "a file that ends in .svg or .pdf, with --scale")
+        raise BadValue("--out", str(out), "a file name that ends in .svg or .pdf, with --scale")
     from lockprobe.figures.drilling_template import drilling_template, exceeds_a3
     from lockprobe.figures.true_scale import true_scale_file
     from lockprobe.plan import LABELS
@@ -246,7 +248,7 @@ def _draw_template(box: Lockbox, out: Path) -> None:
 
 
 def _print(lines: Iterable[str]) -> None:
-    """Lines, in characters that the terminal has."""
+    """Print lines in characters that the terminal can show."""
     text = "\n".join(lines)
     try:
         text.encode(sys.stdout.encoding or "ascii")
@@ -256,7 +258,7 @@ def _print(lines: Iterable[str]) -> None:
 
 
 def _joints(box: Lockbox) -> list[str]:
-    """What the numbers on the panel mean."""
+    """The legend of the numbers on the panel."""
     layers, wide = depths(box), max(map(len, box.names))
     return [
         f" {i}{'*' if joint.name == box.target else ' '} {joint.name:{wide}}  {joint.kind:9}  "
@@ -279,7 +281,7 @@ def _measures(box: Lockbox, found: Difficulty) -> list[str]:
 
 
 def _facts(box: Lockbox) -> dict[str, object]:
-    """All that is known of a box; what is infinite is null."""
+    """The facts of a box for JSON; infinite numbers become null."""
     return {
         **box.as_data(),
         "random_success": random_success(box),

@@ -37,12 +37,12 @@ from lockprobe.terminal_text import printable
 
 __all__ = ["branch"]
 
-_AT = "Steps after whose reports trials are forked, or onset, first-lie, before-onset, every."
-_TOLD = "What is told there: truth, lie, retracted, confirmed, remark, withheld."
-_ACT = "What is done in the step after it, where the report is true: tremble, random, force=JOINT."
+_AT = "Fork after the reports of these steps, or at onset, first-lie, before-onset, every."
+_TOLD = "The report in each arm: truth, lie, retracted, confirmed, remark, withheld."
+_ACT = "Actions to change in the step after a true report: tremble, random, force=JOINT."
 _THEN = "Later reports: as in the condition of the trial, or the truth."
 _BUDGET = "The most that forks of this study may cost in US dollars, earlier runs included; it is never exceeded."
-_ESTIMATE = "Only say how many forks would be played and what they can cost."
+_ESTIMATE = "Only print how many forks there would be and what they can cost."
 
 
 _OTHERS = {"steps": "steps", "leaves": "leaves loop", "repeats": "repeats", "choice": "next choice"}
@@ -56,7 +56,7 @@ def _several(values: str) -> list[str]:
 def branch(
     directory: Annotated[Path, typer.Argument(metavar="DIR", help="The directory of a study.")],
     keys: Annotated[
-        list[str] | None, typer.Argument(metavar="[KEY]...", help="Trials, or how their keys begin (all).")
+        list[str] | None, typer.Argument(metavar="[KEY]...", help="Keys of trials, or beginnings of keys (all).")
     ] = None,
     at: Annotated[str, typer.Option(help=_AT)] = "4,8,12",
     told: Annotated[str, typer.Option(help=_TOLD)] = "truth,lie",
@@ -71,11 +71,12 @@ def branch(
     estimate: Annotated[bool, typer.Option("--estimate", help=_ESTIMATE)] = False,
     json: options.AsJson = False,
 ) -> None:
-    """What one report did: fork finished trials after a report, change it, and let the agent play on.
+    """Measure the effect of one report: fork finished trials after it, change it, and let the agent play on.
 
-    The past comes from the record and is not asked again. Arms share their luck where the agent is seeded. Forks go to
-    DIR/forks and are no trials of the study; the same command resumes them. With trials at p = 0 the effect is that of
-    the first lie in a truthful world. Exit status 3: a budget ended it; 1: every fork broke.
+    Earlier steps come from the record; the agent is not asked again. Arms share their luck if the agent is seeded.
+    Forks are written to DIR/forks and do not count as trials of the study; the same command resumes them. In trials
+    at p = 0 the effect is that of the first lie among true reports. Exit status 3: the budget ended the run; 1: every
+    fork broke.
     """
     study = read_study(directory)
     asked = branching(
@@ -127,7 +128,7 @@ def _play(asked: Branching, directory: Path, limits: Limits, budget: Budget | No
 
 
 def _estimate(asked: Branching, directory: Path, *, json: bool) -> None:
-    """How many forks there are, and what they can cost by the calls of the trials that they leave."""
+    """Print the number of forks and their possible cost, estimated from the calls of their trials."""
     costs = fork_costs(asked, directory)
     if json:
         print(json_.dumps([asdict(one) for one in costs]))
@@ -137,12 +138,12 @@ def _estimate(asked: Branching, directory: Path, *, json: bool) -> None:
         if one.hosted:
             cost = "cost not known" if one.dollars is None else f"about {money(one.dollars)}"
             most = "" if one.most_dollars is None else f", if none is solved {money(one.most_dollars)}"
-            said += f"; {cost}{most}, by the calls on record"
+            said += f"; {cost}{most}, estimated from the recorded calls"
         print(printable(said))
 
 
 class _Watched:
-    """Shows the progress of forks as that of a study, under a heading of its own."""
+    """Shows the progress of forks like that of a study, under a different heading."""
 
     def __init__(self, shown: Plain, asked: Branching, planned: int) -> None:
         self._shown, self._asked, self._planned = shown, asked, planned
@@ -158,7 +159,7 @@ class _Watched:
         why = [
             f"{count(left.errors, 'trial')} ended as error" * bool(left.errors),
             f"{count(left.people, 'trial')} of people or clients, who cannot be asked again" * bool(left.people),
-            f"{count(left.short, 'trial')} without such a place" * bool(left.short),
+            f"{count(left.short, 'trial')} without such a step" * bool(left.short),
         ]
         if any(why):
             lines.append(f"Not forked: {', '.join(filter(None, why))}")
@@ -181,7 +182,7 @@ def _print_effects(effects: Sequence[BranchEffect], *, json: bool) -> None:
         print(json_.dumps({"event": "effects", "effects": [asdict(one) for one in effects]}))
         return
     if not effects:
-        print("No effect can be estimated: at least two trials have to be forked at one place.")
+        print("No effect can be estimated: that takes at least two trials forked at the same step.")
         return
     table = new_table(
         "agent", "condition", "at", "arm", "solved after truth", "change", "P", *_OTHERS.values(), "trials"
@@ -201,6 +202,6 @@ def _print_effects(effects: Sequence[BranchEffect], *, json: bool) -> None:
     for said in found_said([one for one in effects if one.outcome == "solved"]):
         print(printable(said))
     print(
-        "P is corrected for all effects on success of an agent (Holm). next choice: how far its probabilities move, "
-        "exact, from 0 to 1. --json has every interval."
+        "P is corrected for all effects on success of one agent (Holm). next choice: exact change of its choice "
+        "probabilities, 0 to 1. --json has every interval."
     )

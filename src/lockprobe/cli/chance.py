@@ -11,7 +11,7 @@ import typer
 from lockprobe.analysis.chance import chance_level
 from lockprobe.analysis.null_models import TrialNull, expected_loop_rate
 from lockprobe.cli.sequences import MOST_ACTIONS, check_actions, read_sequences
-from lockprobe.errors import BadFile, BadValue
+from lockprobe.errors import BadFile, BadValue, Conflict
 
 __all__ = ["chance"]
 
@@ -22,23 +22,23 @@ def chance(
     null: Annotated[
         TrialNull, typer.Option(help="The null model; markov and permutation need --sequences.")
     ] = "uniform",
-    overlap: Annotated[bool, typer.Option("--overlap", help="Two occurrences may overlap.")] = False,
+    overlap: Annotated[bool, typer.Option("--overlap", help="Let two occurrences overlap.")] = False,
     min_length: Annotated[int, typer.Option(min=1, help="Shortest loop in actions.")] = 3,
     sequences: Annotated[
         str | None,
         typer.Option(
-            metavar="FILE|-", help="One action sequence a line: the share expected in trials of these lengths."
+            metavar="FILE|-", help="One action sequence per line: the loop rate expected in trials of these lengths."
         ),
     ] = None,
     json: Annotated[bool, typer.Option("--json", help="One JSON object.")] = False,
 ) -> None:
-    """The probability that an agent left to chance holds an action loop in a trial of this length."""
+    """Compute the probability of an action loop in a trial of random choices of this length."""
     match null, sequences:
         case _, str(file):
             if length is not None:
-                raise BadValue("--length", length, "none beside --sequences, whose trials have their own lengths")
+                raise Conflict("--length", "--sequences", "the sequences have their own lengths")
             if not (trials := read_sequences(file)):
-                raise BadFile(file, "no action sequence in it")
+                raise BadFile(file, "holds no action sequence")
             if null in {"uniform", "no-repeat"}:
                 check_actions(file, "all lines", len(set(chain.from_iterable(trials))), actions)
             level = expected_loop_rate(trials, null, actions=actions, overlap=overlap, min_length=min_length)
@@ -48,7 +48,7 @@ def chance(
             level = chance_level(length, actions, null=null, overlap=overlap, min_length=min_length)
             setting = f"{null}, {length} steps, {actions} joints"
         case _:
-            raise BadValue(f"--sequences for the null {null}", None, "a file of action sequences, one a line, or -")
+            raise BadValue("--sequences", None, f"a file of action sequences, or -: --null {null} needs it")
     if json:
         print(json_.dumps({"probability": level.probability, "method": level.method, "error": level.error}))
     else:

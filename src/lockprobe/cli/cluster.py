@@ -1,4 +1,4 @@
-"""``--cluster``: other machines for a command."""
+"""The option ``--cluster``: other machines for a command."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ __all__ = ["reached"]
 
 @contextmanager
 def reached(address: str | None) -> Iterator[Cluster | None]:
-    """The cluster at an address, named on standard error; None without one."""
+    """Connect to the cluster at an address, and print it on standard error; None without an address."""
     if address is None:
         yield None
         return

@@ -1,4 +1,4 @@
-"""``lockprobe compare``: studies side by side."""
+"""``lockprobe compare``: compares studies."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ __all__ = ["compare"]
 PAGE = Path("compare.html")
 
 _LONGEST = 300
-"""Characters of a line on what differs."""
+"""The most characters of a line on different settings."""
 
 Directories = Annotated[
-    list[Path], typer.Argument(metavar="DIR DIR...", help="The directories of two studies or more.")
+    list[Path], typer.Argument(metavar="DIR DIR...", help="The directories of two or more studies.")
 ]
 Agents = Annotated[
     list[str] | None,
@@ -36,7 +36,7 @@ AsJson = Annotated[bool, typer.Option("--json", help="One JSON object.")]
 
 
 def compare(directories: Directories, agent: Agents = None, out: Out = PAGE, json: AsJson = False) -> None:
-    """Studies side by side: success of every agent under the conditions that they share, and every difference.
+    """Compare studies: success of every agent under the conditions that the studies share, and every difference.
 
     Studies of one seed share their luck and are compared trial by trial; others are independent samples. Studies of
     different boxes, budgets of steps, plants or modalities are refused.
@@ -58,7 +58,7 @@ def _print(found: Comparison) -> None:
         if one.partial:
             print(printable(f"Partial: {one.finished} of {one.planned} trials of {one.name} are finished."))
     for line in found.unlike:
-        print(printable(f"Not the same: {line[:_LONGEST]}"))
+        print(printable(f"Different settings: {line[:_LONGEST]}"))
     first = leading(found.differences)
     for rows in (success_table(found), difference_table(found, first)):
         print()

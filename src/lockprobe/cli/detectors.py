@@ -22,15 +22,16 @@ BRIEF = 500
 
 def detectors(
     file: Annotated[
-        str | None, typer.Argument(metavar="[FILE|-]", help="One action sequence a line: which detectors flag it.")
+        str | None,
+        typer.Argument(metavar="[FILE|-]", help="One action sequence per line; prints the detectors that flag it."),
     ] = None,
     trials: Annotated[int, typer.Option(min=20, max=100_000, help="Trials of each kind in the table.")] = 1000,
-    seed: Annotated[int, typer.Option(help="Of the trials in the table.")] = 0,
+    seed: Annotated[int, typer.Option(help="Seed of the trials in the table.")] = 0,
     actions: Annotated[int, typer.Option(min=2, max=MOST_ACTIONS, help="Number of joints, for FILE.")] = 4,
     clock: Annotated[bool, typer.Option("--clock", help="Also measure the time per trial.")] = False,
-    json: Annotated[bool, typer.Option("--json", help="One JSON object a detector, or a sequence.")] = False,
+    json: Annotated[bool, typer.Option("--json", help="One JSON object per detector, or per sequence.")] = False,
 ) -> None:
-    """Loop detectors of agent frameworks, compared with the paper's: on planted loops, or on your sequences."""
+    """Compare loop detectors of agent frameworks with the paper's, on planted loops or on your sequences."""
     if file is not None:
         for number, sequence in numbered_sequences(file):
             check_actions(file, f"line {number}", len(set(sequence)), actions)
@@ -48,7 +49,7 @@ def detectors(
 
 
 def _print(rows: Sequence[Row], times: Mapping[str, float] | None) -> None:
-    """On a terminal two tables that fit 80 columns; elsewhere one in Markdown."""
+    """Print two tables that fit 80 columns on a terminal, and one Markdown table elsewhere."""
     if not sys.stdout.isatty():
         print(as_table(rows, times))
         return
@@ -62,15 +63,15 @@ def _print(rows: Sequence[Row], times: Mapping[str, float] | None) -> None:
         clock = [f"{times[row.detector]:.0f}"] if times else []
         other.add_row(row.detector, f"{row.false_uniform:.3f}", f"{row.false_no_repeat:.3f}", *kept, *clock)
         planted.add_row(row.detector, *(f"{row.auc[kind]:.2f} \\[{row.found[kind]:.2f}]" for kind in kinds))
-    print("Random trials flagged wrongly; of the planted trials that are flagged, the share")
-    print("that is still flagged when it is renamed, played backwards or interrupted:")
+    print("Share of random trials flagged (false positives); share of planted loops that")
+    print("stay flagged after relabelling, reversal or interruption:")
     print_table(other)
     print("\nPlanted loops: area under the ROC curve [share flagged]:")
     print_table(planted)
 
 
 def _verdict(sequence: Sequence[str], actions: int, *, json: bool) -> str:
-    """Which detectors flag a sequence; those that need outcomes are not asked."""
+    """The detectors that flag a sequence, without those that need outcomes."""
     asked = [detector for detector in DETECTORS if not detector.needs_outcome]
     flagged = [detector.name for detector in asked if flags(detector, sequence, (), joints=actions)]
     if json:

@@ -31,17 +31,17 @@ __all__ = ["Attended", "JsonLines", "LiveDisplay", "watch"]
 
 
 class JsonLines(Plain):
-    """The same as JSON, one object a line, every step and every trial of slow agents."""
+    """Prints progress as JSON, one object per line, with every step and trial of slow agents."""
 
     def say(self, text: str) -> None:
-        """Nothing: only :meth:`event` prints."""
+        """Print nothing: :meth:`event` prints everything."""
 
     def event(self, kind: str, **facts: object) -> None:
         """Print one event."""
         print(json_.dumps({"event": kind, **facts}), flush=True)
 
     def begin(self, study: Study, journal: Journal, owed: int) -> None:
-        """The study's settings, and what of it is done."""
+        """Print the study's settings and its progress."""
         self.event(
             "begin",
             directory=str(journal.directory),
@@ -53,17 +53,17 @@ class JsonLines(Plain):
         super().begin(study, journal, owed)
 
     def begin_forks(self, study: Study, journal: Journal, owed: int, lines: Sequence[str]) -> None:
-        """What is forked."""
+        """Print what will be forked."""
         self.event("begin", directory=str(journal.directory), owed=owed, message=" ".join(lines))
         super().begin_forks(study, journal, owed, lines)
 
     def agent(self, source: AgentSource, owed: int) -> None:
-        """An agent's turn comes."""
+        """Print that an agent begins."""
         super().agent(source, owed)
         self.event("agent", agent=source.spec, owed=owed)
 
     def step(self, key: str, step: Step) -> None:
-        """A step of a slow agent."""
+        """Print a step of a slow agent."""
         self.tally.steps += 1
         if self.tally.slow:
             self.event(
@@ -76,7 +76,7 @@ class JsonLines(Plain):
             )
 
     def trial(self, trial: Trial, timing: Timing) -> None:
-        """A trial is on disk."""
+        """Print a finished trial."""
         self.tally.trial(trial)
         error = None if trial.error is None else {"boundary": trial.error.boundary, "message": trial.error.message}
         self.event(
@@ -93,12 +93,12 @@ class JsonLines(Plain):
         return {} if self.tally.ledger is None else {"spent": spent_facts(self.tally.ledger.total)}
 
     def estimated(self, found: Sequence[Estimate]) -> None:
-        """What will be spent, before anything is."""
+        """Print the estimated cost, before any call is made."""
         allowed, spent = (None, None) if self._budget is None else (self._budget.allowed, self._budget.spent)
         self.event("estimate", agents=[estimate_facts(one) for one in found], budget=allowed, spent=spent)
 
     def call(self, call: Call) -> None:
-        """A call that its provider did not answer at once."""
+        """Print a call that its provider did not answer at once."""
         super().call(call)
         if call.retries or call.error:
             self.event(
@@ -112,33 +112,33 @@ class JsonLines(Plain):
             )
 
     def interrupted(self, directory: Path) -> None:
-        """Stopped by Ctrl-C."""
+        """Print that Ctrl-C stopped the run."""
         self.event("interrupted", directory=str(directory), **self._cost())
 
     def stopped(self, reached: BudgetReached, owed: int, trials: int) -> None:
-        """The budget is spent."""
+        """Print that the budget is spent."""
         self.event("budget", spent=reached.spent, budget=reached.budget, owed=owed, trials=trials)
 
     def broke(self) -> None:
-        """Not one trial of the run ended."""
+        """Print that every trial of the run broke."""
         self.event("broke", trials=self.tally.broken_in_all, first=self.tally.first_error)
 
     def owed_anew(self, trials: int) -> None:
-        """Trials are played anew on request."""
+        """Print how many trials will be replayed on request."""
         self.event("owed-anew", trials=trials)
 
     def invalid(self, found: Sequence[Invalid]) -> None:
-        """Conditions have no valid trial."""
+        """Print the conditions without a valid trial."""
         self.event("no-valid-trial", conditions=[asdict(one) for one in found], message=invalid_in_words(found))
 
     def reported(self, path: Path | None) -> None:
-        """The report is written; without a path there is none."""
+        """Print the path of the report, or None without a report."""
         if self._report is not None:
             self.event("report", path=None if path is None else str(path), **self._cost())
 
 
 class LiveDisplay(Plain):
-    """A table that stays in place, with the latest step of every trial that is being played."""
+    """A table that is updated in place, with the latest step of every trial in progress."""
 
     def __init__(
         self, console: Console, *, batch: bool = False, budget: Budget | None = None, report: bool | None = True
@@ -153,7 +153,7 @@ class LiveDisplay(Plain):
         self._console.print(Text(printable(text)))
 
     def agent(self, source: AgentSource, owed: int) -> None:
-        """An agent begins, with a new table."""
+        """Begin a new table for an agent."""
         self.close()
         super().agent(source, owed)
         self._playing.clear()
@@ -167,7 +167,7 @@ class LiveDisplay(Plain):
             self._live = None
 
     def call(self, call: Call) -> None:
-        """A call is on disk; the table shows what it cost."""
+        """Show the cost of a finished call in the table."""
         assert self.tally.ledger is not None
         self.tally.ledger.add(call)
 
@@ -198,7 +198,7 @@ class LiveDisplay(Plain):
 
 
 class Attended(Plain):
-    """Plain lines without steps: who works the plant at this terminal must not read what agents are told."""
+    """Plain lines without steps, because the person who works the plant here must not read the agents' reports."""
 
     def step(self, key: str, step: Step) -> None:
         """Count a step."""
@@ -216,7 +216,8 @@ def watch(
 ) -> Iterator[Plain]:
     """The display that fits the output: JSON lines, plain lines, or a live table on a terminal.
 
-    ``attended`` says that questions are asked there, which a table would cover, of a person who must not see reports.
+    ``attended``: the plant asks questions at this terminal. A table would cover them, and the person who answers must
+    not see reports.
     """
     if json:
         yield JsonLines(batch=batch, budget=budget, report=report)

@@ -27,9 +27,9 @@ class Finding:
     """One thing that works or does not.
 
     Attributes:
-        what: What was looked at.
+        what: The thing examined.
         ok: Whether it works.
-        detail: Version or place, or what to do.
+        detail: Its version or path, or what to do.
     """
 
     what: str
@@ -38,7 +38,7 @@ class Finding:
 
 
 def examine() -> Iterator[Finding]:
-    """Look at everything that a study may need."""
+    """Examine everything that a study may need."""
     yield Finding(what="python", ok=True, detail=f"{platform.python_version()}, {os.cpu_count()} cores")
     yield _runtime()
     yield _embedded()
@@ -62,7 +62,7 @@ def _runtime() -> Finding:
 
 
 def _renderers() -> Iterator[Finding]:
-    """Each renderer of pictures, and which of them is taken."""
+    """Each renderer of pictures, and the one that is used."""
     probed = probe()
     for one in probed:
         yield Finding(
@@ -102,8 +102,8 @@ def _package(module: str, package: str, what: str, remedy: str) -> Finding:
     return Finding(what=what, ok=True, detail=f"{package} {importlib.metadata.version(package)}")
 
 
-def doctor(json: Annotated[bool, typer.Option("--json", help="One JSON object a line.")] = False) -> None:
-    """What works on this machine, and what to do about the rest."""
+def doctor(json: Annotated[bool, typer.Option("--json", help="One JSON object per line.")] = False) -> None:
+    """Check what works on this machine, and how to repair the rest."""
     for finding in examine():
         if json:
             print(json_.dumps({"what": finding.what, "ok": finding.ok, "detail": finding.detail}))

@@ -1,4 +1,4 @@
-"""``lockprobe export``: the trials of a study for other tools."""
+"""``lockprobe export``: exports the trials of a study for other tools."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from lockprobe.errors import BadFile, BadValue
+from lockprobe.errors import BadFile, BadValue, Conflict
 from lockprobe.export.hub_dataset import write_hub_dataset
 from lockprobe.export.send_traces import endpoint_of, send_traces
 from lockprobe.export.table_files import TableName, rows_of, write_rows, write_table
@@ -25,13 +25,13 @@ from lockprobe.studies.settings import read_study
 __all__ = ["export", "refuse_study_file"]
 
 STUDY_FILES = ("study.json", "trials.jsonl", "timings.jsonl", CALLS, ASKED, "results.json")
-"""Files of a study that no export replaces."""
+"""Files of a study that no export may replace."""
 
 Format = Literal["csv", "jsonl", "parquet", "eval", "psych-ds", "otel", "hf"]
 
 _OUT = (
-    "File to write; standard output otherwise, or with -. Of logs a file for all agents, or a directory for one log of "
-    "each; of a dataset a new directory."
+    "File to write (standard output, also with -). For logs: a file for all agents, or a directory for one log of "
+    "each. For a dataset: a new directory."
 )
 
 Directory = Annotated[Path, typer.Argument(metavar="DIR", help="The directory of a study.")]
@@ -46,39 +46,41 @@ def export(
             "OpenTelemetry traces (OTLP/JSON); hf: a directory for load_dataset."
         ),
     ] = "csv",
-    table: Annotated[TableName, typer.Option(help="csv, jsonl, parquet: a row is a step, or a trial.")] = "steps",
+    table: Annotated[TableName, typer.Option(help="csv, jsonl, parquet: one row per step, or per trial.")] = "steps",
     out: Annotated[Path | None, typer.Option(help=_OUT)] = None,
-    everybody: Annotated[bool, typer.Option("--all", help="psych-ds: strategies' and models' trials too.")] = False,
+    everybody: Annotated[
+        bool, typer.Option("--all", help="psych-ds: include trials of strategies and models.")
+    ] = False,
     platform_ids: Annotated[
         bool,
-        typer.Option("--with-platform-ids", help="psych-ds: IDs of the recruitment platform too; they are personal."),
+        typer.Option("--with-platform-ids", help="psych-ds: include IDs of the platform; they are personal data."),
     ] = False,
     endpoint: Annotated[
-        str | None, typer.Option(metavar="URL", help="otel: send the traces there (OTLP/HTTP), too.")
+        str | None, typer.Option(metavar="URL", help="otel: also send the traces there (OTLP/HTTP).")
     ] = None,
     start: Annotated[
-        str | None, typer.Option(metavar="TIME", help="otel: when the first trace starts; 2000-01-01T00:00:00Z if not.")
+        str | None, typer.Option(metavar="TIME", help="otel: start of the first trace (2000-01-01T00:00:00Z).")
     ] = None,
     licence: Annotated[
         str | None, typer.Option(metavar="NAME", help="hf: the licence in the card, for example cc-by-4.0.")
     ] = None,
 ) -> None:
-    """Tables of steps or trials, truth and report; logs for Inspect AI's viewer; a Psych-DS dataset; traces.
+    """Export a study: tables of steps or trials, logs for Inspect AI's viewer, a Psych-DS dataset, or traces.
 
-    Beside a table FILE its data dictionary is written, FILE-metadata.json: what stands in every column.
+    A table FILE comes with its data dictionary, FILE-metadata.json, which describes every column.
     """
     if format != "psych-ds" and (everybody or platform_ids):
-        raise BadValue("--format", format, "psych-ds, where --all and --with-platform-ids say something")
+        raise BadValue("--format", format, "psych-ds with --all or --with-platform-ids")
     _refuse_elsewhere(format, "otel", endpoint=endpoint, start=start)
     _refuse_elsewhere(format, "hf", licence=licence)
     if format in ("eval", "psych-ds", "otel", "hf") and table != "steps":
-        raise BadValue("--table", table, f"csv, jsonl or parquet as --format, since {format} is no single table")
+        raise Conflict(f"--table {table}", f"--format {format}", "only csv, jsonl and parquet are single tables")
     if format == "otel":
         _export_traces(directory, out, endpoint, start)
         return
     if out is None or str(out) == "-":
         if format not in ("csv", "jsonl"):
-            raise BadValue("--out", None, f"a file or a directory to write, since {format} is no text")
+            raise BadValue("--out", None, f"a file or a directory to write, because {format} is not text")
         trials = load(directory)
         write_rows(rows_of(table, trials, times_of_steps(directory, trials)), sys.stdout, format)
         return
@@ -97,7 +99,7 @@ def export(
 
 
 def refuse_study_file(out: Path, directory: Path) -> None:
-    """Refuse to replace what a study records; a link to it is refused too.
+    """Refuse to replace a file of a study, also through a link.
 
     Raises:
         BadFile: If ``out`` is a file of the study in ``directory``.
@@ -105,11 +107,11 @@ def refuse_study_file(out: Path, directory: Path) -> None:
     file, study = out.resolve(), directory.resolve()
     kept = (study / ALBUM, study / PEOPLE_DIRECTORY)
     if (file.parent == study and file.name in STUDY_FILES) or any(file.is_relative_to(place) for place in kept):
-        raise BadFile(out, "a file of the study itself; choose another")
+        raise BadFile(out, "belongs to the study; choose another file")
 
 
 def _refuse_elsewhere(format_: Format, of: Format, **given: str | None) -> None:
-    """Refuse options that say something in one format alone."""
+    """Refuse options of one format with another format."""
     if format_ != of and any(value is not None for value in given.values()):
         names = " and ".join(f"--{name}" for name in given)
         raise BadValue("--format", format_, f"{of} with {names}")
@@ -117,7 +119,7 @@ def _refuse_elsewhere(format_: Format, of: Format, **given: str | None) -> None:
 
 def _export_traces(directory: Path, out: Path | None, endpoint: str | None, start: str | None) -> None:
     if (out is None and endpoint is None) or str(out) == "-":
-        raise BadValue("--out", None if out is None else str(out), "a file to write, or --endpoint URL to send to")
+        raise BadValue("--out", None if out is None else str(out), "a file to write, or use --endpoint URL")
     if out is not None:
         refuse_study_file(out, directory)
     if endpoint is not None:

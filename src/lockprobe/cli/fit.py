@@ -33,23 +33,24 @@ from lockprobe.terminal_text import printable
 __all__ = ["fit"]
 
 WIDTH = 100
-"""Columns where there is no terminal."""
+"""Columns of output that does not go to a terminal."""
 
 
 def fit(
     directory: Annotated[Path, typer.Argument(metavar="DIR", help="The directory of a study.")],
     agent: Annotated[list[str] | None, typer.Option(help="Only this agent; may be repeated.")] = None,
     p: Annotated[str | None, typer.Option(help="Only these flip rates, for example 0,0.4.")] = None,
-    models: Annotated[str | None, typer.Option(help=f"Only these, with commas between: {', '.join(RIVALS)}.")] = None,
+    models: Annotated[
+        str | None, typer.Option(help=f"Only these models, separated by commas: {', '.join(RIVALS)}.")
+    ] = None,
     folds: Annotated[int, typer.Option(help="Number of parts; each is held out in turn.")] = 10,
     by_p: Annotated[bool, typer.Option("--by-p", help="Fit each flip rate separately.")] = False,
     json: Annotated[bool, typer.Option("--json", help="One JSON object, with all parameters of all models.")] = False,
-    out: Annotated[Path | None, typer.Option(help="File to write; standard output otherwise, or with -.")] = None,
+    out: Annotated[Path | None, typer.Option(help="File to write (standard output, also with -).")] = None,
 ) -> None:
-    """Which simple mechanism predicts an agent's choices, given what it had been told, and how well.
+    """Find the simple mechanism that best predicts an agent's choices from what it was told, and how well it does.
 
-    Every model is fitted to the choices of every agent, of all conditions together, and judged by trials that it was
-    not fitted to.
+    Every model is fitted to the choices of every agent, over all conditions, and evaluated on held-out trials.
     """
     out = None if str(out) == "-" else out
     if out is not None:
@@ -73,7 +74,7 @@ def fit(
 
 
 def _boxes(directory: Path, names: Iterable[str]) -> dict[str, Lockbox]:
-    """The boxes of some trials, as far as they are known: by name, or from the settings of the study."""
+    """The boxes of some trials, if known by name or from the settings of the study."""
     found = {}
     for name in names:
         with suppress(UserMistake):
@@ -85,7 +86,7 @@ def _boxes(directory: Path, names: Iterable[str]) -> dict[str, Lockbox]:
 
 
 def _progress() -> Tell:
-    """Plain lines on standard error, at most one in two seconds, none if all is done sooner."""
+    """Print progress on standard error, at most one line every two seconds, and none for short work."""
     last = time.monotonic()
 
     def tell(said: str) -> None:
@@ -105,10 +106,10 @@ def _write(report: FitReport, file: IO[str], *, json: bool) -> None:
     for one in report.agents:
         _print_agent(console, one, file)
     console.print(
-        "\nThe best model by BIC comes first. AICc and BIC are of the log-likelihood divided by how many choices say "
-        "as much as one: those of a trial, and of trials with equal labels, flips and draws, may repeat each other. "
+        "\nThe best model by BIC comes first. AICc and BIC use the log-likelihood divided by the design effect: "
+        "choices of one trial, and of trials with equal labels, flips and draws, may repeat each other. "
         "Bits per choice better than chance, the probability of the joint chosen (geometric mean) and "
-        "the share of choices that were the likeliest are those of trials left out, one part of "
+        "the share of choices that were the likeliest come from held-out trials, one part of "
         f"{report.folds} at a time. {CAUTION}"
     )
 
@@ -116,9 +117,9 @@ def _write(report: FitReport, file: IO[str], *, json: bool) -> None:
 def _print_agent(console: Console, one: AgentFit, file: IO[str]) -> None:
     counted = f"{one.trials} trials, {one.choices} choices, flip rate {', '.join(f'{p:g}' for p in one.p)}"
     said = [
-        f"{one.left_out} left out that ended as an error or without a step" if one.left_out else "",
+        f"{one.left_out} left out (error, or no step)" if one.left_out else "",
         f"{one.passed_over} more not needed" if one.passed_over else "",
-        f"{one.repeats:.1f} choices say as much as one" if one.repeats > 1.05 else "",
+        f"design effect {one.repeats:.1f}" if one.repeats > 1.05 else "",
     ]
     console.print(f"\n[bold]{escape(printable(one.agent))}[/bold]  {'; '.join([counted, *filter(None, said)])}")
     console.print(escape(printable(finding(one))))
@@ -128,7 +129,7 @@ def _print_agent(console: Console, one: AgentFit, file: IO[str]) -> None:
 
 
 def _print_best(console: Console, best: RivalFit) -> None:
-    """The parameters of the model that describes the agent, and how to play it."""
+    """Print the parameters of the model that describes the agent, and how to play it."""
     console.print(f"\n{escape(best.version)}, with 95 % intervals:")
     for parameter in best.parameters:
         console.print("  " + escape(_parameter(parameter)))
@@ -137,7 +138,7 @@ def _print_best(console: Console, best: RivalFit) -> None:
 
 
 def _table(one: AgentFit) -> Table:
-    table = new_table("model", "par.", "log-lik.", "AICc", "BIC", "behind", "bits, left out", "prob.", "hits")
+    table = new_table("model", "par.", "log-lik.", "AICc", "BIC", "behind", "bits, held out", "prob.", "hits")
     for rival in one.rivals:
         table.add_row(*_row(rival))
     return table
@@ -162,7 +163,7 @@ def _row(rival: RivalFit) -> list[str]:
 
 
 def _two(value: float | None) -> str:
-    """Two digits, and no minus before nothing; ``any`` where there is no end."""
+    """A number with two digits and no minus zero; ``any`` for an infinite one."""
     return "any" if value is None else f"{round(value, 2) + 0.0:.2f}"
 
 

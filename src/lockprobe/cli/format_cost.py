@@ -1,4 +1,4 @@
-"""Money and tokens in words, and the estimated cost of a study."""
+"""Formats money, tokens and the estimated cost of a study."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ __all__ = [
 
 
 def money(dollars: float) -> str:
-    """US dollars to the cent; less than ten cents to two digits."""
+    """US dollars to the cent; amounts below ten cents to two digits."""
     return f"${in_words(dollars)}"
 
 
@@ -42,7 +42,7 @@ def about(number: float) -> str:
 
 
 def _span(low: float, high: float) -> str:
-    """Two numbers as a range; one where they read the same."""
+    """Two numbers as a range, or as one number if they look the same."""
     first, last = about(low), about(high)
     if first == last:
         return first
@@ -58,17 +58,17 @@ def _paid(low: float | None, high: float | None) -> str:
 
 
 def share(part: float | None, whole: float) -> float | None:
-    """A share; None of nothing, and where the part is not known."""
+    """A share; None if the whole is zero or the part is not known."""
     return part / whole if whole and part is not None else None
 
 
 def of_price(price: Price | None) -> str:
-    """Which prices were used."""
+    """The prices that were used."""
     return "price not known" if price is None else f"prices of {price.date}"
 
 
 def estimate_lines(found: Estimate) -> list[str]:
-    """What an agent's trials will cost, in words."""
+    """The estimated cost of an agent's trials, in words."""
     low, high = found.expected, found.full
     first = (
         f"{found.agent}: about {_span(low.calls, high.calls)} calls, "
@@ -78,14 +78,14 @@ def estimate_lines(found: Estimate) -> list[str]:
     fresh = _paid(found.dollars(low, cached=False), found.dollars(high, cached=False))
     cached = _paid(found.dollars(low, cached=True), found.dollars(high, cached=True))
     if found.most_dollars is None:
-        return [first, f"  its price is not known ({OWN_FACTS}=FILE.toml can say it)"]
+        return [first, f"  the price is not known (set it with {OWN_FACTS}=FILE.toml)"]
     kept = "" if cached == fresh else f" ({cached} with its provider's cache)"
     most = f"at most {money(found.most_dollars)} whatever it replies"
     return [first, f"  about {fresh}{kept}; {most}; {of_price(found.price)}"]
 
 
 def estimate_facts(found: Estimate) -> dict[str, object]:
-    """The same for machines."""
+    """The estimated cost of an agent's trials, for JSON."""
 
     def one(usage: Usage) -> dict[str, object]:
         return {
@@ -114,14 +114,14 @@ def estimate_facts(found: Estimate) -> dict[str, object]:
 
 
 def print_estimates(studies: Sequence[tuple[Study, Path]], *, batch: bool, json: bool) -> None:
-    """Say what the trials that studies owe would cost together, without touching their directories."""
+    """Print the estimated cost of all trials that studies owe, without touching their directories."""
     found = together(one for study, directory in studies for one in _estimates(study, directory, batch=batch))
     if json:
         print(json_.dumps({"estimate": [estimate_facts(one) for one in found]}))
     elif not any(hosted(study) for study, _ in studies):
-        print("Nothing: no agent of this study asks a provider.")
+        print("No cost: no agent of this study asks a provider.")
     elif not found:
-        print("Nothing: no trial that asks a provider is owed.")
+        print("No cost: no trial that asks a provider is owed.")
     for line in (line for one in found if not json for line in estimate_lines(one)):
         print(line)
 
@@ -132,7 +132,7 @@ def _estimates(study: Study, directory: Path, *, batch: bool) -> list[Estimate]:
 
 
 def spent_in_words(spent: Spending) -> str:
-    """What calls have cost, in a few words; empty where nobody was asked."""
+    """The cost of calls, in a few words; empty without calls."""
     if not (spent.usage.calls or spent.failed or spent.broken_off):
         return ""
     tokens = f"{about(spent.usage.input_tokens)} tokens in, {about(spent.usage.output_tokens)} out"
@@ -141,7 +141,7 @@ def spent_in_words(spent: Spending) -> str:
 
 
 def spent_facts(spent: Spending) -> dict[str, object]:
-    """The same for machines."""
+    """The cost of calls, for JSON."""
     usage = spent.usage
     return {
         "calls": usage.calls,

@@ -21,13 +21,13 @@ _SOURCES = "An Inspect log (.eval, .json), a directory of such logs, the directo
 
 
 def take(
-    directory: Annotated[Path, typer.Argument(metavar="DIR", help="The directory of a study; made if need be.")],
+    directory: Annotated[Path, typer.Argument(metavar="DIR", help="The directory of a study; created if missing.")],
     sources: Annotated[list[Path], typer.Argument(metavar="SOURCE...", help=_SOURCES)],
     json: Annotated[bool, typer.Option("--json", help="One JSON object.")] = False,
 ) -> None:
-    """Take in the trials of Inspect logs, other study directories and people's datasets that DIR does not have.
+    """Import trials that DIR does not have from Inspect logs, other study directories and people's datasets.
 
-    They have to be of the same study: every setting is the same but for the agents.
+    They must be of the same study: all settings except the agents must be equal.
     """
     found = [source for path in sources for source in _sources(path, directory)]
     diaries = DiaryImport(directory, {source.path: source.trials for source in found if source.path.is_dir()})
@@ -39,18 +39,22 @@ def take(
     if json:
         print(json_.dumps({**asdict(gathered), "participants": came, "places_lost": lost}))
         return
-    kept = f" They go on from {gathered.replies} replies that were taken along." if gathered.replies else ""
+    kept = (
+        f" {gathered.replies} replies of unfinished trials were imported; these trials continue from them."
+        if gathered.replies
+        else ""
+    )
     otherwise = (
-        f" {gathered.different} of those that were there were played otherwise; {directory} keeps its own."
+        f" {gathered.different} trials differ between SOURCE and {directory}, which keeps its own."
         if gathered.different
         else ""
     )
     agents = f" New agents: {', '.join(gathered.agents)}." if gathered.agents else ""
     joined = f" {came} participants." if came else ""
-    places = f" {lost} boxes of people who take part here were played by those who came." if lost else ""
+    places = f" {lost} boxes assigned to participants here were played by imported participants." if lost else ""
     missing = f" {gathered.pictures_missing} pictures were not found." if gathered.pictures_missing else ""
     said = (
-        f"{gathered.taken} trials taken, {gathered.there} were there, {gathered.unfinished} were not finished."
+        f"{gathered.taken} trials imported, {gathered.there} already there, {gathered.unfinished} unfinished."
         f"{otherwise}{kept}{agents}{joined}{places}{missing} Report: lockprobe report {directory}"
     )
     print(printable(said))
@@ -58,7 +62,7 @@ def take(
 
 def _sources(path: Path, directory: Path) -> list[MergeSource]:
     if path.resolve() == directory.resolve():
-        raise BadValue("SOURCE", str(path), "another directory than DIR")
+        raise BadValue("SOURCE", str(path), "a directory other than DIR")
     if not path.exists():
         raise BadFile(path, "no such file or directory")
     if (path / "study.json").is_file():
@@ -68,5 +72,5 @@ def _sources(path: Path, directory: Path) -> list[MergeSource]:
     from lockprobe.evals.read_log import log_files, read_log
 
     if not (files := log_files(path)):
-        raise BadFile(path, "neither the directory of a study nor one of Inspect logs nor a dataset of people's trials")
+        raise BadFile(path, "not a study directory, a directory of Inspect logs or a dataset of people's trials")
     return [read_log(file) for file in files]

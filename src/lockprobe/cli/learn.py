@@ -21,14 +21,14 @@ __all__ = ["learn"]
 
 _TRIALS = 10_000
 
-Box = Annotated[str | None, typer.Option(metavar="NAME|FILE", help="Only this box, its joints dealt anew each time.")]
+Box = Annotated[str | None, typer.Option(metavar="NAME|FILE", help="Only this box, with joints reassigned each time.")]
 Schedule = Annotated[int, typer.Option(help="Updates over which the learning rate falls.")]
 ToldLies = Annotated[bool, typer.Option("--told-lies", help="Train with false reports, at rates from 0 to 1.")]
 
 
 def learn(
-    out: Annotated[Path, typer.Option(metavar="FILE", help="Where the network is written.")],
-    updates: Annotated[int, typer.Option(help="Updates, a batch of 256 new boxes each.")] = SCHEDULE,
+    out: Annotated[Path, typer.Option(metavar="FILE", help="File for the network.")],
+    updates: Annotated[int, typer.Option(help="Number of updates, each on 256 new boxes.")] = SCHEDULE,
     joints: Annotated[int, typer.Option(help="Joints of the boxes, 2 to 8.")] = 4,
     box: Box = None,
     hidden: Annotated[int, typer.Option(help="Units of the network, 1 to 256.")] = HIDDEN,
@@ -39,8 +39,8 @@ def learn(
 ) -> None:
     """Train a small recurrent network to open boxes that it has never seen, and write it to a file.
 
-    The same command writes the same file. lockprobe run flips --agent learner:FILE plays it. Few updates make a learner
-    that false reports help, many make one that they hurt; see docs/learner.md.
+    The same command writes the same file. lockprobe run flips --agent learner:FILE plays it. False reports help a
+    learner after few updates and hurt it after many; see docs/learner.md.
     """
     if not out.parent.is_dir():
         raise BadFile(out, "its directory does not exist")

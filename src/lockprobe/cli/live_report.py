@@ -1,4 +1,4 @@
-"""Writes the report of a study while its run goes on, and updates it."""
+"""Writes and updates the report of a study during its run."""
 
 from __future__ import annotations
 
@@ -39,30 +39,30 @@ class LiveReport:
         self._writing: subprocess.Popen[bytes] | None = None
 
     def begin(self, study: Study, journal: Journal, owed: int) -> None:
-        """How much has been played before."""
+        """Note how much was played before."""
         self._simulated = study.simulated
         self._played = len(journal.trials)
         self._observer.begin(study, journal, owed)
 
     def agent(self, source: AgentSource, owed: int) -> None:
-        """A slow agent's turn: what the others played is reported now."""
+        """Report the trials of the others when a slow agent begins."""
         self._observer.agent(source, owed)
         if self._next is None and (self._simulated or source.engine != "inline"):
             self._next = time.monotonic() + (0 if self._played else FIRST_PAUSE)
             self._renew()
 
     def step(self, key: str, step: Step) -> None:
-        """Passed on."""
+        """Pass a step on."""
         self._observer.step(key, step)
 
     def trial(self, trial: Trial, timing: Timing) -> None:
-        """A trial is on disk: the report may be due."""
+        """Pass a trial on, and update the report if it is due."""
         self._observer.trial(trial, timing)
         self._played += 1
         self._renew()
 
     def end(self) -> None:
-        """Wait until nothing is being written."""
+        """Wait for the report that is being written."""
         if self._writing is not None:
             self._writing.wait()
 

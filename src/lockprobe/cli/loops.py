@@ -18,14 +18,14 @@ __all__ = ["loops"]
 
 
 def loops(
-    file: Annotated[str, typer.Argument(metavar="[FILE|-]", help="One action sequence a line.")] = "-",
-    json: Annotated[bool, typer.Option("--json", help="One JSON object a line.")] = False,
-    solver: Annotated[Solver, typer.Option(help="Exact and fast, or the paper's ILP.")] = "dp",
-    rule: Annotated[Rule, typer.Option("--cover", help="What a cover may select.")] = "free",
-    overlap: Annotated[bool, typer.Option("--overlap", help="Two occurrences may overlap.")] = False,
+    file: Annotated[str, typer.Argument(metavar="[FILE|-]", help="One action sequence per line.")] = "-",
+    json: Annotated[bool, typer.Option("--json", help="One JSON object per line.")] = False,
+    solver: Annotated[Solver, typer.Option(help="dp: exact and fast; ilp: the paper's ILP.")] = "dp",
+    rule: Annotated[Rule, typer.Option("--cover", help="Occurrences that a cover may select.")] = "free",
+    overlap: Annotated[bool, typer.Option("--overlap", help="Let two occurrences overlap.")] = False,
     min_length: Annotated[int, typer.Option(min=1, help="Shortest loop in actions.")] = 3,
 ) -> None:
-    """Action loops in sequences, one sequence a line (paper, Sec. 3.3)."""
+    """Find action loops in sequences, one sequence per line (paper, Sec. 3.3)."""
     from lockprobe.analysis.loops import cover, longest_loop, onset
     from lockprobe.cli.sequences import numbered_sequences
 

@@ -17,7 +17,7 @@ import typer
 
 from lockprobe.agents.mcp_client import client_spec
 from lockprobe.cli import options
-from lockprobe.errors import BadValue, Missing
+from lockprobe.errors import BadValue, Conflict, Missing
 from lockprobe.mcp_server.isolation import Isolation, check_isolation, client_of_stdio, named_client
 from lockprobe.mcp_server.session import SessionOptions, ToolSession
 from lockprobe.studies.study import Study
@@ -27,14 +27,14 @@ from lockprobe.terminal_text import printable
 
 __all__ = ["mcp", "records_directory"]
 
-_NAME = "The agent's name in the records: mcp:NAME. Another model or program gets another name."
-_OUT = "Directory of the records, outside of the working directory (~/.local/share/lockprobe/STUDY)."
+_NAME = "The agent's name in the records: mcp:NAME. Use a different name for each model or program."
+_OUT = "Directory of the records, outside the working directory (~/.local/share/lockprobe/STUDY)."
 _TRANSPORT = "stdio: the client starts this command; http: clients connect to an address on this machine."
 _ISOLATION = (
-    "checked: refuse a client that could read the records; declared: you say that it has no way to them; "
-    "none: it could, and plays. Every record says which."
+    "checked: refuse a client that could read the records; declared: you state that it cannot read them; "
+    "none: it may be able to. Every record says which."
 )
-_USER = "The user as whom an HTTP client runs, by name or number, for --isolation checked."
+_USER = "The user, by name or number, that an HTTP client runs as; for --isolation checked."
 _EACH = "The most trials of one connection (any number)."
 _AS_JSON = "With --transport http, one JSON object: url, token, directory."
 
@@ -49,7 +49,7 @@ def mcp(
     agent_name: Annotated[str, typer.Option(metavar="NAME", help=_NAME)] = "agent",
     out: Annotated[Path | None, typer.Option(metavar="DIR", help=_OUT)] = None,
     transport: TransportOption = "stdio",
-    port: Annotated[int, typer.Option(min=0, max=65535, help="The port with http; 0 for any that is free.")] = 8766,
+    port: Annotated[int, typer.Option(min=0, max=65535, help="The port for http; 0 for any free one.")] = 8766,
     isolation: IsolationOption = "checked",
     client_user: Annotated[str | None, typer.Option(metavar="USER", help=_USER)] = None,
     trials_each: Annotated[int | None, typer.Option(min=1, metavar="N", help=_EACH)] = None,
@@ -57,18 +57,18 @@ def mcp(
 ) -> None:
     """Let an agent with tools play a study: it calls begin, attempt and observe over the Model Context Protocol.
 
-    Every trial is an ordinary record of the agent mcp:NAME, with the same luck as any other agent's. The same command
-    again goes on; a trial under way goes on at its step. lockprobe status and report read the directory.
+    Every trial is an ordinary record of the agent mcp:NAME, with the same luck as for any other agent. The same command
+    resumes the study; an unfinished trial continues at its step. lockprobe status and report read the directory.
     """
     if find_spec("mcp") is None or find_spec("uvicorn") is None:
         raise Missing("lockprobe mcp needs the package mcp", "pip install 'lockprobe[mcp]'")
     if client_user is not None and transport == "stdio":
-        raise BadValue("client-user", client_user, "--transport http with it: over stdio the client is known")
+        raise Conflict("--client-user", "--transport stdio", "over stdio the client's user is known")
     agent = client_spec(agent_name)
     request = read_options_file(Path(what)) if what.endswith(".toml") else StudyOptions(study=what)
     planned = study(request, **{**asked, "agent": [agent]})
     if planned.attended:
-        raise BadValue("plant", planned.plant, "one that asks nothing at the terminal, which the client has")
+        raise BadValue("plant", planned.plant, "a plant that asks nothing at the terminal, which the client uses")
     directory = out or records_directory(planned)
     over_http = None if client_user is None else named_client(client_user)
     client = client_of_stdio() if transport == "stdio" else over_http
@@ -84,16 +84,16 @@ def mcp(
 
 
 def records_directory(planned: Study) -> Path:
-    """Where the records of a study lie if nothing else is asked for: outside of any project."""
+    """The default directory for the records of a study, outside any project."""
     data = Path(os.environ.get("XDG_DATA_HOME") or Path.home() / ".local" / "share")
     return data / "lockprobe" / f"{planned.name}-{planned.identity}"
 
 
 def _token() -> str:
-    """The token of HTTP clients: that of the environment, or a new one.
+    """The token of HTTP clients, from the environment or new.
 
     Raises:
-        BadValue: If that of the environment is too easy to guess.
+        BadValue: If the token from the environment is too easy to guess.
     """
     from lockprobe.mcp_server.http import TOKEN, check_token
 
@@ -129,6 +129,6 @@ def _announce(url: str, token: str, directory: Path, *, json: bool) -> None:
         f"Address  {url}",
         f"Token    {f'that of {TOKEN}' if os.environ.get(TOKEN) else token}",
         f"Kept in  {directory}",
-        "Ctrl-C ends; the same command goes on.",
+        "Ctrl-C stops; the same command resumes.",
     )
     print("\n".join(map(printable, lines)), flush=True)

@@ -23,14 +23,15 @@ __all__ = ["measures"]
 
 def measures(
     directory: Annotated[
-        Path | None, typer.Argument(metavar="[DIR]", help="The directory of a study; without it they are listed.")
+        Path | None,
+        typer.Argument(metavar="[DIR]", help="The directory of a study; without it, the measures are listed."),
     ] = None,
     measure: Annotated[
-        list[str] | None, typer.Option(help="Only this one, or python:module:name; may be repeated.")
+        list[str] | None, typer.Option(help="Only this measure, or python:module:name; may be repeated.")
     ] = None,
     json: AsJson = False,
 ) -> None:
-    """What can be measured of a trial; with a study, the mean of each under every condition, with a 95 % interval."""
+    """List the measures of a trial, or print a study's means of them for every condition, with 95 % intervals."""
     from lockprobe.analysis.measures import MEASURES, find_measure, measured
 
     chosen = [find_measure(spec) for spec in measure or MEASURES]

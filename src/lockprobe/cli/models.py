@@ -14,14 +14,14 @@ from lockprobe.agents.llm.settings import read_settings
 
 __all__ = ["list_models", "models", "pull", "show"]
 
-AsJson = Annotated[bool, typer.Option("--json", help="One JSON object a line.")]
+AsJson = Annotated[bool, typer.Option("--json", help="One JSON object per line.")]
 
 models = typer.Typer(invoke_without_command=True)
 
 
 @models.callback()
 def list_models(context: typer.Context, json: AsJson = False) -> None:
-    """The language models that can play without a key, and which of them are here."""
+    """List the language models that can play without a key, and say which are installed."""
     if context.invoked_subcommand is not None:
         return
     for model in weights.KNOWN.values():
@@ -41,29 +41,29 @@ def list_models(context: typer.Context, json: AsJson = False) -> None:
                 )
             )
         else:
-            where = str(path) if path else f"not here; lockprobe models pull {model.name}"
+            where = str(path) if path else f"not installed; lockprobe models pull {model.name} downloads it"
             print(f"{model.name}  {model.quantisation}, {model.megabytes} MB  {model.spec}\n  {where}")
 
 
 @models.command("pull")
 def pull(name: Annotated[str, typer.Argument(help="Name from `lockprobe models`.")]) -> None:
-    """Fetch a model's file from its publisher, checked by its hash."""
+    """Download a model's file from its publisher and check its hash."""
     print(weights.pull(name))
 
 
 @models.command("show")
 def show(
-    spec: Annotated[str, typer.Argument(help="As --agent takes it, for example llm:openai/o3?effort=low.")],
+    spec: Annotated[str, typer.Argument(help="A spec as for --agent, for example llm:openai/o3?effort=low.")],
     json: AsJson = False,
 ) -> None:
-    """What is known of a hosted model, and what it would be sent. No key is needed, and nothing is asked."""
+    """Show the known facts of a hosted model and the options sent to it. This needs no key and makes no call."""
     name, settings = read_settings(spec)
     facts = facts_of(name)
     known = {what: value for what, value in asdict(facts).items() if what != "known"}
     if json:
         print(json_.dumps({"model": name, "known": facts.known, "facts": known, "sent": settings.sent(facts)}))
         return
-    print(name if facts.known else f"{name}: nothing is known of it; it is asked like this all the same")
+    print(name if facts.known else f"{name}: no facts are known; requests are sent as below")
     for title, found in (("sent", settings.sent(facts)), ("known", known if facts.known else {})):
         for what, value in found.items():
             print(f"  {title:5}  {what:14}  {_in_words(value)}")

@@ -1,4 +1,4 @@
-"""``lockprobe play``: a person plays one trial at a terminal by keys, then sees what was true."""
+"""``lockprobe play``: a person plays one trial at a terminal with keys, then sees the truth."""
 
 from __future__ import annotations
 
@@ -42,13 +42,13 @@ from lockprobe.trial_json import trial_to_json
 __all__ = ["Ended", "Keys", "Left", "Person", "ViewKind", "play", "relabelled", "tell"]
 
 ViewKind = Literal["text", "panel"]
-"""How reports are shown: in words as models read them, or drawn from what is told."""
+"""How reports are shown: in words as models read them, or as a drawing."""
 
 OTHERS = ("ideal-observer", "human-inspired", "random")
-"""Who plays the same trial afterwards."""
+"""The strategies that play the same trial afterwards."""
 
 _SEEDS = 10_000
-"""A seed that nobody asked for is one of so many."""
+"""The number of seeds from which a seed is drawn if none is given."""
 
 
 def play(
@@ -69,7 +69,7 @@ def play(
         Path | None, typer.Option(metavar="FILE.jsonl", help="Append the trial to this file, as studies record it.")
     ] = None,
 ) -> None:
-    """Play a trial yourself, with keys: the same box, reports and budget as any agent; then see what was true."""
+    """Play a trial yourself, with keys: the same box, reports and budget as any agent; then see the truth."""
     seed = secrets.randbelow(_SEEDS) if seed is None else seed
     if record is not None:
         _check_record(record)
@@ -84,10 +84,10 @@ def play(
     try:
         trial = _played(plan, view, screen)
     except Ended:
-        screen.say("The input ended before the trial did; nothing is kept.")
+        screen.say("The input ended before the trial; nothing is saved.")
         raise typer.Exit(1) from None
     except Left:
-        screen.say("Stopped; nothing is kept.")
+        screen.say("Stopped; nothing is saved.")
         return
     except KeyboardInterrupt:
         screen.say()
@@ -101,7 +101,7 @@ def play(
 
 
 def _played(plan: Plan, view: ViewKind, screen: Screen) -> Trial:
-    """Play the trial. It avoids asyncio.run, which would hold back Ctrl-C while a key is awaited."""
+    """Play the trial without asyncio.run, which would delay Ctrl-C during the wait for a key."""
     loop = asyncio.new_event_loop()
     try:
         with Keys() as keys:
@@ -112,7 +112,7 @@ def _played(plan: Plan, view: ViewKind, screen: Screen) -> Trial:
 
 
 def _of(spec: str, asked: TrialOptions) -> Trial | None:
-    """A strategy in the same trial; None if the box is too large for it."""
+    """The same trial played by a strategy; None if the box is too large for it."""
     try:
         player: TrialOptions = {**asked, "agent": spec}
         return run_trial(**player)
@@ -121,7 +121,7 @@ def _of(spec: str, asked: TrialOptions) -> Trial | None:
 
 
 def _check_record(path: Path) -> None:
-    """Refuse a file that cannot be appended to after the trial; create none."""
+    """Refuse a file that cannot be appended to, before the trial; create no file."""
     if not path.absolute().parent.is_dir():
         raise BadFile(path, "its directory does not exist")
     check_regular(path)
@@ -145,7 +145,7 @@ _WORDS = {True: "moved", False: "did not move", None: "nothing"}
 
 
 def relabelled(box: Lockbox, labels: tuple[str, ...]) -> Lockbox:
-    """The same box with its joints called by the labels that its player knew, in panel order."""
+    """The same box with its joints named by the labels that the player knew, in panel order."""
     names = dict(zip(box.names, labels, strict=True))
     return replace(
         box,
@@ -159,9 +159,9 @@ def relabelled(box: Lockbox, labels: tuple[str, ...]) -> Lockbox:
 
 
 def tell(screen: Screen, trial: Trial, box: Lockbox, others: dict[str, Trial | None]) -> None:
-    """Print everything that the player could not know.
+    """Print the hidden truth of a trial: real outcomes, interlock, and the results of others.
 
-    ``others`` are strategies in the same trial, by spec; None for one that cannot play this box.
+    ``others`` are the results of strategies in the same trial, by spec; None if one cannot play this box.
     """
     steps = len(trial.steps)
     screen.say()
@@ -172,11 +172,11 @@ def tell(screen: Screen, trial: Trial, box: Lockbox, others: dict[str, Trial | N
     screen.say()
     _story(screen, trial)
     screen.say()
-    screen.say("What locks what", "bold")
+    screen.say("The interlock", "bold")
     for line in interlock_lines(relabelled(box, trial.labels)):
         screen.say("  " + line)
     screen.say()
-    screen.say(f"The same trial of others: same labels, same false reports (seed {trial.seed})", "bold")
+    screen.say(f"The same trial played by strategies: same labels, same false reports (seed {trial.seed})", "bold")
     for who, how in _standing(trial, box, others):
         screen.say(f"  {who:24} {how}")
     curve = random_curve(box, trial.budget)
@@ -203,13 +203,13 @@ def _story(screen: Screen, trial: Trial) -> None:
     if asked:
         pairs = list(zip(trial.steps, said, strict=True))[:-1]
         right = sum((claimed == "moved") == step.moved for step, claimed in pairs)
-        screen.say(f"What you said of your actions was true {right} of {len(pairs)} times.")
+        screen.say(f"Your statements about your actions were true {right} of {len(pairs)} times.")
 
 
 def _standing(trial: Trial, box: Lockbox, others: dict[str, Trial | None]) -> Iterator[tuple[str, str]]:
     yield "you", _ending(trial)
     for spec, played in others.items():
-        yield spec, "cannot think through a box of this size" if played is None else _ending(played)
+        yield spec, "cannot plan for a box of this size" if played is None else _ending(played)
     fewest = optimum(box)
     yield "fewest possible", "cannot be opened" if fewest is None else _steps(fewest)
 
@@ -231,15 +231,15 @@ _CLAIMS: dict[str, Outcome] = {"M": "moved", "N": "blocked"}
 
 
 class Left(LockprobeError):
-    """Raised when the person stops in the middle of a trial."""
+    """Raised when the person stops during a trial."""
 
 
 class Ended(Left):
-    """Raised when the input ends in the middle of a trial."""
+    """Raised when the input ends during a trial."""
 
 
 class Person:
-    """Asks at every step. The panel of ``box`` is shown, not its interlock.
+    """The person at the terminal as an agent. It sees the panel of ``box``, not its interlock.
 
     ``labels`` are in panel order.
     """
@@ -250,7 +250,7 @@ class Person:
 
     @property
     def facts(self) -> Mapping[str, Fact]:
-        """How it was played."""
+        """The facts of how the trial was played."""
         return {"view": self._view, "page": "terminal"}
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
@@ -305,24 +305,24 @@ class Person:
             elif key in choices:
                 return key
             else:
-                self._screen.say(f"Not a choice here; press {', '.join(choices)}, ? for help, q to stop.", "yellow")
+                self._screen.say(f"Unknown key; press {', '.join(choices)}, ? for help, q to stop.", "yellow")
 
 
 _END = "\x04"
-"""Ctrl-D, as a terminal sends it."""
+"""The character that a terminal sends for Ctrl-D."""
 
 _SEQUENCE = re.compile(r"\x1b(?:\[[0-?]*[ -/]*[@-~]?|O?.?)", re.DOTALL)
-"""What arrows and the like send; they choose nothing."""
+"""An escape sequence, as arrow keys send it; it is ignored."""
 
 _PATIENCE = 0.02
-"""Seconds in which the rest of an arrow key or the like comes."""
+"""Seconds to wait for the rest of an escape sequence."""
 
 _HEED = 0.2
-"""Seconds after which Ctrl-C is heeded where it came just before the wait for a key: such a wait is not interrupted."""
+"""Seconds between checks for a Ctrl-C that came just before the wait for a key and did not interrupt it."""
 
 
 class Keys:
-    """Standard input as keys, while it is open. On exit the terminal gets its settings back."""
+    """Reads keys from standard input. On exit it restores the terminal's settings."""
 
     def __init__(self) -> None:
         self._terminal = sys.stdin.fileno() if sys.stdin is not None and sys.stdin.isatty() else None
@@ -342,7 +342,7 @@ class Keys:
             termios.tcsetattr(self._terminal, termios.TCSADRAIN, self._before)  # type: ignore[arg-type] # what was got
 
     def next(self) -> str | None:
-        """The next key in capitals; of a line its first character. None at the end of input and for Ctrl-D."""
+        """The next key, or the first character of a line, as a capital. None at the end of input and for Ctrl-D."""
         if self._terminal is not None:
             return self._press(self._terminal)
         for line in sys.stdin or ():

@@ -1,4 +1,4 @@
-"""Prints tables and lines for people: tables cut no number, lines fit the terminal."""
+"""Prints tables and lines for people: tables truncate no number, and lines fit the terminal."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from lockprobe.terminal_text import printable
 __all__ = ["Screen", "fit_columns", "new_table", "plain_console", "print_table", "time_left"]
 
 _UNBOUNDED = 10_000
-"""Columns where there is no terminal: a line is as long as it has to be."""
+"""Columns of output that does not go to a terminal: lines are not wrapped."""
 
 _GAP = 2
 """Spaces between two columns."""
@@ -51,7 +51,7 @@ def print_table(table: Table, file: IO[str] | None = None) -> None:
 
 
 def fit_columns(table: Table, width: int) -> None:
-    """Set the widths of the columns: the widest shrink first, until the table fits or words would be cut."""
+    """Set the widths of the columns: the widest shrink first, until the table fits or a word would be cut."""
     texts = [[Text.from_markup(str(cell)).plain for cell in (one.header, *one.cells)] for one in table.columns]
     least = [max((len(word) for text in cells for word in text.split()), default=1) for cells in texts]
     widths = [max((len(line) for text in cells for line in text.splitlines()), default=1) for cells in texts]
@@ -65,7 +65,7 @@ def fit_columns(table: Table, width: int) -> None:
 
 
 class Screen:
-    """Standard output. Colours only on a terminal, and none where ``NO_COLOR`` is set."""
+    """Standard output, with colours only on a terminal and without ``NO_COLOR``."""
 
     def __init__(self) -> None:
         self._console = Console(highlight=False, soft_wrap=True)
@@ -82,7 +82,7 @@ class Screen:
 
 
 def time_left(noun: str) -> Callable[[int, int], None]:
-    """Plain lines on standard error, at most one in two seconds, none if all is done sooner."""
+    """Print the time left on standard error, at most one line every two seconds, and none for short work."""
     began = last = time.monotonic()
 
     def tell(done: int, of: int) -> None:

@@ -28,18 +28,18 @@ _PATIENCE = 2.0
 
 def replay(
     directory: Annotated[Path, typer.Argument(metavar="DIR", help="The directory of a study.")],
-    key: Annotated[str, typer.Argument(help="Key of a trial, or the start or end of one.")],
+    key: Annotated[str, typer.Argument(help="Key of a trial, or its beginning or end.")],
     out: Annotated[
         Path | None,
         typer.Option(help="Make a film: FILE.gif, FILE.mp4, or a directory for single pictures."),
     ] = None,
     seen: Annotated[
-        bool, typer.Option("--seen", help="The film is what the agent saw: the pictures kept with the study.")
+        bool, typer.Option("--seen", help="Film the pictures that the agent saw, from the study's directory.")
     ] = False,
-    speed: Annotated[int, typer.Option(min=1, max=FASTEST, help="How many times faster a robot is shown.")] = 1,
-    json: Annotated[bool, typer.Option("--json", help="One JSON object a step, or one of the film.")] = False,
+    speed: Annotated[int, typer.Option(min=1, max=FASTEST, help="Playback speed of a robot.")] = 1,
+    json: Annotated[bool, typer.Option("--json", help="One JSON object per step, or one for the film.")] = False,
 ) -> None:
-    """A finished trial, step by step, truth and report; with --out as a film."""
+    """Show a finished trial step by step, truth and report, or with --out as a film."""
     trials = load(directory)
     found = [t for t in trials if t.key == key] or [t for t in trials if t.key.startswith(key) or t.key.endswith(key)]
     if not found:
@@ -47,7 +47,7 @@ def replay(
     trial = found[0]
     if out is None:
         if seen:
-            raise BadValue("--seen", "no --out", "--out FILE.gif beside it")
+            raise BadValue("--out", None, "FILE.gif, FILE.mp4 or a directory, because of --seen")
         for line in _story(trial, json=json):
             print(printable(line))
         return
@@ -58,15 +58,15 @@ def replay(
         try:
             film = film_trial(trial, plan_of(study, trial), out, speed=speed, tell=_Progress())
         except TrialFault as fault:
-            raise UserMistake(f"the trial breaks when it is played again, so there is no film ({fault})") from None
+            raise UserMistake(f"no film: the trial breaks when it is played again ({fault})") from None
         if film.plant == STAND_IN != study.plant:
             why = "The trial was played without physics" if study.plant == "symbolic" else f"{study.plant} has no film"
-            print(f"{why}; this is a fast-twin of the same box.", file=sys.stderr)
+            print(f"{why}; the film shows a fast-twin of the same box.", file=sys.stderr)
     _announce(film, trial, json=json)
 
 
 class _Progress:
-    """Prints a line when there was none for a while."""
+    """Prints a line of progress at most every few seconds."""
 
     def __init__(self) -> None:
         self._last = time.monotonic()

@@ -20,17 +20,17 @@ from lockprobe.studies.suites import is_suite
 
 __all__ = ["report"]
 
-_WATCH = "Write it again while the study runs, until all planned trials are finished or Ctrl-C."
+_WATCH = "Update the report while the study runs, until all planned trials are finished or Ctrl-C."
 
 Directory = Annotated[Path, typer.Argument(metavar="DIR", help="The directory of a study or a suite.")]
 Watch = Annotated[bool, typer.Option("--watch", help=_WATCH)]
-AsJson = Annotated[bool, typer.Option("--json", help="One JSON object; with --watch one for each report, in a line.")]
+AsJson = Annotated[bool, typer.Option("--json", help="One JSON object; with --watch one line per report.")]
 
 
 def report(directory: Directory, watch: Watch = False, cluster: options.ClusterAt = None, json: AsJson = False) -> None:
-    """Write results.json, report.html, figures/ and tables/ from the records; of a suite, suite.json and suite.html.
+    """Write results.json, report.html, figures/ and tables/ from the records; for a suite, suite.json and suite.html.
 
-    With --cluster, a large report is computed and drawn there.
+    With --cluster, the cluster computes and draws a large report.
     """
     if is_suite(directory):
         if watch or cluster is not None:

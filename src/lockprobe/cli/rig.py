@@ -13,7 +13,7 @@ import typer
 
 from lockprobe.cli.rig_calibrate import calibrate
 from lockprobe.cli.rig_tags import tags
-from lockprobe.errors import BadValue, PlantFault, UserMistake, needing
+from lockprobe.errors import BadValue, Conflict, PlantFault, UserMistake, needing
 from lockprobe.lockbox.families import DEFAULT_BOX
 from lockprobe.lockbox.families import find_box as find
 from lockprobe.plants.rehearsal_settings import RehearsalRung
@@ -40,20 +40,20 @@ AsJson = Annotated[bool, typer.Option("--json", help="One JSON object.")]
 ArmKind = Literal["fr3", "panda", "wire"]
 
 NOT_GOOD = 1
-"""The exit status where an arm or a rehearsal is not good enough."""
+"""The exit status if an arm or a rehearsal is not good enough."""
 
 
 @app.command()
 def rehearse(
-    rung: Annotated[RehearsalRung, typer.Option(help="scripted, twin or wire: how real it is.")] = "scripted",
+    rung: Annotated[RehearsalRung, typer.Option(help="How realistic the arm is: scripted, twin or wire.")] = "scripted",
     box: Annotated[str, typer.Option(help="A box by name, random-N-SEED, or a TOML file.")] = DEFAULT_BOX,
     attempts: Annotated[int, typer.Option(min=1, max=10_000, help="Random attempts.")] = 20,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the attempts; all rungs make the same.")] = 1,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the attempts, the same on all rungs.")] = 1,
     json: AsJson = False,
 ) -> None:
-    """Attempt random joints without a robot, with everything but the robot, and compare verdicts with the rules.
+    """Rehearse random attempts with all software but without a robot, and compare the verdicts with the rules.
 
-    wire needs lockprobe[wire]; an attempt takes about 6 seconds there. Exit status 1: a verdict was wrong.
+    wire needs lockprobe[wire], and an attempt takes about 6 seconds. Exit status 1: a verdict was wrong.
     """
     from lockprobe.plants.hardware.rehearsal import rehearse as rehearsed
 
@@ -66,15 +66,15 @@ def rehearse(
 
 @app.command("dry-run")
 def dry_run(
-    plant: Annotated[str, typer.Option(help="rig?rung=scripted|twin|wire, or python:MODULE:NAME, your rig.")] = _TWIN,
+    plant: Annotated[str, typer.Option(help="rig?rung=scripted|twin|wire, or your rig as python:MODULE:NAME.")] = _TWIN,
     box: Annotated[str, typer.Option(help="A box by name, random-N-SEED, or a TOML file.")] = DEFAULT_BOX,
-    height: Annotated[float, typer.Option(help="Above the handles, metres, from 0.05 to 0.3.")] = 0.1,
+    height: Annotated[float, typer.Option(help="Height above the handles, metres, from 0.05 to 0.3.")] = 0.1,
     json: AsJson = False,
 ) -> None:
-    """Make every joint's motion above the board, in both directions, and touch nothing.
+    """Make every joint's motion above the board, in both directions, without touching it.
 
-    The operator has to agree first. A force of 10 N, or a hand that sinks, stops the arm. Exit status 1: a motion did
-    not go as in free air.
+    The operator has to agree first. A force of 10 N or a sinking hand stops the arm. Exit status 1: a motion was
+    not free.
     """
     import numpy as np
 
@@ -87,7 +87,7 @@ def dry_run(
         rig = call_driver("the rig", lambda: source.make(asked, asked.names, np.random.default_rng(0)))
         try:
             if not isinstance(rig, Rig):
-                raise BadValue("plant", plant, "a rig: rig?rung=scripted|twin|wire, or python:MODULE:NAME of yours")
+                raise BadValue("plant", plant, "rig?rung=scripted|twin|wire, or your rig as python:MODULE:NAME")
             found = rig.dry_run(height, (lambda made: None) if json else _tell_motion)
         finally:
             rig.close()
@@ -106,12 +106,14 @@ def check(
     commands: Annotated[int, typer.Option(min=10, max=100_000, help="Commands, 10 ms each.")] = 500,
     json: AsJson = False,
 ) -> None:
-    """Hold an arm where it is, and measure success rate and latency of commands before anything moves.
+    """Hold an arm in place, and measure success rate and latency of commands before anything moves.
 
-    The arm is switched on but not told to go anywhere. Exit status 1: it is not good enough to move.
+    The arm is switched on but gets no motion command. Exit status 1: the connection is not good enough to move.
     """
     if bool(host) == (arm == "wire"):
-        raise BadValue("host", host, "none with wire" if host else f"the address of the robot with --arm {arm}")
+        if host:
+            raise Conflict("--host", "--arm wire", "the simulated robot runs here")
+        raise BadValue("--host", host, f"the address of the robot for --arm {arm}")
     from lockprobe.plants.hardware.arm_check import check_arm
     from lockprobe.plants.hardware.bounds import Bounded
     from lockprobe.plants.hardware.rehearsal import BOUNDS
@@ -137,7 +139,7 @@ def check(
 
 
 def _open(arm: ArmKind, host: str) -> tuple[StoppableArm, Callable[[], None]]:
-    """An arm, and what lets go of it."""
+    """An arm, and the function that releases it."""
     from lockprobe.plants.hardware.driver_call import call_driver
 
     if arm == "wire":
@@ -161,7 +163,7 @@ def _open(arm: ArmKind, host: str) -> tuple[StoppableArm, Callable[[], None]]:
 
 @contextmanager
 def _fault_in_one_line() -> Iterator[None]:
-    """What breaks in a device is a user's matter here: no trial is played that could end as an error."""
+    """Report a fault of a device as a user's mistake, because no trial runs that could end as an error."""
     try:
         yield
     except PlantFault as fault:
@@ -187,7 +189,7 @@ def _lines(found: Rehearsal) -> list[str]:
     faults = sum(bool(one.fault) for one in found.attempts)
     lines = [
         f"Rung: {found.rung}, {RUNGS[found.rung]}{''.join(f'; {value}' for value in found.facts.values())}",
-        f"As the rules: {found.right} of {len(found.attempts)} attempts on {found.box}; {faults} faults",
+        f"Agrees with the rules: {found.right} of {len(found.attempts)} attempts on {found.box}; {faults} faults",
         f"Late commands: {found.commands_late}",
     ]
     if found.figures:
@@ -205,14 +207,14 @@ def _dry(found: DryRun) -> list[str]:
     facts, late, right = found.facts, found.facts["late_commands"], len(found.motions) - len(found.complaints)
     force = max(one.force for one in found.motions)
     return [
-        f"Rung: {found.rung}, {1000 * found.height:g} mm above the handles of {found.box}; the arm: {facts['rung']}",
-        f"As in free air: {right} of {len(found.motions)} motions; greatest force {force:.1f} N; {late} late commands",
+        f"Rung: {found.rung}, {1000 * found.height:g} mm above the handles of {found.box}; arm: {facts['rung']}",
+        f"Free: {right} of {len(found.motions)} motions; greatest force {force:.1f} N; {late} late commands",
         *(f"Not good enough: {complaint}." for complaint in found.complaints),
     ]
 
 
 def _checked(found: ArmCheck) -> list[str]:
-    rate = "not told by this arm" if found.success_rate is None else f"{found.success_rate:.1%}"
+    rate = "not reported by this arm" if found.success_rate is None else f"{found.success_rate:.1%}"
     median, most, longest = (f"{1000 * seconds:.1f}" for seconds in found.latency)
     lines = [
         f"Commands: {found.commands}, every {1000 * found.period:g} ms; {found.late} late",

@@ -1,4 +1,4 @@
-"""``lockprobe rig calibrate``: where a robot's camera and board are, from pictures of tags."""
+"""``lockprobe rig calibrate``: calibrates a robot's camera and board from pictures of tags."""
 
 from __future__ import annotations
 
@@ -18,24 +18,22 @@ if TYPE_CHECKING:
 __all__ = ["calibrate"]
 
 _SMALLEST, _LARGEST = 10.0, 200.0
-"""Sides of a printed tag that are believed, millimetres."""
+"""Accepted sides of a printed tag, millimetres."""
 
 
 def calibrate(
     folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Pictures and views.json (docs/calibration.md).")],
-    box: Annotated[
-        str, typer.Option(metavar="NAME|FILE", help="The box whose board is in the pictures.")
-    ] = DEFAULT_BOX,
+    box: Annotated[str, typer.Option(metavar="NAME|FILE", help="The box on the board in the pictures.")] = DEFAULT_BOX,
     method: Annotated[str, typer.Option(help="park, tsai, horaud or daniilidis.")] = "park",
     tag_size: Annotated[
-        float | None, typer.Option(metavar="MM", help="Side of a printed tag's black square; left out: as drawn.")
+        float | None, typer.Option(metavar="MM", help="Measured side of a printed tag's black square (as drawn).")
     ] = None,
     out: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="The result; left out: FOLDER/calibration.json.")
+        Path | None, typer.Option(metavar="FILE", help="File for the result (FOLDER/calibration.json).")
     ] = None,
     json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")] = False,
 ) -> None:
-    """Where a camera is in the hand that carries it, and the board in the robot's base, from pictures of tags."""
+    """Find the pose of the camera in the hand and of the board in the robot's base, from pictures of tags."""
     from lockprobe.plants.calibration import calibrate as library
     from lockprobe.plants.calibration.calibration_file import write_calibration
     from lockprobe.plants.calibration.opencv import METHODS
@@ -69,7 +67,7 @@ def calibrate(
 
 
 def _tell(result: Calibration, path: Path, *, json: bool) -> None:
-    """What was found, with its errors; a warning if no study would use it."""
+    """Print the calibration with its errors, and a warning if a study would refuse it."""
     from lockprobe.plants.calibration.calibration_file import TOLERATED_MM
 
     errors, views = result.errors, len(result.used) + len(result.refused)

@@ -1,4 +1,4 @@
-"""``lockprobe rig tags``: a sheet of AprilTags to print."""
+"""``lockprobe rig tags``: writes a sheet of AprilTags to print."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ __all__ = ["tags"]
 
 
 def tags(
-    out: Annotated[Path, typer.Option(metavar="FILE", help="The sheet: .pdf or .svg.")] = Path("tags.pdf"),
+    out: Annotated[Path, typer.Option(metavar="FILE", help="File for the sheet (.pdf, .svg).")] = Path("tags.pdf"),
 ) -> None:
-    """A sheet of A4 with the AprilTags of a board in true scale."""
+    """Write an A4 sheet with the AprilTags of a board, in true scale."""
     form = out.suffix.removeprefix(".")
     if form not in ("pdf", "svg"):
-        raise BadValue("--out", str(out), "a file that ends in .pdf or .svg")
+        raise BadValue("--out", str(out), "a file name that ends in .pdf or .svg")
     from lockprobe.plants.calibration.opencv import tag_bits
     from lockprobe.plants.scene.tag_layout import NUMBERS, TAG_SIDE
 

@@ -1,4 +1,4 @@
-"""Plays a study of a command from its estimate to its report, with exit statuses."""
+"""Plays a study from its estimate to its report, and returns the exit status."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ from lockprobe.terminal_text import printable
 __all__ = ["ALL_BROKE", "BUDGET_REACHED", "NO_VALID_TRIAL", "allowed_budget", "play_study"]
 
 ALL_BROKE = 1
-"""The exit status where trials were played, and something outside their agents broke every one."""
+"""The exit status if faults outside the agents broke every trial of the run."""
 
 NO_VALID_TRIAL = 1
-"""The exit status where every trial of a condition ended as an error."""
+"""The exit status if every trial of a condition ended as an error."""
 
 BUDGET_REACHED = 3
-"""The exit status where a budget ended a study before its last trial."""
+"""The exit status if the budget ended a study before its last trial."""
 
 
 def play_study(
@@ -48,17 +48,17 @@ def play_study(
     report: bool | None = True,
     json: bool = False,
 ) -> int:
-    """Play what a study owes, and write its report; its exit status.
+    """Play the trials that a study owes, write its report, and return the exit status.
 
     Args:
         planned: The study.
-        directory: Where it is, or will be.
+        directory: The directory of the study, existing or new.
         limits: How much is played at once.
-        budget: What it may spend.
-        shard: The part of the trials that is played; None for all.
+        budget: The budget of the study.
+        shard: The part of the trials to play; None for all.
         again: Which finished trials are replayed; see ``lockprobe run --again``.
-        report: Whether its report is written meanwhile and at its end; None if it is part of something larger.
-        json: Whether events are printed as JSON.
+        report: Whether to write the report during and after the run; None if a suite reports the study.
+        json: Whether to print events as JSON.
     """
     status = 0
     with (
@@ -100,7 +100,7 @@ def _plans(planned: Study, shard: Shard | None) -> Callable[[str], Iterable[Plan
 
 
 def _failure(planned: Study, journal: Journal, observer: Plain) -> int:
-    """The exit status of a run that was not cut short: 0 unless trials that were played are of no use."""
+    """The exit status of a completed run: 0 unless every trial broke or a condition has no valid trial."""
     if observer.tally.broken_in_all and not observer.tally.ended_in_all:
         observer.broke()
         return ALL_BROKE
@@ -118,7 +118,7 @@ def _report(directory: Path, limits: Limits) -> Path:
 
 
 def allowed_budget(planned: Study, budget: float | None, directory: Path) -> Budget | None:
-    """The budget of a study, which has to suffice for one call where it begins."""
+    """The budget of a study. At the start it has to cover at least one call."""
     if budget is None:
         return None
     allowed = Budget(planned, budget)
@@ -129,5 +129,5 @@ def allowed_budget(planned: Study, budget: float | None, directory: Path) -> Bud
 
 
 def _owed(planned: Study, journal: Journal) -> int:
-    """Trials that are still to be played, but for those of people."""
+    """The trials still to be played, without those of people."""
     return sum(journal.owes(plan.key) for agent in planned.run_agents for plan in planned.plans(agent))

@@ -14,13 +14,13 @@ from lockprobe.inputs import LARGEST_INPUT
 __all__ = ["MOST_ACTIONS", "check_actions", "numbered_sequences", "read_sequences"]
 
 MOST_ACTIONS = 64
-"""As many as ``--actions`` can be."""
+"""The largest value of ``--actions``."""
 
 
 def numbered_sequences(file: str) -> list[tuple[int, tuple[str, ...]]]:
-    """The sequences in a file (``-``: standard input) with their line numbers.
+    """Read the sequences in a file (``-``: standard input) with their line numbers.
 
-    Empty lines hold none; they are counted in a line on standard error.
+    Empty lines are skipped, and their number is printed on standard error.
     """
     if not file:
         raise BadValue("file", file, "the name of a file, or - for standard input")
@@ -40,17 +40,17 @@ def numbered_sequences(file: str) -> list[tuple[int, tuple[str, ...]]]:
         lines.pop()
     found = [(number, sequence) for number, line in enumerate(lines, 1) if (sequence := parse_sequence(line))]
     if empty := len(lines) - len(found):
-        print(f"{empty} empty line{'s' * (empty > 1)} left out", file=sys.stderr)
+        print(f"{empty} empty line{'s' * (empty > 1)} skipped", file=sys.stderr)
     return found
 
 
 def read_sequences(file: str) -> list[tuple[str, ...]]:
-    """The same without numbers."""
+    """Read the sequences in a file without line numbers."""
     return [sequence for _, sequence in numbered_sequences(file)]
 
 
 def check_actions(file: str, where: str, seen: int, actions: int) -> None:
-    """Refuses sequences of more distinct actions than there are said to be."""
+    """Refuse sequences with more distinct actions than ``--actions``."""
     if seen > MOST_ACTIONS:
         raise BadFile(file, f"{where}: {seen} distinct actions, at most {MOST_ACTIONS} are possible")
     if seen > actions:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from lockprobe.cli import options
-from lockprobe.errors import BadFile, BadValue, Missing
+from lockprobe.errors import BadFile, BadValue, Conflict, Missing
 from lockprobe.export.downloads import downloads
 from lockprobe.inputs import read_input
 from lockprobe.people.assignment import conditions_of
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 __all__ = ["EXAMPLE", "serve"]
 
 EXAMPLE = Path(__file__).with_name("people.toml")
-"""How people take part, as a file to edit."""
+"""An example of people's settings, as a file to edit."""
 
 PLACEHOLDERS = {
     **{name: "{{%" + name + "%}}" for name in ("PROLIFIC_PID", "STUDY_ID", "SESSION_ID")},
@@ -46,13 +46,13 @@ PLACEHOLDERS = {
     "assignmentId": "${assignmentId}",
     "hitId": "${hitId}",
 }
-"""What recruitment platforms fill in, by the parameter that holds it: Prolific, SONA, MTurk."""
+"""The placeholders of recruitment platforms, by parameter: Prolific, SONA, MTurk."""
 
 _STUDY = "The study: a name, a file, or the directory of a study that people join."
 _PEOPLE = (
     "Settings for people (--write-people writes an example), or their number, or both; the number sets the trials."
 )
-_TEXTS = "The texts of the page: a shipped language, or a file; --write-texts writes an example."
+_TEXTS = "The texts of the page: a shipped language, or a file (--write-texts writes an example)."
 _EACH = "Boxes for each participant (each condition once)."
 _HOST = "Address to listen on. Any except loopback needs LOCKPROBE_ADMIN_TOKEN."
 _PUBLIC = "The public origin of a proxy, for example https://study.example.org."
@@ -68,11 +68,13 @@ Texts = Annotated[str | None, typer.Option(metavar="NAME|FILE.toml", help=_TEXTS
 View = Annotated[str | None, typer.Option(metavar="text|panel", help="How reports are shown.")]
 TrialsEach = Annotated[int | None, typer.Option(help=_EACH)]
 Host = Annotated[str, typer.Option(help=_HOST)]
-Port = Annotated[int, typer.Option(min=0, max=65535, help="The port; 0 for any that is free.")]
+Port = Annotated[int, typer.Option(min=0, max=65535, help="The port; 0 for any free one.")]
 Public = Annotated[str, typer.Option(metavar="ORIGIN", help=_PUBLIC)]
 Allowed = Annotated[list[str] | None, typer.Option("--allow-host", metavar="NAME", help=_ALLOWED)]
-WriteTexts = Annotated[Path | None, typer.Option(metavar="FILE.toml", help="Write the texts to edit, and exit.")]
-WritePeople = Annotated[Path | None, typer.Option(metavar="FILE.toml", help="Write an example to edit, and exit.")]
+WriteTexts = Annotated[Path | None, typer.Option(metavar="FILE.toml", help="Write a file of texts to edit, and exit.")]
+WritePeople = Annotated[
+    Path | None, typer.Option(metavar="FILE.toml", help="Write a file of settings for people to edit, and exit.")
+]
 AsJson = Annotated[bool, typer.Option("--json", help="One JSON object: url, admin_url, directory.")]
 
 
@@ -95,10 +97,10 @@ def serve(
     write_people: WritePeople = None,
     json: AsJson = False,
 ) -> None:
-    """Let people take part in a study, on a page in their browser. The same command again goes on.
+    """Let people take part in a study, on a page in their browser. The same command resumes the study.
 
-    They play the trials of the agent participant, together, each trial once; lockprobe run, report and export treat
-    them like any other agent's. Ctrl-C ends it; nobody loses what was done.
+    Together they play the trials of the agent participant, each trial once; lockprobe run, report and export treat
+    these like any other agent's. Ctrl-C stops the server; no progress is lost.
     """
     if write_texts or write_people:
         _write(write_texts, write_people, texts)
@@ -114,7 +116,7 @@ def serve(
     own = {key: value for key, value in own.items() if value is not None}
     planned, directory, experiment = _what(name, asked, file, own, out)
     if planned.attended:
-        raise BadValue("plant", planned.plant, "one that asks nothing at the terminal: several people play at once")
+        raise BadValue("plant", planned.plant, "a plant that asks nothing at the terminal: several people play at once")
     door = {"host": host, "port": port, "public": public_url.rstrip("/"), "allowed": tuple(allow_host or ())}
     _serve(planned, directory, experiment, door, json=json)
 
@@ -122,7 +124,7 @@ def serve(
 def _what(
     name: str, asked: Mapping[str, object], file: Path | None, own: Mapping[str, object], out: Path | None
 ) -> tuple[Study, Path, Experiment]:
-    """The study, its directory, and how people take part; trials are worked out from a number of people."""
+    """The study, its directory, and the settings for people. A number of people sets the number of trials."""
     planned, directory = _planned(name, asked, out)
     experiment = _experiment(file, own, directory)
     if isinstance(number := own.get("participants"), int) and not _is_directory(name):
@@ -160,7 +162,7 @@ def _serve(planned: Study, directory: Path, experiment: Experiment, door: Mappin
     )
     asyncio.run(opening)
     if not json:
-        print("Stopped. The same command goes on where everybody stood.")
+        print("Stopped. The same command resumes; everybody continues where they were.")
 
 
 def _announce(where: RunningServer, planned: Study, experiment: Experiment, words: Words, *, json: bool) -> None:
@@ -174,7 +176,7 @@ def _announce(where: RunningServer, planned: Study, experiment: Experiment, word
 
 
 def _study_url(url: str, experiment: Experiment) -> str:
-    """The address to paste into the recruitment platform, with its placeholders and the code with which one joins."""
+    """The address to paste into the recruitment platform, with its placeholders and the code to join."""
     parts = [f"{name}={PLACEHOLDERS.get(name, '…')}" for name in experiment.recruitment]
     if experiment.join_code:
         parts.append(f"{CODE}={experiment.join_code}")
@@ -182,17 +184,17 @@ def _study_url(url: str, experiment: Experiment) -> str:
 
 
 def _reminders(words: Words, experiment: Experiment) -> tuple[str, ...]:
-    """What the experimenter still has to do before people come."""
+    """Tasks left for the experimenter before people come."""
     found = []
     if any(words.consent == read_words(language).consent for language in LANGUAGES):
         found.append(
-            "The consent text is the one that ships: it names nobody who is responsible. "
-            "Edit a copy (lockprobe serve --write-texts mine.toml) and give --texts mine.toml."
+            "The shipped consent text names nobody as responsible. "
+            "Edit a copy (lockprobe serve --write-texts mine.toml) and use --texts mine.toml."
         )
     if not (experiment.join_code or experiment.require_id):
         found.append(
-            f"Whoever has the address can join, {experiment.joins_per_minute} a minute from one address "
-            "(joins_per_minute; a class behind one router is let in). "
+            f"Anyone with the link can join, up to {experiment.joins_per_minute} people per minute from one IP address "
+            "(joins_per_minute; enough for a class behind one router). "
             "--require-id or --join-code CODE keep others out."
         )
     return tuple(found)
@@ -201,7 +203,7 @@ def _reminders(words: Words, experiment: Experiment) -> tuple[str, ...]:
 def _told_at_the_start(
     study: Study, experiment: Experiment, words: Words, url: str, admin_url: str, directory: Path
 ) -> tuple[str, ...]:
-    """The lines that are printed when people can come."""
+    """The lines printed when people can join."""
     size = study.size // len(study.agents)
     own, given = url.rstrip("/") + "/", _study_url(url, experiment)
     return (
@@ -212,14 +214,14 @@ def _told_at_the_start(
         f"Admin         {admin_url}",
         f"Kept in       {directory}",
         *(f"Note          {line}" for line in _reminders(words, experiment)),
-        "Ctrl-C ends; the same command goes on.",
+        "Ctrl-C stops; the same command resumes.",
     )
 
 
 def _named(name: str | None) -> str:
     if not name:
         known = f"one of {', '.join(STUDIES)}, FILE.toml, or the directory of a study"
-        raise BadValue("study", "nothing" if name is None else name, known)
+        raise BadValue("study", name, known)
     return name
 
 
@@ -229,7 +231,7 @@ def _planned(name: str, asked: Mapping[str, object], out: Path | None) -> tuple[
     if _is_directory(name):
         if asked or out is not None:
             given = ", ".join("--" + key.replace("_", "-") for key in (*asked, *(["out"] if out else [])))
-            raise BadValue("study", name, f"no {given} beside the directory of a study: its settings are as they are")
+            raise Conflict(given, f"the directory {name}", "its study already has its settings")
         there = read_study(directory)
         return replace(there, agents=_with_people(there.agents)), directory
     request = read_options_file(Path(name)) if name.endswith(".toml") else StudyOptions(study=name)
@@ -253,7 +255,7 @@ def _people(given: list[str]) -> tuple[Path | None, int | None]:
 def _enough_trials(
     planned: Study, asked: Mapping[str, object], experiment: Experiment, people: int
 ) -> Mapping[str, object]:
-    """Trials and repetitions that make places for this many people, unless trials were asked for; p stays as it is."""
+    """Trials and repetitions with places for this many people, unless the user set trials; p stays as it is."""
     if "trials" in asked:
         return {}
     repetitions = planned.repetitions if "repetitions" in asked else 1
@@ -266,7 +268,7 @@ def _with_people(agents: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def _experiment(path: Path | None, asked: Mapping[str, object], directory: Path) -> Experiment:
-    """How people take part: as asked for, or as they do already in this directory."""
+    """The settings for people: as given, or as stored in this directory."""
     kept = kept_experiment(directory)
     given = (kept or Experiment()) if path is None else read_experiment(path)
     if kept is not None and "device" not in given.model_fields_set:  # the file is of before there was this setting
@@ -286,6 +288,6 @@ def _write(texts: Path | None, people: Path | None, language: str | None) -> Non
 
 def _copy(source: Path, target: Path, option: str) -> None:
     if os.path.lexists(target):
-        raise BadFile(target, "is there already, and is not overwritten")
+        raise BadFile(target, "already exists, and is not overwritten")
     write_file(target, read_input(source))
-    print(f"Written: {target}. Edit it, and use it with: lockprobe serve STUDY {option} {target}")
+    print(f"Written: {target}. Edit it, then use it: lockprobe serve STUDY {option} {target}")

@@ -30,11 +30,11 @@ from lockprobe.terminal_text import printable
 __all__ = ["status"]
 
 Directory = Annotated[Path, typer.Argument(metavar="DIR", help="The directory of a study or a suite.")]
-AsJson = Annotated[bool, typer.Option("--json", help="One JSON object; of a suite one for each study, in a line.")]
+AsJson = Annotated[bool, typer.Option("--json", help="One JSON object; for a suite one line per study.")]
 
 
 def status(directory: Directory, json: AsJson = False) -> None:
-    """What is done, owed and failed (by boundary), what it took, and what it has cost; of a suite, study by study."""
+    """Show the progress, errors by boundary, time and cost of a study, or of each study of a suite."""
     if not is_suite(directory):
         _status(directory, json=json)
         return
@@ -110,7 +110,7 @@ def _took(directory: Path, trials: Sequence[Trial]) -> dict[str, object]:
 
 
 def _decided(directory: Path, trials: Sequence[Trial]) -> Iterator[Call]:
-    """Of trials that have no calls on disk, played elsewhere or before calls were kept, what their decisions say."""
+    """The recorded usage of trials without calls on disk: imported, or from before calls were stored."""
     known = {call.key for call in read_calls(directory)}
     for trial in trials:
         if trial.key in known:
@@ -163,16 +163,15 @@ def _lines(directory: Path, facts: Mapping[str, object]) -> Iterator[tuple[str, 
         yield "forks", f"{facts['forks']} done (lockprobe branch {directory})"
     if facts["in_progress"]:
         kept = f"{facts['in_progress_calls']} replies kept for them"
-        yield "open", f"{count(int(str(facts['in_progress'])), 'trial')} begun and not finished, {kept}"
+        yield "open", f"{count(int(str(facts['in_progress'])), 'trial')} unfinished, {kept}"
     if facts["unanswered_calls"]:
         number = int(str(facts["unanswered_calls"]))
-        which = "its way, or was when its run was" if number == 1 else "their way, or were when their run was"
-        yield "", f"{count(number, 'call')} on {which} killed"
+        yield "", f"{count(number, 'call')} in progress, or lost with a killed run"
     added = facts["added"]
     assert isinstance(added, dict)
     for agent, when in added.items():
         yield "added", f"{agent} at {when}"
-    yield "steps", f"{facts['steps']} in {facts['seconds_playing']} s of playing, trials side by side added up"
+    yield "steps", f"{facts['steps']} in {facts['seconds_playing']} s of playing, summed over parallel trials"
     if facts["pictures"]:
         yield "pictures", f"{facts['pictures']}"
     errors, first = facts["errors"], facts["first_errors"]
@@ -180,7 +179,7 @@ def _lines(directory: Path, facts: Mapping[str, object]) -> Iterator[tuple[str, 
     assert isinstance(first, dict)
     yield "errors", in_boundaries(errors) or "none"
     for boundary, message in sorted(first.items()):
-        yield "", f"first of {boundary}: {' '.join(message.split())[:200]}"
+        yield "", f"first at {boundary}: {' '.join(message.split())[:200]}"
 
 
 def _table(ledger: Ledger) -> list[tuple[str, ...]]:
@@ -216,11 +215,11 @@ def _about_calls(ledger: Ledger) -> Iterator[tuple[str, str]]:
         lost = f"{count(spent.broken_off, 'call')} broken off" if spent.broken_off else ""
         bare = f"{count(spent.uncounted, 'reply', 'replies')} without a count" if spent.uncounted else ""
         vain = f"{count(spent.unanswered, 'attempt')} without an answer" if spent.unanswered else ""
-        yield "uncounted", f"{', '.join(filter(None, (lost, bare, vain)))}: what that cost is not known{most}"
+        yield "uncounted", f"{', '.join(filter(None, (lost, bare, vain)))}: of unknown cost{most}"
     if spent.claimed:
         claim = "" if spent.claimed_dollars is None else f", {money(spent.claimed_dollars)}"
-        more = f"{count(spent.claimed, 'call')}: what the provider claims{claim}, is more than can have been"
-        yield "claimed", f"{more}; counted above as the most that can"
+        more = f"{count(spent.claimed, 'call')}: the provider claims an impossible usage{claim}"
+        yield "claimed", f"{more}; counted above as the possible maximum"
     if dates := {part.price.date for part in ledger.by_agent.values() if part.price is not None}:
         yield "prices", f"of {', '.join(sorted(dates))}, US dollars"
     if spent.served:

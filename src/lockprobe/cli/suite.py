@@ -1,4 +1,4 @@
-"""A suite on the command line: its studies one after the other, then its page."""
+"""Runs a suite from the command line: its studies one after the other, then its page."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import typer
 from lockprobe.cli.format_cost import print_estimates
 from lockprobe.cli.printing import new_table, print_table
 from lockprobe.cli.run_study import BUDGET_REACHED, allowed_budget, play_study
-from lockprobe.errors import BadValue
+from lockprobe.errors import BadValue, Conflict
 from lockprobe.report.suite import SuiteResults, suite_results
 from lockprobe.report.suite_page import score_table, write_suite
 from lockprobe.studies import paper
@@ -27,7 +27,7 @@ from lockprobe.terminal_text import printable
 __all__ = ["report_suite", "run_suite"]
 
 _CHOSEN = ("agent",)
-"""Options of a study that a suite leaves to its user."""
+"""Options of a study that the user of a suite may set."""
 
 
 def run_suite(
@@ -42,21 +42,23 @@ def run_suite(
     report: bool,
     json: bool,
 ) -> None:
-    """Play what agents owe of a suite, and write its page.
+    """Play the owed trials of a suite, and write its page.
 
     Raises:
-        BadValue: If an option is given that the suite fixes.
+        Conflict: If the suite fixes an option that is given.
+        BadValue: If ``again`` is given before the suite has been played.
     """
-    for name, value in asked.items():
+    for name in asked:
         if name not in _CHOSEN:
-            raise BadValue(name, value, f"nothing: {suite.name} is fixed but for --agent")
+            option = "--" + name.replace("_", "-")
+            raise Conflict(option, suite.name, "a suite fixes everything except --agent")
     directory = out or Path("lockprobe-runs") / suite.name
     studies = suite_studies(suite, _agents(suite, directory, cast("list[str] | None", asked.get("agent"))))
     if estimate:
         parts = [(study, directory / name) for name, study in studies.items()]
         return print_estimates(parts, batch=limits.access.batch, json=json)
     if again is not None and not is_suite(directory):
-        raise BadValue("again", again, "the directory of a suite that has been played")
+        raise BadValue("again", again, "a suite that has been played before in this directory")
     begin_suite(directory, suite)
     status = 0
     for name, study in studies.items():
@@ -75,7 +77,7 @@ def run_suite(
 
 
 def _agents(suite: Suite, directory: Path, asked: list[str] | None) -> tuple[str, ...]:
-    """Those asked for; else those that the directory has; else those of the first command."""
+    """The agents asked for; else those in the directory; else the suite's default agents."""
     if asked:
         return tuple(asked)
     there: tuple[str, ...] = ()
@@ -85,7 +87,7 @@ def _agents(suite: Suite, directory: Path, asked: list[str] | None) -> tuple[str
 
 
 def _spent(directory: Path, suite: Suite, *, without: str) -> float:
-    """What the other studies of a suite have cost at most, in US dollars; a budget has no calls without a price."""
+    """The maximum cost of the other studies of a suite in US dollars; with a budget every call has a price."""
     spent = 0.0
     for name in suite_directories(directory, suite):
         if name != without:
@@ -95,7 +97,7 @@ def _spent(directory: Path, suite: Suite, *, without: str) -> float:
 
 
 def report_suite(directory: Path, *, json: bool) -> None:
-    """Write the scores and the page of a suite's directory, and print the scores."""
+    """Write the scores and the page of a suite, and print the scores."""
     found = suite_results(directory)
     page = write_suite(found, directory)
     if json:

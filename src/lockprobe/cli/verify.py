@@ -1,4 +1,4 @@
-"""``lockprobe verify``: recomputes a study from its records and says what does not hold."""
+"""``lockprobe verify``: recomputes a study from its records and reports every check that fails."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ Directory = Annotated[Path, typer.Argument(metavar="DIR", help="The directory of
 AsJson = Annotated[bool, typer.Option("--json", help="One JSON object.")]
 
 _NAMED = 5
-"""What fails, by name; --json has the rest."""
+"""The most failures printed by name; --json has all."""
 
 
 def verify(directory: Directory, json: AsJson = False) -> None:
     """Recompute a study or a suite from its records: checksums, settings, luck, choices of strategies, and results.
 
-    Ends with 1 if anything does not hold. What models and people answered is taken from the records.
+    Replies of models and people are taken from the records. Exit status 1: a check failed.
     """
     check = verify_suite if is_suite(directory) else verify_study
     checks = check(directory, tell=time_left("trials"))

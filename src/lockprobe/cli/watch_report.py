@@ -1,4 +1,4 @@
-"""Writes the report of a study again whenever its records have grown, until every planned trial is finished."""
+"""Updates the report of a study whenever its records have grown, until every planned trial is finished."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from lockprobe.studies.settings import read_study
 __all__ = ["PAUSE", "owed_trials", "watch_report"]
 
 PAUSE = 5.0
-"""Least seconds from the end of one report to the next."""
+"""The least seconds from the end of one report to the next."""
 
 _LOOK = 0.5
-"""Seconds between two looks at the records."""
+"""Seconds between checks of the records."""
 
 _SHARE = 1.0
-"""Least pause as a multiple of the time that the report took: a study keeps half of the time for itself."""
+"""The least pause as a multiple of the time for a report, so that the study keeps half of the time."""
 
 
 def watch_report(
@@ -29,18 +29,18 @@ def watch_report(
     sleep: Callable[[float], None] = time.sleep,
     clock: Callable[[], float] = time.monotonic,
 ) -> None:
-    """Write the report now, and again when the records or the settings have changed.
+    """Write the report now, and again whenever the records or the settings change.
 
-    It returns when every planned trial is finished, those of people too, and the last report holds all of them.
+    It returns when every planned trial is finished, including those of people, and the last report holds all of them.
 
     Args:
         directory: The directory of a study.
         write: Writes the report.
-        sleep: Waits so many seconds.
+        sleep: Waits for a number of seconds.
         clock: The time in seconds.
 
     Raises:
-        BadFile: If it is not the directory of a study, or a record is damaged.
+        BadFile: If the directory is not a study's, or a record is damaged.
     """
     while True:
         seen, began = _state(directory), clock()
@@ -54,16 +54,16 @@ def watch_report(
 
 
 def owed_trials(directory: Path) -> int:
-    """Trials of a study that are planned and not finished, those of people too.
+    """The number of planned trials that are not finished, including those of people.
 
     Raises:
-        BadFile: If it is not the directory of a study, or a record is damaged.
+        BadFile: If the directory is not a study's, or a record is damaged.
     """
     study = read_study(directory)
     return study.size - sum(not trial.owed_again for trial in load(directory) if study.asks_for(trial))
 
 
 def _state(directory: Path) -> tuple[tuple[int, int], ...]:
-    """Size and time of change of the files that a report depends on most."""
+    """Sizes and modification times of the files that a report depends on most."""
     found = [directory / name for name in (RECORDS, SETTINGS)]
     return tuple((path.stat().st_size, path.stat().st_mtime_ns) for path in found if path.exists())
