@@ -63,6 +63,15 @@ def test_options_are_added_replaced_and_taken_away():
         spec.appending("p", "2")
 
 
+@pytest.mark.parametrize("value", ["a/b", "A&B", "100% +", "x=1&y?z", "ä;b", "%26"])
+def test_any_text_is_the_value_of_an_option(value):
+    spec = Spec.parse("manual?device=1").with_value("camera", value)
+    assert spec.options == {"device": "1", "camera": value}
+    assert Spec.parse(str(spec)) == spec
+    with pytest.raises(BadValue, match="every option once"):
+        spec.with_value("camera", "other")
+
+
 def test_several_specs_are_joined_with_plus_signs():
     assert split_specs("flip?p=0.4 + nudge+rgb") == ["flip?p=0.4", "nudge", "rgb"]
 

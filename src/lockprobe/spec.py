@@ -12,7 +12,7 @@ from dataclasses import MISSING, dataclass, field, fields, is_dataclass, replace
 from functools import cache
 from types import NoneType, UnionType
 from typing import Any, Literal, NamedTuple, TypeVar, Union, get_args, get_origin, get_type_hints
-from urllib.parse import parse_qsl, urlencode
+from urllib.parse import parse_qsl, quote, urlencode
 
 from lockprobe.errors import BadValue, UnknownName
 
@@ -39,6 +39,10 @@ PEOPLE = "participant"
 
 MCP = "mcp"
 """The kind of the specs of agents that connect to ``lockprobe mcp``: ``mcp:NAME``."""
+
+
+_ENCODED = str.maketrans({character: quote(character) for character in "%&+"})
+"""The characters that a value cannot hold as they are."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,6 +123,17 @@ class Spec:
         """
         mark = "&" if self.options else "?"
         return Spec.parse(f"{self}{mark}{option}={value}")
+
+    def with_value(self, option: str, value: str) -> Spec:
+        """The same spec with one option behind its text, whose value is any text: what would end it is encoded.
+
+        >>> str(Spec.parse("manual?device=1").with_value("camera", "shots/A&B"))
+        'manual?device=1&camera=shots/A%26B'
+
+        Raises:
+            BadValue: If it has this option already.
+        """
+        return self.appending(option, value.translate(_ENCODED))
 
 
 def spec_name(text: str) -> str:

@@ -150,12 +150,13 @@ def test_at_the_terminal_q_owes_the_trial_again_and_the_end_of_input_ends_the_ru
     [
         ("manual?camera=/nowhere", BadFile, "/nowhere/handles.toml"),
         ("manual?handles=h.toml", BadValue, "handles: got 'h.toml', expected camera=FOLDER"),
-        ("manual?camera=webcam", BadValue, "camera: got 'webcam', expected handles=FILE with it"),
+        ("manual?camera=webcam", BadFile, "handles.toml: no such file; it says where pictures show the handles"),
         ("manual?lens=2", UserMistake, "no option of manual is called 'lens'"),
         ("manual?camera=webcam&handles=h&device=-1", BadValue, "device: got -1"),
     ],
 )
-def test_a_wrong_camera_is_refused_in_one_line(spec, error, message):
+def test_a_wrong_camera_is_refused_in_one_line(spec, error, message, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     with pytest.raises(error) as caught:
         resolve_plant(spec).check(box("chain-4"))
     assert str(caught.value).startswith(message)
@@ -166,3 +167,6 @@ def test_without_opencv_the_webcam_says_how_to_get_it(tmp_path, monkeypatch):
     (tmp_path / "handles.toml").write_text(handles_text(FIVE), "utf-8")
     with pytest.raises(Missing, match="the webcam needs OpenCV: pip install opencv-python-headless"):
         resolve_plant(f"manual?camera=webcam&handles={tmp_path / 'handles.toml'}").check(FIVE)
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(Missing, match="the webcam needs OpenCV"):  # the file is looked for in the working directory
+        resolve_plant("manual?camera=webcam").check(FIVE)

@@ -19,6 +19,7 @@ __all__ = [
     "AsJson",
     "Batch",
     "Budget",
+    "Camera",
     "ClusterAt",
     "Connections",
     "EstimateOnly",
@@ -41,6 +42,7 @@ _AGAIN = "reply: replay trials that ended without a usable reply; the earlier re
 _RETRIES = "How often a request without an answer is made again."
 _SHARD = "Play only part i of n of the trials, for example 3/16; `lockprobe import` joins the directories (all)."
 _CLUSTER = "A Ray cluster on whose processors agents and plants that ship are played; see docs/cluster.md (none)."
+_CAMERA = "For --plant manual: pictures tell the truth; a folder in which you save them, or webcam (a person tells it)."
 _WORKERS = "Processes for local models and simulated plants (one per core)."
 
 
@@ -56,6 +58,7 @@ Out = Annotated[Path | None, typer.Option(metavar="DIR", parser=_directory, help
 Workers = Annotated[int | None, typer.Option(min=1, help=_WORKERS)]
 Connections = Annotated[int, typer.Option(min=1, help="Requests to providers in progress at once.")]
 Timeout = Annotated[float, typer.Option(help="Seconds after which a hanging request is made again.")]
+Camera = Annotated[str | None, typer.Option("--camera", metavar="FOLDER|webcam", help=_CAMERA)]
 ClusterAt = Annotated[str | None, typer.Option("--cluster", metavar="auto|HOST:PORT", help=_CLUSTER)]
 ShardOf = Annotated[str | None, typer.Option("--shard", metavar="i/n", help=_SHARD)]
 Retries = Annotated[int, typer.Option(help=_RETRIES)]

@@ -18,6 +18,7 @@ from lockprobe.cli.run_study import allowed_budget, play_study
 from lockprobe.cli.suite import run_suite
 from lockprobe.errors import BadFile, BadValue, UnknownName
 from lockprobe.interventions.condition import flips
+from lockprobe.plants.catalogue import with_camera
 from lockprobe.record import STATES
 from lockprobe.studies.directory import SETTINGS
 from lockprobe.studies.runner import Limits
@@ -36,6 +37,7 @@ __all__ = ["run"]
 def run(
     what: options.Name,
     asked: Mapping[str, object],
+    camera: options.Camera = None,
     out: options.Out = None,
     workers: options.Workers = None,
     shard: options.ShardOf = None,
@@ -73,9 +75,10 @@ def run(
         if what in SUITES:
             if part is not None:
                 raise BadValue("shard", shard, f"none with {what}, whose studies are small")
-            suite = partial(run_suite, SUITES[what], asked, out, limits, budget=budget, again=again)
+            chosen = asked if camera is None else {**asked, "camera": camera}
+            suite = partial(run_suite, SUITES[what], chosen, out, limits, budget=budget, again=again)
             return suite(estimate=estimate, report=report, json=json)
-        planned, directory = _planned(what, asked, out)
+        planned, directory = _planned(what, asked, out, camera)
         _refuse_followers(planned, part)
         if estimate:
             return print_estimates([(planned, directory)], batch=batch, json=json)
@@ -90,7 +93,7 @@ def _refuse_followers(planned: Study, part: Shard | None) -> None:
         raise BadValue("shard", str(part), f"none with {followers[0]}, whose trials follow trials of other parts")
 
 
-def _planned(name: str, asked: Mapping[str, object], out: Path | None) -> tuple[Study, Path]:
+def _planned(name: str, asked: Mapping[str, object], out: Path | None, camera: str | None = None) -> tuple[Study, Path]:
     """The study of a name or file with the options of the command line, and its directory.
 
     Without an agent, those of an existing study play. A directory from an earlier release keeps its reports, unless a
@@ -104,6 +107,8 @@ def _planned(name: str, asked: Mapping[str, object], out: Path | None) -> tuple[
     if name not in STUDIES and not name.endswith(".toml"):
         raise UnknownName("study", name, [*STUDIES, *SUITES, *SHIPPED, "FILE.toml"])
     request = read_options_file(Path(name)) if name.endswith(".toml") else StudyOptions(study=name)
+    if camera is not None:
+        asked = {**asked, "plant": _photographed(asked.get("plant", request.plant), camera)}
     planned = study(request, **asked)
     if out is not None and (out / SETTINGS).exists():
         planned = _as_before(planned, read_study(out), {*request.model_fields_set, *asked})
@@ -113,6 +118,13 @@ def _planned(name: str, asked: Mapping[str, object], out: Path | None) -> tuple[
     if request.agent is None and "agent" not in asked and (directory / SETTINGS).exists():
         planned = replace(planned, agents=read_study(directory).run_agents or planned.agents)
     return planned, directory
+
+
+def _photographed(plant: object, camera: str) -> str:
+    """The spec of the plant that is asked for, with a camera."""
+    if plant is None:
+        raise BadValue("camera", camera, "--plant manual with it")
+    return str(with_camera(str(plant), camera))
 
 
 def _as_before(planned: Study, there: Study, given: Collection[str]) -> Study:

@@ -26,7 +26,7 @@ from lockprobe.plugins import Plugin, find_plugin, plugin_names
 from lockprobe.protocols import Plant
 from lockprobe.spec import Spec, arguments_from, with_options
 
-__all__ = ["PLANTS", "Make", "PlantSource", "known_plants", "resolve_plant"]
+__all__ = ["PLANTS", "Make", "PlantSource", "known_plants", "resolve_plant", "with_camera"]
 
 _SETTINGS: Mapping[str, type[SceneSettings]] = {"fast-twin": SceneSettings, "twin": TwinSettings}
 
@@ -115,6 +115,27 @@ def resolve_plant(spec: str | Spec) -> PlantSource:
     if (plugin := find_plugin("plant", spec.full_name)) is not None:
         return _of_another_package(spec, plugin)
     raise UnknownName("plant", spec.full_name, [*PLANTS, *plugin_names("plant")])
+
+
+def with_camera(plant: str, camera: str) -> Spec:
+    """The spec of a plant with its option ``camera``, as if it had been written there.
+
+    >>> str(with_camera("manual", "pictures"))
+    'manual?camera=pictures'
+
+    A plant of another package says itself, when it is made, whether it has the option.
+
+    Raises:
+        BadValue: If the plant has no such option, or its spec has another camera.
+    """
+    spec = Spec.parse(plant, "plant")
+    if not camera:
+        raise BadValue("camera", camera, "a folder, or webcam")
+    if spec.full_name in PLANTS and spec.full_name != "manual":
+        raise BadValue("camera", camera, f"--plant manual with it; {spec.full_name} has no such option")
+    if spec.options.get("camera", camera) != camera:
+        raise BadValue("camera", camera, f"none with {plant}, which has another")
+    return spec if "camera" in spec.options else spec.with_value("camera", camera)
 
 
 def _of_a_user(spec: Spec) -> PlantSource:

@@ -37,7 +37,8 @@ class ManualSettings:
 
     Attributes:
         camera: A folder in which pictures are saved, or ``webcam``; empty for a person who types what happened.
-        handles: The file with the places of handles in pictures; ``handles.toml`` in the folder by default.
+        handles: The file with the places of handles in pictures; by default ``handles.toml``, in the folder or, with
+            a webcam, in the working directory.
         device: Number of the webcam.
 
     Raises:
@@ -51,15 +52,15 @@ class ManualSettings:
     def __post_init__(self) -> None:
         if self.handles and not self.camera:
             raise BadValue("handles", self.handles, "camera=FOLDER or camera=webcam with it")
-        if self.camera == WEBCAM and not self.handles:
-            raise BadValue("camera", self.camera, f"handles=FILE with it, for example webcam&handles={HANDLES_FILE}")
         if not 0 <= self.device <= 63:
             raise BadValue("device", self.device, "a whole number from 0 to 63")
 
     @property
     def handles_file(self) -> Path:
         """Path of the file with the places of handles."""
-        return Path(self.handles) if self.handles else Path(self.camera) / HANDLES_FILE
+        if self.handles:
+            return Path(self.handles)
+        return Path(HANDLES_FILE) if self.camera == WEBCAM else Path(self.camera) / HANDLES_FILE
 
     def open_camera(self) -> HardwareCamera:
         """Open the camera.

@@ -73,6 +73,8 @@ def read_handles(path: Path, box: Lockbox) -> ImageHandles:
     Raises:
         BadFile: If it cannot be read, a joint is missing, or a place lies outside the picture.
     """
+    if not path.exists():
+        raise BadFile(path, "no such file; it says where pictures show the handles (docs/robot.md)")
     found = read_toml(path)
     size = tuple(found.get(name) for name in ("width", "height"))
     if not all(isinstance(side, int) and not isinstance(side, bool) and 64 <= side <= 4096 for side in size):
