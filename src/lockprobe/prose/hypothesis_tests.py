@@ -25,7 +25,7 @@ __all__ = [
 
 _ASKED: Mapping[Question, str] = {
     "success": "Do {cause} change how often the box is solved?",
-    "speed": "Do {cause} change how fast the box is solved?",
+    "speed": "Do {cause} change how many steps a trial takes?",
     "shape": "Does success rise and then fall again as the {dose} rises?",
     "looping": "Do {cause} change how soon an agent loops?",
     "looping again": "Do loops begin later and then sooner again as the {dose} rises?",
@@ -83,9 +83,9 @@ _RISES_AND_FALLS = "Success rises with {cause} and falls again"
 
 _CONCLUDED: Mapping[Question, tuple[str, str, str]] = {
     "speed": (
-        "{Cause} make {agent} solve the box later or not at all",
-        "{Cause} make {agent} solve the box sooner",
-        "No effect of {cause} on how fast the box is solved was detected",
+        "{Cause} increase the mean number of steps",
+        "{Cause} decrease the mean number of steps",
+        "No effect of {cause} on the mean number of steps was detected",
     ),
     "shape": (_RISES_AND_FALLS, _RISES_AND_FALLS, "No rise and fall of success with the {dose} was detected"),
     "looping": (
@@ -125,6 +125,7 @@ def conclusions_of(who: Subject, question: Question, axis: Axis = FLIPS, *, blin
 _UNITS: Mapping[str, str] = {
     "greatest difference from the lowest p, permutation": "difference in success",
     "highest success, chosen by eye, Fisher": "difference in success",
+    "mean steps, Student over blocks": "difference in mean steps, higher {dose}s minus the lowest",
     "steps to solve, log-rank": "hazard ratio of solving, higher {dose}s over the lowest",
     "two lines": "{dose} at which the lines meet",
     "Lind-Mehlum": "{dose} at the turning point",
@@ -159,7 +160,10 @@ _NOTES: Mapping[str, str] = {
         "Uses every pair of {dose}s. Not valid where they change which trials are solved but not how many."
     ),
     "highest success, chosen by eye, Fisher": "Not corrected for the choice.",
-    "steps to solve, log-rank": "Pools all higher {dose}s, so no peak is selected.",
+    "mean steps, Student over blocks": (
+        "Pools all higher {dose}s, so no peak is selected. An unsolved trial counts with its whole budget."
+    ),
+    "steps to solve, log-rank": "Also valid, but has little power where curves of success cross.",
     "two lines": "Both lines have to be significant; a shape like the paper's needs about 160 trials per {dose}.",
     "Lind-Mehlum": "Rejects too often where success only levels off.",
     "quadratic term, likelihood ratio": "Does not test a decline: a curve that levels off also has a quadratic term.",
@@ -192,6 +196,7 @@ _MISSING: Mapping[str, str] = {
     "quadratic separates": "No test: a quadratic separates solved from unsolved trials.",
     "no odds ratio of a blind agent": "No test: a blind agent with these habits has no odds ratio on this box.",
     "never side by side": "No test: no box was solved while trials with and without a loop were both running.",
+    "too few clusters": "No test: it needs two blocks (of people: two people on either side) with trials that differ.",
     "too few remain": "No test: too few trials finished without an error.",
     "no fit with 0 p": "No fit: it needs three {dose}s with trials that differ, and there are none.",
     "no fit with 1 p": "No fit: it needs three {dose}s with trials that differ, and there is one.",

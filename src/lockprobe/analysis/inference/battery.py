@@ -25,6 +25,7 @@ from lockprobe.analysis.inference.hazard import (
     naive_association,
 )
 from lockprobe.analysis.inference.logrank import LogRanks, loop_onset_logrank, solution_logrank
+from lockprobe.analysis.inference.mean_steps import MeanSteps, mean_steps
 from lockprobe.analysis.inference.shape import BinomialOrders, binomial_orders
 from lockprobe.analysis.inference.trend import trend_fit
 from lockprobe.analysis.inference.ushape import LindMehlum, TwoLines, lind_mehlum, onset_lines, two_lines
@@ -55,6 +56,7 @@ class Inference:
         orders: Polynomials of the logit of success.
         lines: Whether success rises and falls, by two lines.
         bend: Whether success rises and falls, by a quadratic.
+        steps: Whether p changes the mean number of steps.
         speed: Whether p changes how soon the box is solved.
         onset: Whether p changes how soon the agent loops.
         onset_lines: Whether first loops come later and then sooner again, by two lines.
@@ -72,6 +74,7 @@ class Inference:
     orders: BinomialOrders
     lines: TwoLines
     bend: LindMehlum
+    steps: MeanSteps
     speed: LogRanks
     onset: LogRanks
     onset_lines: TwoLines
@@ -132,7 +135,7 @@ def infer(
 def _tested(outcomes: Outcomes, rng: np.random.Generator, blind: Outcomes | None) -> Inference:
     repetitions, conditions = points(outcomes), points(outcomes, by_repetition=False)
     difference = any_difference(outcomes, rng)
-    speed, onset = solution_logrank(outcomes), loop_onset_logrank(outcomes)
+    steps, speed, onset = mean_steps(outcomes), solution_logrank(outcomes), loop_onset_logrank(outcomes)
     orders = binomial_orders(outcomes.p, outcomes.solved)
     bend = lind_mehlum(outcomes.p, outcomes.solved)
     clusters = outcomes.cluster if outcomes.crossed else None
@@ -147,6 +150,7 @@ def _tested(outcomes: Outcomes, rng: np.random.Generator, blind: Outcomes | None
         orders=orders,
         lines=lines,
         bend=bend,
+        steps=steps,
         speed=speed,
         onset=onset,
         onset_lines=again,
@@ -158,7 +162,7 @@ def _tested(outcomes: Outcomes, rng: np.random.Generator, blind: Outcomes | None
         broken=None,
         tests=(
             *success_tests(difference, conditions),
-            *speed_tests(speed),
+            *speed_tests(steps, speed),
             *shape_tests(lines, bend, orders, trend_fit(repetitions, "success", np.empty((0, len(repetitions))))),
             *looping_tests(onset, conditions),
             *looping_again_tests(again, rates),

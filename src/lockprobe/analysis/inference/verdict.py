@@ -16,6 +16,7 @@ from lockprobe.analysis.inference.association import Correlation
 from lockprobe.analysis.inference.difference import AnyDifference
 from lockprobe.analysis.inference.hazard import LoopEffect, NaiveAssociation
 from lockprobe.analysis.inference.logrank import LogRanks
+from lockprobe.analysis.inference.mean_steps import MeanSteps
 from lockprobe.analysis.inference.shape import BinomialOrders
 from lockprobe.analysis.inference.trend import TrendFit
 from lockprobe.analysis.inference.ushape import LindMehlum, TwoLines
@@ -106,9 +107,22 @@ def success_tests(found: AnyDifference, conditions: list[Point]) -> list[TestRes
     ]
 
 
-def speed_tests(speed: LogRanks) -> list[TestResult]:
+def speed_tests(steps: MeanSteps, speed: LogRanks) -> list[TestResult]:
     """Tests of whether p changes how fast the box is solved."""
-    return [_logrank(speed, "speed", "steps to solve, log-rank")]
+    return [
+        TestResult(
+            name="mean steps, Student over blocks",
+            question="speed",
+            recommended=True,
+            p_value=steps.p_value,
+            effect=steps.change if steps.p_value is not None else None,
+            low=steps.low,
+            high=steps.high,
+            direction=0 if steps.p_value is None else -int(np.sign(steps.change)),
+            note=steps.note,
+        ),
+        replace(_logrank(speed, "speed", "steps to solve, log-rank"), recommended=False),
+    ]
 
 
 def shape_tests(lines: TwoLines, bend: LindMehlum, found: BinomialOrders, fit: TrendFit) -> list[TestResult]:
