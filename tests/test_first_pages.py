@@ -43,7 +43,15 @@ def test_the_first_study(tmp_path):
         (row,) = re.findall(rf"^\| `{re.escape(agent)}` \|.*$", page, re.MULTILINE)
         assert row.endswith("| {} | {} | {} | {} |".format(*(solved[agent, p] for p in (0.0, 0.2, 0.4, 0.6))))
     assert len(played) == 3 * 4 * 300
-    courses = {row.agent: row.kind for row in lockprobe.results(tmp_path / "first").courses}
+    found = lockprobe.results(tmp_path / "first")
+    tests = {row.name: row for row in found.tests if row.agent == FIRST[1]}
+    steps, hazard = tests["mean steps, Student over blocks"], tests["steps to solve, log-rank"]
+    quoted = f"rises by {steps.effect:.2f} (95 % interval {steps.low:.2f} to {steps.high:.2f})"
+    assert quoted in text_of("learner.md")
+    assert f"detects no difference (P = {hazard.p_value:.2g})" in text_of("learner.md")
+    told = [len(trial.steps) for trial in played if (trial.agent, trial.p, trial.solved) == (FIRST[1], 0.0, True)]
+    assert f"it solves a box within {max(told)} steps or never" in text_of("learner.md")
+    courses = {row.agent: row.kind for row in found.courses}
     assert courses == {FIRST[0]: "falls", FIRST[1]: "rises", FIRST[2]: "the same at every flip rate"}
 
 
