@@ -11,7 +11,7 @@ from lockprobe.analysis.clustered import share_of
 from lockprobe.analysis.curves import Relative, SuccessCurve, relative, success_curve
 from lockprobe.analysis.inference.difference import AnyDifference, DifferenceAt
 from lockprobe.analysis.misinterpretation import Misinterpretations, misinterpretations
-from lockprobe.analysis.outcomes import Point, outcomes, points
+from lockprobe.analysis.outcomes import Point, ended, outcomes, points
 from lockprobe.analysis.persistence import Persistence, persistence
 from lockprobe.analysis.proportions import ALPHA, Proportion, difference
 from lockprobe.analysis.rationality import Rationality, rationality
@@ -40,6 +40,8 @@ class ConditionSummary:
         claims: Misinterpretations.
         rationality: Actions judged by two ideal observers; empty if the box is too large for a prior.
         points: One point per repetition.
+        distinct_sequences: Different sequences of actions among the ended trials. A deterministic agent told the truth
+            plays one for each order of labels, however many trials there are.
     """
 
     key: str
@@ -56,6 +58,7 @@ class ConditionSummary:
     claims: Misinterpretations
     rationality: tuple[Rationality, ...]
     points: tuple[Point, ...]
+    distinct_sequences: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -110,6 +113,7 @@ def condition_summary(trials: Sequence[Trial], reference: Reference | None) -> C
         claims=misinterpretations(trials),
         rationality=rationality(trials),
         points=tuple(points(found)),
+        distinct_sequences=len({trial.actions for trial in ended(trials)}),
     )
 
 

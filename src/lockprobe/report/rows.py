@@ -80,6 +80,7 @@ def condition_row(condition: ConditionSummary, label: str, *, blind: bool = Fals
         broken=sum(condition.errors.values()),
         curve=details.CurveResult(steps=curve.steps, share=curve.share, low=curve.low, high=curve.high),
         repetitions=[details.RepetitionResult(**asdict(point)) for point in condition.points],
+        distinct_sequences=condition.distinct_sequences,
         label=label,
     )
 

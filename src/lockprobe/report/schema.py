@@ -124,6 +124,7 @@ class ConditionResult(DescribedResult):
     broken: Counted = Field(description="Trials that ended as error; excluded from all other numbers.")
     curve: details.CurveResult
     repetitions: Sequence[details.RepetitionResult]
+    distinct_sequences: Counted = Field(description="Different sequences of actions among the trials that ended.")
     label: str
     acts: str = ""
 
