@@ -59,19 +59,19 @@ def _described(kind: type[Any]) -> str:
 
 _OTHERS = {
     "human-inspired[:PRESET]": f"{_described(HumanInspired)} Presets: {', '.join(PRESETS)}.",
-    "ideal-observer": "Concludes all that can be from what it was told, and plans by it. "
+    "ideal-observer": "Infers the interlock from all reports (Bayesian) and plans by the posterior. "
     "Options: prior, noise, plan, persistence.",
     **{f"cognitive:{name}": _described(model) for name, model in MODELS.items()},
     "cognitive:CHARACTER": f"A softmax memory with fixed settings. Characters: {', '.join(CHARACTERS)}.",
-    "world:NAME": f"An agent of known mechanism, to test causal analyses on. Names: {', '.join(WORLDS)}.",
+    "world:NAME": f"An agent with a known mechanism, for tests of causal analyses. Names: {', '.join(WORLDS)}.",
     "learner:NAME": "A small network that learned to open unknown boxes. Options: temperature. "
     "Names: novice, apprentice, adept, or the file that lockprobe learn wrote.",
-    "viewer[:STRATEGY]": "Reads pictures and plays any strategy above by what it read. "
+    "viewer[:STRATEGY]": "Reads pictures and plays any strategy above with its readings. "
     f"It can misread; its strategy is {_VIEWED} unless you name one. "
     f"Options: {', '.join(field.name for field in fields(Eyesight))}, and its strategy's.",
     "llm:local": "The embedded language model.",
     "llm:gguf:PATH": "Any language model in a GGUF file.",
-    "llm:PROVIDER/MODEL": "Any model that Inspect AI reaches, for example llm:openai/gpt-4o. "
+    "llm:PROVIDER/MODEL": "Any model that Inspect AI supports, for example llm:openai/gpt-4o. "
     f"Options: {', '.join(field.name for field in fields(ModelSettings))}.",
     "participant": "People, on the page of lockprobe serve.",
     "mcp:NAME": "An agent with tools, which connects to lockprobe mcp.",
