@@ -163,7 +163,7 @@ def test_a_name_of_lockprobe_s_own_cannot_be_taken(tmp_path, monkeypatch, lockpr
     assert type(interventions_of("drop")[0]).__name__ == "Drop"
     assert kinds()["drop"].__module__ == "lockprobe.interventions.drop"
     assert find_box("fork") == box("fork")
-    assert "Lockprobe has one of this name itself (strange-things 0.3)" in lockprobe("interventions")[1]
+    assert "Lockprobe itself uses this one (strange-things 0.3)" in lockprobe("interventions")[1]
 
 
 def test_a_name_that_two_packages_have_is_refused(tmp_path, monkeypatch):
@@ -171,7 +171,7 @@ def test_a_name_that_two_packages_have_is_refused(tmp_path, monkeypatch):
         (tmp_path / name).mkdir()
         strangers.install(tmp_path / name, monkeypatch, f"strange_{name}", package=f"things-{name}")
     with pytest.raises(
-        BadValue, match=r"^agent: got 'first', expected a name that one package has, not things-b 0.3 and"
+        BadValue, match=r"^agent: got 'first', expected a name from only one package, not from things-b 0.3 and"
     ):
         resolve("first")
 

@@ -95,7 +95,7 @@ def test_options_have_a_name_and_a_value_and_come_once(spec):
         ("cognitive:random-map?window=9", "window: got 9, expected 0 to 3"),
         (
             "cognitive:random-map?window=0&avoid=last",
-            "avoid: got 'last', expected none or failed where the window is 0",
+            "avoid: got 'last', expected none or failed, because the window is 0",
         ),
         ("llm:a/b?temperature=hot", "temperature: got 'hot', expected a number"),
         ("llm:a/b?max_tokens=many", "max_tokens: got 'many', expected a whole number"),

@@ -6,7 +6,7 @@
     ├── UserMistake            printed as one line, exit status 2, no traceback
     │   ├── UnknownName        a name that does not exist; lists what does
     │   ├── BadValue           a value that is not allowed
-    │   ├── Conflict           two options that cannot be combined
+    │   │   └── Conflict       two options that cannot be combined
     │   ├── BadFile            a file that cannot be used
     │   ├── SettingsChanged    another study already lives in this directory
     │   ├── DirectoryBusy      another process is writing to this directory
@@ -99,11 +99,11 @@ class BadValue(UserMistake):
         super().__init__(f"{what}: got {got!r}, expected {expected}")
 
 
-class Conflict(UserMistake):
+class Conflict(BadValue):
     """Raised when an option cannot be combined with another option or value; ``why`` gives the reason."""
 
     def __init__(self, option: str, other: str, why: str) -> None:
-        super().__init__(f"{option} cannot be combined with {other}: {why}")
+        UserMistake.__init__(self, f"{option} cannot be combined with {other}: {why}")
 
 
 class BadFile(UserMistake):

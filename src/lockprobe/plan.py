@@ -25,15 +25,15 @@ LABELS = "ABCDEFGH"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Fork:
-    """Another end for a trial on record: one report, or the next action, is changed, and the agent plays on.
+    """A fork of a recorded trial: one report, or the next action, is changed, and the agent plays on.
 
     Up to the report of step ``at`` the trial is the one on record. What its condition tells is replaced in that report
     by the truth, on which the arm acts.
 
     Attributes:
-        name: Which trial it leaves, where and how.
-        acting: What the arm does to the report, or to the action after it.
-        recorded: The steps on record.
+        name: The forked trial, the step and the arm.
+        acting: The intervention of the arm on the report, or on the action after it.
+        recorded: The recorded steps.
     """
 
     name: ForkName
@@ -54,7 +54,7 @@ class Plan:
         study: Name of the study.
         agent: Agent spec.
         box: The box.
-        condition: Its interventions, and how the box is shown.
+        condition: Its interventions and modality.
         repetition: From 1.
         trial: From 1.
         seed: Seed of the study.
@@ -64,8 +64,8 @@ class Plan:
             the panel, and a model's preference for a name or a list position is confounded with the box.
         assessment: Whether the agent is asked what its last action did.
         named: Whether the record names the condition, as in studies of other interventions than flips.
-        fork: Where it leaves a trial on record; None for a trial that begins at its beginning.
-        luck: The number of its luck, from 1; only continuations of a fork have another than the first.
+        fork: The fork of a recorded trial; None for an ordinary trial.
+        luck: The number of its luck, from 1; only continuations of a fork have numbers above 1.
     """
 
     key: str
@@ -86,7 +86,7 @@ class Plan:
 
     @property
     def group(self) -> str:
-        """The agent as whom it counts; as :attr:`lockprobe.record.Trial.group`."""
+        """The agent that the trial counts for, as :attr:`lockprobe.record.Trial.group`."""
         return group_of(self.agent)
 
     @property
@@ -135,7 +135,7 @@ class Names:
         self.listing = tuple(self.labels[i] for i in self.order)
 
     def task(self, plan: Plan) -> Task:
-        """What the agent knows before it begins."""
+        """The agent's knowledge before it begins."""
         joints = [plan.box.joints[i] for i in self.order]
         return Task(
             joints=self.listing,
@@ -160,13 +160,13 @@ class Names:
         )
 
     def _seen(self, snapshot: Snapshot, positions: tuple[bool, ...] | None = None) -> Frame:
-        """The picture now, or as if joints stood as told; handles in the order of the listing."""
+        """The current picture, or one of told positions; handles in the order of the listing."""
         told = snapshot.configuration if positions is None else self._configuration(positions)
         if told == snapshot.configuration:
             assert snapshot.look is not None
             frame = snapshot.look()
         elif snapshot.render is None:
-            raise BadValue("false picture", bits(told), "a plant that can draw what is not: fast-twin or twin")
+            raise BadValue("false picture", bits(told), "a plant that can draw false pictures: fast-twin or twin")
         else:
             frame = snapshot.render(told)
         return replace(frame, handles=frame.handles[list(self.order)])

@@ -1,9 +1,9 @@
-"""Plug-ins: what other packages add by an entry point, or a user names as ``python:module:Name``.
+"""Plug-ins: additions of other packages by entry points, and classes that a user names as ``python:module:Name``.
 
 A package adds an agent, a plant, a box, an intervention or a measure by an entry point in the group of that kind
 (:data:`GROUPS`); the entry point's name is the spec's. ``python:module:Name?option=value`` names a class or a function
-directly, on the command line and in Python, never in a file. Nothing is imported before it is used. What breaks in it
-is one line that names the package.
+directly, on the command line and in Python, never in a file. Nothing is imported before it is used. An error in it
+becomes one line that names the package.
 """
 
 from __future__ import annotations
@@ -54,10 +54,10 @@ class Plugin:
     """A class, function or object of another package, not imported yet.
 
     Attributes:
-        kind: What it is added as.
+        kind: The kind of addition, for example an agent.
         name: Its name in a spec: that of the entry point, or ``python:module:Name``.
         value: Where it is, ``module:Name``.
-        package: Distribution and version that have it; empty for ``python:``.
+        package: The distribution with its version; empty for ``python:``.
     """
 
     kind: Kind
@@ -90,7 +90,7 @@ class Plugin:
 
         Raises:
             UnknownName: If it has no such option; the message lists those that exist.
-            BadValue: If an option has a value that it cannot have, or :meth:`load` says so.
+            BadValue: If an option has an invalid value, or as :meth:`load`.
             BrokenPlugin: If it breaks.
         """
         found = self.load()
@@ -103,10 +103,10 @@ class Plugin:
 
     @contextmanager
     def guarded(self) -> Iterator[None]:
-        """While code of it runs: what breaks becomes one line.
+        """Run code of the plug-in, and turn its errors into one line.
 
         Raises:
-            BrokenPlugin: If it breaks. What Lockprobe itself raises passes.
+            BrokenPlugin: If it breaks. Lockprobe's own errors pass unchanged.
         """
         try:
             yield
@@ -118,13 +118,13 @@ class Plugin:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Listed:
-    """A plug-in of an installed package, as a list shows it.
+    """A plug-in of an installed package, as an entry in a list.
 
     Attributes:
         name: Its name in a spec.
-        package: Distribution and version that have it.
-        what: The first line of its description, or why it cannot be used.
-        found: What was imported; None if it cannot be used.
+        package: The distribution with its version.
+        what: The first line of its description, or the reason why it cannot be used.
+        found: The imported object; None if it cannot be used.
     """
 
     name: str
@@ -134,12 +134,12 @@ class Listed:
 
 
 def plugin_names(kind: Kind) -> tuple[str, ...]:
-    """The names that installed packages add, sorted. Nothing of theirs is imported."""
+    """The names that installed packages add, sorted. Nothing is imported."""
     return tuple(sorted({point.name for point in _points(kind)}))
 
 
 def find_plugin(kind: Kind, name: str) -> Plugin | None:
-    """Find ``python:module:Name`` or an entry point by its name, and import nothing; None if no package has it.
+    """Find ``python:module:Name`` or an entry point by its name, without an import; None if it does not exist.
 
     Raises:
         BadValue: If several packages have it.
@@ -148,18 +148,18 @@ def find_plugin(kind: Kind, name: str) -> Plugin | None:
         return Plugin(kind=kind, name=name, value=name.removeprefix(_DIRECT))
     points = [point for point in _points(kind) if point.name == name]
     if len({point.value for point in points}) > 1:
-        raise BadValue(kind, name, f"a name that one package has, not {' and '.join(map(_package, points))}")
+        raise BadValue(kind, name, f"a name from only one package, not from {' and '.join(map(_package, points))}")
     return Plugin(kind=kind, name=name, value=points[0].value, package=_package(points[0])) if points else None
 
 
 def listed_plugins(
     kind: Kind, own: Collection[str] = (), check: Callable[[str, Any], object] = lambda name, found: None
 ) -> list[Listed]:
-    """All plug-ins of one kind, imported. Those that cannot be used are among them, with the reason.
+    """All plug-ins of one kind, imported; unusable ones are included with the reason.
 
     Args:
         kind: The kind.
-        own: Names that Lockprobe has itself; no package can add them.
+        own: Lockprobe's own names; no package can add them.
         check: Called with the name and the imported object; raises a user's mistake if it cannot be used.
     """
     rows = []
@@ -167,7 +167,7 @@ def listed_plugins(
         package = " and ".join(sorted({_package(point) for point in _points(kind) if point.name == name}))
         try:
             if name in own:
-                raise BadValue(kind, name, "another name: Lockprobe has one of this name itself")
+                raise BadValue(kind, name, "a different name: Lockprobe itself uses this one")
             plugin = find_plugin(kind, name)
             found = None if plugin is None else plugin.load()
             check(name, found)
@@ -193,7 +193,7 @@ def plugin_name_of(kind: Kind, found: type[Any]) -> str:
 
 
 def refuse_python(path: Path, what: str, specs: Iterable[object]) -> None:
-    """Refuse specs in a file that would run code; conditions with plus signs between are looked into.
+    """Refuse specs in a file that would run code, also within conditions.
 
     Raises:
         BadFile: If one begins with ``python:``.
@@ -209,7 +209,7 @@ def _points(kind: Kind) -> EntryPoints:
 
 @lru_cache(maxsize=32)
 def _points_on(kind: Kind, path: tuple[str, ...]) -> EntryPoints:
-    """The entry points of a kind on an import path; to look for them takes 15 ms, too long for every trial."""
+    """The entry points of a kind on an import path, cached because the search takes 15 ms."""
     from importlib.metadata import entry_points  # a tenth of a second, which most commands need not wait for
 
     return entry_points(group=GROUPS[kind])

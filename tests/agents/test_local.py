@@ -238,7 +238,7 @@ def test_options_are_part_of_the_spec():
 
 def test_an_instruction_of_its_own_is_refused_and_other_questions_change_nothing(model, trial, tmp_path):
     (tmp_path / "own.txt").write_text("{joints} {target} {reply}")
-    with pytest.raises(BadValue, match="expected a hosted model: a local one has its own log"):
+    with pytest.raises(BadValue, match="prompt cannot be combined with a local model"):
         run_trial(agent=model, condition=f"prompt?file={tmp_path / 'own.txt'}", max_steps=1)
     questions = "flip?p=0.4 + hypothesis?ask=off + confidence"
     asked = run_trial(agent=model, condition=questions, trial=SHORT["trial"], max_steps=SHORT["max_steps"])

@@ -20,7 +20,7 @@ def test_pictures_alone_are_refused_in_one_line():
     with pytest.raises(BadValue) as refused:
         refuse_pictures(SEEN.percept, "Reader")
     assert str(refused.value) == (
-        "modality: got 'pictures', expected reports: Reader cannot see; viewer:STRATEGY looks for a strategy"
+        "modality: got 'pictures', expected reports: Reader cannot read pictures; viewer:STRATEGY can"
     )
 
 
@@ -34,7 +34,7 @@ def test_a_report_is_enough(percept):
 
 def test_a_local_model_refuses_before_it_thinks():
     model = LocalModel.__new__(LocalModel)
-    with pytest.raises(BadValue, match="reports: a local model cannot see"):
+    with pytest.raises(BadValue, match="reports: a local model cannot read pictures"):
         asyncio.run(model.decide(SEEN, np.random.default_rng(1)))
 
 

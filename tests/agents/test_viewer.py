@@ -179,16 +179,14 @@ def test_sight_out_of_range_is_refused(setting, value):
 
 def test_pictures_of_which_it_is_not_told_where_handles_are_are_refused():
     percept = Percept(text="", pictures=(coloured((0, 1, 0, 1, 1)),))
-    with pytest.raises(
-        BadValue, match="^what viewer is shown: got '', expected pictures, and where in them handles are"
-    ):
+    with pytest.raises(BadValue, match="^observation of viewer: got '', expected pictures with the places of handles"):
         asyncio.run(resolve("viewer").make().decide(Situation(task=TASK, past=(), percept=percept), None))
 
 
 @pytest.mark.parametrize("spec", ["human-inspired", "ideal-observer", "cognitive:careful"])
 def test_a_strategy_that_cannot_see_says_so(spec):
     with pytest.raises(
-        BadValue, match="^modality: got 'pictures', expected reports: .* cannot see; viewer:STRATEGY looks"
+        BadValue, match="^modality: got 'pictures', expected reports: .* cannot read pictures; viewer:STRATEGY can"
     ):
         played(resolve(spec).make(), [Photographer()])
 

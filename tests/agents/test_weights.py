@@ -55,7 +55,7 @@ def test_a_model_is_fetched_once_and_checked(publisher):
 def test_another_file_than_expected_is_refused_and_not_kept(publisher):
     (publisher / "there" / "small.gguf").write_bytes(CONTENT + b"!")
     with pytest.raises(
-        BadFile, match=r"hash is [0-9a-f]{64}, expected [0-9a-f]{64}; the file is damaged or another one"
+        BadFile, match=r"hash is [0-9a-f]{64}, expected [0-9a-f]{64}; the file is damaged or a different one"
     ):
         weights.pull("small")
     assert list((publisher / "here").iterdir()) == []

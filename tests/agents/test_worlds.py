@@ -90,5 +90,5 @@ def test_worlds_are_agents_by_spec():
         resolve("world:loop-braker")
     with pytest.raises(BadValue, match="without options"):
         resolve("world:lost-half?p=1")
-    with pytest.raises(BadValue, match="three joints or more"):
+    with pytest.raises(BadValue, match="at least three joints"):
         run_trial(agent="world:lost-half", box="chain-2")

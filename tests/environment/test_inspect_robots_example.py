@@ -112,7 +112,9 @@ def test_a_report_that_is_withheld_is_no_position(example, tmp_path):
 
 
 def test_what_acts_on_words_is_refused_in_one_line(example):
-    with pytest.raises(lockprobe.UserMistake, match=r"condition: got 'nudge', expected what is told or done"):
+    with pytest.raises(
+        lockprobe.UserMistake, match=r"condition: got 'nudge', expected interventions on reports or actions"
+    ):
         example.LockboxEmbodiment("nudge")
 
 

@@ -39,7 +39,7 @@ def test_what_learned_from_reports_refuses_pictures_in_one_line(painted, modalit
     agent = Stubborn()
     with pytest.raises(BadValue) as refused:
         run_trial(agent=agent, plant="fast-twin", modality=modality)
-    assert str(refused.value).startswith("modality: got 'pictures', expected reports: Stubborn cannot see")
+    assert str(refused.value).startswith("modality: got 'pictures', expected reports: Stubborn cannot read pictures")
     assert agent.given == []
 
 

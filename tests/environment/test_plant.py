@@ -78,7 +78,7 @@ def test_a_forked_process_leaves_the_plant_of_its_parent_alone(made, monkeypatch
     plant.observe()
     monkeypatch.setattr(module, "_ABANDONED", kept := [])
     monkeypatch.setattr(os, "getpid", lambda: -1)
-    with pytest.raises(PlantFault, match="forked: call reset"):
+    with pytest.raises(PlantFault, match="parent process: call reset"):
         plant.attempt(0)
     plant.close()
     assert (made[0].closed, kept) == (0, made)

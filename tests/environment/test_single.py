@@ -297,7 +297,7 @@ def test_a_mistake_is_said_in_one_line():
         env.step(0)
     for options, message in (
         ({"trail": 1}, "no option of reset is called 'trail' .did you mean 'trial'"),
-        ({"trial": 0}, "trial: got 0, expected a whole number from 1 on"),
+        ({"trial": 0}, "trial: got 0, expected a whole number of at least 1"),
     ):
         with pytest.raises((BadValue, UnknownName), match=message):
             env.reset(options=options)

@@ -170,7 +170,7 @@ def test_a_mistake_is_said_in_one_line():
         ({"condition": "tremble?p=0.2"}, "condition: got Tremble.*plays any other"),
         ({"condition": "flip?p=0.2&only=moved"}, "condition: got OutcomeFlip.*plays any other"),
         ({"seed": 3}, r"seed: got 3, expected reset\(seed=...\)"),
-        ({"count": 0}, "num_envs: got 0, expected a whole number from 1 on"),
+        ({"count": 0}, "num_envs: got 0, expected a whole number of at least 1"),
     ):
         with pytest.raises(BadValue, match=message):
             made(**asked)

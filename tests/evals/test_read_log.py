@@ -64,7 +64,7 @@ def test_a_log_of_something_else_is_refused(log):
     def empty(log):
         log.eval.metadata = {}
 
-    with pytest.raises(BadFile, match="not of trials of Lockprobe"):
+    with pytest.raises(BadFile, match="without trials of Lockprobe"):
         reading.read_log(changed(log, empty))
 
 

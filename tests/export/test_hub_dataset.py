@@ -58,7 +58,7 @@ def test_pictures_stand_in_the_row_of_their_step_as_images(tmp_path):
     assert features["picture_rgb"] == {"_type": "Image"}
     card = (tmp_path / "set" / "README.md").read_text("utf-8")
     assert yaml.safe_load(card.split("---\n")[1])["license"] == "cc-by-4.0"
-    assert "Pictures stand in the tables." in card
+    assert "The tables contain the pictures." in card
 
 
 def test_a_picture_that_is_gone_is_named(tmp_path):

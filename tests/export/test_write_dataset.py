@@ -78,7 +78,7 @@ def test_the_description_is_a_dataset_of_schema_org(dataset):
     assert all(set(variable) <= of_schema_org for variable in about["variableMeasured"])
     assert {variable["@type"] for variable in about["variableMeasured"]} == {"PropertyValue"}
     assert "2 people, 3 trials" in about["description"]
-    assert "left out" in about["description"]
+    assert "are not included" in about["description"]
 
 
 def test_every_column_is_measured_and_what_is_measured_is_a_column(dataset):

@@ -74,5 +74,5 @@ def test_numbers_that_none_can_be_end_the_trial_as_an_error(sure):
 
 
 def test_who_is_not_asked_what_happened_is_not_asked_how_sure_it_is():
-    with pytest.raises(BadValue, match="agents that are asked what their last action did"):
+    with pytest.raises(BadValue, match="confidence cannot be combined with --no-assessment"):
         run_trial(agent="random", condition="confidence", assessment=False)

@@ -173,7 +173,7 @@ def test_a_report_that_says_nothing_is_not_inverted():
         ("flip?from=0", "from: got 0, expected a step from 1"),
         ("flip?at=4;0", "at: got 0, expected a step from 1"),
         ("flip?at=4;x", "at: got 'x', expected a whole number"),
-        ("flip?from=5&until=4", "until: got 4, expected a step from 5, where it begins"),
+        ("flip?from=5&until=4", "until: got 4, expected a step from 5, the first step of the flip"),
         ("flip?from_=5", "no option of flip is called 'from_'"),
     ],
 )

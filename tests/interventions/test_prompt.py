@@ -65,8 +65,8 @@ def test_a_warning_is_said_also_where_the_template_has_no_place_for_it(tmp_path)
         (f"{LEAST} {{joints.__class__}}", "no field of a template is called"),
         (f"{LEAST} {{budget:>99999999}}", "no field of a template is called"),
         (f"{LEAST} {{}}", "no field of a template is called"),
-        (f"{LEAST} {{", "fields in single braces, and other braces doubled"),
-        ("{joints} {target}", "fields of a template: got 'joints, target', expected joints, target, reply among them"),
+        (f"{LEAST} {{", "fields in single braces, and all other braces doubled"),
+        ("{joints} {target}", "fields of a template: got 'joints, target', expected at least joints, target, reply"),
     ],
 )
 def test_a_template_that_cannot_be_used_is_refused_in_one_line(tmp_path, text, expected):
@@ -85,7 +85,7 @@ def test_files_are_read_with_bounds(tmp_path):
     with pytest.raises(BadFile, match="larger than"):
         written(tmp_path / "large.txt", LEAST + "x" * LARGEST_TEMPLATE)
     (tmp_path / "bytes.txt").write_bytes(b"\xff" + LEAST.encode())
-    with pytest.raises(BadFile, match="no UTF-8"):
+    with pytest.raises(BadFile, match="not UTF-8"):
         OwnPrompt(file=str(tmp_path / "bytes.txt"))
     with pytest.raises(BadFile, match="a directory"):
         OwnPrompt(file=str(tmp_path))
@@ -99,7 +99,7 @@ def test_its_spec_names_the_content_and_refuses_another(tmp_path):
     assert spec.endswith(f"&sha256={one.sha256}")
     assert interventions_of(spec) == (one,)
     (tmp_path / "one.txt").write_text(f"{LEAST}!")
-    with pytest.raises(BadValue, match="which its content has now"):
+    with pytest.raises(BadValue, match="the hash of its present content"):
         interventions_of(spec)
 
 

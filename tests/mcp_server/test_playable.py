@@ -25,7 +25,7 @@ def test_what_is_remembered_or_asked_for_cannot(condition):
 
 def test_a_condition_that_follows_a_trial_of_another_cannot():
     conditions = ["flip?p=0.4&while=looping", "yoked?p=0.4&how=looping"]
-    with pytest.raises(BadValue, match="yoked.*no other trial's record"):
+    with pytest.raises(BadValue, match="yoked.*without yoked"):
         check_playable(study("flips", agent=["random"], condition=conditions))
 
 

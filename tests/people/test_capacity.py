@@ -50,7 +50,7 @@ def test_more_people_than_places_are_refused_with_what_helps():
 
 def test_fewer_trials_than_conditions_are_refused_where_everybody_plays_each():
     study = people_study(trials=1)
-    with pytest.raises(UserMistake, match=r"at least 2, the number of conditions, got 1; give --trials 2"):
+    with pytest.raises(UserMistake, match=r"got 1, expected at least 2, the number of conditions; give --trials 2"):
         check_capacity(study, short())
     for other in (short(trials_each=1), short(design="between")):
         check_capacity(study, other)

@@ -22,7 +22,10 @@ CHECK = '[[checks]]\nafter = 1\nquestion = "q"\n'
         ('completion_url = "http://x"', "completion_url: got 'http://x', expected pattern '^(https:"),
         (CHECK + 'options = ["a"]\nright = "a"', "checks.0.options: got ['a'], expected at least 2 items"),
         (CHECK + 'options = ["a", "b"]', "checks.0.right: is missing"),
-        (CHECK + 'options = ["a", "b"]\nright = "c"', "checks.0: every option once, and right is one of them"),
+        (
+            CHECK + 'options = ["a", "b"]\nright = "c"',
+            "checks.0: options must be distinct, and right must be one of them",
+        ),
         (CHECK + 'options = ["a", "b"]\nright = "a"\nwhen = 1', "there are: after, question, options, right"),
         (f'practice = "{"x" * 9999}"', "practice: got 'xxx"),
     ],

@@ -56,7 +56,7 @@ def test_two_people_with_one_id_are_refused_before_anything_is_written(there, tm
     here = tmp_path / "here"
     take_part(here, STUDY, ANN, [(0.4, 2, 1)])
     before = (here / "people" / f"{ANN}.jsonl").read_bytes()
-    with pytest.raises(BadFile, match=f"another participant than the {ANN}"):
+    with pytest.raises(BadFile, match=f"its participant {ANN}"):
         arriving(here, there)
     assert (here / "people" / f"{ANN}.jsonl").read_bytes() == before
 

@@ -308,14 +308,14 @@ def test_a_diary_that_tells_of_other_steps_than_the_record_is_refused(tmp_path):
     lines[at] = lines[at].replace(f'"joint":"{joint}"', '"joint":"%s"' % ("A" if joint != "A" else "B"))
     diary.write_text("".join(lines), "utf-8")
     with_right_checksums(diary)
-    with pytest.raises(BadFile, match="other steps"):
+    with pytest.raises(BadFile, match="its steps differ"):
         begun(tmp_path)
 
 
 def test_without_its_secret_a_study_with_participants_is_not_opened(tmp_path):
     begun(tmp_path)
     (tmp_path / "people" / "secret").unlink()
-    with pytest.raises(BadFile, match="Put it back"):
+    with pytest.raises(BadFile, match="Restore it"):
         begun(tmp_path)
 
 
@@ -386,7 +386,7 @@ def test_a_secret_that_is_lost_changes_no_settings(tmp_path):
         async with ServerState.open(tmp_path, STUDY, short(participants=2), WORDS):
             pass
 
-    with pytest.raises(BadFile, match="Put it back"):
+    with pytest.raises(BadFile, match="Restore it"):
         asyncio.run(serving())
     assert everything(tmp_path) == before
 

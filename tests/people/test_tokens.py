@@ -49,18 +49,18 @@ def test_any_other_is_forged(tmp_path):
 
 def test_a_secret_that_is_none_is_refused(tmp_path):
     (tmp_path / "secret").write_bytes(b"short")
-    with pytest.raises(BadFile, match="no secret"):
+    with pytest.raises(BadFile, match="not a secret"):
         Tokens(tmp_path / "secret")
     (tmp_path / "directory").mkdir()
-    with pytest.raises(BadFile, match="a file of its own"):
+    with pytest.raises(BadFile, match="not a regular file"):
         Tokens(tmp_path / "directory")
     (tmp_path / "link").symlink_to(tmp_path / "secret")
-    with pytest.raises(BadFile, match="a file of its own"):
+    with pytest.raises(BadFile, match="not a regular file"):
         Tokens(tmp_path / "link")
 
 
 def test_a_secret_that_is_gone_is_not_made_anew_where_tokens_were_given_out(tmp_path):
-    with pytest.raises(BadFile, match="Put it back"):
+    with pytest.raises(BadFile, match="Restore it"):
         Tokens(tmp_path / "secret", given=True)
     assert not (tmp_path / "secret").exists()
 

@@ -203,7 +203,7 @@ def test_a_deletion_that_failed_is_finished_before_the_next_one(tmp_path, monkey
 def test_nothing_is_noted_over_a_deletion_that_is_not_finished(tmp_path):
     with Journal.open(tmp_path, STUDY) as journal:
         note_withdrawal(journal, "aaaa")
-        with pytest.raises(BadFile, match="not finished"):
+        with pytest.raises(BadFile, match="an unfinished deletion"):
             note_withdrawal(journal, "bbbb")
         assert finish_withdrawal(journal) == "aaaa"
 

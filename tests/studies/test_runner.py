@@ -289,7 +289,7 @@ def test_a_plant_that_takes_time_has_a_thread_of_its_own_where_calls_wait_and_pl
 
 def test_batches_of_a_provider_without_them_are_refused_before_the_first_trial(tmp_path, monkeypatch):
     pytest.importorskip("inspect_ai")
-    with pytest.raises(BadValue, match="expected a model of a provider that has batches: anthropic, google"):
+    with pytest.raises(BadValue, match="expected a model of a provider with a batch interface: anthropic, google"):
         hosted(tmp_path, monkeypatch, truthful, trials=1, batch=True)
     assert not list(tmp_path.iterdir())
 

@@ -1,4 +1,4 @@
-"""The agents by spec. Nothing heavy is imported before it is asked for.
+"""The catalogue of agents by spec. Heavy modules are imported only when an agent needs them.
 
 Specs: ``random``, ``random-no-repeat``, ``round-robin``, ``human-inspired[:preset]``, ``ideal-observer``,
 ``cognitive:MODEL``, ``learner:NAME|FILE`` (a network that the project trains), ``viewer[:STRATEGY]`` (reads pictures
@@ -53,25 +53,25 @@ _VIEWED = "human-inspired:target-first"
 
 
 def _described(kind: type[Any]) -> str:
-    """What it is, in its own first words, and the options that its fields are."""
+    """The first line of a class's docstring, and its fields as options."""
     return f"{(kind.__doc__ or '').splitlines()[0]} Options: {', '.join(field.name for field in fields(kind))}."
 
 
 _OTHERS = {
     "human-inspired[:PRESET]": f"{_described(HumanInspired)} Presets: {', '.join(PRESETS)}.",
-    "ideal-observer": "Concludes all that can be from what it was told, and plans by it. "
+    "ideal-observer": "Infers the interlock from all reports (Bayesian) and plans by the posterior. "
     "Options: prior, noise, plan, persistence.",
     **{f"cognitive:{name}": _described(model) for name, model in MODELS.items()},
     "cognitive:CHARACTER": f"A softmax memory with fixed settings. Characters: {', '.join(CHARACTERS)}.",
-    "world:NAME": f"An agent of known mechanism, to test causal analyses on. Names: {', '.join(WORLDS)}.",
+    "world:NAME": f"An agent with a known mechanism, for tests of causal analyses. Names: {', '.join(WORLDS)}.",
     "learner:NAME": "A small network that learned to open unknown boxes. Options: temperature. "
     "Names: novice, apprentice, adept, or the file that lockprobe learn wrote.",
-    "viewer[:STRATEGY]": "Reads pictures and plays any strategy above by what it read. "
+    "viewer[:STRATEGY]": "Reads pictures and plays any strategy above with its readings. "
     f"It can misread; its strategy is {_VIEWED} unless you name one. "
     f"Options: {', '.join(field.name for field in fields(Eyesight))}, and its strategy's.",
     "llm:local": "The embedded language model.",
     "llm:gguf:PATH": "Any language model in a GGUF file.",
-    "llm:PROVIDER/MODEL": "Any model that Inspect AI reaches, for example llm:openai/gpt-4o. "
+    "llm:PROVIDER/MODEL": "Any model that Inspect AI supports, for example llm:openai/gpt-4o. "
     f"Options: {', '.join(field.name for field in fields(ModelSettings))}.",
     "participant": "People, on the page of lockprobe serve.",
     "mcp:NAME": "An agent with tools, which connects to lockprobe mcp.",
@@ -85,11 +85,11 @@ class AgentSource:
 
     Attributes:
         spec: Its spec.
-        engine: Where its time goes.
-        senses: What it can take in. One's own class is taken to look, and has to refuse pictures itself if it cannot:
-            no code of a user runs because a study is planned or a record is read.
-        make: Builds it; may load a model, and may raise :class:`lockprobe.errors.UserMistake`.
-        check: Finds out cheaply whether ``make`` can work, with the same errors.
+        engine: What its computing time depends on.
+        senses: What it can perceive. A user's class counts as able to see, and has to refuse pictures itself if it
+            cannot: planning a study or reading a record runs no code of a user.
+        make: Builds the agent; may load a model, and may raise :class:`lockprobe.errors.UserMistake`.
+        check: Checks cheaply whether ``make`` can work, with the same errors.
     """
 
     spec: str
@@ -100,12 +100,12 @@ class AgentSource:
 
 
 def known_specs() -> dict[str, str]:
-    """Every form of spec that Lockprobe has itself, and what it is."""
+    """The forms of all specs of Lockprobe's own agents, with descriptions."""
     return {name: (make.__doc__ or "").strip().split("\n")[0] for name, make in _STRATEGIES.items()} | _OTHERS
 
 
 def description(spec: str) -> str:
-    """What an agent that ships is, in one sentence; empty for hosted models, people and agents of others.
+    """The description of a shipped agent in one sentence; empty for hosted models, people and other agents.
 
     >>> description("learner:novice?temperature=0")
     'A small network that learned to open unknown boxes.'
@@ -124,11 +124,11 @@ def resolve(spec: str | Spec, access: Access = _ACCESS) -> AgentSource:
 
     Args:
         spec: The spec, or its text.
-        access: How it is reached, if it is a hosted model.
+        access: Connection settings, if it is a hosted model.
 
     Raises:
-        UnknownName: If there is none; the message lists what exists.
-        BadValue: If it holds characters that are not seen themselves, or an option that cannot be.
+        UnknownName: If there is no such agent; the message lists those that exist.
+        BadValue: If the spec holds invisible characters, or an invalid option.
     """
     text = str(spec)
     if not text.isprintable():
@@ -156,7 +156,7 @@ def is_strategy(spec: str) -> bool:
 
 
 def recomputes(spec: str) -> bool:
-    """Whether an agent chooses the same again: a strategy or learner, whose file is here."""
+    """Whether an agent repeats its choices: a strategy, or a learner whose file exists here."""
     if not is_strategy(spec):
         return False
     try:
@@ -167,7 +167,7 @@ def recomputes(spec: str) -> bool:
 
 
 def _meant(spec: Spec) -> str | None:
-    """The spec that somebody probably meant who left out its kind, or mistyped it."""
+    """The spec that the user probably meant if its kind is missing or mistyped."""
     if "/" in spec.full_name:
         return f"llm:{spec}"
     full = {one: one for one in (*_STRATEGIES, "human-inspired", "ideal-observer", "viewer", PEOPLE)}
@@ -227,7 +227,7 @@ _PARAMETRIC: dict[str, Callable[[Spec], Agent]] = {
 
 
 def _viewer(spec: Spec, access: Access) -> AgentSource:
-    """A strategy with eyes. Options of its sight are the viewer's own; all others are those of its strategy."""
+    """A viewer with its strategy. Options of its eyesight are its own; all others belong to the strategy."""
     strategy = Spec.parse(spec.name or _VIEWED)
     if spec.name not in ("", *_STRATEGIES) and strategy.kind not in _PARAMETRIC:
         raise UnknownName("strategy of viewer", spec.name, [*_STRATEGIES, *_PARAMETRIC])
@@ -254,7 +254,7 @@ def _client(spec: Spec, access: Access) -> AgentSource:
 
 
 def _hosted() -> ModuleType:
-    """Imported when a model is asked: it takes seconds."""
+    """The module of hosted models, imported only when needed because that takes seconds."""
     return importlib.import_module("lockprobe.agents.llm.model")
 
 
@@ -292,7 +292,7 @@ _SOURCES: dict[str, Callable[[Spec, Access], AgentSource]] = {
 
 
 def _of_another_package(spec: Spec, plugin: Plugin) -> AgentSource:
-    """An agent that Lockprobe does not have itself. Nothing of it is imported before it is made or checked."""
+    """An agent of another package. Nothing of it is imported before it is made or checked."""
 
     def make() -> Agent:
         found = plugin.make(spec.options)

@@ -21,7 +21,7 @@ __all__ = ["CHARACTERS", "MODELS", "Habits", "RandomMap", "SoftmaxMemory", "Trac
 
 @dataclass(frozen=True, slots=True)
 class Traces:
-    """What the softmax remembers.
+    """The memory of the softmax model.
 
     Attributes:
         failures: Failure trace of each joint, [0, 1], shape (joints,).
@@ -38,7 +38,7 @@ class Traces:
 
 @dataclass(frozen=True, kw_only=True)
 class SoftmaxMemory(Policy[Traces]):
-    """Chooses joint j with probability proportional to exp(U_j), a sum of pulls.
+    """A softmax over the joints: joint j has probability proportional to exp(U_j), a sum of pulls.
 
     ``U_j = target [j is the target] + closed [j is where it was at the start, as told] - failure F_j
     + recent [j was attempted last] + stay [j was attempted last, and moved, as told] - position r_j``
@@ -117,7 +117,7 @@ class SoftmaxMemory(Policy[Traces]):
 
 @dataclass(frozen=True, slots=True)
 class Habits:
-    """What the random map remembers.
+    """The memory of the random map.
 
     Attributes:
         recent: The last attempts with their outcomes, oldest first: ``2 * joint + moved``.
@@ -133,13 +133,13 @@ class Habits:
 
     @property
     def state(self) -> tuple[tuple[int, ...], int, int]:
-        """What the map sees."""
+        """The state that the map looks up."""
         return self.recent, self.opened, self.failed
 
 
 @dataclass(frozen=True, kw_only=True)
 class RandomMap(Policy[Habits]):
-    """An arbitrary fixed function of what it perceives: the most generic explanation by short memory.
+    """A random fixed function of the agent's perceptions: the most generic explanation by short memory.
 
     It maps the reported positions and the last ``window`` attempts with their outcomes to a joint. The map is drawn
     anew for every trial, lazily: in a new state it takes any allowed joint, in a known one the joint that it took there
@@ -147,7 +147,7 @@ class RandomMap(Policy[Habits]):
 
     Attributes:
         window: Attempts that it remembers, 0 to 3.
-        avoid: What it never takes: the joint attempted ``last`` (needs a window), a joint that has ``failed`` since the
+        avoid: Joints never chosen: the one attempted ``last`` (needs a window), those that ``failed`` since the
             last perceived move, or ``none``.
         lapse: Probability of any joint instead, [0, 1]. A lapse in a new state enters the map too.
 
@@ -165,7 +165,7 @@ class RandomMap(Policy[Habits]):
         if not 0 <= self.window <= 3:
             raise BadValue("window", self.window, "0 to 3")
         if self.avoid == "last" and not self.window:
-            raise BadValue("avoid", self.avoid, "none or failed where the window is 0")
+            raise BadValue("avoid", self.avoid, "none or failed, because the window is 0")
         check_probability("lapse", self.lapse)
 
     @property
@@ -178,7 +178,7 @@ class RandomMap(Policy[Habits]):
         return Habits()
 
     def remember(self, view: View, memory: Habits, told: Told) -> Habits:
-        """What it sees now, and what it did in the state before."""
+        """The current state, and the joint attempted in the previous state."""
         first = memory.first
         if memory.state not in dict(first):
             first |= {(memory.state, told.joint)}

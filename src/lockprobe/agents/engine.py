@@ -70,7 +70,7 @@ class Engine:
         self._constant: list[int] | None = None
 
     def facts(self) -> dict[str, Fact]:
-        """What the runtime says of itself and the model."""
+        """The runtime's facts about itself and the model."""
         told = self._http("/props")
         parameters = self._http("/v1/models")["data"][0]["meta"]["n_params"]
         return {
@@ -94,7 +94,7 @@ class Engine:
         return tuple(answer["tokens"])
 
     def _opening(self, text: str) -> tuple[int, ...]:
-        """The tokens of a text that begins a prompt, after the token that some models want there."""
+        """The tokens of a text at the beginning of a prompt, after the initial token that some models need."""
         return self._tokens(text, opening=True)
 
     def restart(self, constant: str) -> list[int]:
@@ -117,7 +117,7 @@ class Engine:
         if len(options) == 1:
             return [1.0]
         if any(not option for option in options):
-            raise BadValue("options", list(options), "continuations of which none begins with another")
+            raise BadValue("options", list(options), "continuations none of which begins with another")
         heads = list(dict.fromkeys(option[0] for option in options))
         share = dict.fromkeys(heads, 1.0)
         if len(heads) > 1:

@@ -60,7 +60,7 @@ class Tried:
 
 @dataclass(frozen=True, kw_only=True)
 class HumanInspired(Policy[Tried]):
-    """After every perceived change try the target; never retry a joint that failed until something has moved.
+    """After every perceived change try the target; never retry a failed joint until something has moved.
 
     1. With ``target="first"``: the target, unless it is ruled out.
     2. Else, at random or the nearest, a joint that is neither ruled out nor spared (with ``target="last"``: but the
@@ -99,7 +99,7 @@ class HumanInspired(Policy[Tried]):
         return Tried()
 
     def remember(self, view: View, memory: Tried, told: Told) -> Tried:
-        """What failed, moved and was tried after this report."""
+        """The failed, moved and tried joints after this report."""
         seen = memory.seen
         if self.memory == "configuration":
             seen |= 1 << (memory.opened * view.joints + told.joint)

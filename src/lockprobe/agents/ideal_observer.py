@@ -1,6 +1,6 @@
-"""The ideal observer: exact Bayesian inference from reports under a stated prior, and a plan by it.
+"""The ideal observer: exact Bayesian inference from reports under a given prior, and planning by the posterior.
 
-It shows how much the reports of a trial tell. It is ideal under its prior and noise model, not beyond them: told the
+It shows how much information reports contain. It is ideal only under its prior and noise model: told the
 truth, ``noise=naive`` needs 8.5 steps on ``chain-4`` under ``prior=single-parent``, 5.5 if it knows that the box is a
 chain (``prior=chains``). Beliefs and plans are :mod:`lockprobe.beliefs`.
 """
@@ -30,7 +30,7 @@ _EVEN = 1e-9
 
 @dataclass(frozen=True, kw_only=True)
 class IdealObserver(Policy[Belief]):
-    """Infers all that the reports tell, and plans by it; of equally good joints it draws one.
+    """Infers the interlock from all reports and plans by the posterior; ties between joints are drawn at random.
 
     It claims the more probable outcome of its last action.
 
@@ -38,7 +38,7 @@ class IdealObserver(Policy[Belief]):
         prior: The interlocks that it considers possible: :mod:`lockprobe.beliefs.structures`.
         noise: ``naive`` (reports are true), ``aware`` (how often they are false is inferred) or a flip probability.
         plan: ``steps``: fewest expected steps. ``information``: most expected bits about the interlock, and fewest
-            expected steps once it is known or nothing would tell of it.
+            expected steps once the interlock is known or no attempt is informative.
         persistence: Whether it knows that false positions are ``transient`` or ``sticky``; else it infers that too.
 
     Raises:
@@ -60,7 +60,7 @@ class IdealObserver(Policy[Belief]):
 
     @classmethod
     def from_options(cls, options: Mapping[str, str]) -> IdealObserver:
-        """The agent of the options of a spec.
+        """The agent with the options of a spec.
 
         Raises:
             UserMistake: As :func:`lockprobe.spec.with_options` and the class.
@@ -73,7 +73,7 @@ class IdealObserver(Policy[Belief]):
         return asdict(self)
 
     def begin(self, view: View) -> Belief:
-        """The prior over the interlocks of so many joints."""
+        """The prior over the interlocks of this number of joints."""
         known, noise = interlocks(self.prior, view.joints), noise_model(self.noise, self.persistence)
         if self.plan == "steps" and noise.naive:
             planner(known)  # says at the first step whether it can plan at all
@@ -103,7 +103,7 @@ class IdealObserver(Policy[Belief]):
 
 
 def _claimed(moved: float | None, told: Outcome | None) -> Outcome | None:
-    """What is more probable of the last action; what was told if neither is."""
+    """The more probable outcome of the last action; the reported one if both are equally probable."""
     if moved is None or abs(moved - 0.5) < _EVEN:
         return told
     return "moved" if moved > 0.5 else "blocked"

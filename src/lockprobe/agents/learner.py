@@ -24,7 +24,7 @@ _DIGITS = 9
 
 @dataclass(frozen=True, slots=True)
 class Recurrent:
-    """What a learner remembers.
+    """The memory of a learner.
 
     Attributes:
         state: Its recurrent state, H numbers of 64 bits.
@@ -39,12 +39,12 @@ class Recurrent:
 class Learner(Policy[Recurrent]):
     """A trained network that takes each joint with the probability it gives.
 
-    It reads the joint attempted last, what it was told of it, which joints are told away from their start, and the
-    target. A correction or a remark changes nothing.
+    It reads the joint attempted last, the report on it, the joints reported away from their start, and the target. A
+    correction or a remark changes nothing.
 
     Attributes:
         learned: The network.
-        temperature: Of the choice, >= 0: probabilities are proportional to exp(logit / temperature); 0 takes the
+        temperature: At least 0: choice probabilities are proportional to exp(logit / temperature); 0 takes the
             likeliest joint.
 
     Raises:
@@ -91,7 +91,7 @@ class Learner(Policy[Recurrent]):
         known = self.learned.network.joints
         if view.joints != known:
             more = f"lockprobe learn --joints {view.joints} --out FILE trains one for {view.joints}"
-            raise BadValue("box", f"{view.joints} joints", f"{known}, which this learner was trained for; {more}")
+            raise BadValue("box", f"{view.joints} joints", f"{known}, the number that this learner learned; {more}")
         return self._read(view, Recurrent(np.zeros(self.learned.network.hidden).tobytes()), -1, 0.0, 0)
 
     def remember(self, view: View, memory: Recurrent, told: Told) -> Recurrent:

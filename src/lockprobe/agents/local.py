@@ -17,7 +17,7 @@ from lockprobe.agents import weights
 from lockprobe.agents.modalities import refuse_pictures
 from lockprobe.agents.policy import draw
 from lockprobe.agents.prompt import example, fingerprint
-from lockprobe.errors import BadValue, UnknownName
+from lockprobe.errors import BadValue, Conflict, UnknownName
 from lockprobe.record import Decision, Fact, Outcome, Situation, Turn
 from lockprobe.spec import Spec
 from lockprobe.validation import check_choice
@@ -48,7 +48,7 @@ _CLAIMS: dict[str, Outcome] = {" moved": "moved", " did not move": "blocked"}
 
 
 def check(spec: str) -> None:
-    """Find out whether a local model can be loaded.
+    """Check whether a local model can be loaded.
 
     Raises:
         UserMistake: If its runtime or its file is missing or damaged, or an option is unknown.
@@ -91,7 +91,7 @@ class LocalModel:
 
     Args:
         engine: The loaded model.
-        facts: What it is, for the record.
+        facts: The facts of the model, for the record.
         temperature: Probabilities are raised to 1/temperature and normalised.
         calibration: As in :func:`read_options`.
     """
@@ -136,7 +136,7 @@ class LocalModel:
         """Say what the last action did, then choose; two draws from the stream per step."""
         refuse_pictures(situation.percept, "a local model")
         if situation.briefing.instruction:
-            raise BadValue("prompt", "an instruction of its own", "a hosted model: a local one has its own log")
+            raise Conflict("prompt", "a local model", "local models play from a log without an instruction")
         task, last = situation.task, situation.percept.joint
         prompt = self._prompt(situation)
         said, claim_probability, number = "", None, float(rng.random())

@@ -1,4 +1,4 @@
-"""Whether an agent reads reports or also pictures, and the error if it gets pictures that it cannot read."""
+"""The modalities that an agent reads, and the error if it gets pictures that it cannot read."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ Senses = Literal["reports", "pictures"]
 
 
 def refuse_pictures(percept: Percept, reader: str) -> None:
-    """Raise an error if an agent that reads reports is shown pictures instead.
+    """Raise an error if an agent that reads only reports gets pictures.
 
     Raises:
         BadValue: If there are pictures and neither an outcome nor positions.
     """
     if percept.pictures and percept.positions is None and percept.outcome is None:
-        raise BadValue("modality", "pictures", f"reports: {reader} cannot see; viewer:STRATEGY looks for a strategy")
+        raise BadValue("modality", "pictures", f"reports: {reader} cannot read pictures; viewer:STRATEGY can")

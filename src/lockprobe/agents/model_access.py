@@ -1,4 +1,4 @@
-"""How hosted models are reached: connections, retries, batches. It changes no request."""
+"""Connection settings of hosted models: concurrency, retries, batches. They change no request."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ __all__ = ["Access"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Access:
-    """How hosted models are reached.
+    """Connection settings of hosted models.
 
     Attributes:
-        connections: Requests on their way at the same time, at least 1.
-        timeout: Seconds after which a request that hangs is made again.
-        retries: How often a request that the provider did not answer is made again before its trial ends as ``error``.
-        pause: Seconds before it is made again for the first time; every further time twice as long, at most a minute.
-            Where the provider says how long to wait, that holds.
+        connections: Concurrent requests, at least 1.
+        timeout: Seconds after which a hanging request is repeated.
+        retries: How often an unanswered request is repeated before its trial ends as ``error``.
+        pause: Seconds before the first retry, doubled for every further one up to a minute. A waiting time given by the
+            provider takes precedence.
         batch: Whether requests go through the provider's batch interface: cheaper, and hours instead of seconds.
-        tick: Seconds between looks at how far batches are, and for which requests are gathered.
+        tick: Seconds between checks of batches, and for which requests are collected.
 
     Raises:
         BadValue: If a number is out of range.

@@ -28,4 +28,4 @@ def check_participant(spec: str) -> None:
         BadValue: If it is neither ``participant`` nor ``participant:ID``.
     """
     if spec != PEOPLE and not _ID.fullmatch(spec.removeprefix(f"{PEOPLE}:")):
-        raise BadValue("agent", spec, "participant, or participant:ID with 4 to 32 small letters and digits")
+        raise BadValue("agent", spec, "participant, or participant:ID with 4 to 32 lower-case letters and digits")

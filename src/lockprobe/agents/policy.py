@@ -63,7 +63,7 @@ def view_of(task: Task) -> View:
 
 
 def tell(task: Task, percept: Percept, past: Sequence[Turn], remark: str = "") -> Told | None:
-    """A percept in numbers; None where it says nothing of a joint.
+    """A percept in numbers; None if it reports on no joint.
 
     Where positions are told and no outcome, the joint counts as moved if its told position changed. ``past`` holds the
     remembered exchanges before the percept, oldest first. The first look tells where the joints started; if it is
@@ -91,7 +91,7 @@ def tell(task: Task, percept: Percept, past: Sequence[Turn], remark: str = "") -
 
 
 def told_outcome(situation: Situation) -> Outcome | None:
-    """What the last report says of the attempted joint, by outcome or by position; None where it says nothing."""
+    """The reported outcome of the last attempt, from outcome or positions; None if nothing is reported."""
     if situation.percept.outcome is not None:
         return situation.percept.outcome
     told = tell(situation.task, situation.percept, situation.past)
@@ -166,7 +166,7 @@ class Policy(Generic[Memory]):
         return draw(self.probabilities(view, memory), rng)
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
-        """Choose the next joint from all that was told so far."""
+        """Choose the next joint from all reports so far."""
         view, memory = self.recall(situation)
         joint = situation.task.joints[self.choose(view, memory, rng)]
         return Decision(

@@ -89,7 +89,7 @@ class Message:
 
 
 def example(pictures: int = 0, *, assessment: bool = True) -> Situation:
-    """The second step of a made-up trial, from which fingerprints of prompts are taken.
+    """The second step of a made-up trial, used for fingerprints of prompts.
 
     Its observations show so many pictures, or reports if there are none. ``assessment`` as in :class:`Task`.
     """
@@ -105,7 +105,7 @@ def example(pictures: int = 0, *, assessment: bool = True) -> Situation:
 
 
 def fingerprint(*texts: str) -> str:
-    """Twelve hexadecimal digits that change with any of the texts."""
+    """A fingerprint of texts: twelve hexadecimal digits."""
     return hashlib.sha256("\0".join(texts).encode()).hexdigest()[:12]
 
 
@@ -133,7 +133,7 @@ def instructions(
     """The instruction at the start of a trial.
 
     Args:
-        task: What the agent may know.
+        task: The agent's task.
         positions: Whether the observations tell positions.
         outcomes: Whether they tell outcomes.
         pictures: How many pictures an observation shows: none, one of colours, or that and one of depth. Where there
@@ -167,17 +167,17 @@ def check_template(text: str) -> None:
     try:
         parts = [(name, form, how) for _, name, form, how in Formatter().parse(text) if name is not None]
     except ValueError as error:
-        raise BadValue("template", str(error), "fields in single braces, and other braces doubled") from None
+        raise BadValue("template", str(error), "fields in single braces, and all other braces doubled") from None
     for name, form, conversion in parts:
         if name not in FIELDS or form or conversion:
             raise UnknownName("field of a template", f"{name}{f'!{conversion}' * bool(conversion)}", FIELDS)
     names = [name for name, _, _ in parts]
     if not set(_NEEDED) <= set(names):
-        raise BadValue("fields of a template", ", ".join(names), f"{', '.join(_NEEDED)} among them")
+        raise BadValue("fields of a template", ", ".join(names), f"at least {', '.join(_NEEDED)}")
 
 
 class _Item(NamedTuple):
-    """One entry of a reply: its key, what is asked, how it is asked for again, and its form."""
+    """One entry of a reply: its key, its request, its repair request, and its form."""
 
     key: str
     asked: str
@@ -204,7 +204,7 @@ def _items(task: Task, briefing: Briefing, said: list[str] | None = None) -> lis
 
 
 def _object(task: Task, briefing: Briefing) -> str:
-    """The object that is asked for, in words."""
+    """The requested JSON object, in words."""
     return "{" + ", ".join(f'"{item.key}": {item.asked}' for item in _items(task, briefing)) + "}"
 
 
@@ -242,20 +242,20 @@ def _shown(percept: Percept) -> tuple[Picture, ...]:
 
 
 def claims(situation: Situation) -> list[str]:
-    """What a reply may say of the last action now: ``none`` in the first step only, and nothing if nobody asks."""
+    """The allowed claims about the last action: ``none`` in the first step only, and no claims if nobody asks."""
     if not situation.task.assessment:
         return []
     return ["none"] if situation.percept.joint is None else ["moved", "did not move"]
 
 
 def reply_schema(situation: Situation) -> dict[str, object]:
-    """The reply as a JSON schema, with what may be said in this step."""
+    """The JSON schema of a reply in this step."""
     properties = {item.key: item.form for item in _items(situation.task, situation.briefing, claims(situation))}
     return {"type": "object", "properties": properties, "required": list(properties), "additionalProperties": False}
 
 
 def parse_reply(text: str, situation: Situation) -> Decision:
-    """The decision in a raw reply. A fence of backticks around the object is forgiven, nothing else.
+    """The decision in a raw reply. Only a fence of backticks around the object is tolerated.
 
     Raises:
         ReplyFault: If it is not the object that was asked for, saying why.
@@ -292,14 +292,14 @@ def parse_reply(text: str, situation: Situation) -> Decision:
 
 
 def repair(fault: ReplyFault, situation: Situation) -> str:
-    """What a model is told after a malformed reply."""
+    """The message to a model after a malformed reply."""
     items = _items(situation.task, situation.briefing, claims(situation))
     again = ", ".join(f'"{item.key}": {item.again}' for item in items)
     return f"That reply could not be used ({fault}). Reply with one JSON object and nothing else: {{{again}}}"
 
 
 def chat_fingerprint() -> str:
-    """What changes with any word of a conversation in which reports are told, but for those of the observation."""
+    """A fingerprint of the words of a conversation with reports, except the observations."""
     texts: list[str] = []
     for shown in (example(), example(assessment=False)):
         texts += [message.text for message in conversation(shown)]
@@ -308,6 +308,6 @@ def chat_fingerprint() -> str:
 
 
 def picture_fingerprint() -> str:
-    """The same where pictures are shown; apart, so that studies recorded before there were pictures can be resumed."""
+    """A fingerprint of conversations with pictures; separate, so that studies from before pictures can be resumed."""
     conversations = (conversation(example(pictures), images=1) for pictures in (1, 2))
     return fingerprint(*(message.text for messages in conversations for message in messages))

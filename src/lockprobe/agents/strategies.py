@@ -13,7 +13,7 @@ __all__ = ["RandomAgent", "RandomNoRepeat", "RoundRobin"]
 
 
 class RandomAgent(Policy[None]):
-    """Every joint with equal probability at every step. Its success is the box's chance level."""
+    """A random choice among all joints at every step. Its success is the box's chance level."""
 
     looks = False
 
@@ -33,7 +33,7 @@ class RandomAgent(Policy[None]):
 
 
 class RandomNoRepeat(Policy[int]):
-    """Every joint but the one attempted last, with equal probability."""
+    """A random choice among all joints except the one attempted last."""
 
     looks = False
 
@@ -59,7 +59,7 @@ def _others(view: View, last: int) -> list[int]:
 
 
 class RoundRobin(Policy[int]):
-    """The joints in the order in which they are listed, again and again, whatever happens."""
+    """The joints in listed order, again and again, whatever happens."""
 
     looks = False
 

@@ -56,7 +56,7 @@ class Viewer:
     """Reads the joints' positions from pictures and plays a strategy by them.
 
     Attributes:
-        strategy: Who decides by the reports.
+        strategy: The strategy that decides from the reports.
         name: Spec of the strategy.
         sight: How well it sees.
     """
@@ -74,14 +74,14 @@ class Viewer:
         return asdict(self.sight) | {"strategy": self.name} | dict(self.strategy.facts)
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
-        """Look, then choose as the strategy does with reports of what was seen."""
+        """Read the picture, then choose as the strategy does with this reading as its report."""
         reports = self.reports(situation.task, [*(turn.percept for turn in situation.past), situation.percept])
         past = tuple(replace(turn, percept=report) for turn, report in zip(situation.past, reports[:-1], strict=True))
         told = Situation(task=situation.task, past=past, percept=reports[-1])
         return replace(await self.strategy.decide(told, rng), claimed=told_outcome(told))
 
     def reports(self, task: Task, percepts: Iterable[Percept]) -> list[Percept]:
-        """Everything that it was shown, as reports. A percept without pictures already is a report.
+        """All its observations as reports. A percept without pictures already is a report.
 
         Raises:
             BadValue: If pictures do not say where handles are.
@@ -109,7 +109,7 @@ class Viewer:
     def _evidence(self, percept: Percept) -> tuple[float, ...]:
         shown = tuple(picture for picture in percept.pictures if picture.shown)
         if not percept.handles or not shown:
-            raise BadValue("what viewer is shown", percept.text, "pictures, and where in them handles are")
+            raise BadValue("observation of viewer", percept.text, "pictures with the places of handles")
         key = (tuple(picture.name for picture in shown), percept.handles)
         if key not in self._read:
             from lockprobe.pictures.picture_reader import evidence

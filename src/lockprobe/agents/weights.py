@@ -71,12 +71,12 @@ KNOWN = {
 
 
 def models_directory() -> Path:
-    """Where pulled model files lie: ``$LOCKPROBE_MODELS``, else ``~/.cache/lockprobe/models``."""
+    """The directory of downloaded model files: ``$LOCKPROBE_MODELS``, else ``~/.cache/lockprobe/models``."""
     return Path(os.environ.get("LOCKPROBE_MODELS") or Path.home() / ".cache" / "lockprobe" / "models")
 
 
 def find(model: ModelFile) -> Path | None:
-    """The file of a known model on this machine, unchecked; None if it is not here."""
+    """The file of a known model on this machine, unchecked; None if it is missing."""
     if model.package is not None:
         spec = importlib.util.find_spec(model.package)
         if spec is None or spec.origin is None:
@@ -121,13 +121,13 @@ def sha256_of(path: Path) -> str:
 
 
 def _verify(path: Path, expected: str, *, content: Path | None = None) -> None:
-    """Refuse a file of another hash; its content may still be elsewhere."""
+    """Refuse a file whose hash differs."""
     if (got := sha256_of(content or path)) != expected:
-        raise BadFile(path, f"hash is {got}, expected {expected}; the file is damaged or another one")
+        raise BadFile(path, f"hash is {got}, expected {expected}; the file is damaged or a different one")
 
 
 def pull(name: str) -> Path:
-    """Fetch a known model from its publisher; a file that is here already is only checked.
+    """Download a known model from its publisher; an existing file is only checked.
 
     Raises:
         UnknownName: If the model is not known.

@@ -29,7 +29,7 @@ _LENGTH = 3
 
 @dataclass(frozen=True, slots=True)
 class Round:
-    """What the loop breaker remembers.
+    """The memory of the loop breaker.
 
     Attributes:
         told: What it was last told of each joint: 0 nothing, 1 that it was blocked, 2 that it moved; shape (joints,).
@@ -63,7 +63,7 @@ class LoopBreaker(Policy[Round]):
             BadValue: If the box has fewer joints than a cycle.
         """
         if view.joints < _LENGTH:
-            raise BadValue("box", f"{view.joints} joints", f"{_LENGTH} joints or more, to go round")
+            raise BadValue("box", f"{view.joints} joints", f"at least {_LENGTH} joints, for a cycle")
         return Round((0,) * view.joints)
 
     def remember(self, view: View, memory: Round, told: Told) -> Round:
@@ -93,7 +93,7 @@ class LoopBreaker(Policy[Round]):
 
 @dataclass(frozen=True, slots=True)
 class Failures:
-    """What a believer remembers.
+    """The memory of a believer.
 
     Attributes:
         failed: Joints that failed since the last perceived move, bit j for joint j.
@@ -144,7 +144,7 @@ class Believer(Policy[Failures]):
 
 @dataclass(frozen=True, slots=True)
 class LostPair:
-    """What can still be concluded on whether a trial is lost.
+    """The evidence so far on whether a trial is lost.
 
     Attributes:
         pair: The first two joints attempted.
@@ -172,7 +172,7 @@ class LostHalf(Policy[LostPair]):
             BadValue: If the box has fewer than three joints.
         """
         if view.joints < 3:
-            raise BadValue("box", f"{view.joints} joints", "three joints or more, two of them to be lost in")
+            raise BadValue("box", f"{view.joints} joints", "at least three joints: the target and two to cycle over")
         return LostPair()
 
     def remember(self, view: View, memory: LostPair, told: Told) -> LostPair:

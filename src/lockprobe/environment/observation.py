@@ -136,4 +136,4 @@ def _file(percept: Percept, kind: PictureKind) -> bytes:
     for picture in percept.pictures:
         if picture.kind == kind:
             return picture.png
-    raise ChannelFault(f"no picture of the kind {kind} reached the agent: a channel took it away")
+    raise ChannelFault(f"no picture of the kind {kind} reached the agent: a channel removed it")

@@ -63,7 +63,7 @@ class WatchedPlant:
         """Attempt a joint, by index in panel order."""
         assert self._plant is not None
         if self._process != os.getpid():
-            raise PlantFault("it belongs to the process from which this one was forked: call reset()")
+            raise PlantFault("the plant belongs to the parent process: call reset()")
         return self._noted(self._plant.attempt(joint))
 
     def frame(self) -> Frame:
@@ -73,7 +73,7 @@ class WatchedPlant:
             BadValue: If the plant has no camera.
         """
         if self._now is None or self._now.look is None:
-            raise BadValue("plant", type(self._plant).__name__, "one that can be looked at now")
+            raise BadValue("plant", type(self._plant).__name__, "a plant with a camera")
         return self._now.look()
 
     def close(self) -> None:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from lockprobe.environment.observation import sizes
-from lockprobe.errors import BadValue, UnknownName
+from lockprobe.errors import BadValue, Conflict, UnknownName
 from lockprobe.interventions.burst import Burst
 from lockprobe.interventions.camera import CameraChannel
 from lockprobe.interventions.catalogue import place_of, spec_of, with_words
@@ -181,16 +181,16 @@ def _says_condition(asked: Mapping[str, Any]) -> bool:
 
 
 def _shown(asked: Mapping[str, Any], channels: Sequence[Channel]) -> dict[str, Any]:
-    """``observation`` and ``channels`` as options of a trial. Nothing may be given twice."""
+    """``observation`` and ``channels`` as options of a trial. Contradictory options are refused."""
     observation = asked["observation"]
     if observation is not None and asked.get("modality") is not None:
-        raise BadValue("observation", observation, "modality= alone, which says how the box is shown too")
+        raise Conflict("observation=", "modality=", "both say how the box is shown")
     if not channels and observation is None and (asked.get("modality") or _says_modality(asked.get("condition"))):
         return {}
     if not channels:
         return {"modality": observation or "symbolic"}
     if _says_condition(asked):
-        raise BadValue("channels", list(channels), "condition=, p=, flip= and modality= alone, or none of them")
+        raise Conflict("channels=", "condition=, p=, flip= or modality=", "both say what acts")
     acting = tuple(one for one in channels if not getattr(one, "shows", False))
     return {"condition": Condition(interventions=acting or (OutcomeFlip(),), modality=observation or "symbolic")}
 
@@ -202,9 +202,9 @@ def _says_modality(condition: object) -> bool:
 
 
 def whole(what: str, value: object) -> int:
-    """The value, if it is a whole number from 1 on."""
+    """The value, if it is a whole number of at least 1."""
     if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
-        raise BadValue(what, value, "a whole number from 1 on")
+        raise BadValue(what, value, "a whole number of at least 1")
     return int(value)
 
 
@@ -251,10 +251,10 @@ def _can_be_played(settings: EnvironmentSettings) -> None:
     if settings.observation == "symbolic":
         return
     if settings.steps_left:
-        raise BadValue("steps_left", True, "False where pictures are seen")
+        raise Conflict("steps_left=True", "pictures", "a picture does not show the steps left")
     for channel in settings.channels or ():
         if isinstance(channel, TextChannel) or (isinstance(channel, OutcomeFlip) and channel.p > 0):
-            raise BadValue("channel", channel, "none that changes reports: pictures show what happened")
+            raise BadValue("channel", channel, "a channel that changes no report: pictures show what happened")
 
 
 def _check_acting(settings: EnvironmentSettings) -> None:
@@ -263,11 +263,11 @@ def _check_acting(settings: EnvironmentSettings) -> None:
         return
     for one in settings.chain:
         if place_of(type(one)) not in ("told", "done"):
-            expected = "what is told or done: an observation holds no words, and memory is the agent's own"
+            expected = "interventions on reports or actions: an observation holds no words and no memory"
             raise BadValue("condition", spec_of(one), expected)
     if settings.gaps and is_pictured(settings.observation):
         label = settings.study.conditions[0].label
-        raise BadValue("condition", label, "one under which no report is missing: a picture cannot be left out")
+        raise BadValue("condition", label, "a condition without missing reports: a picture cannot be left out")
 
 
 def _flag(what: str, value: object) -> bool:
@@ -278,7 +278,7 @@ def _flag(what: str, value: object) -> bool:
 
 def _cost(value: object) -> float:
     if isinstance(value, bool) or not isinstance(value, float | int) or not 0 <= value < math.inf:
-        raise BadValue("step_cost", value, "a number from 0 on")
+        raise BadValue("step_cost", value, "a number of at least 0")
     return float(value)
 
 

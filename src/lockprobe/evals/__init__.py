@@ -1,1 +1,1 @@
-"""Inspect AI: studies as its tasks, trials as its logs, and its logs read back."""
+"""Inspect AI: runs studies as tasks, writes trials as logs, and reads logs back."""

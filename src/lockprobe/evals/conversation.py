@@ -29,15 +29,15 @@ _SHOWN: tuple[PictureKind, ...] = ("rgb", "depth")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Exchange:
-    """What an agent was told, and what it answered.
+    """One message to an agent, and its answer.
 
     Attributes:
-        step: The step that was to be decided, from 1.
-        turn: Which answer for that step, from 1; those after the first follow a malformed one.
-        last: Whether it is the last answer for that step, which was acted on if it was of the form asked for.
-        asked: The whole conversation up to this answer, as it was sent: without malformed answers to earlier steps, and
-            without older pictures where only the newest are sent.
-        reply: What it answered; of an agent that has no words, what it chose.
+        step: The step to decide, from 1.
+        turn: The number of the answer for that step, from 1; later ones follow a malformed one.
+        last: Whether it is the last answer for that step, which was acted on if it was well formed.
+        asked: The whole conversation before this answer, as sent: without malformed answers to earlier steps, and
+            without older pictures if only the newest are sent.
+        reply: The answer; for an agent without words, its choice.
     """
 
     step: int
@@ -48,14 +48,14 @@ class Exchange:
 
     @property
     def told(self) -> Message:
-        """What it was told last."""
+        """The last message to the agent."""
         return self.asked[-1]
 
 
 def retold(trial: Trial, pictures: Path | None = None) -> list[Exchange]:
-    """What was said in a trial, in order, but for the last observation, after which nothing was decided.
+    """The exchanges of a trial in order, without the last observation, which no decision follows.
 
-    ``pictures`` is the directory of the pictures that its record names; those that are missing are left out.
+    ``pictures`` is the directory of the pictures that the record names; missing ones are left out.
     """
     found: list[Exchange] = []
     past: list[Turn] = []
@@ -74,7 +74,7 @@ def retold(trial: Trial, pictures: Path | None = None) -> list[Exchange]:
 
 
 def told_last(trial: Trial, pictures: Path | None = None) -> Message:
-    """What was told after the last step."""
+    """The report after the last step."""
     if not trial.steps:
         opening = f"{instruction(trial)}\n\n{trial.opening}".strip()
         return Message(role="user", text=opening, pictures=_seen(trial.opening_pictures, pictures))
@@ -82,7 +82,7 @@ def told_last(trial: Trial, pictures: Path | None = None) -> Message:
 
 
 def instruction(trial: Trial) -> str:
-    """The instruction as a hosted model gets it, word for word; of other agents, what their trial was about."""
+    """The instruction to a hosted model, word for word; for other agents, a description of their trial."""
     task = _task(trial)
     if not str(trial.facts.get("prompt", "")).startswith("chat "):
         return f"Joints {', '.join(task.joints)}; the target is {task.target}; {task.budget} steps."
@@ -94,7 +94,7 @@ def instruction(trial: Trial) -> str:
 
 
 def briefed(trial: Trial) -> Briefing:
-    """What was asked in every step but for remarks, by the interventions on record that ship with Lockprobe.
+    """The briefing of every step without remarks, from the recorded interventions that ship with Lockprobe.
 
     Raises:
         UserMistake: As :func:`lockprobe.agents.prompt.check_template`.
@@ -135,7 +135,7 @@ def _named(channels: tuple[Mapping[str, Fact], ...], kind: type) -> list[Mapping
 
 
 def _tells(trial: Trial) -> str:
-    """What reports in words held, as the record's last channel of words has it."""
+    """The content of reports in words, from the record's last channel of words."""
     words = _named(trial.channels, TextChannel)
     return str(words[-1].get("tell", _BOTH)) if words else _BOTH
 
@@ -154,7 +154,7 @@ def _words(step: Step) -> tuple[str, ...]:
 
 
 def _turns(trial: Trial, situation: Situation, replies: tuple[str, ...]) -> list[Exchange]:
-    """The answers of one step: each but the first follows a malformed one, which was asked for again."""
+    """The answers of one step; every answer after the first follows a malformed one."""
     images = trial.facts.get("images")
     first, *others = conversation(situation, images=images if isinstance(images, int) else 0)
     opening = situation.past[0].percept if situation.past else situation.percept

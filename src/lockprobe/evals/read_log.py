@@ -1,4 +1,4 @@
-"""Reads trials from Inspect logs, those of our tasks and those that were exported.
+"""Reads trials from Inspect logs: logs of Lockprobe's tasks and exported logs.
 
 A log is data from anyone: it is parsed with limits, every record is checked as a line of a journal is, and no code
 runs from it.
@@ -57,7 +57,7 @@ _MOST_SAMPLES = 100_000
 
 
 def log_files(path: Path | str) -> list[Path]:
-    """The logs in a directory, also in those below it, in the order of their names; or the one log that a path is."""
+    """The logs in a directory and below it, in the order of their names; or the log at this path."""
     path = Path(path)
     return sorted(file for file in path.rglob("*.eval") if not file.name.startswith(".")) if path.is_dir() else [path]
 
@@ -75,7 +75,7 @@ def trials_in(path: Path | str) -> list[Trial]:
 
 
 def read_log(path: Path | str) -> MergeSource:
-    """What a log holds. Its epochs are further repetitions of its study.
+    """Read a log. Its epochs count as further repetitions of its study.
 
     Raises:
         BadFile: As :func:`trials_in`.
@@ -111,7 +111,7 @@ def read_log(path: Path | str) -> MergeSource:
         raise BadFile(path, str(fault)) from None
     except _DAMAGE as fault:
         said = fault.errors()[0]["msg"] if isinstance(fault, ValidationError) else str(fault)
-        raise BadFile(path, f"not an Inspect log that can be read ({said or type(fault).__name__})") from None
+        raise BadFile(path, f"not a readable Inspect log ({said or type(fault).__name__})") from None
     study = _study(header, trials.values(), path)
     for key, sample in samples.items():
         if key not in _keys(sample, trials[key].group, study, header):
@@ -141,7 +141,7 @@ def _check_size(path: Path) -> None:
 
 
 def _check_json(path: Path) -> None:
-    """Inspect never ends on what is no JSON or is nested without end, nor on sizes that lie."""
+    """Refuse invalid or deeply nested JSON and false sizes, on which Inspect's reader would hang."""
     if path.suffix == ".json":
         json.loads(path.read_bytes())
     elif zipfile.is_zipfile(path):
@@ -160,18 +160,18 @@ def _check_number(header: EvalLog) -> None:
 
 
 def _check_held(header: EvalLog, held: int) -> None:
-    """Only the log of an eval that was broken off may have no sample."""
+    """Refuse a log without samples, unless its eval was interrupted."""
     if not held and header.status == "success":
         raise BadValue("samples", 0, f"the {len(header.eval.dataset.sample_ids or ())} that its header lists")
 
 
 def _named(sample: EvalSample) -> EvalSample:
-    """Its name alone, to save memory."""
+    """The name alone, to save memory."""
     return sample.model_copy(update={"messages": [], "store": {}, "scores": None, "attachments": {}})
 
 
 def _line(sample: EvalSample) -> str | None:
-    """The record of a trial, out of whichever score has one; an eval may have scorers of others too."""
+    """The record of a trial from the score that has one; an eval may have other scorers too."""
     for score in (sample.scores or {}).values():
         line = (score.metadata or {}).get(TRIAL)
         if isinstance(line, str):
@@ -182,7 +182,7 @@ def _line(sample: EvalSample) -> str | None:
 def _study(log: EvalLog, trials: Iterable[Trial], path: Path) -> Study:
     settings = (log.eval.metadata or {}).get(SETTINGS)
     if not isinstance(settings, dict):
-        raise BadFile(path, "an Inspect log, but not of trials of Lockprobe")
+        raise BadFile(path, "an Inspect log without trials of Lockprobe")
     if not settings.get("agents"):  # a task does not know its model
         agents = list(dict.fromkeys(trial.group for trial in trials))
         settings = {**settings, "agents": agents or [_agent(log)]}
@@ -196,7 +196,7 @@ def _agent(log: EvalLog) -> str:
 
 
 def _keys(sample: EvalSample, agent: str, study: Study, log: EvalLog) -> tuple[str, str]:
-    """Possible keys of a sample's trial: in a log of several agents the sample's name holds the agent already."""
+    """Possible keys of a sample's trial: in a log of several agents the sample's name contains the agent."""
     place, repetition = str(sample.id), sample.metadata.get("repetition")
     if isinstance(repetition, int) and sample.epoch > 1:
         each = study.repetitions // (log.eval.config.epochs or 1)

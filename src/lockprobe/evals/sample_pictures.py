@@ -27,7 +27,7 @@ _URI = "data:image/png;base64,"
 
 
 def beside(trial: Trial, messages: Iterable[ChatMessage], directory: Path) -> dict[str, dict[str, str]]:
-    """What the store of a sample has to hold: pictures on record that are in the directory and in no message."""
+    """The pictures for the store of a sample: recorded pictures in the directory that are in no message."""
     unseen = trial.picture_names - {name for name, _ in pictures_of(messages, {})}
     files = [file for name in sorted(unseen) if (file := directory / name).is_file()]
     uris = {file.name: _URI + base64.b64encode(read_input(file)).decode("ascii") for file in files}
@@ -35,7 +35,7 @@ def beside(trial: Trial, messages: Iterable[ChatMessage], directory: Path) -> di
 
 
 def pictures_of(messages: Iterable[ChatMessage], store: Mapping[str, object]) -> Iterator[tuple[str, bytes]]:
-    """Every picture in the messages and in the store of a sample, with the name that says what is in it."""
+    """Every picture in the messages and in the store of a sample, with its name."""
     kept = store.get(PICTURES)
     uris = [uri for uri in kept.values() if isinstance(uri, str)] if isinstance(kept, dict) else []
     for message in messages:

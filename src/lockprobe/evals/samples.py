@@ -1,4 +1,4 @@
-"""Samples of an Inspect log: their names, their content, and how the viewer lists them."""
+"""Samples of an Inspect log: their names, their content, and their metadata in the viewer."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def sample_id(trial: Trial | Plan) -> str:
 
 
 def metadata_of(trial: Trial | Plan) -> dict[str, object]:
-    """What sets a trial apart from the others of its log, and what they share that changes what is seen."""
+    """The metadata of a trial: its place in the study, and shared settings that change what the agent sees."""
     if isinstance(trial, Trial):
         flip, box = trial.flip, trial.box
     else:

@@ -82,7 +82,7 @@ def _answer(trial: Trial) -> str:
 
 
 def explained(trial: Trial) -> str:
-    """A trial in Markdown: one row a step: the truth, the report and what the agent said of it."""
+    """A trial in Markdown, one row per step: the truth, the report and the agent's claim."""
     names = dict(zip(trial.joints, trial.labels, strict=True))
     said = [step.decision.claimed for step in trial.steps[1:]] + [None] * bool(trial.steps)
     heading = f"{_answer(trial).capitalize()}. The target is **{names[trial.target]}** ({trial.target})."
@@ -110,7 +110,7 @@ def told_of(step: Step) -> str:
 
 
 def marked(step: Step) -> dict[str, object]:
-    """The same as metadata of the message that chose the joint; a model never gets to see metadata."""
+    """Truth and report as metadata of the message that chose the joint; a model never sees metadata."""
     return {
         "step": step.step,
         "attempted": f"{step.decision.joint} ({step.joint})",
@@ -134,12 +134,12 @@ def _said(step: Step, claimed: str | None) -> str:
 
 
 def _in_a_cell(text: str) -> str:
-    """Words of a model on one line, so that neither a row nor a cell ends in them."""
+    """Words of a model on one line, so that they cannot end a row or a cell."""
     return " ".join(text.split()).replace("\\", "\\\\").replace("|", "\\|")
 
 
 def metrics_of(study: Study) -> dict[str, list[Metric]]:
-    """What a log sums up, by value of the score: means, standard errors, and means of every condition.
+    """The metrics of a log, by value of the score: means, standard errors, and means of every condition.
 
     Standard errors are clustered by repetition, as Inspect AI has them. In a study of one repetition they are clustered
     by trial, since the same trial of all conditions shares its luck. With a single cluster Inspect says 0. Repetition,
@@ -151,7 +151,7 @@ def metrics_of(study: Study) -> dict[str, list[Metric]]:
 
 
 def metrics_header(study: Study) -> dict[str, list[dict[str, object]]]:
-    """The same metrics by name, as the header of a log has them."""
+    """The metrics by name, as in the header of a log."""
     summed: list[dict[str, object]] = [
         {"name": "inspect_ai/mean", "options": {}},
         {"name": "inspect_ai/stderr", "options": {"cluster": _cluster(study)}},
@@ -167,7 +167,7 @@ def _cluster(study: Study) -> str:
 
 @scorer(metrics={value: [mean()] for value in VALUES})
 def played() -> Scorer:
-    """Scores the trial that was played; a sample that was cut off before its end is unscored."""
+    """Score a played trial; a sample that was cut off before its end stays unscored."""
 
     async def score(state: TaskState, target: Target) -> Score:
         line = state.store.get(TRIAL)

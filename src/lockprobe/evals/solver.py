@@ -60,12 +60,12 @@ _FAULTS: dict[str, type[TrialFault]] = {fault.boundary: fault for fault in (Mode
 
 
 def agent_spec(model: str, settings: Mapping[str, object], config: GenerateConfig) -> str:
-    """The spec of an eval's model, as of ``lockprobe run --agent``.
+    """The spec of an eval's model, as for ``lockprobe run --agent``.
 
     ``settings`` holds the options that Inspect lacks, by name, None for the default; ``config`` holds the others.
 
     Raises:
-        BadValue: If an option has a value that it cannot have, or one that this model is known to refuse.
+        BadValue: If an option has an invalid value, or one that this model is known to refuse.
     """
     given = dict(settings) | {ours: getattr(config, theirs) for ours, theirs in _OURS.items()}
     named = {
@@ -80,11 +80,11 @@ def agent_spec(model: str, settings: Mapping[str, object], config: GenerateConfi
 
 @solver
 def play_trial(settings: dict[str, Any], options: dict[str, Any] | None = None) -> Solver:
-    """Plays the trial that a sample's metadata names.
+    """Play the trial that a sample's metadata names.
 
     Args:
-        settings: Of the study, as JSON holds them; the model of the eval is its only agent.
-        options: As of :func:`agent_spec`.
+        settings: Settings of the study from JSON; the eval's model is its only agent.
+        options: Options of :func:`agent_spec`.
     """
 
     async def solve(state: TaskState, generate: Generate) -> TaskState:
@@ -109,7 +109,7 @@ def play_trial(settings: dict[str, Any], options: dict[str, Any] | None = None) 
 
 
 class _ModelOfTheEval:
-    """The model of an eval at one trial, whose conversation becomes the messages of ``state``."""
+    """An eval's model in one trial, whose conversation becomes the messages of ``state``."""
 
     def __init__(self, model: Model, spec: str, config: GenerateConfig, state: TaskState) -> None:
         self.broke: BaseException | None = None
@@ -127,12 +127,12 @@ class _ModelOfTheEval:
 
     @property
     def facts(self) -> Mapping[str, Fact]:
-        """What it is; what else was set for the eval stands under ``config``."""
+        """The facts of the model; other settings of the eval are under ``config``."""
         others = {"config": json.dumps(self._others, sort_keys=True)} if self._others else {}
         return model_facts(self._name, self._settings, batch=self._batch) | others
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
-        """Ask for the next joint; what Inspect raises is kept, so that its own limits and retries hold."""
+        """Ask for the next joint. Exceptions of Inspect pass, so that its limits and retries apply."""
         step = len(situation.past) + 1
 
         async def ask(turn: int, messages: Sequence[Message], schema: dict[str, object]) -> ModelReply:
@@ -163,7 +163,7 @@ class _ModelOfTheEval:
         )
 
     def _config(self, schema: dict[str, object]) -> GenerateConfig:
-        """What is sent with the conversation, as our client sends it."""
+        """The parameters sent with the conversation, equal to those of Lockprobe's client."""
         form = self._settings.form(self._known)
         config = GenerateConfig().model_copy(update=self._settings.parameters(self._known))
         if form != "none":
@@ -172,7 +172,7 @@ class _ModelOfTheEval:
         return config
 
     def _message(self, place: int, message: Message, step: int, turn: int) -> ChatMessage:
-        """The same message is one object in every call; each has other metadata, or Inspect merges equal ones."""
+        """One object per message in all calls, with distinct metadata so that Inspect does not merge equal ones."""
         name = (place, message.role, message.text, tuple(picture.name for picture in message.pictures))
         if name not in self._made:
             made = sent(message, self._settings)
@@ -187,7 +187,7 @@ class _ModelOfTheEval:
 
 
 def _finish(state: TaskState, trial: Trial, directory: Path) -> None:
-    """Put into a sample what its model did not see: the last observation, and pictures kept for the record."""
+    """Add to a sample what its model did not see: the last observation, and recorded pictures."""
     if trial.error is None:
         last = sent(told_last(trial, directory), ModelSettings())
         last.metadata = {"step": len(trial.steps) + 1}

@@ -40,7 +40,7 @@ _YES_OR_NO = ("shuffle", "assessment", "full")
 
 
 def _with_parameters(make: Callable[..., Task]) -> Callable[..., Task]:
-    """The options of a study and of how a model is asked as parameters, by which Inspect knows them."""
+    """Give a task the options of a study and of a model as parameters that Inspect recognises."""
     names = [name for name in StudyOptions.model_fields if name not in {"study", "agent"}]
     parameters = [inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None) for name in (*names, *OPTIONS)]
     unknown = inspect.Parameter("unknown", inspect.Parameter.VAR_KEYWORD)  # so that they come here, and are refused
@@ -51,9 +51,9 @@ def _with_parameters(make: Callable[..., Task]) -> Callable[..., Task]:
 @task
 @_with_parameters
 def flips(**given: Any) -> Task:
-    """What false reports do to an agent that solves a lockbox (Sec. 3.2).
+    """The effect of false reports on an agent that solves a lockbox (Sec. 3.2).
 
-    The parameters are the options of ``lockprobe run flips``; the last four say how the model is asked.
+    The parameters are the options of ``lockprobe run flips``; the last four are options of the model.
     """
     return _task("flips", given)
 
@@ -61,9 +61,9 @@ def flips(**given: Any) -> Task:
 @task
 @_with_parameters
 def modalities(**given: Any) -> Task:
-    """What pictures do to an agent that solves a lockbox: RGB, RGB-D, and reports in words (Sec. 3.1).
+    """The effect of pictures on an agent that solves a lockbox: RGB, RGB-D, and reports in words (Sec. 3.1).
 
-    The parameters are the options of ``lockprobe run modalities``; the last four say how the model is asked.
+    The parameters are the options of ``lockprobe run modalities``; the last four are options of the model.
     """
     return _task("modalities", given)
 
@@ -91,7 +91,7 @@ def _task(name: str, given: Mapping[str, Any]) -> Task:
 
 @contextmanager
 def _in_one_line() -> Iterator[None]:
-    """What Inspect prints as one line, without a traceback."""
+    """Turn a user's mistake into an error that Inspect prints as one line, without a traceback."""
     try:
         yield
     except UserMistake as mistake:
@@ -111,7 +111,7 @@ def _planned(name: str, asked: Mapping[str, Any]) -> Study:
 
 
 def _refuse_yes_or_no(asked: Mapping[str, object]) -> None:
-    """Python counts true as 1; nobody means that."""
+    """Refuse true and false as numbers, which Python would accept."""
     for name, value in asked.items():
         if isinstance(value, bool) and name not in _YES_OR_NO:
             raise BadValue(name, value, "a number or a word, not true or false")

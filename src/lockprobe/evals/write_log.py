@@ -55,11 +55,11 @@ def write_logs(
 
     Args:
         trials: The trials.
-        study: The study that they are of.
-        out: A file that ends in ``.eval`` or ``.json``, for one log of all agents; else a directory, made if need be,
-            for one log of each.
+        study: The study of the trials.
+        out: A file that ends in ``.eval`` or ``.json``, for one log of all agents; else a directory, created if
+            missing, for one log per agent.
         pictures: Directory of the pictures that the records name; without it the logs have none.
-        seconds: How long each trial took, by key, where it is known.
+        seconds: The duration of each trial, by key, if known.
 
     Raises:
         BadValue: If there is no trial.
@@ -67,7 +67,7 @@ def write_logs(
     """
     trials = list(trials)
     if not trials:
-        raise BadValue("trials", 0, "at least one that is finished")
+        raise BadValue("trials", 0, "at least one finished trial")
     groups = {out: trials}
     if out.suffix not in SUFFIXES:
         agents = list(dict.fromkeys(trial.group for trial in trials))
@@ -89,7 +89,7 @@ def write_logs(
 
 
 def _file_names(agents: Sequence[str]) -> list[str]:
-    """Specs as names of files, each once."""
+    """Unique file names for specs."""
     plain = ["".join(c if c.isalnum() or c in "-." else "-" for c in agent).strip("-.")[:80] for agent in agents]
     return [name if plain.count(name) == 1 else f"{name}-{plain[:i].count(name) + 1}" for i, name in enumerate(plain)]
 
@@ -101,7 +101,7 @@ def log_of(
     pictures: Path | None = None,
     seconds: Mapping[str, float] | None = None,
 ) -> EvalLog:
-    """Trials as a log: a sample each, with scores and metrics as an eval of the same task has them.
+    """Trials as a log: one sample each, with the scores and metrics of an eval of the same task.
 
     The arguments are those of :func:`write_logs`; at least one trial is needed.
     """
@@ -190,7 +190,7 @@ def _model(trial: Trial) -> str:
 
 
 class _Messages:
-    """The messages of a trial. The same one is one object in every call; each has other metadata, as Inspect merges."""
+    """The messages of a trial: one object per message in all calls, with distinct metadata."""
 
     def __init__(self, trial: Trial) -> None:
         self._trial = trial
@@ -217,7 +217,7 @@ class _Messages:
         return reply
 
     def message(self, message: Message, step: int, turn: int) -> ChatMessage:
-        """What was told; the same without its pictures is another message."""
+        """A report as a message; without its pictures it is a different message."""
         name = (step, turn, message.role, message.text, len(message.pictures))
         if name not in self._made:
             made = self._made[name] = sent(message, ModelSettings())

@@ -1,4 +1,4 @@
-"""Trials for other tools: steps and trials as CSV, JSON lines, Parquet; people's trials as a Psych-DS dataset."""
+"""Exports trials for other tools: tables as CSV, JSON lines or Parquet, datasets, and traces."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What stands in each column of an export, in which unit, by which clock: the data dictionary."""
+"""The data dictionary: meaning, unit, range and clock of each column of an export."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ PAGE = "the monotonic clock of the participant's browser (performance.now)"
 SERVER = "the clock of the server"
 
 Kind = Literal["text", "integer", "number", "bits"]
-"""What a cell is. ``bits`` are one character a joint, 0 or 1: a text whose leading zeros count."""
+"""The type of a cell. ``bits`` have one character per joint, 0 or 1: a text whose leading zeros count."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,11 +20,11 @@ class Column:
     """One column.
 
     Attributes:
-        meaning: What stands in it.
-        unit: Its unit; empty where it is a name, a text or a mark.
-        least: The least that can stand in it; None where it holds no number.
-        most: The most; None where there is no bound.
-        kind: What its cells are.
+        meaning: The meaning of its values.
+        unit: Its unit; empty for names, texts and marks.
+        least: The smallest possible value; None if it holds no number.
+        most: The largest possible value; None if there is no bound.
+        kind: The type of its cells.
     """
 
     meaning: str
@@ -43,14 +43,14 @@ def _count(meaning: str, least: int = 1) -> Column:
 
 
 COLUMN: Mapping[str, Column] = {
-    "participant": Column("Who: an ID that was made up by the server; no part of it comes from the person."),
-    "key": Column("The trial: its readable name in the study. A trial is one box that is played from its start."),
-    "agent": Column("Who played, as Lockprobe names agents: participant:ID for people, strategies and models by spec."),
+    "participant": Column("The participant: a random ID from the server, independent of the person."),
+    "key": Column("The trial: its readable name in the study. A trial is one box, played from its start."),
+    "agent": Column("The agent that played: participant:ID for people, the spec for strategies and models."),
     "box": Column("Name of the lockbox."),
     "modality": Column("How the box was shown: symbolic (reports), rgb or rgbd (pictures)."),
     "p": Column(
-        "Flip rate: how often, independently in every step, the report said the opposite; empty where something else "
-        "acted.",
+        "Flip rate: probability that a report says the opposite, independent for each step. Empty if other "
+        "interventions acted.",
         "",
         0,
         1,
@@ -61,128 +61,126 @@ COLUMN: Mapping[str, Column] = {
         "Trial within repetition and condition, from 1. Trials of one repetition and number share their luck."
     ),
     "step": _count("Step within the trial, from 1: one attempt to move one joint."),
-    "joint": Column("The joint that was attempted, by its name in the box."),
+    "joint": Column("The attempted joint, by its name in the box."),
     "moved": _mark("whether the joint really moved."),
-    "told_moved": _mark("whether the report afterwards said that it moved. With pictures: what the picture shows."),
+    "told_moved": _mark(
+        "whether the report after the step said that it moved; with pictures, whether the picture shows that."
+    ),
     "claimed": Column(
-        "What was said, before this step's joint was chosen, of what the *previous* step had done: moved or blocked. "
-        "It is held against moved and told_moved of the row before. Empty in the first step and where it was not asked."
+        "The agent's claim about the *previous* step, made before the choice of this step: moved or blocked. Compare "
+        "it with moved and told_moved of the previous row. Empty in the first step and if it was not asked."
     ),
     "state": Column(
-        "True configuration before the step: one 0 or 1 a joint, in panel order. In CSV with b in front (b0110), so "
-        "that no program reads it as a number and drops leading zeros.",
+        "True configuration before the step: 0 or 1 for each joint, in panel order. CSV files have b in front (b0110), "
+        "so that no program reads it as a number and drops leading zeros.",
         kind="bits",
     ),
     "target": _mark("whether this step moved the target joint, which opens the box."),
-    "ending": Column("How the trial ended: solved, budget (steps ran out), error (broken, no failure to solve)."),
-    "condition": Column("The condition, where other things than flip rates were varied: its name, or what acted."),
-    "chosen": Column("The joint that had been chosen, where an intervention had another one attempted; else empty."),
-    "panel": Column("The joints in the panel order of the trial, where panels differ between trials."),
-    "verdict": Column("What a robot took to have happened: moved, blocked or failed. Empty without a robot."),
+    "ending": Column("How the trial ended: solved, budget (steps ran out), error (broken, not a failure to solve)."),
+    "condition": Column(
+        "The condition, if other interventions than flips were varied: its name, or its interventions."
+    ),
+    "chosen": Column("The chosen joint, if an intervention replaced it by another one; else empty."),
+    "panel": Column("The joints in the panel order of the trial, if panels differ between trials."),
+    "verdict": Column("A robot's own verdict on the attempt: moved, blocked or failed. Empty without a robot."),
     "position": _count(
-        "Which of the participant's boxes it was, in the order in which they were played, from 1; 0 is for practice.",
+        "Number of the box in the participant's order, from 1; 0 for practice.",
         0,
     ),
-    "view": Column("How the page showed it: text, panel (drawn) or pictures."),
-    "told": Column("The report after the step, in the words in which it was told. Empty with pictures."),
+    "view": Column("How the page showed the box: text, panel (drawn) or pictures."),
+    "told": Column("The report after the step, word for word. Empty with pictures."),
     "rt_ms": Column(
-        f"From when the scene was painted to the choice of the joint or of the answer, by {PAGE}; for a joint without "
-        "the time for what was said of the step before.",
+        f"Response time, from painting the scene to the choice of the joint or answer, by {PAGE}; for a joint without "
+        "the time for the claim.",
         "ms",
         0,
         kind="number",
     ),
     "confidence": Column(
-        "How sure the agent said that it is of claimed. Empty in the first step and where it was not asked.",
+        "The agent's stated confidence in claimed. Empty in the first step and if it was not asked.",
         "%",
         0,
         100,
         "integer",
     ),
     "report_false": _mark(
-        "whether the agent thinks that what it was told of the *previous* step is false. Empty in the first step and "
-        "where it was not asked."
+        "whether the agent thinks that the report on the *previous* step is false. Empty in the first step and if it "
+        "was not asked."
     ),
     "claimed_rt_ms": Column(
-        f"From when the scene was painted to what was said of the step before, by {PAGE}. Empty where it was not "
-        "asked.",
+        f"Response time, from painting the scene to the claim, by {PAGE}. Empty if it was not asked.",
         "ms",
         0,
         kind="number",
     ),
     "at": Column(
-        f"When it reached the server, since the participant agreed to take part, by {SERVER}.", "s", 0, kind="number"
+        f"Time of arrival at the server, counted from the participant's consent, by {SERVER}.", "s", 0, kind="number"
     ),
-    "turn": _count("Number of the scene that was answered, one act each; agreeing to take part is the first."),
+    "turn": _count("Number of the answered scene, one act each; consent is the first."),
     "scene": Column(
-        "What kind of scene was answered: page, box, over, check or ask; broken where a box could not be played on."
+        "Kind of the answered scene: page, box, over, check or ask; broken if a box could not be continued."
     ),
-    "label": Column("The label by which the participant knew the joint."),
-    "recorded": _mark("whether the step belongs to a finished trial, which stands in the file of steps."),
-    "pointer": Column(
-        "With what the joint was chosen: mouse, touch, pen or keyboard. Empty where the study does not keep it."
-    ),
+    "label": Column("The joint's label for the participant."),
+    "recorded": _mark("whether the step belongs to a finished trial, which is in the file of steps."),
+    "pointer": Column("Device of the choice: mouse, touch, pen or keyboard. Empty if the study does not store it."),
     "window_width": Column(
-        "Width of the browser's window then; of a participant at the first choice. Empty where the study does not "
-        "keep it.",
+        "Width of the browser's window at this choice; for a participant, at the first choice. Empty if the study "
+        "does not store it.",
         "px",
         0,
         kind="integer",
     ),
-    "window_height": Column("Height of the same, in the same way.", "px", 0, kind="integer"),
-    "ended": Column(
-        "How the trial ended with this step, practice too: solved, budget or error. Empty where it goes on."
-    ),
-    "language": Column("Language of the texts that were read (BCP 47)."),
-    "texts": Column("Fingerprint of these texts; equal fingerprints are equal texts."),
-    "boxes_assigned": _count("Boxes that the participant was to play.", 0),
-    "boxes_finished": _count("Of these, how many were finished: opened, or all steps taken.", 0),
-    "boxes_broken": _count("Of these, how many broke, through no doing of the participant.", 0),
-    "left_in_box": _count("Where somebody left: the first box that is not over. Empty where all are."),
-    "left_after_step": _count("Steps taken in that box. Empty where all are over.", 0),
-    "released": _mark("whether the participant was away so long that the boxes left over were given to others."),
-    "checks_right": _count("Attention checks that were answered rightly.", 0),
-    "checks_wrong": _count("Attention checks that were answered wrongly.", 0),
+    "window_height": Column("Height of the browser's window, as for window_width.", "px", 0, kind="integer"),
+    "ended": Column("How the trial or practice ended with this step: solved, budget or error. Empty if it continues."),
+    "language": Column("Language of the texts on the page (BCP 47)."),
+    "texts": Column("Fingerprint of these texts; equal fingerprints mean equal texts."),
+    "boxes_assigned": _count("Boxes assigned to the participant.", 0),
+    "boxes_finished": _count("Number of them that were finished: opened, or all steps taken.", 0),
+    "boxes_broken": _count("Number of them that broke through no fault of the participant.", 0),
+    "left_in_box": _count("The first unfinished box, at which the participant left. Empty if all are finished."),
+    "left_after_step": _count("Steps taken in that box. Empty if all are finished.", 0),
+    "released": _mark("whether the participant was away so long that the remaining boxes were given to others."),
+    "checks_right": _count("Attention checks answered correctly.", 0),
+    "checks_wrong": _count("Attention checks answered incorrectly.", 0),
     "conditions": Column(
-        "The participant's boxes in their order, each as modality and flip rate (symbolic p=0.4), with semicolons "
-        "between."
+        "The participant's boxes in order, each as modality and flip rate (symbolic p=0.4), separated by semicolons."
     ),
-    "finished": _mark("whether the participant came to the end: every box is over and every question was put."),
+    "finished": _mark("whether the participant reached the end: every box is over and every question was asked."),
     "pointers": Column(
-        "With what the participant chose joints, what was used most first: mouse, touch, pen, keyboard. Empty where "
-        "the study does not keep it."
+        "Devices of the participant's choices, most used first: mouse, touch, pen, keyboard. Empty if the study does "
+        "not store them."
     ),
     "check": _count("Number of the attention check, from 1."),
-    "question": Column("The question that was asked. Empty where the settings of the experiment are not kept."),
-    "answer": Column("The answer as it was given."),
-    "right": _mark("whether it is the right answer."),
-    "name": Column("Name of the question, as the experimenter gave it."),
+    "question": Column("The question. Empty if the settings of the experiment are not stored."),
+    "answer": Column("The answer, word for word."),
+    "right": _mark("whether the answer is right."),
+    "name": Column("The experimenter's name for the question."),
     "solved": _mark(
-        "whether the target joint moved. Empty where the trial ended as error: that is no failure to solve."
+        "whether the target joint moved. Empty if the trial ended as error, which is not a failure to solve."
     ),
-    "steps": _count("Steps taken, attempts of a joint.", 0),
-    "budget": _count("Steps that the trial had at most."),
+    "steps": _count("Steps taken; each is one attempt to move a joint.", 0),
+    "budget": _count("The most steps of the trial."),
     "moves": _count("Attempts that really moved their joint.", 0),
     "false_reports": _count("Steps whose report said the opposite of the truth.", 0),
-    "claims": _count("Times that it was said what the previous step had done.", 0),
-    "misinterpretations": _count("Of these claims, those that contradict what had been told (not: what was true).", 0),
-    "any_loop": _mark("whether the attempts hold an action loop: three or more in a row that stand twice."),
+    "claims": _count("Number of claims about the previous step.", 0),
+    "misinterpretations": _count("Number of claims that contradict the report (not the truth).", 0),
+    "any_loop": _mark("whether the attempts contain an action loop: a run of three or more that occurs twice."),
     "loop_coverage": Column(
-        "Share of the attempts that action loops cover at most. Empty without an attempt.", "", 0, 1, "number"
+        "The largest share of attempts that action loops cover. Empty without an attempt.", "", 0, 1, "number"
     ),
-    "error": Column("Where a trial broke that ended as error: model, reply, plant, channel or participant."),
+    "error": Column("The boundary at which a trial broke: model, reply, plant, channel or participant."),
 }
-"""Every column of every table but those of the recruitment platform."""
+"""Every column of every table except those of the recruitment platform."""
 
 PLATFORM = "platform_"
-"""With what the names of columns begin that hold what the recruitment platform said."""
+"""The prefix of columns with parameters of the recruitment platform."""
 
 
 _DATATYPE: Mapping[Kind, str] = {"text": "string", "bits": "string", "integer": "integer", "number": "number"}
 
 
 def as_bits(state: str) -> str:
-    """A configuration as CSV has it: no program takes it for a number.
+    """A configuration for CSV, marked so that no program reads it as a number.
 
     >>> as_bits("0110")
     'b0110'
@@ -191,7 +189,7 @@ def as_bits(state: str) -> str:
 
 
 def dictionary(file: str, columns: Iterable[str], row: str) -> dict[str, object]:
-    """The data dictionary of a table in a file (W3C, CSV on the Web); ``row`` says what a row is."""
+    """The data dictionary of a table in a file (W3C, CSV on the Web); ``row`` describes a row."""
     return {
         "@context": "http://www.w3.org/ns/csvw",
         "url": file,
@@ -209,7 +207,7 @@ def _described(name: str) -> dict[str, object]:
 
 
 def column(name: str) -> Column:
-    """What stands in the column of this name."""
+    """The description of the column with this name."""
     if name.startswith(PLATFORM):
         return Column(f"{name.removeprefix(PLATFORM)}, as the recruitment platform gave it in the URL.")
     return COLUMN[name]

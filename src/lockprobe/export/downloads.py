@@ -1,7 +1,7 @@
-"""What the admin page of a study gives out: the dataset as one ZIP file, each of its tables, what stands in them.
+"""The downloads of a study's admin page: the dataset as one ZIP file, each of its tables, and data dictionaries.
 
-Nothing of it is written twice: tables and dataset are those of ``lockprobe export --format psych-ds``, so no platform
-IDs, no tokens and no times of day are in any of it, and nothing of those who have withdrawn.
+Tables and dataset are those of ``lockprobe export --format psych-ds``: without platform IDs, tokens, times of day and
+data of participants who have withdrawn.
 """
 
 from __future__ import annotations
@@ -23,17 +23,17 @@ __all__ = ["DATASET", "Download", "downloads"]
 DATASET = "dataset.zip"
 
 _SMALL_ALREADY = {".png"}
-"""Files that do not become smaller."""
+"""Endings of files that are already compressed."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Download:
-    """One file that can be had.
+    """One file to download.
 
     Attributes:
-        name: Of the file.
-        about: What is in it, in words.
-        write: Writes what has been played so far into a file; can be sent to another process.
+        name: The name of the file.
+        about: Its content, in words.
+        write: Writes the data so far into a file; can be sent to another process.
     """
 
     name: str
@@ -42,19 +42,23 @@ class Download:
 
 
 def downloads(directory: Path) -> tuple[Download, ...]:
-    """What can be had of the study in a directory: the dataset first, then each table and its data dictionary.
+    """The downloads of the study in a directory: the dataset first, then each table and its data dictionary.
 
-    Writing raises BadFile if something in the directory is damaged, and of the dataset if nobody took part.
+    Writing raises BadFile if a file in the directory is damaged, and for the dataset also if nobody took part.
     """
-    whole = Download(name=DATASET, about="everything, each column described", write=partial(_write_zip, directory))
+    whole = Download(
+        name=DATASET,
+        about="the whole dataset, with a description of every column",
+        write=partial(_write_zip, directory),
+    )
     tables = [
         download
         for name, row in TABLES.items()
         for download in (
-            Download(name=f"{name}.csv", about=f"a row is {row}", write=partial(_write_table, directory, name)),
+            Download(name=f"{name}.csv", about=f"one row is {row}", write=partial(_write_table, directory, name)),
             Download(
                 name=f"{name}.csv-metadata.json",
-                about=f"what stands in each column of {name}.csv",
+                about=f"the data dictionary of {name}.csv",
                 write=partial(_write_dictionary, directory, name),
             ),
         )

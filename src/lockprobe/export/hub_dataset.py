@@ -1,4 +1,4 @@
-"""Trials as a directory that ``datasets.load_dataset`` reads: Parquet, a split for each agent, and a card."""
+"""Writes trials as a directory for ``datasets.load_dataset``: Parquet, a split for each agent, and a card."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ def write_hub_dataset(
     Args:
         trials: The trials.
         out: The directory, which is new.
-        album: The directory of the pictures that records name; without it they are left out. They stand in the tables,
-            those after a step in its row, those before the first step in the row of the trial.
+        album: The directory of the pictures that records name; without it they are left out. Pictures after a step are
+            in the row of the step, those before the first step in the row of the trial.
         licence: The name of a licence as the hub writes it, for example ``cc-by-4.0``.
 
     Raises:
@@ -61,7 +61,7 @@ def write_hub_dataset(
                 described.unlink()
                 if pictures is not None and pictures.kinds:
                     pictures.put(file, name)
-        held = "Pictures stand in the tables." if pictures and pictures.kinds else "There are no pictures."
+        held = "The tables contain the pictures." if pictures and pictures.kinds else "There are no pictures."
         (draft / "README.md").write_text(_card(names, columns, licence, held), "utf-8")
     return [out]
 
@@ -106,13 +106,13 @@ class _Pictures:
 
 
 def _features(schema: Any) -> dict[str, dict[str, str]]:
-    """The columns of a table as ``datasets`` names their types."""
+    """The columns of a table with their types in ``datasets``."""
     names = {"int64": "int64", "double": "float64", "string": "string"}
     return {field.name: {"dtype": names[str(field.type)], "_type": "Value"} for field in schema}
 
 
 def split_names(agents: Iterable[str]) -> dict[str, str]:
-    """For each agent a name that a split may have.
+    """A valid name of a split for each agent.
 
     >>> split_names(["human-inspired", "llm:openai/gpt-4o"])
     {'human-inspired': 'human_inspired', 'llm:openai/gpt-4o': 'llm_openai_gpt_4o'}
@@ -135,8 +135,8 @@ def _card(names: dict[str, str], columns: dict[TableName, tuple[str, ...]], lice
         for split in names.values():
             lines += [f"  - split: {split}", f"    path: {table}/{split}.parquet"]
     lines += ["---", "", "# Lockprobe trials", ""]
-    lines += ["Agents try to open lockboxes. Every step holds the truth next to what the agent was told.", ""]
-    lines += [f"A trial whose `ending` is `error` is no failure to solve: `solved` is empty. {pictures}"]
+    lines += ["Agents try to open lockboxes. Every step holds the truth and the report to the agent.", ""]
+    lines += [f"A trial whose `ending` is `error` is not a failure to solve: `solved` is empty. {pictures}"]
     lines += ["", "| split | agent |", "|---|---|", *(f"| `{split}` | {_cell(a)} |" for a, split in names.items())]
     for table in _TABLES:
         lines += ["", f"## Columns of `{table}`", "", "| column | meaning |", "|---|---|"]

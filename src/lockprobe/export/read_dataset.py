@@ -1,7 +1,7 @@
-"""A Psych-DS dataset of people's trials back, if its tables still say what its records say.
+"""Reads a Psych-DS dataset back into trials and checks its tables against its records.
 
-It comes from elsewhere: no name of a file is taken from what stands in it, no link is followed, and a file that is
-larger than any study of people is not read.
+A dataset is untrusted: no file name is taken from its content, no link is followed, and no file larger than any study
+of people is read.
 """
 
 from __future__ import annotations
@@ -22,15 +22,15 @@ from lockprobe.terminal_text import readable
 __all__ = ["LARGEST_FILE", "is_dataset", "source_of_dataset"]
 
 LARGEST_FILE = 1 << 28
-"""Bytes of a file of a dataset."""
+"""The largest file of a dataset, in bytes."""
 
 _LATER_TABLES = {"trials"}
 _LATER_COLUMNS = {"conditions", "finished", "pointers", "window_width", "window_height"}
-"""What older datasets do not have; where it is there it is held against the records like all else."""
+"""Columns that older datasets lack; if present, they are checked against the records like all others."""
 
 
 def is_dataset(directory: Path) -> bool:
-    """Whether a directory is a dataset as :func:`lockprobe.export.write_dataset.write_dataset` writes it."""
+    """Whether a directory is a dataset of :func:`lockprobe.export.write_dataset.write_dataset`."""
     return (directory / DESCRIPTION).is_file() and (directory / RECORDS).is_dir()
 
 
@@ -38,12 +38,12 @@ def source_of_dataset(directory: Path) -> MergeSource:
     """The trials in a dataset.
 
     Raises:
-        BadFile: If something in it is damaged, is a link or is too large, or if a table is missing or says anything
-            else than the records; columns that somebody added are not read.
+        BadFile: If a file is damaged, a link or too large, or if a table is missing or disagrees with the records.
+            Additional columns are ignored.
     """
     for path in _files(directory):
         if path.is_symlink():
-            raise BadFile(path, "a link; a dataset holds its files itself")
+            raise BadFile(path, "a link; a dataset must contain its files")
         check_regular(path)
         if path.stat().st_size > LARGEST_FILE:
             raise BadFile(path, f"larger than {LARGEST_FILE >> 20} MiB")
@@ -56,14 +56,14 @@ def source_of_dataset(directory: Path) -> MergeSource:
 
 
 def _files(directory: Path) -> Iterator[Path]:
-    """All that lies in a directory but its own directories; links to directories are not followed."""
+    """All files in a directory and below; links to directories are not followed."""
     for where, directories, files in os.walk(directory):
         links = (name for name in directories if (Path(where) / name).is_symlink())
         yield from (Path(where) / name for name in (*files, *links))
 
 
 def _hold_together(path: Path, table: Table) -> None:
-    """Refuses a file that says anything else than a table."""
+    """Refuse a file that disagrees with the table made from the records."""
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:
             reader = csv.DictReader(file, strict=True)
@@ -85,7 +85,7 @@ def _hold_together(path: Path, table: Table) -> None:
 
 
 def _same(name: str, found: str | None, recorded: str) -> bool:
-    """Whether a cell says what the records say; older datasets have configurations without ``b``."""
+    """Whether a cell agrees with the records; older datasets have configurations without ``b``."""
     if found is None:  # the row is too short
         return False
     bits = not name.startswith(PLATFORM) and column(name).kind == "bits"

@@ -1,4 +1,4 @@
-"""Traces to a collector or viewer over OTLP/HTTP: as protobuf where its package is installed, else as JSON."""
+"""Sends traces to a collector or viewer over OTLP/HTTP: as protobuf if its package is installed, else as JSON."""
 
 from __future__ import annotations
 
@@ -50,8 +50,8 @@ def send_traces(requests: Iterable[Mapping[str, object]], url: str) -> int:
     read them: ``NAME=VALUE,NAME=VALUE`` with values as in a URL.
 
     Raises:
-        BadValue: If the URL is none, or the headers are not written so.
-        Missing: If nobody answers there, or the receiver refuses a request.
+        BadValue: If the URL or the headers are invalid.
+        Missing: If the receiver does not answer, or refuses a request.
     """
     endpoint, headers, count = endpoint_of(url), _headers(), 0
     for request in requests:
@@ -63,7 +63,7 @@ def send_traces(requests: Iterable[Mapping[str, object]], url: str) -> int:
             with urllib.request.urlopen(post, timeout=_TIMEOUT):  # noqa: S310 - the scheme is checked
                 count += 1
         except (OSError, http.client.HTTPException) as error:
-            raise Missing(f"{endpoint} took {count} requests and then failed ({_why(error)})", _remedy(error)) from None
+            raise Missing(f"{endpoint} took {count} requests, then failed ({_why(error)})", _remedy(error)) from None
     return count
 
 
@@ -73,13 +73,13 @@ def _headers() -> dict[str, str]:
         name, equals, value = pair.partition("=")
         name, value = name.strip(), unquote(value.strip())
         if not equals or not _NAME.fullmatch(name) or not value.isprintable() or not value.isascii():
-            raise BadValue(_HEADERS, "a header that is none", "NAME=VALUE,NAME=VALUE")  # its value may be a key
+            raise BadValue(_HEADERS, "an invalid header", "NAME=VALUE,NAME=VALUE")  # its value may be a key
         found[name] = value
     return found
 
 
 def _encoded(request: Mapping[str, object]) -> tuple[bytes, str]:
-    """The body of a request and its kind. In JSON ids are hexadecimal, in the JSON of protobuf base64."""
+    """The body of a request and its content type. IDs are hexadecimal in OTLP's JSON, base64 in protobuf's JSON."""
     try:
         from google.protobuf.json_format import ParseDict
         from opentelemetry.proto.collector.trace.v1.trace_service_pb2 import ExportTraceServiceRequest

@@ -1,4 +1,4 @@
-"""When the spans of a trial begin and end, from clock readings where there are any."""
+"""The start and end times of the spans of a trial, from clock readings if there are any."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from lockprobe.record import Trial
 __all__ = ["Clock", "Interval", "TrialTimes", "trial_times"]
 
 Clock = Literal["recorded", "calls", "none"]
-"""Where durations come from: the clock reading of the trial, those of its model calls alone, or nowhere."""
+"""The source of durations: the clock reading of the trial, those of its model calls only, or none."""
 
 _NANOSECONDS = 1_000_000_000
 
 _NO_CLOCK = 1_000_000
-"""Nanoseconds of a step where no clock was read."""
+"""Nanoseconds of a step without a clock reading."""
 
 
 @dataclass(frozen=True, slots=True)
 class Interval:
-    """From when to when, in nanoseconds since 1970-01-01 UTC."""
+    """Start and end of a span, in nanoseconds since 1970-01-01 UTC."""
 
     start: int
     end: int
@@ -36,7 +36,7 @@ class TrialTimes:
         trial: The whole trial.
         steps: Each step, in order; they follow each other without a gap.
         calls: Each model call, in the order in which the calls were given; each lies in its step.
-        clock: Where the durations come from.
+        clock: The source of the durations.
     """
 
     trial: Interval

@@ -1,4 +1,4 @@
-"""Tables as files: CSV, JSON lines, Parquet, each with its data dictionary in a file next to it."""
+"""Writes tables as files: CSV, JSON lines, Parquet, each with a file that holds its data dictionary."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ TableName = Literal["steps", "trials"]
 
 @dataclass(frozen=True, slots=True)
 class Rows:
-    """A table whose rows come one after the other, once.
+    """A table whose rows can be iterated once.
 
     Attributes:
-        about: What a row is.
+        about: The description of a row.
         columns: Names of the columns, in order.
-        rows: Cells by column; an empty text where there is nothing.
+        rows: Cells by column; empty texts for missing values.
     """
 
     about: str
@@ -49,14 +49,14 @@ class Rows:
 
 
 def rows_of(name: TableName, trials: Sequence[Trial], times: Times = NO_TIMES) -> Rows:
-    """Trials as a table, a row a step or a row a trial; ``times`` are the response times of people, for steps."""
+    """Trials as a table with one row per step or per trial; ``times`` are people's response times, for steps."""
     if name == "trials":
-        return Rows("One row a trial.", trial_columns(trials), trial_rows(trials))
-    return Rows("One row a step, truth and report.", tidy_columns(trials, times), tidy_rows(trials, times))
+        return Rows("One row per trial.", trial_columns(trials), trial_rows(trials))
+    return Rows("One row per step, truth and report.", tidy_columns(trials, times), tidy_rows(trials, times))
 
 
 def write_table(table: Rows, path: Path, kind: FileKind) -> list[Path]:
-    """Write a table and its data dictionary (``NAME-metadata.json``), both whole or neither, and return both paths.
+    """Write a table and its data dictionary (``NAME-metadata.json``), both or neither, and return both paths.
 
     Raises:
         Missing: If Parquet is asked for and pyarrow is not installed.
@@ -75,7 +75,7 @@ def write_table(table: Rows, path: Path, kind: FileKind) -> list[Path]:
 
 
 def write_rows(table: Rows, file: IO[str], kind: Literal["csv", "jsonl"]) -> None:
-    """Write a table as CSV or as one JSON object a line, into a file that is open for text.
+    """Write a table as CSV or as one JSON object per line, into a file that is open for text.
 
     CSV has a header line, and configurations with ``b`` in front (``b0110``).
     """
@@ -89,17 +89,17 @@ def write_rows(table: Rows, file: IO[str], kind: Literal["csv", "jsonl"]) -> Non
 
 
 def write_csv(trials: Iterable[Trial], file: IO[str], times: Times = NO_TIMES) -> None:
-    """Tidy steps with a header line; ``state`` has ``b`` in front, so that no program reads it as a number."""
+    """Write tidy steps as CSV; ``state`` has ``b`` in front, so that no program reads it as a number."""
     write_rows(rows_of("steps", list(trials), times), file, "csv")
 
 
 def write_jsonl(trials: Iterable[Trial], file: IO[str], times: Times = NO_TIMES) -> None:
-    """Tidy steps, one JSON object a line."""
+    """Write tidy steps, one JSON object per line."""
     write_rows(rows_of("steps", list(trials), times), file, "jsonl")
 
 
 def write_parquet(trials: Iterable[Trial], path: Path, times: Times = NO_TIMES) -> None:
-    """Tidy steps as a Parquet file, every column with its type: ``state`` is text, what is counted is whole.
+    """Write tidy steps as a Parquet file with typed columns: ``state`` is text, counts are integers.
 
     Raises:
         Missing: If pyarrow is not installed.

@@ -1,4 +1,4 @@
-"""What people did, as six tables: steps, trials, participants, acts, attention checks, answers."""
+"""People's data as six tables: steps, trials, participants, acts, attention checks, answers."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ TABLES = {
     "steps": "a step of a finished trial: truth and report",
     "trials": "a finished trial: whether the box was opened, in how many steps, with which claims and loops",
     "participants": "a participant: conditions, how far they came, checks, device",
-    "acts": "anything that a participant did, practice and unfinished trials too",
+    "acts": "an act of a participant, including practice and unfinished trials",
     "checks": "an answer to an attention check",
     "answers": "an answer to a question",
 }
-"""The tables by name, and what a row of each is."""
+"""The tables by name, with the meaning of a row."""
 
 _FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n")
-"""With what a cell begins that a spreadsheet takes for a formula."""
+"""Beginnings of cells that a spreadsheet reads as formulas."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,9 +43,9 @@ class Table:
     """Rows under named columns.
 
     Attributes:
-        name: What it holds, in small letters.
-        columns: Names of the columns, each once.
-        rows: Cells by column; what is not there is empty.
+        name: Its name, in lower case.
+        columns: Unique names of the columns.
+        rows: Cells by column; empty for missing values.
     """
 
     name: str
@@ -58,11 +58,11 @@ class PeopleRecords:
     """The records of a study in which people took part.
 
     Attributes:
-        directory: Where they lie.
+        directory: The directory of the study.
         study: The study.
         trials: Its trials, in the order in which they were finished.
-        diaries: What its participants did, in the order in which they joined.
-        experiment: How they took part; None where that is not kept.
+        diaries: The diaries of its participants, in the order in which they joined.
+        experiment: The settings for people; None if they are not stored.
     """
 
     directory: Path
@@ -73,10 +73,10 @@ class PeopleRecords:
 
     @classmethod
     def read(cls, directory: Path) -> PeopleRecords:
-        """The records in the directory of a study, without somebody whose deletion is under way.
+        """The records in the directory of a study, without a participant whose deletion is under way.
 
         Raises:
-            BadFile: If it is none, or something in it is damaged.
+            BadFile: If the directory is not a study's, or a file in it is damaged.
         """
         trials, diaries, leaves = load(directory), read_diaries(directory), withdrawing(directory)
         return cls(
@@ -89,10 +89,10 @@ class PeopleRecords:
 
 
 def tables_of(records: PeopleRecords, names: Collection[str] = tuple(TABLES)) -> tuple[Table, ...]:
-    """What people did, as the named tables of :data:`TABLES`. Unfinished trials are in the acts and in no step.
+    """People's data as the tables named in :data:`TABLES`. Unfinished trials are in the acts, not in the steps.
 
     Raises:
-        BadFile: If a diary and a record say different things.
+        BadFile: If a diary and a record disagree.
     """
     trials = {trial.key: trial for trial in records.trials}
     acts = acts_of_steps(records.study, trials, records.diaries, records.directory)
@@ -112,7 +112,7 @@ def tables_of(records: PeopleRecords, names: Collection[str] = tuple(TABLES)) ->
 
 
 def _table(name: str, columns: tuple[str, ...], rows: Iterable[Mapping[str, TidyCell]]) -> Table:
-    """A table in which no text is a formula, and no configuration a number."""
+    """A table in which spreadsheets find no formula, and no configuration that looks like a number."""
     return Table(
         name,
         columns,
@@ -234,7 +234,7 @@ def _participant(kept: Diary, experiment: Experiment | None) -> dict[str, TidyCe
 
 
 def _asked(kept: Diary, experiment: Experiment | None) -> set[tuple[str, str]]:
-    """Checks and questions on the way of a participant, as far as the settings are kept."""
+    """The checks and questions for a participant, if the settings are stored."""
     if experiment is None:
         return set()
     boxes = len(kept.joined.slots)
@@ -247,7 +247,7 @@ def _answered(kept: Diary) -> set[tuple[str, str]]:
 
 
 def _device(kept: Diary) -> dict[str, TidyCell]:
-    """With what joints were chosen, and the first window; empty where the study does not keep it."""
+    """The pointing devices of the choices, and the first window size; empty if the study does not store them."""
     attempts = [did.act for did in kept.acts if isinstance(did.act, Attempt)]
     used = Counter(act.pointer for act in attempts if act.pointer)
     width, height = next((act.viewport for act in attempts if act.viewport), ("", ""))
@@ -314,9 +314,9 @@ def _text(name: str, cell: str) -> str:
 
 
 def _plain(text: str) -> str:
-    """A text that steers no terminal, and that no spreadsheet takes for a formula: an apostrophe in front of one.
+    """A text without control characters, with an apostrophe in front of anything that looks like a formula.
 
-    Numbers have none.
+    Numbers get no apostrophe.
     """
     text = readable(text)
     if not text.startswith(_FORMULA):

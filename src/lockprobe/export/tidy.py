@@ -24,7 +24,7 @@ __all__ = [
 ]
 
 _WHICH = ("key", "agent", "box", "modality", "p", "repetition", "trial")
-"""The columns that say which trial it is, in both tables."""
+"""The columns that identify a trial, in both tables."""
 
 COLUMNS = (
     *_WHICH,
@@ -53,7 +53,7 @@ TRIAL_COLUMNS = (
     "loop_coverage",
     "error",
 )
-"""Names of the columns, in order; :data:`lockprobe.export.data_dictionary.COLUMN` says what stands in each."""
+"""Names of the columns, in order; :data:`lockprobe.export.data_dictionary.COLUMN` describes them."""
 
 TidyCell = str | int | float
 
@@ -61,7 +61,7 @@ Times = Mapping[tuple[str, int], float]
 """Response times in milliseconds, by the key of a trial and the step, from 1."""
 
 NO_TIMES: Times = MappingProxyType({})
-"""Nobody's response times."""
+"""Empty response times."""
 
 
 def tidy_rows(trials: Iterable[Trial], times: Times = NO_TIMES) -> Iterator[dict[str, TidyCell]]:
@@ -113,7 +113,7 @@ def tidy_rows(trials: Iterable[Trial], times: Times = NO_TIMES) -> Iterator[dict
 
 
 def tidy(trials: Trial | Iterable[Trial]) -> list[dict[str, TidyCell]]:
-    """The steps of one trial or several as a table, one row a step, truth and report: for pandas, polars or R.
+    """The steps of one or several trials as a table for pandas, polars or R: one row per step, truth and report.
 
     ``pandas.DataFrame(lockprobe.tidy(trials))``. The columns are those of :func:`tidy_rows`.
     """
@@ -129,7 +129,7 @@ def _dealt_anew(trials: Sequence[Trial]) -> bool:
 
 
 def tidy_columns(trials: Sequence[Trial], times: Times = NO_TIMES) -> tuple[str, ...]:
-    """The columns of the tidy rows of these trials: :data:`COLUMNS`, then those that say something of them."""
+    """The columns of the tidy rows of these trials: :data:`COLUMNS`, then the optional ones that apply."""
     says = {
         "condition": any(trial.condition for trial in trials),
         "chosen": any(step.chosen for trial in trials for step in trial.steps),
@@ -143,16 +143,16 @@ def tidy_columns(trials: Sequence[Trial], times: Times = NO_TIMES) -> tuple[str,
 
 
 def trial_columns(trials: Sequence[Trial]) -> tuple[str, ...]:
-    """The columns of the rows of these trials: :data:`TRIAL_COLUMNS`, and their conditions where they have names."""
+    """The columns of the rows of these trials: :data:`TRIAL_COLUMNS`, and the condition if it has a name."""
     return (*TRIAL_COLUMNS, *(("condition",) if any(trial.condition for trial in trials) else ()))
 
 
 def trial_rows(trials: Iterable[Trial]) -> Iterator[dict[str, TidyCell]]:
-    """One row per trial, one that broke before its first step too.
+    """One row per trial, including trials that broke before their first step.
 
-    ``solved`` is 1 or 0, and empty where the trial ended as an error, which is no failure to solve.
-    ``misinterpretations`` counts the claims that contradict what had been told. In studies of other things than flip
-    rates the last column is ``condition``, and ``p`` is empty unless nothing but flips acted.
+    ``solved`` is 1 or 0, and empty if the trial ended as an error, which is not a failure to solve.
+    ``misinterpretations`` counts the claims that contradict the report. In studies of conditions other than flip
+    rates the last column is ``condition``, and ``p`` is empty unless only flips acted.
 
     >>> import lockprobe
     >>> (row,) = trial_rows([lockprobe.run_trial(agent="human-inspired", p=0.0, seed=1)])

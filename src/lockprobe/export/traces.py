@@ -18,10 +18,10 @@ from lockprobe.terminal_text import readable
 __all__ = ["EPOCH", "Attribute", "requests", "write_traces"]
 
 EPOCH = 946_684_800_000_000_000
-"""Where the first trace starts if nobody says otherwise: 2000-01-01T00:00:00Z, in nanoseconds since 1970."""
+"""The default start of the first trace: 2000-01-01T00:00:00Z, in nanoseconds since 1970."""
 
 TRIALS_A_REQUEST = 50
-"""Trials in one request, so that no receiver refuses it for its size."""
+"""The number of trials in one request, small enough for any receiver."""
 
 _INTERNAL, _CLIENT, _ERROR = 1, 3, 2
 

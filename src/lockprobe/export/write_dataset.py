@@ -1,4 +1,4 @@
-"""People's trials as a Psych-DS dataset: tables that any statistics package reads, each column described.
+"""Writes people's trials as a Psych-DS dataset: tables for any statistics package, with every column described.
 
 ::
 
@@ -52,13 +52,13 @@ __all__ = [
 ]
 
 PSYCH_DS = "Psych-DS 1.5.0"
-"""The version of the data standard that is followed."""
+"""The version of the Psych-DS standard."""
 
 DESCRIPTION, DATA, MATERIALS, RECORDS = "dataset_description.json", "data", "materials", "records"
 
 
 def data_file(study: Study, table: str) -> str:
-    """The file name of a table: keywords and values as Psych-DS wants them.
+    """The file name of a table, with keywords and values as Psych-DS requires.
 
     >>> from lockprobe.studies.studyfile import study
     >>> data_file(study("flips"), "steps")
@@ -68,26 +68,26 @@ def data_file(study: Study, table: str) -> str:
 
 
 def write_dataset(directory: Path, out: Path, *, everybody: bool = False, platform_ids: bool = False) -> list[Path]:
-    """Write what people did in a study as a Psych-DS dataset.
+    """Write people's data of a study as a Psych-DS dataset.
 
     Args:
-        directory: Of the study.
-        out: Directory of the dataset; new, or empty.
-        everybody: Whether the trials of strategies and models are in it too.
-        platform_ids: Whether what the recruitment platform said of participants is in it.
+        directory: The directory of the study.
+        out: The directory of the dataset, new or empty.
+        everybody: Whether to include trials of strategies and models.
+        platform_ids: Whether to include participants' parameters from the recruitment platform.
 
     Returns:
-        Its tables.
+        The paths of its tables.
 
     Raises:
-        BadFile: If nobody took part, ``out`` holds something, a file is damaged or cannot be written, or a diary and a
-            record say different things.
+        BadFile: If nobody took part, ``out`` is not empty, a file is damaged or cannot be written, or a diary and a
+            record disagree.
     """
     source = PeopleRecords.read(directory)
     if not source.diaries and not any(trial.player for trial in source.trials):
         raise BadFile(directory, "nobody took part in this study, so there are no data of people")
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
-        raise BadFile(out, "is there and not empty; a dataset needs a new directory")
+        raise BadFile(out, "exists and is not empty; a dataset needs a new directory")
     given = to_give_away(source, everybody=everybody, platform_ids=platform_ids)
     with atomic_directory(out) as draft:
         _write_records(given, draft / RECORDS)
@@ -111,9 +111,9 @@ def write_dataset(directory: Path, out: Path, *, everybody: bool = False, platfo
 
 
 def to_give_away(source: PeopleRecords, *, everybody: bool = False, platform_ids: bool = False) -> PeopleRecords:
-    """The records as others get them: without anything that says who a participant is and when they took part.
+    """The records for sharing: without the identity of participants and without the time of participation.
 
-    ``everybody`` keeps the trials of strategies and models, ``platform_ids`` what the recruitment platform said.
+    ``everybody`` keeps trials of strategies and models, ``platform_ids`` the recruitment platform's parameters.
     """
     return replace(
         source,
@@ -144,7 +144,7 @@ def _copy_pictures(trials: Iterable[Trial], album: Path, new: Path) -> None:
 
 
 def _texts_read(source: PeopleRecords) -> bytes | None:
-    """The file with the texts that the participants read; None where it is gone, or others stand in it now."""
+    """The file with the texts that the participants read; None if it is missing or has changed."""
     read = {kept.joined.words for kept in source.diaries}
     language = "" if source.experiment is None else source.experiment.language
     for name in (language, str(source.directory / PEOPLE_DIRECTORY / TEXTS)):
@@ -155,7 +155,7 @@ def _texts_read(source: PeopleRecords) -> bytes | None:
 
 
 def as_csv(table: Table) -> str:
-    """As RFC 4180 has it; with both characters in the end of a line, either of them alone in a text is quoted."""
+    """CSV as in RFC 4180. Line ends are CR LF, so a single CR or LF within a text is quoted."""
     file = io.StringIO()
     writer = csv.DictWriter(file, table.columns, restval="", lineterminator="\r\n")
     writer.writeheader()
@@ -168,9 +168,9 @@ def _description(given: PeopleRecords, tables: Sequence[Table], *, everybody: bo
     players = {trial.player for trial in given.trials if trial.player}
     who = {*players, *(kept.spec for kept in given.diaries)}
     others = (
-        "Trials of strategies and models are in it too."
+        "Trials of strategies and models are included."
         if everybody
-        else "Trials of strategies and models are left out."
+        else "Trials of strategies and models are not included."
     )
     played = sum(trial.agent in players for trial in given.trials)
     return {
@@ -178,9 +178,9 @@ def _description(given: PeopleRecords, tables: Sequence[Table], *, everybody: bo
         "@type": "Dataset",
         "name": f"People opening lockboxes: {study.name} on {study.box.name}",
         "description": (
-            f"{len(who)} people, {played} trials in which they tried to open a lockbox, step by step: what they "
-            f"attempted, what really happened, what they were told, and how long they took. {others} A trial that "
-            "somebody left is not among the steps; what was done in it is among the acts."
+            f"{len(who)} people, {played} trials in which they tried to open a lockbox, step by step: their attempts, "
+            f"the true outcomes, the reports, and response times. {others} Steps of unfinished trials are in the table "
+            "of acts, not in the table of steps."
         ),
         "schemaVersion": PSYCH_DS,
         "keywords": ["lockbox", "problem solving", "exploration", "false reports", "action loops"],
@@ -204,19 +204,18 @@ def _readme(given: PeopleRecords, described: dict[str, object], *, texts: bool) 
 
 {described["description"]}
 
-| file in data/ | a row is |
+| file in data/ | one row is |
 |---|---|
 {rows}
 
-{read}Every column is described in {DESCRIPTION}, with its unit and its clock: two clocks are used, that of the
-participant's browser for response times, and that of the server for when something came. No moment says at what time
-of day, or on which day, somebody took part. `state` has `b` in front, so that no program
-reads it as a number. A text that a spreadsheet
-would take for a formula has an apostrophe in front; in `{RECORDS}/` it stands as it was written.
+{read}{DESCRIPTION} describes every column with its unit and its clock. There are two clocks: response times are
+measured by the participant's browser, and times of arrival by the server. No time reveals the day or the time of day
+at which somebody took part. `state` has `b` in front, so that no program reads it as a number. A text that a
+spreadsheet would read as a formula has an apostrophe in front; `{RECORDS}/` has the original text.
 
-Before this is given to others: read the answers that are in words, since people write there what they like; add
-`author`, `license` and whatever else belongs into {DESCRIPTION}.
+Before you share this dataset: read the written answers, which may contain personal data, and add `author`, `license`
+and other fields to {DESCRIPTION}.
 
-`{RECORDS}/` holds the same as Lockprobe records it. `lockprobe import DIR THIS` takes the trials into a study, if the
-tables in data/ still say what the records say; `lockprobe report {RECORDS}` reports on them.
+`{RECORDS}/` holds the same data as Lockprobe's records. `lockprobe import DIR THIS` imports the trials into a study if
+the tables in data/ agree with the records; `lockprobe report {RECORDS}` reports on them.
 """

@@ -1,1 +1,1 @@
-"""Interventions at the four places of the loop between agent and box, and how the box is shown."""
+"""Interventions at the four places of the loop between agent and box, and the modalities of the box."""

@@ -17,11 +17,11 @@ __all__ = ["Burst"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Burst:
-    """As often false as ``flip`` at the same p, but in runs: a false report is followed by another one more often.
+    """False reports in runs: as many as with ``flip`` at the same p, but a false report often follows another.
 
-    Whether a report is false is a Markov chain of two states with the share p of false ones from the first report on
-    and runs of ``length`` on average. Reports one step apart correlate by ``1 - 1/length - p/(length (1 - p))``; at
-    ``length = 1/(1 - p)`` they are independent. Two numbers are drawn per attempt.
+    True and false reports form a two-state Markov chain with a share p of false ones from the first report on and a
+    mean run length of ``length``. Reports one step apart have the correlation ``1 - 1/length - p/(length (1 - p))``;
+    at ``length = 1/(1 - p)`` they are independent. Two numbers are drawn per attempt.
 
     Attributes:
         p: Share of false reports, [0, 1), at most ``length / (length + 1)``.

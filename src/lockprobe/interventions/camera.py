@@ -1,7 +1,7 @@
 """The modalities ``rgb`` and ``rgbd``: the box as pictures, with or without depth (paper, Sec. 2.2).
 
-A picture shows what the report says: the truth, or what interventions made of it. It can also be degraded, as by a
-lens, a sensor or an obstacle.
+A picture shows the report: the truth, or what interventions made of it. It can also be degraded, as if by a lens, a
+sensor or an obstacle.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ Depth = Literal["none", DepthKind]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CameraChannel:
-    """Takes a picture of the box and hides all else: neither outcome nor positions are told, pictures show them.
+    """Takes a picture of the box and removes outcome and positions from the report: only the picture shows them.
 
     What is pictured are the positions of the percept; where they are not the true ones, the plant draws what is told.
     Where the percept holds no positions, there is no picture and no text.
@@ -74,7 +74,7 @@ class CameraChannel:
         luck = rng.random(3)
         if percept.look is None:
             modality = "rgb" if self.depth == "none" else "rgbd"
-            raise BadValue("modality", modality, "a plant with a camera: fast-twin or twin")
+            raise BadValue("modality", modality, "symbolic, or a plant with a camera: fast-twin or twin")
         if percept.positions is None:
             return replace(percept, outcome=None, text="")
         frame = degraded(percept.look(percept.positions), self._damage(), luck)

@@ -31,13 +31,13 @@ One = TypeVar("One")
 
 
 def packaged() -> list[Listed]:
-    """The interventions of installed packages; with each that cannot be used stands why."""
+    """The interventions of installed packages, including unusable ones with the reason."""
     return listed_plugins("intervention", shipped(), _checked)
 
 
 @cache
 def shipped() -> dict[str, type[Any]]:
-    """The interventions of this package, by the name that stands in a spec: each module holds one."""
+    """The interventions of this package, by their names in specs. Each module holds one."""
     package = __name__.rpartition(".")[0]
     found: dict[str, type[Any]] = {}
     for module in pkgutil.iter_modules(importlib.import_module(package).__path__, f"{package}."):
@@ -49,7 +49,7 @@ def shipped() -> dict[str, type[Any]]:
 
 
 def kinds() -> dict[str, type[Any]]:
-    """Every intervention that can be named: those that ship, and those of installed packages that can be used."""
+    """All available interventions: those of Lockprobe and the usable ones of installed packages."""
     return shipped() | {row.name: row.found for row in packaged() if row.found is not None}
 
 
@@ -59,7 +59,7 @@ def interventions_of(spec: str) -> tuple[Intervention, ...]:
     >>> [type(one).__name__ for one in interventions_of("tremble?p=0.1 + nudge?after=2")]
     ['Tremble', 'Nudge']
 
-    Specs have plus signs between; ``truth`` or nothing is the empty condition.
+    Specs are joined by plus signs; ``truth`` or nothing is the empty condition.
 
     Raises:
         UnknownName: If there is no such intervention, or it has no such option.
@@ -71,7 +71,7 @@ def interventions_of(spec: str) -> tuple[Intervention, ...]:
 
 
 def spec_of(intervention: Intervention) -> str:
-    """The spec from which :func:`interventions_of` makes an intervention: its dose, and options not at their defaults.
+    """The spec of an intervention for :func:`interventions_of`: its dose, and all options not at their defaults.
 
     >>> [spec_of(one) for one in interventions_of("flip?persistence=sticky + nudge")]
     ['flip?p=0&persistence=sticky', 'nudge']
@@ -88,7 +88,7 @@ def spec_of(intervention: Intervention) -> str:
 
 
 def place_of(kind: type[Any]) -> str:
-    """At which of the four places a class of interventions acts.
+    """The place of the loop, of four, at which a class of interventions acts.
 
     Raises:
         BadValue: If that is none of them, or more than one.
@@ -100,7 +100,7 @@ def place_of(kind: type[Any]) -> str:
 
 
 def with_words(interventions: Sequence[One], words: One) -> tuple[One, ...]:
-    """Interventions with the report in words among them: only those act after it that say so (``after_words``)."""
+    """Interventions with the report in words inserted: only those with ``after_words`` act after it."""
     after = [one for one in interventions if getattr(one, "after_words", False)]
     return (*(one for one in interventions if one not in after), words, *after)
 
@@ -119,7 +119,7 @@ def _made(spec: Spec) -> Intervention:
 
 
 def _checked(spec: str, kind: Any) -> type[Any]:
-    """A class of interventions, as its seam wants it."""
+    """Check that a class of interventions follows the protocol of its place."""
     frozen = isinstance(kind, type) and is_dataclass(kind) and getattr(kind, "__dataclass_params__").frozen  # noqa: B009
     if not frozen:
         raise BadValue("intervention", spec, "a frozen dataclass")

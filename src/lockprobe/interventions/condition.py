@@ -1,4 +1,4 @@
-"""A condition: a named, ordered composition of interventions, and how the box is shown."""
+"""A condition: a named, ordered composition of interventions, and a modality."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ _LONGEST = 200
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Recorded:
-    """An intervention as settings of a study name it, which are read without imports: its spec, and its dose if any."""
+    """An intervention as named in a study's settings, which import no code: its spec and its dose, if any."""
 
     spec: str
     dose: str = ""
@@ -55,14 +55,14 @@ class Recorded:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Condition:
-    """What acts in a trial, and how the box is shown; the empty one is the truth.
+    """The interventions that act in a trial, and the modality of the box; the empty condition is the truth.
 
     Attributes:
-        interventions: What acts, in this order.
-        modality: How the box is shown, as its spec; it acts last.
-        name: What the experimenter calls it; empty for its spec.
+        interventions: The interventions, in the order in which they act.
+        modality: The spec of the modality: how the box is shown. It acts last.
+        name: The experimenter's name for it; empty for its spec.
         specs: The specs of the interventions, with every dose. Conditions of equal specs, modality and name are equal.
-        flip: The flip if nothing else acts (paper, Sec. 3.2), and one that does nothing in truth; None elsewhere.
+        flip: The flip if nothing else acts (paper, Sec. 3.2), a flip at p = 0 for the truth, and otherwise None.
 
     Raises:
         BadValue: If the name cannot stand in the key of a record.
@@ -84,7 +84,7 @@ class Condition:
 
     @property
     def spec(self) -> str:
-        """All that acts, with plus signs between: ``tremble?p=0.1 + nudge?after=2``; ``truth`` where nothing does."""
+        """The specs joined by plus signs, ``tremble?p=0.1 + nudge?after=2``; ``truth`` without interventions."""
         shown = () if self.modality == default_modality(*self.specs) else (self.modality,)
         return " + ".join((*self.specs, *shown)) or TRUTH
 
@@ -95,17 +95,17 @@ class Condition:
 
     @property
     def doses(self) -> tuple[str, ...]:
-        """For every intervention the option that is its dose; empty text where it has none."""
+        """For every intervention the name of its dose option; empty if it has no dose."""
         return tuple(one.dose if isinstance(one, Recorded) else getattr(one, "dose", "") for one in self.interventions)
 
     @property
     def p(self) -> float | None:
-        """The flip rate, [0, 1], where nothing but flips acts and pictures have no doses; None elsewhere."""
+        """The flip rate, [0, 1], if only flips act and pictures have no doses; else None."""
         return None if self.flip is None or _has_doses(self.modality) else self.flip.p
 
     @property
     def does_nothing(self) -> bool:
-        """Whether it is the truth: nothing acts, or at dose 0. Reports without positions are not."""
+        """Whether it equals the truth: no intervention, or doses of 0. Reports without positions do not count."""
         if not self.tells_positions:
             return False
         options = [Spec.parse(spec, "intervention").options for spec in self.specs]
@@ -113,11 +113,11 @@ class Condition:
 
     @property
     def tells_positions(self) -> bool:
-        """Whether reports hold positions, by what is known before a trial."""
+        """Whether reports hold positions, as far as it is known before a trial."""
         return self.flip is None or self.flip.persistence != "outcome-only"
 
     def made(self) -> tuple[Intervention, ...]:
-        """The interventions, those read from settings made.
+        """The interventions; those named in settings are constructed.
 
         Raises:
             UserMistake: If there is no such intervention here, or settings name a class to import.
@@ -140,7 +140,7 @@ def _made(one: Intervention | Recorded) -> Intervention:
     if not isinstance(one, Recorded):
         return one
     if spec_kind(one.spec) == "python":
-        raise BadValue("intervention", one.spec, "one that is named on the command line: settings import nothing")
+        raise BadValue("intervention", one.spec, "an intervention named on the command line: settings import no code")
     (made,) = interventions_of(one.spec)
     return made
 
@@ -148,7 +148,7 @@ def _made(one: Intervention | Recorded) -> Intervention:
 def flips(
     p: Iterable[float], persistence: FlipKind = "transient", modalities: Iterable[str] | None = None
 ) -> tuple[Condition, ...]:
-    """The conditions of the paper's studies: every flip rate with every way of showing the box, the latter outermost.
+    """The conditions of the paper's studies: every flip rate in every modality, modalities outermost.
 
     ``p`` holds flip probabilities, [0, 1], and ``modalities`` specs; :func:`default_modality` if none are given.
     """
@@ -161,12 +161,12 @@ def flips(
 
 
 def default_modality(*acting: str) -> str:
-    """How the box is shown by default: by positions, or by outcomes where a flip's kind or a spec is outcome-only."""
+    """The default modality: positions, or outcomes if a flip's kind or a spec is outcome-only."""
     return "symbolic" if any("outcome-only" in spec for spec in acting) else STATES
 
 
 def read_condition(spec: str, name: str = "") -> Condition:
-    """The condition that a spec describes; its last part may say how the box is shown.
+    """The condition that a spec describes; its last part may be a modality.
 
     >>> read_condition("tremble?p=0.1 + rgb").modality
     'rgb'
@@ -183,7 +183,7 @@ def read_condition(spec: str, name: str = "") -> Condition:
 
 
 def modality_doses(modality: str) -> tuple[str, dict[str, str]]:
-    """A modality without its doses, and these.
+    """A modality without its doses, and the doses.
 
     >>> modality_doses("rgbd?blur=8&depth=height")
     ('rgbd?depth=height', {'blur': '8'})
@@ -199,13 +199,13 @@ def _has_doses(modality: str) -> bool:
 
 
 def _without_zeros(modality: str) -> str:
-    """A modality without doses of 0, so that it has one name."""
+    """A modality without doses of 0, so that equal modalities have equal names."""
     spec = Spec.parse(modality, "modality")
     return str(spec.without([dose for dose in MODALITY_DOSES if spec.options.get(dose) in ("0", "0.0")]))
 
 
 def sweep(spec: str) -> tuple[Condition, ...]:
-    """One condition for every value of a dose, given with commas between; of several doses for every combination.
+    """One condition for every value of a dose (separated by commas), or for every combination of several doses.
 
     In combinations, interventions at dose 0 are left out, so that a combination is named after what acts in it.
 
@@ -222,11 +222,11 @@ def sweep(spec: str) -> tuple[Condition, ...]:
     parts = split_specs(spec)
     swept = {at: found for at, part in enumerate(parts) if (found := _several(part))}
     if not swept or any(len(found) > 1 for found in swept.values()):
-        raise BadValue("sweep", spec, "several values of a dose with commas between, for example tremble?p=0,0.1,0.2")
+        raise BadValue("sweep", spec, "several values of a dose, separated by commas, for example tremble?p=0,0.1,0.2")
     several = {at: _dosed(spec, parts[at], *found[0]) for at, found in swept.items()}
     many = prod(map(len, several.values()))
     if many > _MOST:
-        raise BadValue("sweep", spec, f"at most {_MOST} combinations; these are {many}")
+        raise BadValue("sweep", spec, f"at most {_MOST} combinations, not {many}")
     conditions = []
     for chosen in product(*several.values()):
         doses = dict(zip(several, chosen, strict=True))
@@ -238,7 +238,7 @@ def sweep(spec: str) -> tuple[Condition, ...]:
 
 
 def _dosed(spec: str, part: str, option: str, values: Sequence[str]) -> list[str]:
-    """A part of a sweep once with every value of its dose."""
+    """A part of a sweep, once for every value of its dose."""
     found = [str(Spec.parse(part, "sweep").adding({option: value.strip()})) for value in values]
     if spec_name(part) in MODALITIES:
         doses = [one for one in MODALITY_DOSES if option == one]
@@ -260,5 +260,5 @@ def _several(part: str) -> list[tuple[str, list[str]]]:
 
 
 def distinct(conditions: Iterable[Condition]) -> tuple[Condition, ...]:
-    """Conditions without those that are the same as one before."""
+    """The conditions without duplicates."""
     return tuple(dict.fromkeys(conditions))

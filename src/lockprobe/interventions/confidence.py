@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from lockprobe.errors import BadValue
+from lockprobe.errors import Conflict
 from lockprobe.record import Briefing, Moment, Task
 
 __all__ = ["Confidence"]
@@ -15,7 +15,7 @@ __all__ = ["Confidence"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Confidence:
-    """A hosted model is asked how sure it is of what its last action did, and whether it thinks the report false.
+    """Asks a hosted model how sure it is of the effect of its last action, and whether it thinks the report false.
 
     The record holds its answers: ``confidence`` from 0 to 100, and ``report_false``. What it is told stays as it is,
     but the second question says that a report may be false. Other agents ignore it. Nothing is drawn.
@@ -27,8 +27,8 @@ class Confidence:
         """The briefing with both questions.
 
         Raises:
-            BadValue: If nobody asks what the last action did.
+            Conflict: If the agent is not asked what the last action did.
         """
         if not task.assessment:
-            raise BadValue("confidence", "no assessment", "agents that are asked what their last action did")
+            raise Conflict("confidence", "--no-assessment", "it asks how sure the agent is of its assessment")
         return replace(briefing, confidence=True)

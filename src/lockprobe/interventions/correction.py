@@ -19,11 +19,11 @@ Of = Literal["lie", "truth"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Correction:
-    """With probability p a report is given twice: first as a lie, then, as its correction, as the truth.
+    """With probability p a report is a lie that is corrected at once by the truth.
 
     It hits the steps at which ``flip`` lies at the same p, and leaves nothing false. With ``of=truth`` the first report
-    is true as well: the placebo, for what a correction alone does. What is corrected is in the words of the report;
-    pictures cannot be corrected. One number is drawn per attempt whatever p is.
+    is true as well: a placebo that measures the effect of a correction alone. Corrections are made in words; pictures
+    cannot be corrected. One number is drawn per attempt whatever p is.
 
     Attributes:
         p: Probability that a report is corrected, [0, 1].

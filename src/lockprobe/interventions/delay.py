@@ -15,10 +15,10 @@ __all__ = ["Delay"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Delay:
-    """Every report is the one that was true ``lag`` attempts ago, and names the joint attempted then; nothing is false.
+    """Every report is late: it tells the truth of ``lag`` attempts ago, and names the joint attempted then.
 
-    Before the first of them nothing is told. What interventions before it did to the report is lost, as it starts from
-    the truth. Nothing is drawn.
+    Until the first late report nothing is told. Each report starts from the truth, so changes by earlier interventions
+    are lost. Nothing is drawn.
 
     Attributes:
         lag: Attempts by which a report is late, from 0.

@@ -25,7 +25,7 @@ ASIDES = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Distract(AtRandomSteps):
-    """With probability p an irrelevant sentence comes with the report; the report stays as it is.
+    """With probability p an irrelevant sentence comes with the report, which stays unchanged.
 
     Its moments are random, unlike those of ``remark``; the first step has none. Agents that read no words ignore it.
     Two numbers are drawn per step whatever p is (one with ``luck=flip``), so what is said at a smaller p is said at a

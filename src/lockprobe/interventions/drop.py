@@ -15,7 +15,7 @@ __all__ = ["Drop"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Drop(AtRandomSteps):
-    """With probability p nothing is told of an attempt; the box and all other reports stay as they are.
+    """With probability p the report of an attempt is missing; the box and all other reports stay unchanged.
 
     One number is drawn per attempt whatever p is, so the reports lost at a smaller p are lost at a larger one too.
     """
@@ -23,7 +23,7 @@ class Drop(AtRandomSteps):
     name: ClassVar[str] = "drop"
 
     def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
-        """The percept, or one that says nothing."""
+        """The percept, or an empty one."""
         if percept.joint is None or rng.random() >= self.p or not hits(self.at, len(past)):
             return percept
         return replace(percept, outcome=None, positions=None)

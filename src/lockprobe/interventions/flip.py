@@ -21,7 +21,7 @@ While = Literal["looping", "always"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OutcomeFlip:
-    """With probability ``p`` the agent is told the inverse of what its action did (paper, Sec. 3.2).
+    """With probability ``p`` the report says the opposite of what the action did (paper, Sec. 3.2).
 
     The outcome in the report is inverted and so is the reported position of the attempted joint, so that the two
     agree. The inversion is relative to where the joint really was. The paper leaves open whether a false report
@@ -70,7 +70,7 @@ class OutcomeFlip:
             if step is not None and step < 1:
                 raise BadValue(what, step, "a step from 1")
         if self.until is not None and self.until < (self.from_ or 1):
-            raise BadValue("until", self.until, f"a step from {self.from_}, where it begins")
+            raise BadValue("until", self.until, f"a step from {self.from_}, the first step of the flip")
 
     def falls_on(self, step: int) -> bool:
         """Whether the report of this step, from 1, can be inverted."""

@@ -15,7 +15,7 @@ __all__ = ["Force"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Force:
-    """At one step a given joint, or one that is drawn, is attempted, whatever the agent chose, and truthfully reported.
+    """At one step a given or random joint is attempted instead of the agent's choice, and reported truthfully.
 
     One number is drawn per step.
 

@@ -15,7 +15,7 @@ __all__ = ["Forget"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Forget:
-    """Each exchange of the past is gone for good with probability p, from the step after it on.
+    """With probability p the agent forgets an exchange for good, from the following step on.
 
     Each exchange has its own number, whatever p is: what is forgotten once stays forgotten, and what is forgotten at a
     smaller p is forgotten at a larger one too.

@@ -15,12 +15,12 @@ __all__ = ["History"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class History:
-    """The agent has only the newest exchanges; what it is told now, and its task, stay as they are.
+    """The agent remembers only the newest exchanges; its task and the current report stay unchanged.
 
     Nothing is drawn.
 
     Attributes:
-        last: Exchanges of which it knows what it chose and what came of it, from 0.
+        last: The number of exchanges (choice and report) that it remembers, from 0.
 
     Raises:
         BadValue: If it is negative.

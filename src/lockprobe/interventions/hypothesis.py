@@ -17,10 +17,10 @@ Ask = Literal["before", "after", "off"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Hypothesis:
-    """A hosted model says in one sentence how the box works before it names a joint, after it, or not at all.
+    """Asks a hosted model for one sentence on how the box works, before or after it names a joint, or never.
 
-    ``before`` is what every hosted model is asked without this: a small chain of thought. What it is told stays as it
-    is. Agents that are asked for no sentence ignore it. Nothing is drawn.
+    ``before`` is the default for every hosted model: a short chain of thought. Reports stay unchanged. Other agents
+    ignore it. Nothing is drawn.
 
     Attributes:
         ask: When it is asked.

@@ -1,4 +1,4 @@
-"""Which steps an intervention hits: drawn independently, those at which ``flip`` would lie, or only given ones."""
+"""The steps that an intervention hits: random ones, those at which ``flip`` would lie, or only given ones."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class AtRandomSteps:
 
     Attributes:
         p: Probability that a step is hit, [0, 1].
-        luck: Whose steps are hit: its own, or those at which ``flip`` lies at the same p.
+        luck: Which steps are hit: random steps of this intervention, or those at which ``flip`` lies at the same p.
         at: The steps that can be hit; empty for all of them.
 
     Raises:
@@ -56,7 +56,7 @@ class AtRandomSteps:
 
 
 def within(number: float, p: float) -> float:
-    """Where in its interval a number lies that has hit, [0, 1): a second draw from the same number.
+    """The relative position in [0, p) of a number that hit, [0, 1): a second draw from the same number.
 
     >>> within(0.1, 0.4)
     0.25
@@ -76,5 +76,5 @@ def check_steps(at: tuple[int, ...]) -> None:
 
 
 def hits(at: tuple[int, ...], step: int) -> bool:
-    """Whether an intervention that is limited to the steps ``at`` can act at this one; without steps at any."""
+    """Whether an intervention limited to the steps ``at`` can act at this step; empty ``at`` allows all."""
     return not at or step in at

@@ -18,7 +18,7 @@ NUDGE = "Note: you are repeating the same series of actions; consider trying ano
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Nudge:
-    """When the agent has just completed a copy of an action loop, one sentence tells it that it repeats itself.
+    """A sentence tells the agent that it repeats itself, whenever it has just completed a copy of an action loop.
 
     The report stays as it is, and is true. Agents that read no words ignore it. Nothing is drawn.
 
@@ -44,9 +44,9 @@ class Nudge:
 
 
 def loops_completed(past: tuple[Moment, ...], copies: int) -> bool:
-    """Whether the last choice completed so many disjoint copies of an action loop that stand one after another.
+    """Whether the last choice completed this many consecutive disjoint copies of an action loop.
 
-    A loop is a run of three or more choices, as in the paper (Sec. 3.3); of two copies others may stand between.
+    A loop is a run of three or more choices, as in the paper (Sec. 3.3); between two copies there may be others.
     """
     chosen = tuple(moment.chosen for moment in past[1:])
     if copies == 2:

@@ -22,7 +22,7 @@ LARGEST_TEMPLATE = 16 * 1024
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OwnPrompt:
-    """A hosted model gets the instruction in a file instead of the usual one; what it is told stays as it is.
+    """Gives a hosted model the instruction in a file instead of the default one; reports stay unchanged.
 
     The file is a template with the fields ``{joints}``, ``{target}`` and ``{reply}``, and any of ``{budget}``,
     ``{count}``, ``{names}`` and ``{observation}`` (:data:`lockprobe.agents.prompt.FIELDS`). It is read once, when this
@@ -35,9 +35,9 @@ class OwnPrompt:
         text: The template.
 
     Raises:
-        BadFile: If the file cannot be read, or is too large, or no UTF-8.
+        BadFile: If the file cannot be read, is too large, or is not UTF-8.
         UnknownName: If the template has a field that does not exist; the message lists those that do.
-        BadValue: If it lacks a field that nobody can play without, or has another content than ``sha256`` says.
+        BadValue: If it lacks a required field, or its content does not match ``sha256``.
     """
 
     name: ClassVar[str] = "prompt"
@@ -52,11 +52,11 @@ class OwnPrompt:
         content = read_input(path, LARGEST_TEMPLATE)
         found = hashlib.sha256(content).hexdigest()[:16]
         if self.sha256 not in ("", found):
-            raise BadValue(f"sha256 of {self.file}", self.sha256, f"{found}, which its content has now")
+            raise BadValue(f"sha256 of {self.file}", self.sha256, f"{found}, the hash of its present content")
         try:
             text = content.decode("utf-8").strip()
         except UnicodeDecodeError as error:
-            raise BadFile(path, f"no UTF-8 ({error.reason})") from None
+            raise BadFile(path, f"not UTF-8 ({error.reason})") from None
         check_template(text)
         object.__setattr__(self, "sha256", found)
         object.__setattr__(self, "text", text)

@@ -19,7 +19,7 @@ REMARK = "Note: this panel is made of wood, and its surface is painted in a ligh
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Remark:
-    """The control of ``nudge``: at the same moments a sentence of equal length that says nothing of what it did.
+    """The control of ``nudge``: at the same moments, a sentence of equal length without information.
 
     The report stays as it is. Agents that read no words ignore it. Nothing is drawn.
 

@@ -48,10 +48,10 @@ SENTENCES = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reword:
-    """With probability p a report says the same facts in other words: noise in the prompt, and nothing false.
+    """With probability p a report tells the same facts in other words: noise in the prompt without falsehood.
 
-    It acts on the words of the report, after all that changes its facts; sentences that it does not know it leaves as
-    they are. Agents that read no words ignore it. Three numbers are drawn per report whatever p is, so
+    It acts on the words of the report, after all interventions that change its facts; unknown sentences stay
+    unchanged. Agents that read no words ignore it. Three numbers are drawn per report whatever p is, so
     the reports reworded at a smaller p are reworded in the same way at a larger one.
 
     Attributes:

@@ -15,7 +15,7 @@ __all__ = ["Tremble"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Tremble(AtRandomSteps):
-    """With probability p another joint than the chosen one is attempted, each equally likely, and truthfully reported.
+    """With probability p a random other joint is attempted instead of the chosen one, and reported truthfully.
 
     Two numbers are drawn per step whatever p is (one with ``luck=flip``), so the steps at which it slips at a
     smaller p are among those at a larger one.

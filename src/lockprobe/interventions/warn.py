@@ -15,12 +15,12 @@ __all__ = ["Warn"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Warn:
-    """The instruction says that reports may be false, with or without how often; the reports stay as they are.
+    """The instruction warns that reports may be false, optionally with the rate; reports stay unchanged.
 
     Agents that read no words ignore it. Nothing is drawn.
 
     Attributes:
-        rate: How often the instruction says that they are, [0, 1]; None for "sometimes".
+        rate: The rate of false reports that the instruction states, [0, 1]; None for "sometimes".
 
     Raises:
         BadValue: If it is no probability.
@@ -39,6 +39,6 @@ class Warn:
 
     @property
     def sentence(self) -> str:
-        """What the instruction says."""
+        """The sentence of the instruction."""
         often = "sometimes" if self.rate is None else f"with probability {self.rate:g}"
         return f"What you are told of your last action is {often} false."

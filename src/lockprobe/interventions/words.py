@@ -34,12 +34,12 @@ _DONE: Mapping[str | None, str] = {"moved": "moved", "blocked": "did not move", 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TextChannel:
-    """Writes the percept as text. What is not to be told it takes away; it adds nothing but places.
+    """Writes the percept as text. It removes what must not be told, and adds only places.
 
     Attributes:
-        tell: What is told. With ``state`` what an attempt did has to be found out by comparing successive reports, as
-            with pictures; with ``outcome`` positions are not told.
-        form: How it is written. The same is told in every form.
+        tell: The content of reports. With ``state`` the agent has to infer the outcome of an attempt by comparing
+            successive reports, as with pictures; with ``outcome`` positions are not told.
+        form: The form of the text. Every form has the same content.
         places: Whether the first report also says where joints lie on the panel, and which slide and which turn, as a
             picture shows it.
 
@@ -58,7 +58,7 @@ class TextChannel:
         check_choice("form", self.form, get_args(Form))
 
     def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
-        """The percept with its text, and without what is not told. Nothing is drawn from ``rng``."""
+        """The percept with its text, without the facts that must not be told. Nothing is drawn from ``rng``."""
         told = replace(
             percept,
             outcome=None if self.tell == "state" else percept.outcome,
@@ -75,7 +75,7 @@ class TextChannel:
 
 
 def rows_of(task: Task) -> list[list[str]]:
-    """Where joints lie on the panel: rows from above, in each the labels from left to right; empty if it is not shown.
+    """The labels on the panel in rows from top to bottom, each from left to right; empty if the panel is not shown.
 
     >>> rows_of(Task(joints=("A", "B", "C"), target="A", budget=20, places=((0.9, 0.7), (0.5, 0.3), (0.1, 0.7))))
     [['C', 'A'], ['B']]
@@ -87,12 +87,12 @@ def rows_of(task: Task) -> list[list[str]]:
 
 
 def _kind(task: Task, label: str) -> str:
-    """What a joint is called that slides, or turns; nothing if it is not known."""
+    """The word for a sliding or turning joint; empty if its kind is not known."""
     return _KINDS.get(task.kinds[task.joints.index(label)], "") if task.kinds else ""
 
 
 def _attempted(percept: Percept) -> str | None:
-    """The joint of which something is told; None where nothing is."""
+    """The joint that the report is about; None if it is about none."""
     return None if percept.outcome is None and percept.positions is None else percept.joint
 
 

@@ -19,7 +19,7 @@ How = Literal["next", "shuffle", "looping"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Yoked:
-    """False reports at the steps at which ``flip`` at the same p lies in the next trial, or in this one in other order.
+    """False reports at the steps at which ``flip`` lies in the next trial, or in this one in shuffled order.
 
     It has the dose of its source and is independent of the course of this trial. With ``next`` it has the luck of the
     next trial of the same repetition, step by step. With ``shuffle`` it has the luck of this trial at permuted steps:
@@ -68,7 +68,7 @@ class Yoked:
             if not self.at:
                 source = f"flip?p={self.p:g}&while=looping"
                 raise BadValue(
-                    "condition", "yoked?how=looping", f"a study that has {source} too, whose trial it follows"
+                    "condition", "yoked?how=looping", f"a study that also has {source}, whose trials it follows"
                 )
             return OutcomeFlip(p=float(len(past) in self.at)).perceive(percept, past, task, rng)
         seed: Any = rng.bit_generator.seed_seq

@@ -1,1 +1,1 @@
-"""The lockbox as tools of the Model Context Protocol, one trial of a study after another."""
+"""The lockbox as tools of the Model Context Protocol; clients play the trials of a study one after another."""

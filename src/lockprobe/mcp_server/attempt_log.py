@@ -1,4 +1,4 @@
-"""The attempts of clients on disk: each is written before its report leaves, so that a killed server loses none.
+"""The log of clients' attempts: each is written to disk before its report leaves, so a killed server loses none.
 
 ``attempts.jsonl`` lies next to the records. It has a line for every time a trial is begun or taken up again, one for
 every attempt, and one where a box broke. A finished trial is an ordinary record; its lines stay here.
@@ -29,7 +29,7 @@ class _Line(BaseModel):
 
 
 class _Begun(_Line):
-    """A client began the trial, or took it up again."""
+    """A client began or resumed the trial."""
 
     kind: Literal["begun"] = "begun"
 
@@ -56,7 +56,7 @@ _adapter: TypeAdapter[_Begun | _Did | _Broke] = TypeAdapter(
 
 
 class AttemptLog:
-    """The open log of one study. Use :meth:`open`, under the lock of the study."""
+    """The open log of one study. Use :meth:`open` while holding the lock of the study."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -67,7 +67,7 @@ class AttemptLog:
     @classmethod
     @contextmanager
     def open(cls, directory: Path) -> Iterator[AttemptLog]:
-        """Open the log of a study directory, to go on or, with the first line, new; a torn line is cut off.
+        """Open the log of a study directory, which is created with its first line; a torn line is cut off.
 
         Raises:
             BadFile: If a line within it is damaged, or it cannot be written.
@@ -93,7 +93,7 @@ class AttemptLog:
         return tuple(self._attempts.get(key, ()))
 
     def times_begun(self, key: str) -> int:
-        """How often a trial was begun or taken up again since its first step."""
+        """How often a trial was begun or resumed since its first step."""
         return self._begun.get(key, 0)
 
     def under_way(self, key: str) -> bool:
@@ -101,7 +101,7 @@ class AttemptLog:
         return key in self._begun
 
     def begin(self, key: str) -> None:
-        """Write that a client begins a trial or takes it up again.
+        """Write that a client begins or resumes a trial.
 
         Raises:
             BadFile: If it cannot be written, here and below.
@@ -121,7 +121,7 @@ class AttemptLog:
         self._follow(line)
 
     def _opened(self) -> LineFile:
-        """The open file, made if it is not there."""
+        """The open file, created if missing."""
         if self._file is None:
             new = not self._path.exists()
             self._file = LineFile(self._path)

@@ -1,4 +1,4 @@
-"""How a client is connected, as its records say it."""
+"""The connection of a client, and its facts for the record."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ _LONGEST = 100
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Connection:
-    """What a client says of itself.
+    """A client's description of itself.
 
     Attributes:
-        identity: Tells connections apart; empty where there is only one.
-        client: The name of the program, as it gives it; empty if it gives none.
+        identity: Distinguishes connections; empty if there is only one.
+        client: The name that the program gives; empty if it gives none.
         version: Its version.
         protocol: The version of the Model Context Protocol.
     """
@@ -45,11 +45,11 @@ def facts_of(
 
     Args:
         connection: The client.
-        transport: How it is connected.
-        isolation: Whether it could read the records.
+        transport: The transport of the connection.
+        isolation: Whether the client could read the records.
         wording: Fingerprint of instruction and tools.
-        position: How many trials the connection has begun, this one included.
-        resumed: How often the trial was taken up again after a client or the server had gone.
+        position: The number of trials that the connection has begun, including this one.
+        resumed: How often the trial was resumed after a client or the server had stopped.
     """
     facts: dict[str, Fact] = {
         "protocol": f"MCP tools {connection.protocol}".rstrip(),

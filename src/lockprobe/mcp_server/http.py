@@ -1,4 +1,4 @@
-"""The server over streamable HTTP, on loopback and behind a token."""
+"""The MCP server over streamable HTTP, on loopback and behind a token."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def listen(port: int) -> socket.socket:
     """A listening socket on loopback; port 0 takes any free port.
 
     Raises:
-        BadValue: If the port cannot be had.
+        BadValue: If the port is not free.
     """
     found = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     try:
@@ -62,7 +62,7 @@ def listen(port: int) -> socket.socket:
         found.listen()
     except OSError as error:
         found.close()
-        raise BadValue("port", port, f"a port of {HOST} that can be had ({error.strerror})") from None
+        raise BadValue("port", port, f"a free port of {HOST} ({error.strerror})") from None
     return found
 
 
@@ -99,7 +99,7 @@ class _Uvicorn(uvicorn.Server):
 
 
 def _guarded(app: App, token: str) -> App:
-    """The application behind the token: a request without it is answered before anything of it is read."""
+    """The application behind the token: a request without the token is refused before its body is read."""
     right = f"Bearer {token}".encode()
 
     async def guard(scope: Scope, receive: Receive, send: Send) -> None:

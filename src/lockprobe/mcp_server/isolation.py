@@ -1,9 +1,9 @@
-"""Whether a client could read the true outcomes: the records of a study lie in files, and many clients have a shell.
+"""Checks whether a client could read the true outcomes in the records: many clients have a shell.
 
-A client is out of reach if the user as whom it runs may not enter the directory of the records, or sees other files
-under that path (another mount, as in a container). Over stdio the client is the process that started the server. Over
-HTTP nobody knows it before it connects, so its user has to be named. Access lists and the right to become another user
-(sudo) are not looked at.
+A client is isolated if its user may not enter the directory of the records, or sees other files under that path
+(another mount, as in a container). Over stdio the client is the process that started the server. Over HTTP the client
+is unknown before it connects, so its user has to be named. Access lists and the right to become another user (sudo)
+are not checked.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ Isolation = Literal["checked", "declared", "none"]
 
 @dataclass(frozen=True, slots=True)
 class Client:
-    """The process that plays.
+    """The process of a client.
 
     Attributes:
-        user: Number of its user; None if it is not known.
-        root: Its root directory as the server sees it, for example ``/proc/42/root``; ``/`` if it is not known.
+        user: The ID of its user; None if not known.
+        root: Its root directory as the server sees it, for example ``/proc/42/root``; ``/`` if not known.
     """
 
     user: int | None
@@ -37,7 +37,7 @@ class Client:
 
 
 def client_of_stdio() -> Client:
-    """The process that started this one. Through sudo it is the user who typed the command."""
+    """The process that started this one; through sudo, the user who typed the command."""
     parent = os.getppid()
     own = Path(f"/proc/{parent}")
     asked = os.environ.get("SUDO_UID", "")
@@ -49,7 +49,7 @@ def client_of_stdio() -> Client:
 
 
 def named_client(user: str) -> Client:
-    """A client that runs as a user, given by name or number.
+    """A client that runs as this user, given by name or ID.
 
     Raises:
         UnknownName: If there is no such user.
@@ -63,9 +63,9 @@ def named_client(user: str) -> Client:
 
 
 def may_read(client: Client, directory: Path) -> bool:
-    """Whether a client may read files in a directory; True where that is not known.
+    """Whether a client may read files in a directory; True if that is not known.
 
-    A directory that is not there yet will be private to the user of this process.
+    A directory that does not exist yet will be private to the user of this process.
     """
     if client.user is None:
         return True
@@ -110,12 +110,12 @@ def _groups(user: int) -> frozenset[int]:
 
 
 def check_isolation(directory: Path, isolation: str, client: Client | None) -> Isolation:
-    """Refuse records that the client could read, unless the user says that it may, or that it has no way to them.
+    """Refuse records that the client could read, unless the user allows that or declares that it cannot.
 
     Args:
-        directory: Of the study, which need not be there.
+        directory: The directory of the study; it need not exist.
         isolation: ``checked``, ``declared`` or ``none``.
-        client: Who plays; None if nobody knows.
+        client: The client; None if unknown.
 
     Raises:
         UnknownName: If there is no such isolation.

@@ -1,4 +1,4 @@
-"""Which conditions a client with tools can play: what is told, what is done, and what is said with a report."""
+"""The conditions that a client with tools can play: interventions on reports, actions and remarks."""
 
 from __future__ import annotations
 
@@ -19,13 +19,12 @@ def check_playable(study: Study) -> None:
 
     Raises:
         BadValue: If a condition changes what is remembered, asks for more than a joint, a claim and a hypothesis, or
-            follows another trial of the agent, whose record a client's own trials are not played after.
+            follows another trial of the agent, because a client plays each trial once.
     """
     for condition in study.conditions:
         if is_yoked(condition):
-            raise BadValue(
-                "condition", condition.label, "what needs no other trial's record first: a client plays each once"
-            )
+            own = "a condition without yoked?how=looping: a client plays each trial once"
+            raise BadValue("condition", condition.label, own)
         for one in interventions_for(condition):
             place = place_of(type(one))
             if place == "remembered" or (place == "asked" and getattr(one, "name", "") not in SAID):

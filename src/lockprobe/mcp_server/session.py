@@ -1,4 +1,4 @@
-"""One study played by clients with tools: one trial after another, one call at a time.
+"""The session of a study that clients with tools play: one trial after another, one call at a time.
 
 Every attempt is on disk before its report leaves (:mod:`lockprobe.mcp_server.attempt_log`). A client that goes away
 leaves its trial where it is: whoever begins next goes on with it. A refused call changes nothing.
@@ -41,12 +41,12 @@ TOGETHER = 0.01
 
 
 class CallRefused(LockprobeError):
-    """A call that changed nothing. The client reads the message."""
+    """A refused call, which changed nothing. The client reads the message."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reply:
-    """What a client is told: words, and pictures where the modality shows them."""
+    """The reply to a client: words, and pictures if the modality has them."""
 
     text: str
     pictures: tuple[Picture, ...] = ()
@@ -54,13 +54,13 @@ class Reply:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SessionOptions:
-    """How clients play.
+    """The settings of a session.
 
     Attributes:
-        transport: How they are connected.
-        isolation: Whether they could read the records.
+        transport: The transport of the connections.
+        isolation: Whether clients could read the records.
         trials_each: The most trials of one connection; None for any number.
-        together: Seconds for which a call keeps others out after its work.
+        together: Seconds for which a call blocks others after its work.
     """
 
     transport: Transport = "stdio"
@@ -90,10 +90,10 @@ class ToolSession:
     async def open(
         cls, directory: Path, study: Study, agent: str, options: SessionOptions
     ) -> AsyncIterator[ToolSession]:
-        """Open a study for an agent in a directory, new or to go on.
+        """Open a study for an agent in a directory, new or existing.
 
         Raises:
-            SettingsChanged: If another study lives there, or the agent played it in another way.
+            SettingsChanged: If the directory holds another study, or the agent played with other settings.
             DirectoryBusy: If another process writes there.
             BadValue: If a client cannot play a condition.
             BadFile: If a file in it is damaged.
@@ -114,11 +114,11 @@ class ToolSession:
 
     @property
     def owed(self) -> int:
-        """How many trials are left."""
+        """The number of trials left."""
         return len(self._owed)
 
     async def begin(self, connection: Connection) -> Reply:
-        """Begin the next trial, or go on with the one that is under way.
+        """Begin the next trial, or resume the unfinished one.
 
         Raises:
             CallRefused: If no trial is left, or another call is being answered.
@@ -131,19 +131,19 @@ class ToolSession:
         """Attempt a joint. The attempt is on disk when this returns.
 
         Args:
-            connection: Who asks.
+            connection: The connection of the client.
             joint: Label of the joint.
-            last_action: What the last action did, a key of :data:`CLAIMS`.
+            last_action: The claimed effect of the last action, a key of :data:`CLAIMS`.
             hypothesis: How the box works, at most 4000 characters.
 
         Raises:
-            CallRefused: If no trial is under way, there is no such joint, the claim is missing or no one asks for it,
+            CallRefused: If no trial is under way, the joint does not exist, the claim is missing or not asked for,
                 another call is being answered, or nothing can be written.
         """
         return await self._alone(self._attempt(connection, joint, last_action, hypothesis))
 
     async def observe(self, connection: Connection) -> Reply:
-        """What was told last. It changes nothing.
+        """The last report. It changes nothing.
 
         Raises:
             CallRefused: If no trial is under way, or another call is being answered.
@@ -179,7 +179,7 @@ class ToolSession:
         return _reply(self._trial.situation, begun(self._trial.situation))
 
     async def _take_over(self, connection: Connection) -> None:
-        """Go on with the trial under way; its facts are those of whoever ends it."""
+        """Resume the unfinished trial; its facts are those of the connection that ends it."""
         assert self._trial is not None
         plan = self._trial.plan
         await self._let_go()
@@ -197,7 +197,7 @@ class ToolSession:
                 return
 
     def _next(self) -> Plan:
-        """The trial that was under way when the last client or server went, or the first that is owed."""
+        """The trial left unfinished by the last client or server, or the first owed trial."""
         playable = [plan for key, plan in self._owed.items() if key not in self._broken]
         if not playable:
             left = f" ({self.owed} broke and are owed)" if self._owed else ""
@@ -283,7 +283,7 @@ class ToolSession:
             self._owed.pop(trial.plan.key, None)
 
     def _check_played(self, facts: dict[str, Fact]) -> None:
-        """Refuse an agent that played this study in another way.
+        """Refuse an agent that played this study with other settings.
 
         Raises:
             SettingsChanged: If a fact differs.
@@ -319,7 +319,7 @@ class ToolSession:
 
 @contextmanager
 def _writing() -> Iterator[None]:
-    """Tell a client that nothing could be written, and not where."""
+    """Tell a client that nothing could be written, without the path."""
     try:
         yield
     except (BadFile, BadValue) as error:
@@ -334,7 +334,7 @@ def _joint(joint: str, situation: Situation) -> str:
 
 
 def _claimed(said: str | None, situation: Situation) -> Outcome | None:
-    """What the client says of its last action, as the chat protocol asks for it."""
+    """The client's claim about its last action, as in the chat protocol."""
     first = situation.percept.joint is None
     if said is not None and said not in CLAIMS:
         raise CallRefused(f"last_action: {said[:40]!r} is none of {', '.join(CLAIMS)}. This call did nothing.")

@@ -1,4 +1,4 @@
-"""The server over standard input and output: the client starts it, and it ends when the client goes."""
+"""The MCP server over standard input and output: the client starts it, and it ends with the client."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ async def serve_stdio(session: ToolSession) -> None:
 
 
 async def _input() -> asyncio.StreamReader:
-    """Standard input as a stream whose reading can be cancelled; a thread that reads could not be."""
+    """Standard input as a stream whose reading can be cancelled, unlike a reading thread."""
     reader = asyncio.StreamReader()
     try:
         await asyncio.get_running_loop().connect_read_pipe(lambda: asyncio.StreamReaderProtocol(reader), sys.stdin)
@@ -45,7 +45,7 @@ async def _input() -> asyncio.StreamReader:
 
 
 async def _lines(reader: asyncio.StreamReader) -> AsyncIterator[str]:
-    """The messages, one a line; of one that is too long the beginning, which is malformed."""
+    """The messages, one per line. A message that is too long is cut, and so malformed."""
     kept, after = b"", b""
     while part := after or await reader.read(_PART):
         line, end, after = part.partition(b"\n")

@@ -1,4 +1,4 @@
-"""The tools ``begin``, ``attempt`` and ``observe`` as the Model Context Protocol has them.
+"""The tools ``begin``, ``attempt`` and ``observe`` of the Model Context Protocol.
 
 A refused call is a result that the model reads, marked as an error. Results hold text and pictures and no structured
 content: some clients show a model that in place of the text.
@@ -128,7 +128,7 @@ def _result(reply: Reply) -> types.CallToolResult:
 
 
 def _connection(context: Context) -> Connection:
-    """What the client says of itself."""
+    """The client's description of itself."""
     params = context.session.client_params
     headers = getattr(context.request, "headers", {})
     client = "" if params is None else params.client_info.name

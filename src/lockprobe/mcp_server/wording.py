@@ -1,4 +1,4 @@
-"""What a client with tools reads: the instruction, the reports, and how a call is refused.
+"""The texts that a client with tools reads: the instruction and the reports.
 
 The instruction is the one that language models get, but for how to reply. The end of a trial says neither whether the
 box opened nor what the last report was, because agents that chat are told neither.
@@ -75,13 +75,13 @@ def tool_schema(joints: int, *, assessment: bool) -> dict[str, object]:
 
 
 def wording(joints: int, *, assessment: bool) -> str:
-    """Twelve hexadecimal digits that change with any word of the instruction and the tools, for the record."""
+    """A fingerprint of the instruction and the tools, for the record: twelve hexadecimal digits."""
     schema = json.dumps(tool_schema(joints, assessment=assessment))
     return fingerprint(INSTRUCTIONS, reply_form(assessment=assessment), schema, OVER, NO_REPORT)
 
 
 def begun(situation: Situation) -> str:
-    """The instruction of a trial and what is told now; of a trial that goes on also its steps so far."""
+    """The instruction of a trial and the current report; for a resumed trial also its steps so far."""
     task, first = situation.task, (*(turn.percept for turn in situation.past), situation.percept)[0]
     shown = sum(picture.shown for picture in first.pictures)
     text = instructions(
@@ -96,12 +96,12 @@ def begun(situation: Situation) -> str:
 
 
 def observation(situation: Situation) -> str:
-    """What is told now, in words. Of pictures the words say what they are. Providers refuse results without words."""
+    """The current report in words. Pictures get a caption, because providers refuse results without words."""
     return " ".join(filter(None, (situation.percept.text, situation.briefing.remark))) or NO_REPORT
 
 
 def _so_far(situation: Situation, first: Percept) -> str:
-    """The steps so far, for a client that takes a trial up again; the report of the last one follows by itself."""
+    """The steps so far, for a client that resumes a trial; the report of the last step follows separately."""
     past = situation.past
     if not past:
         return ""

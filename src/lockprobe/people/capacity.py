@@ -56,8 +56,8 @@ def check_capacity(study: Study, experiment: Experiment) -> None:
     trials = trials_for(wanted or 1, found.conditions, study.repetitions, experiment)
     if experiment.design == "within" and experiment.trials_each is None and found.boxes < found.conditions:
         raise UserMistake(
-            f"everybody plays every condition: expected repetitions x trials of at least {found.conditions}, the "
-            f'number of conditions, got {found.boxes}; give --trials {trials}, or set design = "between"'
+            f"everybody plays every condition, so repetitions x trials: got {found.boxes}, expected at least "
+            f'{found.conditions}, the number of conditions; give --trials {trials}, or set design = "between"'
         )
     if wanted is not None and wanted > found.people:
         raise UserMistake(

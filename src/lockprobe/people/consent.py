@@ -45,7 +45,7 @@ class Admission:
         found = {name: platform[name] for name in self._opened.experiment.recruitment if name in platform}
         for name, value in found.items():
             if not _PLATFORM_VALUE.fullmatch(value):
-                raise ActRefused("incomplete", f"{name} in the URL is nothing that a recruitment platform sends")
+                raise ActRefused("incomplete", f"{name} in the URL is not a value of a recruitment platform")
         return found
 
     def ask(self, platform: Mapping[str, str], code: str) -> Consent | Closed:

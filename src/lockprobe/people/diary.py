@@ -161,7 +161,7 @@ class DiaryFile:
         """
         new = isinstance(line, Joined)
         if not new and not self.path.exists():  # one that was deleted in the meantime does not come back
-            raise BadFile(self.path, "is not there")
+            raise BadFile(self.path, "does not exist")
         try:
             if new:
                 self.path.parent.mkdir(mode=0o700, exist_ok=True)
@@ -262,17 +262,17 @@ def read_diary(path: Path) -> list[Entry]:
         except BadValue as error:
             raise BadFile(path, f"line {number}: {error}") from None
     if found and not isinstance(found[0], Joined):
-        raise BadFile(path, "line 1: does not say who takes part")
+        raise BadFile(path, "line 1: names no participant")
     return found
 
 
 def _diaries(directory: Path) -> Iterator[Diary]:
     people = directory / PEOPLE_DIRECTORY
     if people.is_symlink():
-        raise BadFile(people, "a link, not a directory of its own")
+        raise BadFile(people, "a link, not a directory")
     for path in sorted(people.glob("*.jsonl")):
         if path.is_symlink() or not path.is_file():
-            raise BadFile(path, "a diary has to be a file of its own")
+            raise BadFile(path, "a diary must be a regular file, not a link")
         lines = read_diary(path)
         if not lines:
             continue
@@ -286,10 +286,10 @@ def _diaries(directory: Path) -> Iterator[Diary]:
             raise BadFile(path, f"the diary of another participant, {joined.identity}")
         then = tuple(line for line in rest if not isinstance(line, Joined))
         if len(then) < len(rest):
-            raise BadFile(path, "somebody joins twice")
+            raise BadFile(path, "the participant joins twice")
         turns = [line.turn for line in then if not isinstance(line, Released)]
         if turns != list(range(2, 2 + len(turns))):
-            raise BadFile(path, "an act is missing, or stands there twice")
+            raise BadFile(path, "an act is missing or duplicated")
         yield Diary(joined, then)
 
 

@@ -86,7 +86,7 @@ class AttentionCheck(_Part):
     @model_validator(mode="after")
     def _right_is_an_option(self) -> Self:
         if self.right not in self.options or len(set(self.options)) < len(self.options):
-            raise ValueError("every option once, and right is one of them")
+            raise ValueError("options must be distinct, and right must be one of them")
         return self
 
 
@@ -188,7 +188,7 @@ class Experiment(_Part):
     def _names_are_different(self) -> Self:
         names = [question.name for question in self.questions]
         if len(set(names)) < len(names):
-            raise ValueError("two questions of one name")
+            raise ValueError("two questions have the same name")
         if self.require_id and not self.recruitment:
             raise ValueError("require_id needs a parameter in recruitment")
         return self

@@ -44,7 +44,7 @@ class DiaryImport:
                 identity = diary.identity
                 there = self._coming.get(identity) or self._here.get(identity)
                 if there is not None and not _continues(there, diary) and not _continues(diary, there):
-                    raise BadFile(source, f"another participant than the {identity} of {directory}")
+                    raise BadFile(source, f"its participant {identity} is not the {identity} of {directory}")
                 if there is None:
                     self._coming[identity] = _without_token(diary)
                 elif len(diary.lines) > len(there.lines):

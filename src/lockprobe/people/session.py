@@ -66,7 +66,7 @@ class Session:
             if opened.journal.owes(key):
                 await session._record_again(box, diary)
             elif not _as_recorded(diary.attempts(box), opened.journal.trials[key], diary.spec):
-                raise BadFile(session.path, f"other steps than in the record of {key}")
+                raise BadFile(session.path, f"its steps differ from the record of {key}")
         return session
 
     @property
@@ -212,7 +212,7 @@ class Session:
             self._trial = await self._begin(box, self.journey.played)
             if self._trial.trial is not None and self._trial.sound:
                 await self.let_go()
-                raise BadFile(self.path, f"box {box} is over where it was not when it was played")
+                raise BadFile(self.path, f"the replay of box {box} ends earlier than the play")
         return self._trial
 
     async def _begin(self, box: int, played: Iterable[Did]) -> PausedTrial:
@@ -258,7 +258,7 @@ class Session:
         trial = await self._begin(box, diary.attempts(box))
         try:
             if trial.trial is None or not trial.sound:
-                raise BadFile(self.path, f"box {box} does not end as it did when it was played")
+                raise BadFile(self.path, f"the replay of box {box} ends differently from the play")
             self._append(box, trial, *diary.times(box))
         finally:
             await trial.close()

@@ -36,8 +36,8 @@ class Tokens:
         if path.is_symlink() or (path.exists() and not path.is_file()) or (given and not path.exists()):
             raise BadFile(
                 path,
-                "has to be there, a file of its own: without it nobody who takes part can go on. Put it back; "
-                f"where it is lost, {_BYTES} random bytes in its place let new people in",
+                "missing, or not a regular file: without it no participant can resume. Restore it; if it is lost, "
+                f"a file of {_BYTES} random bytes lets new people join",
             )
         try:
             if not path.exists():
@@ -47,7 +47,7 @@ class Tokens:
         except OSError as error:
             raise BadFile(path, f"cannot be used ({error.strerror})") from error
         if len(self._secret) != _BYTES:
-            raise BadFile(path, f"is no secret of {_BYTES} bytes; without it nobody can go on where they were")
+            raise BadFile(path, f"not a secret of {_BYTES} bytes; without it no participant can resume")
 
     def new(self) -> str:
         """A new token."""

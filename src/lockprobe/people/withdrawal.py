@@ -49,7 +49,7 @@ def note_withdrawal(journal: Journal, identity: str) -> None:
     """
     people = journal.directory / PEOPLE_DIRECTORY
     if (people / _UNDER_WAY).exists():
-        raise BadFile(people / _UNDER_WAY, "a deletion that is not finished")
+        raise BadFile(people / _UNDER_WAY, "an unfinished deletion")
     put(people / _UNDER_WAY, {"participant": identity, "withdrawn": withdrawn(journal.directory) + 1})
 
 
@@ -93,5 +93,5 @@ def _read(path: Path) -> dict[str, object] | None:
         return None
     found = parse_json(read_input(path), path)
     if not isinstance(found, dict) or type(found.get("withdrawn")) is not int or found["withdrawn"] < 0:
-        raise BadFile(path, "is not what withdrawals are noted in")
+        raise BadFile(path, "not a record of withdrawals")
     return found

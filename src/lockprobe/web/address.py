@@ -150,7 +150,7 @@ def check_exposure(host: str, token: str | None, public: str, allowed: Sequence[
         raise Missing(f"--host {host} lets other machines in", f"export {ADMIN_TOKEN}=… ({SHORTEST_TOKEN}+ characters)")
     if host in EVERYWHERE and not (public or allowed):
         remedy = "give --public-url https://NAME, or --allow-host NAME on a local network"
-        raise Missing(f"--host {host}: by which name will browsers ask for it", remedy)
+        raise Missing(f"--host {host}: which name will browsers use", remedy)
 
 
 def listen(host: str, port: int) -> socket.socket:
@@ -170,6 +170,6 @@ def listen(host: str, port: int) -> socket.socket:
         found.listen(QUEUE)
     except OSError as error:
         found.close()
-        raise BadValue("port", port, f"a port of {host} that can be had ({error.strerror})") from None
+        raise BadValue("port", port, f"a free port of {host} ({error.strerror})") from None
     found.setblocking(False)
     return found

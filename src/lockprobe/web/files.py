@@ -81,7 +81,7 @@ def page_version(directory: Path = STATIC) -> str:
     try:
         return str(json.loads(path.read_bytes())["version"])
     except (OSError, ValueError, KeyError, TypeError):
-        raise BadFile(path, "does not say of which version the page is; was it built?") from None
+        raise BadFile(path, "names no version of the page; was it built?") from None
 
 
 def _read(path: Path) -> File:

@@ -93,7 +93,7 @@ class Guard:
     def _check(self, method: str, path: str, headers: Headers) -> None:
         if len(headers.getlist("host")) != 1 or headers["host"].lower() not in self._hosts:
             raise RequestRefused(
-                "cross-site", "this server does not go by that name; see --public-url and --allow-host"
+                "cross-site", "this server does not accept that host name; see --public-url and --allow-host"
             )
         if method not in ("GET", "HEAD", "OPTIONS") or path.startswith("/api/"):
             self._check_page(headers)
@@ -123,7 +123,7 @@ class Guard:
             async with asyncio.timeout(SECONDS_FOR_A_BODY):
                 return await _read(receive)
         except TimeoutError:
-            raise RequestRefused("malformed", "the body did not come") from None
+            raise RequestRefused("malformed", "the body did not arrive") from None
         finally:
             self._reading -= 1
 
@@ -137,11 +137,11 @@ def _check_head(scope: Scope) -> None:
 def _check_body(headers: Headers) -> None:
     kind, _, parameters = headers.get("content-type", "").lower().partition(";")
     if kind.strip() != "application/json" or parameters.strip() not in ("", "charset=utf-8"):
-        raise RequestRefused("not-json", "a body is application/json")
+        raise RequestRefused("not-json", "the body must be JSON")
     if "transfer-encoding" in headers and "content-length" in headers:
         raise RequestRefused("malformed", "a body of two lengths")  # where a proxy could read another than this server
     if headers.get("content-encoding", "identity").lower() != "identity":
-        raise RequestRefused("not-json", "a body is not compressed")
+        raise RequestRefused("not-json", "a body must not be compressed")
 
 
 async def _read(receive: Receive) -> bytes:

@@ -388,7 +388,7 @@ def test_a_redirect_to_another_origin_is_refused_and_nothing_is_sent_there(monke
             with pytest.raises(ModelFault) as fault:
                 raise asked(retries=3)
     there = elsewhere.url.removesuffix("/v1")
-    expected = f"a redirect from {url.removesuffix('/v1')} to {there}, where the conversation was not to go"
+    expected = f"a redirect from {url.removesuffix('/v1')} to {there}, which must not get the conversation"
     assert str(fault.value) == f"the provider answered with {expected}"
     assert (elsewhere.requests, handler.asked, fault.value.unanswered) == ([], 1, 0)
 
@@ -445,4 +445,4 @@ def test_an_answer_packed_as_nobody_asked_is_refused(monkeypatch):
 
     with raw(respond) as (url, _):
         reached(monkeypatch, url)
-        assert "an answer packed by br, which was not asked for" in str(asked(retries=0))
+        assert "an answer compressed with br, which was not requested" in str(asked(retries=0))

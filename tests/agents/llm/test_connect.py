@@ -73,7 +73,7 @@ def test_batches_are_refused_where_there_are_none():
     with pytest.raises(BadValue) as wrong:
         opening.opened(MODEL, Access(batch=True), {})
     assert str(wrong.value) == (
-        f"batch: got '{MODEL}', expected a model of a provider that has batches: "
+        f"batch: got '{MODEL}', expected a model of a provider with a batch interface: "
         "anthropic, google, grok, openai, together"
     )
 

@@ -287,7 +287,11 @@ def test_a_model_that_is_told_reports_is_asked_and_recorded_without_a_word_of_pi
     ("options", "mistake", "message"),
     [
         ("image=4", UnknownName, "no option of llm:openai-api/fake/model is called 'image' (did you mean 'images'?)"),
-        ("images=-1", BadValue, "images: got -1, expected how many observations keep their pictures, 0 for all"),
+        (
+            "images=-1",
+            BadValue,
+            "images: got -1, expected the number of observations that keep their pictures, 0 for all",
+        ),
         ("images=few", BadValue, "images: got 'few', expected a whole number"),
         ("detail=fine", BadValue, "detail: got 'fine', expected one of auto, low, high"),
     ],

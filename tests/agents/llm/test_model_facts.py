@@ -101,8 +101,8 @@ def test_a_file_of_ones_own_adds_models_and_goes_before_what_is_shipped(tmp_path
     ("text", "why"),
     [
         ("[[model", "not TOML"),
-        ("[[modle]]\nmatch = ['a']", r"modle: expected tables \[\[model\]\] and nothing else"),
-        ("model = 3", r"model: expected tables \[\[model\]\]"),
+        ("[[modle]]\nmatch = ['a']", r"modle: expected only tables \[\[model\]\]"),
+        ("model = 3", r"model: expected only tables \[\[model\]\]"),
         ("model = [3]", "model 1: expected a table"),
         ("[[model]]\nimages = true", "model 1: match: "),
         ("[[model]]\nmatch = ['a*b*c*d*e*f*g*']", "model 1: match"),

@@ -90,7 +90,7 @@ def test_the_record_says_what_a_model_fixes_and_does_not_take():
         ("openai/gpt-4o?max_tokens=20000", "max_tokens: got 20000, expected at most 16384 with llm:openai/gpt-4o"),
         ("openai/gpt-4?schema=strict", "schema: got 'strict', expected none with llm:openai/gpt-4"),
         ("deepseek/deepseek-chat?schema=strict", "schema: got 'strict', expected loose or none with"),
-        ("openai/o3-mini?images=4", "images, detail: got (4, 'high'), expected neither with llm:openai/o3-mini"),
+        ("openai/o3-mini?images=4", "images or detail cannot be combined with llm:openai/o3-mini"),
     ],
 )
 def test_what_a_model_is_known_to_refuse_is_one_line_before_anything_is_played(spec, message):

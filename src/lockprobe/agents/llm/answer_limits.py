@@ -22,7 +22,7 @@ _PORTS = {"http": 80, "https": 443}
 
 
 def guard_answers(client: object) -> None:
-    """Have a provider's client refuse such answers; leave one that does not use httpx as it is."""
+    """Make a provider's client refuse such answers; leave clients without httpx unchanged."""
     for place in (client, getattr(client, "_client", None)):
         hooks = getattr(place, "event_hooks", None)
         if isinstance(hooks, dict) and hasattr(place, "headers"):
@@ -41,11 +41,11 @@ async def _check(response: Any) -> None:
         here, there = response.request.url, response.request.url.join(response.headers["location"])
         if _origin(here) != _origin(there):
             raise RefusedReply(
-                f"a redirect from {_named(here)} to {_named(there)}, where the conversation was not to go"
+                f"a redirect from {_named(here)} to {_named(there)}, which must not get the conversation"
             )
     packed = response.headers.get("content-encoding", "identity").lower()
     if not {part.strip() for part in packed.split(",")} <= {"identity", *_PACKED}:
-        raise RefusedReply(f"an answer packed by {packed[:40]}, which was not asked for", charged=True)
+        raise RefusedReply(f"an answer compressed with {packed[:40]}, which was not requested", charged=True)
     parts, size = [], 0
     async for part in response.aiter_bytes():
         parts.append(part)

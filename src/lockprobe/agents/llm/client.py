@@ -61,7 +61,7 @@ _ONCE = Tries()
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ModelReply:
-    """What came back.
+    """The reply of a model.
 
     Attributes:
         text: The reply.
@@ -70,7 +70,7 @@ class ModelReply:
         usage: What it cost.
         seconds: Wall time, retries included.
         retries: How often the provider had to be asked again.
-        unanswered: Attempts that it may have charged for, though nothing of use came back.
+        unanswered: Attempts without a usable reply that the provider may have charged for.
     """
 
     text: str
@@ -86,7 +86,7 @@ class ModelClient:
     """An open client of one model, named as Inspect AI knows it.
 
     Attributes:
-        slots: Requests that may still start at once; each request holds one.
+        slots: Free slots for concurrent requests; each request holds one.
         batch: Whether requests go through the provider's batch interface.
 
     Raises:
@@ -143,7 +143,7 @@ class ModelClient:
 
     @property
     def filled_in(self) -> dict[str, Fact]:
-        """What is sent though nobody set it, because Inspect AI knows that the provider insists on it."""
+        """Parameters sent by default because Inspect AI knows that the provider requires them."""
         return {} if self._config.max_tokens is None else {"max_tokens": self._config.max_tokens}
 
     def _judge(self, asked: Model, error: Exception) -> RetryDecision:
@@ -159,7 +159,7 @@ class ModelClient:
         return RetryDecision.transient() if asked.should_retry(error) else RetryDecision.no()
 
     async def _once(self, model: Model, conversation: list[ChatMessage], config: GenerateConfig) -> ModelOutput:
-        """One request by the provider's own interface: ``Model.generate`` keeps all it did in memory, for a log."""
+        """One request through the provider's interface, because ``Model.generate`` keeps a log in memory."""
         try:
             came = await model.api.generate(conversation, tools=[], tool_choice="none", config=config)
         except PrerequisiteError as error:
@@ -178,7 +178,7 @@ class ModelClient:
 
 
 def refuse_overflow(output: ModelOutput, tries: Tries = _ONCE) -> None:
-    """Refuse the reply that Inspect AI makes of the provider's error if a conversation is too long for the model.
+    """Refuse the reply that Inspect AI substitutes for the provider's error about a conversation that is too long.
 
     Raises:
         ModelFault: If that is what came.
@@ -205,7 +205,7 @@ def sent(message: Message, settings: ModelSettings) -> ChatMessage:
 
 
 def usage_of(output: ModelOutput) -> Usage:
-    """What a reply cost, as its provider counts; where a count cannot be, none is believed."""
+    """The cost of a reply by its provider's counts; if one count is impossible, none is used."""
     if (spent := output.usage) is None:
         return Usage(calls=1)
     cached, stored = spent.input_tokens_cache_read or 0, spent.input_tokens_cache_write or 0

@@ -36,7 +36,7 @@ _STARTED_HERE = {
 
 
 def opened(name: str, access: Access, parameters: dict[str, object]) -> Model:
-    """A model that can be asked; every request sends the parameters, named as in Inspect AI's ``GenerateConfig``.
+    """Open a model; every request sends the parameters, named as in Inspect AI's ``GenerateConfig``.
 
     Raises:
         Missing: If a key, a server or a provider's package is missing.
@@ -65,7 +65,7 @@ def opened(name: str, access: Access, parameters: dict[str, object]) -> Model:
 
 
 def mistake(name: str, error: Exception) -> UserMistake:
-    """What Inspect AI says of a model that cannot be asked, as one line."""
+    """Inspect AI's error for a model that cannot be opened, on one line."""
     said = " ".join(re.sub(r"\[/?[a-z ]*\]|ERROR:?", "", str(error)).split())
     if keys := re.findall(r"[A-Z][A-Z0-9_]*_(?:KEY|TOKEN|URL|ID)\b", said):
         return Missing(f"llm:{name} needs {keys[0]}", f"export {keys[0]}=… and run again")
@@ -79,14 +79,14 @@ def _batch(name: str, access: Access) -> BatchConfig | None:
     if not access.batch:
         return None
     if name.partition("/")[0] not in WITH_BATCHES:
-        raise BadValue("batch", name, f"a model of a provider that has batches: {', '.join(WITH_BATCHES)}")
+        raise BadValue("batch", name, f"a model of a provider with a batch interface: {', '.join(WITH_BATCHES)}")
     set_batch_log_callback(_log.info)  # else it is printed, between our own lines
     logging.getLogger("asyncio").addFilter(_is_news)
     return BatchConfig(tick=access.tick, send_delay=access.tick)
 
 
 def host_of(name: str) -> str | None:
-    """Whose machine is asked for a model, where somebody said so; None for the provider's own."""
+    """The host configured for a model; None for the provider's own."""
     url = next((url for variable in _variables(name) if (url := os.environ.get(variable))), "")
     try:
         return urlsplit(url).hostname
@@ -123,12 +123,12 @@ def _is_url(url: str, schemes: tuple[str, ...]) -> bool:
 
 
 def _is_news(record: logging.LogRecord) -> bool:
-    """Whether an exception that nobody asked for is not that of a batch, which its requests have raised already."""
+    """Whether an unretrieved exception is new: those of a batch were already raised by its requests."""
     return record.exc_info is None or "escaped from background task" not in str(record.exc_info[1])
 
 
 def config_of(model: Model) -> GenerateConfig:
-    """What is sent with every request; some providers insist on a bound of the reply."""
+    """The parameters sent with every request; some providers require a limit on the reply."""
     config = model.config
     if config.max_tokens is None:
         config = config.model_copy(

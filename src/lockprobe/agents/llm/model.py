@@ -44,7 +44,7 @@ Ask = Callable[[int, Sequence[Message], dict[str, object]], Awaitable[ModelReply
 
 
 def check(spec: str, access: Access | None = None) -> None:
-    """Find out whether a model can be asked at all.
+    """Check whether a model can be reached at all.
 
     Raises:
         UserMistake: As :class:`ModelClient` and :func:`lockprobe.agents.llm.settings.read_settings`.
@@ -71,9 +71,9 @@ def model_facts(name: str, settings: ModelSettings, *, batch: bool = False) -> d
 
 
 class HostedModel:
-    """A model behind a provider's interface. A reply that is not of the form asked for is asked for again.
+    """A model behind a provider's interface. A malformed reply is requested again.
 
-    The spec holds the model's name as Inspect AI knows it, and how it is asked: ``openai/gpt-4o?images=4``.
+    The spec holds the model's name in Inspect AI, and options: ``openai/gpt-4o?images=4``.
 
     Attributes:
         unseeded: Its luck is the provider's; see :class:`lockprobe.protocols.Agent`.
@@ -89,7 +89,7 @@ class HostedModel:
         self.facts: Mapping[str, Fact] = own | self._line.filled_in
 
     def with_calls(self, key: str, book: CallBook) -> _InOneTrial:
-        """The same model for one trial: no call is made twice, and every one is written down."""
+        """The model for one trial: no call is made twice, and every call is recorded."""
         return _InOneTrial(self.facts, key, book, self._settings, self._line)
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
@@ -107,7 +107,7 @@ class HostedModel:
 
 
 class _InOneTrial:
-    """A model at one trial, with the calls that were made for it before."""
+    """A model in one trial, with the earlier calls of that trial."""
 
     unseeded = True
 
@@ -163,7 +163,7 @@ class _InOneTrial:
 def _fingerprint(
     messages: Sequence[Message], schema: dict[str, object], settings: ModelSettings, facts: ModelFacts
 ) -> str:
-    """Sixteen hexadecimal digits that change with anything that is sent."""
+    """A fingerprint of a request: sixteen hexadecimal digits."""
     said = [[message.role, message.text, *(picture.name for picture in message.pictures)] for message in messages]
     asked = [settings.parameters(facts), settings.form(facts), settings.detail]
     text = json.dumps([said, schema, asked], sort_keys=True)
@@ -171,10 +171,10 @@ def _fingerprint(
 
 
 async def decided(situation: Situation, settings: ModelSettings, ask: Ask) -> Decision:
-    """Ask until a reply is of the form asked for.
+    """Ask until a reply is well formed.
 
     Raises:
-        ReplyFault: If too many replies were of another form.
+        ReplyFault: If too many replies were malformed.
     """
     messages = conversation(situation, images=settings.images)
     schema = reply_schema(situation)
@@ -199,7 +199,7 @@ async def decided(situation: Situation, settings: ModelSettings, ask: Ask) -> De
 
 
 def _cut_off(answer: ModelReply) -> str:
-    """What else is wrong with a malformed reply that was not written to its end."""
+    """The reason why a malformed reply was cut off, if it was."""
     if answer.stop != "max_tokens":
         return ""
     after = f" after {answer.usage.output_tokens} tokens" if answer.usage.output_tokens else ""

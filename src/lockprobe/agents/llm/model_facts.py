@@ -43,22 +43,22 @@ _Count = Annotated[int, Field(ge=1, le=10**9, strict=True)]
 
 
 def _a_day(given: object) -> str:
-    """A day in words, or as TOML has it."""
+    """A date as text or as a TOML date."""
     return (given if isinstance(given, date) else date.fromisoformat(str(given))).isoformat()[:10]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Price:
-    """What a provider asks, in US dollars per million tokens.
+    """A provider's prices, in US dollars per million tokens.
 
     Attributes:
         input: For tokens read.
-        cached: For tokens read that it had in its cache.
-        output: For tokens written, those of reasoning included.
-        stored: For tokens read that it puts into its cache; None where they cost as any other.
-        batch: Factor on all of them in its batch interface; None where it has none, or it is not known.
+        cached: For tokens read that the provider had in its cache.
+        output: For tokens written, including reasoning.
+        stored: For tokens read that the provider puts into its cache; None if they cost as much as others.
+        batch: Factor on all prices in the batch interface; None if there is none, or it is not known.
         date: When these prices were looked up, ISO 8601.
-        source: Where.
+        source: The source of the prices.
     """
 
     input: _Dollars
@@ -70,7 +70,7 @@ class Price:
     source: Annotated[str, Field(min_length=1, max_length=300), AfterValidator(printable)]
 
     def of(self, usage: Usage, *, batch: bool = False) -> float:
-        """What calls cost, in US dollars."""
+        """The cost of calls, in US dollars."""
         stored = self.input if self.stored is None else self.stored
         fresh = max(0, usage.input_tokens - usage.cached_tokens - usage.stored_tokens)
         dollars = fresh * self.input + usage.cached_tokens * self.cached + usage.stored_tokens * stored
@@ -79,14 +79,14 @@ class Price:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ModelFacts:
-    """What is known of a model. The defaults are safe for one of which nothing is known.
+    """The known facts about a model. The defaults are safe for an unknown model.
 
     Attributes:
-        known: Whether more is known of it than what it costs.
-        sampling: When it takes a temperature and top-p.
-        efforts: Reasoning efforts that it takes, empty where it takes none.
-        reasons: Whether it writes tokens that nobody sees before it replies, without being asked to.
-        schema: How the form of its reply can be asked for.
+        known: Whether more than its price is known.
+        sampling: When it accepts a temperature and top-p.
+        efforts: The reasoning efforts that it accepts; empty for none.
+        reasons: Whether it writes hidden reasoning tokens by default before it replies.
+        schema: How strictly it can be made to follow the form of a reply.
         context: Tokens that a conversation may have; None where not known.
         most_output: Tokens that a reply may have; None where not known.
         images: Whether it can see; None where not known, then its provider has to say so.
@@ -109,11 +109,11 @@ class ModelFacts:
 
 
 class Entry(NamedTuple):
-    """What a file says of the models whose names fit.
+    """One entry of a file of facts, for all models whose names match.
 
     Attributes:
-        match: Patterns of names as Inspect AI has them; ``*`` stands for anything.
-        says: Fields of :class:`ModelFacts`, only those that it gives.
+        match: Patterns of names in Inspect AI; ``*`` matches anything.
+        says: The given fields of :class:`ModelFacts`.
     """
 
     match: tuple[str, ...]
@@ -135,7 +135,7 @@ def _adapter(kind: Any) -> TypeAdapter[Any]:
 
 
 def facts_of(name: str) -> ModelFacts:
-    """What is known of a model, named as Inspect AI has it and without options: ``openai/gpt-4o``.
+    """The known facts about a model, named as in Inspect AI and without options: ``openai/gpt-4o``.
 
     Raises:
         BadFile: If the user's file of facts cannot be used.
@@ -152,7 +152,7 @@ def facts_of(name: str) -> ModelFacts:
 
 
 def read_facts(path: Path) -> tuple[Entry, ...]:
-    """The entries of a file of facts, in their order; the first that fits a name counts.
+    """The entries of a file of facts, in order; the first that matches a name counts.
 
     Raises:
         BadFile: If it is not one, with the entry and the key that are wrong.
@@ -160,7 +160,7 @@ def read_facts(path: Path) -> tuple[Entry, ...]:
     tables = read_toml(path)
     found = tables.pop("model", [])
     if tables or not isinstance(found, list):
-        raise BadFile(path, f"{printable(next(iter(tables), 'model'))}: expected tables [[model]] and nothing else")
+        raise BadFile(path, f"{printable(next(iter(tables), 'model'))}: expected only tables [[model]]")
     return tuple(_entry(path, number, table) for number, table in enumerate(found, start=1))
 
 

@@ -36,7 +36,7 @@ __all__ = ["use_fast_path"]
 
 
 def use_fast_path(client: object) -> None:
-    """Make a client of OpenAI's send requests unchanged; leave any other client as it is."""
+    """Make an OpenAI client send requests unchanged; leave other clients as they are."""
     if AsyncOpenAI is None or not isinstance(client, AsyncOpenAI):
         return
     chat, responses = client.chat.completions, client.responses
@@ -76,7 +76,7 @@ def _accepted(came: Any) -> Any:
 
 
 def _usable(came: Any) -> Any:
-    """The reply without a model name or counts of tokens that the server left out or got wrong."""
+    """The reply, without a model name or token counts that the server left out or got wrong."""
     if not isinstance(getattr(came, "model", None), str):
         came.model = ""
     if (usage := getattr(came, "usage", None)) is None:

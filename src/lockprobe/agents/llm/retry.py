@@ -68,14 +68,14 @@ Again = Callable[[int], Awaitable[None]]
 
 
 class Tries(NamedTuple):
-    """How often a request was made again, and for how many vain attempts its provider may charge."""
+    """The number of retries of a request, and of failed attempts that its provider may charge for."""
 
     retries: int = 0
     unanswered: int = 0
 
 
 class Declined(Exception):
-    """A provider's error in a body that should have been its reply, with the status that it names, or None."""
+    """A provider's error in place of a reply, with the status that it names, or None."""
 
     def __init__(self, words: str, status_code: int | None = None) -> None:
         super().__init__(words)
@@ -83,12 +83,12 @@ class Declined(Exception):
 
     @property
     def passes(self) -> bool:
-        """Whether it is worth asking again."""
+        """Whether a retry may succeed."""
         return self.status_code is None or self.status_code in (408, 409, 429) or self.status_code >= 500
 
 
 class RefusedReply(Exception):
-    """An answer that is not taken, and not asked for again; ``charged`` says whether the provider may charge for it."""
+    """A refused answer that is not requested again; ``charged``: the provider may charge for it."""
 
     def __init__(self, what: str, *, charged: bool = False) -> None:
         super().__init__(what)
@@ -101,11 +101,11 @@ async def pausing(seconds: float) -> None:
 
 
 class Judgement(Protocol):
-    """What is made of a failure. Inspect AI's ``RetryDecision`` is one."""
+    """The classification of a failure, for example Inspect AI's ``RetryDecision``."""
 
     @property
     def retry(self) -> bool:
-        """Whether it may pass."""
+        """Whether the failure may be temporary."""
         ...
 
     @property
@@ -125,13 +125,13 @@ async def patiently(
     access: Access,
     again: Again | None = None,
 ) -> tuple[_T, Tries]:
-    """Make a request until there is an answer, or it is enough.
+    """Repeat a request until there is an answer, or until the retries are used up.
 
     ``attempt`` makes it once, and ``judge`` classifies a failure. ``again`` is called before it is made again where
     that may cost once more; what it raises ends the request.
 
     Raises:
-        ModelFault: If there is none; says what came last and how often it was tried.
+        ModelFault: If there is no answer; the message has the last error and the number of attempts.
     """
     patience = _Patience(judge, access)
     known = 0
@@ -155,7 +155,7 @@ async def patiently(
 
 
 class _Patience:
-    """What tenacity asks about one request."""
+    """The retry policy of one request, for tenacity."""
 
     def __init__(self, judge: Callable[[Exception], Judgement], access: Access) -> None:
         self._judge, self._access = judge, access
@@ -201,7 +201,7 @@ class _Patience:
 
 
 def _said(error: Exception, access: Access) -> str:
-    """What came instead of an answer, in one line. Requests stand in no provider's errors, and in none of this."""
+    """The error in place of an answer, on one line. It never quotes the request."""
     if isinstance(error, TimeoutError):
         return f"no reply within {LONGEST_BATCH if access.batch else access.timeout:g} s"
     if (status := _status(error)) is not None:
@@ -225,7 +225,7 @@ def _status(error: Exception) -> int | None:
 
 
 def _may_be_charged(error: Exception) -> bool:
-    """Whether a model may have worked on a request that failed so: it arrived, and nobody said what became of it."""
+    """Whether a failed request may have been charged for: it arrived, and its result is unknown."""
     if isinstance(error, Declined) or (status := _status(error)) is not None:
         return not isinstance(error, Declined) and status in _GAVE_UP_WAITING
     refused = (ConnectionRefusedError, socket.gaierror)
@@ -245,7 +245,7 @@ def _chain(error: BaseException) -> Iterator[BaseException]:
 
 
 def _words(error: BaseException) -> str:
-    """What a provider says, on one line, if its error keeps that apart; else what the error says."""
+    """The provider's message on one line, if the error stores it separately; else the error's text."""
     body = getattr(error, "body", None)
     said = body.get("message") if isinstance(body, dict) else None
     words = without_secrets(str(said or getattr(error, "message", None) or error))  # before a key is cut in two

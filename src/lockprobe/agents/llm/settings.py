@@ -6,7 +6,7 @@ from dataclasses import dataclass, fields
 from typing import Literal, get_args
 
 from lockprobe.agents.llm.model_facts import Effort, ModelFacts, Schema, facts_of
-from lockprobe.errors import BadValue
+from lockprobe.errors import BadValue, Conflict
 from lockprobe.record import Fact
 from lockprobe.spec import Spec, with_options
 
@@ -21,18 +21,18 @@ MOST_REASONED = 25_000
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ModelSettings:
-    """How a model is asked. What is None is not sent: its provider decides.
+    """The options of a model. Options that are None are not sent, so that the provider decides.
 
     Attributes:
         temperature: From 0 to 2.
         top_p: Above 0, at most 1.
-        effort: How much it is asked to reason.
-        max_tokens: Tokens that a reply may have, those of reasoning included. None for what :meth:`most_tokens` says.
-        schema: How the form of the reply is asked for: as a schema that the provider enforces (``strict``), as one that
-            it need not (``loose``), or in words only (``none``). None for the closest that the model is known to take.
-        images: How many observations, the newest, keep their pictures in the conversation; 0 for all.
-        detail: How closely the provider is asked to look, where it offers that.
-        repairs: How often a malformed reply is asked for again before the trial ends as ``error``.
+        effort: The reasoning effort.
+        max_tokens: The most tokens of a reply, including reasoning. None for the value of :meth:`most_tokens`.
+        schema: How the form of the reply is requested: as a schema that the provider enforces (``strict``), as one that
+            it need not enforce (``loose``), or in words only (``none``). None for the strictest that the model accepts.
+        images: The number of newest observations that keep their pictures in the conversation; 0 for all.
+        detail: The provider's level of detail for pictures, if it has one.
+        repairs: How often a malformed reply is requested again before the trial ends as ``error``.
 
     Raises:
         BadValue: If a number is out of range.
@@ -55,27 +55,27 @@ class ModelSettings:
         if self.max_tokens is not None and not 1 <= self.max_tokens <= 10**7:
             raise BadValue("max_tokens", self.max_tokens, "a whole number from 1 to 10000000")
         if self.images < 0:
-            raise BadValue("images", self.images, "how many observations keep their pictures, 0 for all")
+            raise BadValue("images", self.images, "the number of observations that keep their pictures, 0 for all")
         if not 0 <= self.repairs <= 20:
             raise BadValue("repairs", self.repairs, "a whole number from 0 to 20")
 
     def most_tokens(self, facts: ModelFacts) -> int | None:
-        """Tokens that a reply may have; None where its provider decides, because nothing is known of the model."""
+        """The most tokens of a reply; None for an unknown model, so that its provider decides."""
         if self.max_tokens is not None or not facts.known:
             return self.max_tokens
         most = MOST_REASONED if self.reasons(facts) else MOST_PLAIN
         return min(most, facts.most_output or most)
 
     def reasons(self, facts: ModelFacts) -> bool:
-        """Whether a model asked like this is known to write tokens that nobody sees before it replies."""
+        """Whether a model with these options is known to write hidden reasoning tokens."""
         return facts.reasons if self.effort is None else self.effort != "none"
 
     def form(self, facts: ModelFacts) -> Schema:
-        """How the form of the reply is asked for."""
+        """How the form of the reply is requested."""
         return self.schema or facts.schema
 
     def parameters(self, facts: ModelFacts) -> dict[str, object]:
-        """What is sent with conversation and form, under the names of Inspect AI's ``GenerateConfig``."""
+        """The parameters sent with the conversation, named as in Inspect AI's ``GenerateConfig``."""
         given: dict[str, object] = {
             "temperature": self.temperature,
             "top_p": self.top_p,
@@ -85,7 +85,7 @@ class ModelSettings:
         return {name: value for name, value in given.items() if value is not None}
 
     def sent(self, facts: ModelFacts) -> dict[str, Fact]:
-        """What every request sends besides the conversation, and what is left to the provider, for the record."""
+        """The parameters of every request, and those left to the provider, for the record."""
         left = "provider default"
         sampling = "fixed by the model" if facts.sampling == "fixed" else left
         found: dict[str, Fact] = {
@@ -104,7 +104,7 @@ class ModelSettings:
         return found
 
     def check(self, name: str, facts: ModelFacts) -> None:
-        """Refuse what a model is known to refuse; of one that is not known, nothing is refused.
+        """Refuse options that a model is known to refuse; for unknown models, refuse none.
 
         Raises:
             BadValue: If it would refuse one of these settings.
@@ -121,7 +121,7 @@ class ModelSettings:
         if self.schema is not None and kinds.index(self.schema) < kinds.index(facts.schema):
             raise BadValue("schema", self.schema, f"{' or '.join(kinds[kinds.index(facts.schema) :])} with {name}")
         if facts.images is False and (self.images, self.detail) != (0, "high"):
-            raise BadValue("images, detail", (self.images, self.detail), f"neither with {name}, which cannot see")
+            raise Conflict("images or detail", name, "this model cannot read pictures")
 
     def _check_sampling(self, name: str, facts: ModelFacts) -> None:
         may = {"free": True, "no effort": self.effort in (None, "none"), "effort none": self.effort == "none"}
@@ -132,11 +132,11 @@ class ModelSettings:
 
 
 def read_settings(spec: str) -> tuple[str, ModelSettings]:
-    """The model's name and how it is asked, from its spec, with or without ``llm:``.
+    """The model's name and options from its spec, with or without ``llm:``.
 
     Raises:
         UnknownName: If there is no such option.
-        BadValue: If an option has a value that it cannot have, or one that this model is known to refuse.
+        BadValue: If an option has an invalid value, or one that this model is known to refuse.
         BadFile: If the user's file of facts cannot be used.
     """
     asked = Spec.parse(spec.removeprefix("llm:"))

@@ -36,12 +36,12 @@ MOST_OUTPUT = 32_768
 
 
 def tokens(text: str) -> float:
-    """About as many tokens as a text has; see :data:`CHARACTERS`."""
+    """The approximate number of tokens of a text; see :data:`CHARACTERS`."""
     return len(text) / CHARACTERS
 
 
 def at_most(messages: Sequence[Message], settings: ModelSettings, facts: ModelFacts) -> Usage:
-    """What one call can cost, whatever the model replies.
+    """The maximum tokens of one call, whatever the model replies.
 
     A tokenizer makes no more tokens of a text than the text has bytes.
     """
