@@ -2,6 +2,7 @@
 
 import json
 
+import numpy as np
 import pytest
 from plants.hardware import fakes
 from typer.testing import CliRunner
@@ -9,6 +10,9 @@ from typer.testing import CliRunner
 from lockprobe.cli import build
 from lockprobe.cli.rig import app
 from lockprobe.errors import Missing, UserMistake
+from lockprobe.lockbox.families import box
+from lockprobe.plants.hardware import arm_check, rungs
+from lockprobe.plants.hardware.rungs import parts_of
 
 
 def run(*words):
@@ -35,6 +39,26 @@ def test_a_wrong_verdict_is_marked_and_sets_the_exit_status(monkeypatch):
     assert done.exit_code == 1
     assert "locked  failed" in done.stdout
     assert "<- WRONG" in done.stdout
+
+
+def test_a_check_names_its_arm_and_its_judgement(monkeypatch):
+    """Of the scripted arm in place of the simulated robot, which needs an extra."""
+    scripted = parts_of("scripted", box("chain-4"), tuple("ABCD"), np.random.default_rng(0))
+    scripted.arm.reach(np.array([0.5, 0.0, 0.4]), np.array([0.0, 0.0, -1.0]))
+    monkeypatch.setattr(rungs, "parts_of", lambda *which: scripted)
+    lines = run("check", "--commands", "20").stdout.splitlines()
+    assert lines[0] == "Arm: a simulated FR3 behind the real client library"
+    assert lines[-1] == "Good enough to move."
+    monkeypatch.setattr(arm_check, "MOST_DRIFT", -1.0)
+    done = run("check", "--commands", "20")
+    assert done.exit_code == 1
+    assert done.stdout.splitlines()[-1] == "Not good enough: the tool drifted by 0.0 mm, at most -1000 mm."
+
+
+def test_a_rehearsal_in_the_twin_names_its_engine():
+    pytest.importorskip("mujoco")
+    lines = run("rehearse", "--rung", "twin", "--attempts", "1").stdout.splitlines()
+    assert lines[1].startswith("Rung: twin, the simulated arm, in this process; engine: mujoco ")
 
 
 def test_a_dry_run_prints_every_motion_and_its_rung():

@@ -79,6 +79,21 @@ def test_a_wrong_size_of_tags_shows_in_the_errors(pictures, tmp_path):
     assert facts["tag_mm"] == 44
     assert facts["board"] == right["board"]
     assert facts["errors"]["reprojection_px"] > 2 * right["errors"]["reprojection_px"]
+    assert wrong.stderr.endswith("check --box, --tag-size, the numbers of the camera, and the place of every tag\n")
+
+
+def test_poses_of_the_hand_in_millimetres_are_suspected(pictures, tmp_path):
+    content = json.loads((pictures / VIEWS_FILE).read_text())
+    for view in content["views"]:
+        (tmp_path / view["picture"]).write_bytes((pictures / view["picture"]).read_bytes())
+        for row in view["hand"][:3]:
+            row[3] *= 1000
+    (tmp_path / VIEWS_FILE).write_text(json.dumps(content))
+    said = ask("calibrate", tmp_path, "--box", tagged.BOX).stderr.splitlines()
+    assert said[-2:] == [
+        "the arm tolerates 4 mm: a study refuses this calibration",
+        "check the poses of the hand: metres, at the time of the picture",
+    ]
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,10 @@
 """``lockprobe run --camera``: the camera of the plant ``manual``, as an option of the command line."""
 
+import sys
+
 import pytest
+from drawn_board import board
+from plants.hardware.webcams import FakeCapture, fake_cv2
 from plants.person import Person, handles_text
 from typed import typed
 
@@ -38,6 +42,18 @@ def test_a_folder_is_played_and_the_study_is_that_of_the_spec(folder, tmp_path, 
     run("flips", plant=spelled, out=out, report=False, **PLAYED)  # the same command, spelled otherwise
     run("flips", plant=spelled, camera=str(folder), out=out, report=False, **PLAYED)
     assert len(load(out)) == 1
+
+
+def test_a_webcam_is_played_with_the_file_of_handles_in_the_working_directory(tmp_path, monkeypatch):
+    person = Person(box(FIVE))
+    monkeypatch.setattr(manual, "TerminalOperator", lambda: person)
+    monkeypatch.setitem(sys.modules, "cv2", fake_cv2(FakeCapture(lambda: board(person.now))))
+    (tmp_path / "handles.toml").write_text(handles_text(box(FIVE)), "utf-8")
+    monkeypatch.chdir(tmp_path)
+    run("flips", plant="manual", camera="webcam", out=tmp_path / "s", report=False, **PLAYED)
+    (trial,) = load(tmp_path / "s")
+    assert trial.ending == "solved"
+    assert trial.plant == {"plant": "manual?camera=webcam", "truth": "camera", "camera": "webcam 0"}
 
 
 def test_the_plant_of_a_study_file_gets_the_camera_too(folder, tmp_path):

@@ -34,6 +34,8 @@ app.command("calibrate")(calibrate)
 
 _ARM = "fr3 (franky), panda (panda-py), or wire: a simulated FR3 behind the real client library."
 
+_ARMS = {"fr3": "FR3", "panda": "Panda", "wire": "a simulated FR3 behind the real client library"}
+
 _TWIN = "rig?rung=twin"
 
 AsJson = Annotated[bool, typer.Option("--json", help="One JSON object.")]
@@ -53,7 +55,9 @@ def rehearse(
 ) -> None:
     """Rehearse random attempts with all software but without a robot, and compare the verdicts with the rules.
 
-    wire needs lockprobe[wire], and an attempt takes about 6 seconds. Exit status 1: a verdict was wrong.
+    Each line is one attempt: the states of the joints in panel order, the joint, whether the rules let it move, the
+    verdict, and the greatest force. wire needs lockprobe[wire], and an attempt takes about 6 seconds. Exit status 1: a
+    verdict was wrong.
     """
     from lockprobe.plants.hardware.rehearsal import rehearse as rehearsed
 
@@ -133,7 +137,7 @@ def check(
     if json:
         print(json_.dumps({"arm": arm, **asdict(found), "complaints": list(found.complaints)}))
     else:
-        print("\n".join(_checked(found)))
+        print("\n".join(_checked(_ARMS[arm] + (f" at {host}" if host else ""), found)))
     if found.complaints:
         raise typer.Exit(NOT_GOOD)
 
@@ -187,8 +191,9 @@ def _lines(found: Rehearsal) -> list[str]:
     from lockprobe.plants.hardware.rungs import RUNGS
 
     faults = sum(bool(one.fault) for one in found.attempts)
+    facts = "".join(f"; {name}: {value}" for name, value in found.facts.items())
     lines = [
-        f"Rung: {found.rung}, {RUNGS[found.rung]}{''.join(f'; {value}' for value in found.facts.values())}",
+        f"Rung: {found.rung}, {RUNGS[found.rung]}{facts}",
         f"Agrees with the rules: {found.right} of {len(found.attempts)} attempts on {found.box}; {faults} faults",
         f"Late commands: {found.commands_late}",
     ]
@@ -213,13 +218,15 @@ def _dry(found: DryRun) -> list[str]:
     ]
 
 
-def _checked(found: ArmCheck) -> list[str]:
+def _checked(arm: str, found: ArmCheck) -> list[str]:
     rate = "not reported by this arm" if found.success_rate is None else f"{found.success_rate:.1%}"
     median, most, longest = (f"{1000 * seconds:.1f}" for seconds in found.latency)
     lines = [
+        f"Arm: {arm}",
         f"Commands: {found.commands}, every {1000 * found.period:g} ms; {found.late} late",
         f"Duration: median {median} ms, 95 % within {most} ms, longest {longest} ms",
         f"Success rate: {rate}",
         f"Drift: {1000 * found.drift:.1f} mm; force noise: {found.noise:.2f} N",
     ]
-    return [*lines, *(f"Not good enough: {complaint}." for complaint in found.complaints)]
+    verdicts = [f"Not good enough: {complaint}." for complaint in found.complaints]
+    return [*lines, *(verdicts or ["Good enough to move."])]

@@ -20,6 +20,9 @@ __all__ = ["calibrate"]
 _SMALLEST, _LARGEST = 10.0, 200.0
 """Accepted sides of a printed tag, millimetres."""
 
+_NEAR = 1.0
+"""Pixels by which corners miss their places at most if the tags are those of the board."""
+
 
 def calibrate(
     folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Pictures and views.json (docs/calibration.md).")],
@@ -71,8 +74,13 @@ def _tell(result: Calibration, path: Path, *, json: bool) -> None:
     from lockprobe.plants.calibration.calibration_file import TOLERATED_MM
 
     errors, views = result.errors, len(result.used) + len(result.refused)
-    if errors.held_out_mm > TOLERATED_MM:
+    too_far = errors.held_out_mm > TOLERATED_MM
+    if too_far:
         print(f"the arm tolerates {TOLERATED_MM:g} mm: a study refuses this calibration", file=sys.stderr)
+    if errors.reprojection_px > _NEAR:
+        print("check --box, --tag-size, the numbers of the camera, and the place of every tag", file=sys.stderr)
+    elif too_far:
+        print("check the poses of the hand: metres, at the time of the picture", file=sys.stderr)
     if json:
         print(json_.dumps(result.model_dump(mode="json")))
         return

@@ -69,6 +69,6 @@ def _tag(axes: Axes, cells: NDArray[np.bool_], corner: tuple[float, float], whol
 def _note(side: float) -> str:
     return (
         f"Measure a black square after printing: {side:g} mm. If it differs, give the measured size to "
-        "lockprobe rig calibrate --tag-size.\nCut along the dotted lines, and glue each tag flat where the drilling "
-        "template has its number, upright as printed here."
+        "lockprobe rig calibrate --tag-size.\nWrite the number and an arrow up on the back of each tag. Cut along the "
+        "dotted lines, and glue each tag flat\nwhere the drilling template has its number, upright as printed here."
     )

@@ -112,7 +112,10 @@ class StudyOptions(BaseModel):
     flip: Annotated[FlipKind | None, _about("A false report is transient, sticky or outcome-only (transient).")] = None
     plant: Annotated[
         str | None,
-        _about("What is acted on: symbolic (flips), fast-twin (modalities) or twin; options as twin?looks=varied."),
+        _about(
+            "What is acted on: symbolic (flips), fast-twin (modalities), twin, manual (a person moves the joints), "
+            "rig; options as twin?looks=varied."
+        ),
     ] = None
     modality: Annotated[
         Several | None,

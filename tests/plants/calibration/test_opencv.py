@@ -6,6 +6,7 @@ import sys
 import numpy as np
 import pytest
 from plants.calibration import tagged
+from scipy.spatial.transform import Rotation
 
 from lockprobe.errors import BadFile, BadValue, Missing
 from lockprobe.pictures.png import to_png
@@ -92,6 +93,17 @@ def test_a_method_that_finds_no_pose_says_so(capfd):
     with pytest.raises(BadValue, match="method: got 'tsai', expected another one, or views with more rotation"):
         hand_eye([view.hand for view in seen], [view.board for view in seen], "tsai")
     assert capfd.readouterr().err == ""
+
+
+@pytest.mark.usefixtures("_cv2")
+def test_views_that_contradict_each_other_have_no_pose():
+    """As with tags that were glued in each other's places. OpenCV gives a reflection."""
+    seen = tagged.views()
+    boards = [view.board.copy() for view in seen]
+    for board, turn in zip(boards, Rotation.random(len(boards), random_state=0), strict=True):
+        board[:3, :3] = turn.as_matrix()
+    with pytest.raises(BadValue, match="or tags where the template has them: it finds no pose of the camera"):
+        hand_eye([view.hand for view in seen], boards)
 
 
 @pytest.mark.usefixtures("_cv2")

@@ -38,7 +38,8 @@ def parts(shown):
     found.close()
 
 
-def test_a_free_and_a_locked_joint_over_the_wire(parts, shown):
+def test_a_free_and_a_locked_joint_over_the_wire(parts, shown, monkeypatch):
+    monkeypatch.setattr(parts.arm, "_wrench", replace(parts.arm._wrench, oldest=1.0))  # on a busy machine
     arm = Bounded(parts.arm, BOUNDS, ConsentingOperator())
     arm.home()
     for joint, verdict, after in ((3, "moved", (0, 0, 0, 1)), (0, "blocked", (0, 0, 0, 1))):

@@ -13,10 +13,12 @@ from builders import small_study
 from drawn_board import HANDLES, HEIGHT, WIDTH
 from plants.hardware import fakes
 from plants.hardware.fakes import SPACE, Breaking, DrawnCamera, Willing
+from plants.person import handles_text
 
 from lockprobe.errors import PlantFault, UserMistake
 from lockprobe.lockbox.families import box
 from lockprobe.plants.handle_path import handle_path
+from lockprobe.plants.hardware import realsense
 from lockprobe.plants.hardware.board import typed_board
 from lockprobe.plants.hardware.bounds import Bounded, Bounds
 from lockprobe.plants.hardware.position_reader import ImageHandles
@@ -190,6 +192,18 @@ def test_the_example_of_the_docs_is_a_rig(monkeypatch):
     assert (seen.outcome, seen.sensed["verdict"], plant.facts["truth"]) == ("moved", "moved", "person")
     assert plant.facts["board_pose"] == "typed"
     assert board.panel.pose[:3, :3] == pytest.approx(lay_out_panel(puzzle, tilt=0.0).pose[:3, :3])
+
+
+def test_the_camera_of_the_docs_is_the_eye_of_a_rig(tmp_path, monkeypatch):
+    page = (DOCS / "robot.md").read_text("utf-8")
+    text = next(one for one in re.findall(r"^```py\n(.*?)^```$", page, re.DOTALL | re.MULTILINE) if "Eye(" in one)
+    (tmp_path / "handles.toml").write_text(handles_text(FIVE), "utf-8")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(realsense, "RealSense", lambda: "camera")
+    lab = {"box": FIVE, "Path": Path}
+    exec(compile(text, "lab.py", "exec"), lab)
+    assert isinstance(lab["eye"], Eye)
+    assert (lab["eye"].camera, lab["eye"].handles.places) == ("camera", HANDLES)
 
 
 def test_another_joint_that_moved_too_is_a_fault():

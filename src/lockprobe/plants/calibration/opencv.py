@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.errors import BadFile, BadValue, Missing, needing
-from lockprobe.plants.calibration.pose import Pose
+from lockprobe.plants.calibration.pose import Pose, is_rigid
 
 if TYPE_CHECKING:
     from lockprobe.plants.calibration.views import Intrinsics
@@ -187,7 +187,7 @@ def hand_eye(hands: Sequence[Pose], boards: Sequence[Pose], method: Method = "pa
         Shape (4, 4).
 
     Raises:
-        BadValue: If the method finds no pose: OpenCV then returns the identity or non-finite numbers.
+        BadValue: If the method finds no pose: OpenCV then returns the identity, non-finite numbers or a reflection.
     """
     cv2 = _opencv()
     name = f"CALIB_HAND_EYE_{method.upper()}"
@@ -200,6 +200,7 @@ def hand_eye(hands: Sequence[Pose], boards: Sequence[Pose], method: Method = "pa
     )
     pose = np.eye(4)
     pose[:3, :3], pose[:3, 3] = turn, shift.ravel()
-    if not np.isfinite(pose).all() or np.array_equal(pose, np.eye(4)):
-        raise BadValue("method", method, "another one, or views with more rotation: it finds no pose of the camera")
+    if not is_rigid(pose) or np.array_equal(pose, np.eye(4)):
+        expected = "another one, or views with more rotation, or tags where the template has them: it finds no pose"
+        raise BadValue("method", method, f"{expected} of the camera")
     return pose

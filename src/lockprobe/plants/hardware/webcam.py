@@ -30,10 +30,11 @@ class Webcam:
             import cv2
         except ImportError:
             raise Missing("the webcam needs OpenCV", "pip install opencv-python-headless==4.14.0.94") from None
+        cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)  # what fails here is said by an exception
         self._cv2, self._device = cv2, device
         self._capture = cv2.VideoCapture(device)
         if not self._capture.isOpened():
-            raise Missing(f"webcam {device} cannot be opened", "plug it in, or name a folder: manual?camera=FOLDER")
+            raise Missing(f"webcam {device} cannot be opened", "plug it in, or give a folder: --camera FOLDER")
 
     @property
     def facts(self) -> dict[str, str]:
