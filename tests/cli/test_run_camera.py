@@ -93,7 +93,7 @@ def test_what_no_camera_can_be_for_is_refused_in_one_line(tmp_path, words, line)
 
 
 def test_a_suite_has_no_camera():
-    with pytest.raises(BadValue, match="camera: got 'webcam', expected nothing: suite-1 is fixed but for --agent"):
+    with pytest.raises(BadValue, match="^--camera cannot be combined with suite-1: a suite fixes everything except --agent"):
         run("suite-1", camera="webcam")
 
 
