@@ -93,7 +93,9 @@ def test_what_no_camera_can_be_for_is_refused_in_one_line(tmp_path, words, line)
 
 
 def test_a_suite_has_no_camera():
-    with pytest.raises(BadValue, match="^--camera cannot be combined with suite-1: a suite fixes everything except --agent"):
+    with pytest.raises(
+        BadValue, match="^--camera cannot be combined with suite-1: a suite fixes everything except --agent"
+    ):
         run("suite-1", camera="webcam")
 
 

@@ -10,6 +10,7 @@ from builders import small_study
 from plants.person import Person, handles_text
 
 from lockprobe.errors import BadFile, BadValue, Missing, PlantFault, UserMistake
+from lockprobe.lockbox.box import bits
 from lockprobe.lockbox.families import box
 from lockprobe.plants import manual
 from lockprobe.plants.catalogue import resolve_plant
@@ -94,6 +95,15 @@ def test_a_wrong_start_and_a_picture_that_shows_nothing_are_said_and_asked_again
     assert person.told[2].endswith("is no whole PNG or JPEG picture.")
 
 
+def test_what_a_picture_shows_is_said(tmp_path):
+    person = Person(FIVE, folder=tmp_path)
+    plant = plant_with(person, **camera_in(tmp_path))
+    plant.observe()
+    after = plant.attempt(0).configuration
+    did = "moved" if after[0] else "did not move"
+    assert person.told[-1] == f"The picture shows {bits(after)}: C ({FIVE.names[0]}) {did}."
+
+
 def test_another_joint_that_moves_with_it_breaks_the_trial(tmp_path):
     plant = plant_with(Person(FIVE, folder=tmp_path, clumsy=True), **camera_in(tmp_path))
     plant.observe()
@@ -124,11 +134,17 @@ def test_a_trial_with_pictures_is_played_to_its_end(tmp_path, monkeypatch):
     (tmp_path / "handles.toml").write_text(handles_text(FIVE), "utf-8")
     monkeypatch.setattr(manual, "TerminalOperator", lambda: Person(FIVE, folder=tmp_path))
     spec = f"manual?camera={tmp_path}"
-    by_hand = run_trial(agent="viewer?acuity=64", box="random-5-3", plant=spec, modality="rgb", seed=2)
-    by_rules = run_trial(agent="human-inspired", box="random-5-3", seed=2)
+    by_hand = run_trial(agent="viewer?acuity=64", box="random-5-3", plant=spec, modality="rgb", seed=2, shuffle=False)
+    by_rules = run_trial(agent="human-inspired", box="random-5-3", seed=2, shuffle=False)
     assert by_hand.ending == by_rules.ending == "solved"
     assert by_hand.actions == by_rules.actions
     assert by_hand.plant == {"plant": spec, "truth": "camera", "camera": "folder"}
+
+
+def test_pictures_of_painted_labels_are_refused_with_shuffled_ones(tmp_path):
+    """Agents are told that the label of each joint is painted next to it."""
+    with pytest.raises(BadValue, match="^shuffle: got True, expected --no-shuffle with pictures of a real box"):
+        run_trial(agent="viewer", plant=f"manual?camera={tmp_path}", modality="rgb")
 
 
 def test_at_the_terminal_q_owes_the_trial_again_and_the_end_of_input_ends_the_run(tmp_path, monkeypatch, capsys):

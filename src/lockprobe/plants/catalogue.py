@@ -48,6 +48,7 @@ class PlantSource:
         check: Checks whether ``make`` works on this machine for a box; raises the same errors.
         make_filmed: Builds it for a film of its moving arm; None if there is nothing to film.
         photographs: Whether a real camera takes its pictures.
+        painted_labels: Whether its pictures show labels that are painted on a real box, the same in every trial.
         is_attended: Whether somebody answers its questions at the terminal, so that trials run in this process one at a
             time. A plant of another package declares this by an attribute ``attended = True``.
     """
@@ -58,6 +59,7 @@ class PlantSource:
     check: Callable[[Lockbox], None] = lambda box: None
     make_filmed: MakeFilmed | None = None
     photographs: bool = False
+    painted_labels: bool = False
     is_attended: Callable[[], bool] = lambda: False
 
     @property
@@ -189,6 +191,7 @@ def _by_hand(spec: Spec) -> PlantSource:
         make=lambda box, labels, rng: make_manual(settings, box, labels),
         check=partial(check_manual, settings),
         photographs=bool(settings.camera),
+        painted_labels=bool(settings.camera),
         is_attended=lambda: True,
     )
 

@@ -159,6 +159,8 @@ class Manual:
                 moved = ", ".join(self._called[i] for i in others)
                 states = f"{bits(before)} became {bits(after)}"
                 raise PlantFault(f"{self._called[joint]} was attempted and {moved} moved: {states}")
+            did = "moved" if after[joint] != before[joint] else "did not move"
+            self._operator.tell(f"The picture shows {bits(after)}: {self._called[joint]} {did}.")
         self._configuration = after
         obeyed = after == self._box.attempt(before, joint)[0]
         return Snapshot(
