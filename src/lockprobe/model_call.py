@@ -11,13 +11,13 @@ from annotated_types import Ge, Le, Lt
 __all__ = ["BROKEN_OFF", "OWED_ANEW", "Call", "Usage"]
 
 BROKEN_OFF = "broken off"
-"""What stands for the error of a call that was on its way when its run ended."""
+"""The error text of a call that was in progress when its run ended."""
 
 OWED_ANEW = "owed anew"
 """What stands for the error of a line that is no call: from here on none of its trial's earlier calls is looked up."""
 
 _Count = Annotated[int, Ge(0), Le(2**53)]
-"""How a number is checked that stands on disk."""
+"""The check of a number read from disk."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -96,7 +96,7 @@ class Call:
 
     @property
     def owed_anew(self) -> bool:
-        """Whether it is no call but says that its trial is played anew, with new calls."""
+        """Whether it is not a call but a mark that its trial is replayed with new calls."""
         return self.reply is None and self.error == OWED_ANEW
 
     @property

@@ -48,13 +48,13 @@ STATES = "symbolic?tell=state"
 """The paper's symbolic observation (Sec. 2.2), as its spec: where the joints stand. Studies show it by default."""
 
 UNNAMED = (STATES, "symbolic")
-"""Modalities that nobody names where all trials have the same one."""
+"""Modalities that are not named if all trials have the same one."""
 
 Outcome = Literal["moved", "blocked"]
-"""What an attempt did to the attempted joint."""
+"""The outcome of an attempt for the attempted joint."""
 
 Ending = Literal["solved", "budget", "error"]
-"""Why a trial ended: the target moved, the steps ran out, or something broke."""
+"""How a trial ended: the target moved, the steps ran out, or something broke."""
 
 Fact = str | int | float | bool | None
 

@@ -29,7 +29,7 @@ _SHAPES = (
         r"\1[secret]",
     ),
 )
-"""What looks like a secret: keys by their prefix, user and query in a URL, header lines."""
+"""Patterns of secrets: keys by their prefix, user and query in a URL, header lines."""
 
 
 def without_keys(text: str) -> str:

@@ -24,7 +24,7 @@ _adapter: TypeAdapter[Trial] = TypeAdapter(Trial)
 _IDENTITY = re.compile(rb',"identity":"([0-9a-f]{12})"\}\Z')
 
 LONGEST = 10_000
-"""Steps that a trial may have."""
+"""The most steps of a trial."""
 
 
 def trial_to_json(trial: Trial) -> bytes:

@@ -27,7 +27,7 @@ _WORDS = (
     (r"greater than or equal to ", "at least "),
     (r"less than or equal to ", "at most "),
 )
-"""What is replaced, one after the other."""
+"""Replacements, applied in order."""
 
 
 def plain(message: str) -> str:
