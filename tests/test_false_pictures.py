@@ -149,7 +149,7 @@ def test_a_picture_shows_what_is_told_in_panel_order():
 
 def test_a_plant_that_shows_only_what_is_says_so():
     with pytest.raises(
-        BadValue, match="^false picture: got '0000', expected a plant that can draw what is not: fast-twin"
+        BadValue, match="^false picture: got '0000', expected a plant that can draw false pictures: fast-twin"
     ):
         pictured(PhotographedPlant(PLAN.box), [OutcomeFlip(p=1.0), CameraChannel()])
 

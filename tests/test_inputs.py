@@ -87,7 +87,7 @@ def test_pipes_as_boxes_and_diaries_are_refused_and_as_sequences_welcome(tmp_pat
         read_box(pipe)
     (tmp_path / "people").mkdir()
     os.mkfifo(tmp_path / "people" / "aaaa01.jsonl")
-    with pytest.raises(BadFile, match="file of its own"):
+    with pytest.raises(BadFile, match="a regular file, not a link"):
         read_diaries(tmp_path)
     reader, writer = os.pipe()
     with os.fdopen(writer, "w") as file:

@@ -59,7 +59,7 @@ def test_options_are_added_replaced_and_taken_away():
     assert str(spec.without(["p", "q"])) == "tremble"
     assert str(spec.appending("path", "a/b")) == "tremble?p=0,1%2E5&path=a/b"
     assert str(Spec.parse("viewer").appending("acuity", "40")) == "viewer?acuity=40"
-    with pytest.raises(BadValue, match="every option once"):
+    with pytest.raises(BadValue, match="each option at most once"):
         spec.appending("p", "2")
 
 

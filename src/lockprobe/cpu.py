@@ -1,4 +1,4 @@
-"""Which processor this machine has. The last digits of a local model's numbers depend on it."""
+"""The processor of this machine, on which the last digits of a local model's numbers depend."""
 
 from __future__ import annotations
 

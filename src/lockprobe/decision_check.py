@@ -1,4 +1,4 @@
-"""Whether a decision can be executed and recorded. Anyone can write an agent, so every decision is checked."""
+"""Checks whether a decision can be executed and recorded. Anyone can write an agent, so every decision is checked."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ __all__ = ["why_unusable"]
 
 
 def why_unusable(decision: Decision, labels: Sequence[str]) -> str | None:
-    """Why a decision cannot be executed and recorded; None if it can.
+    """The reason why a decision cannot be executed and recorded; None if it can.
 
     ``labels`` are those of the joints.
     """
@@ -30,7 +30,7 @@ def why_unusable(decision: Decision, labels: Sequence[str]) -> str | None:
 
 
 def _why_out_of_range(decision: Decision) -> str | None:
-    """Which number of a decision is out of range; None if all are in range."""
+    """The number of a decision that is out of range; None if all are in range."""
     numbers = (*(decision.probabilities or ()), decision.claim_probability or 0.0)
     if not all(isinstance(number, float | int) and 0 <= number <= 1 for number in numbers):
         return "a probability lies outside 0 to 1"

@@ -1,4 +1,4 @@
-"""The name of a fork: which trial it leaves, after which report, how, and for which time."""
+"""The name of a fork: its trial, the step, the arm, and the number of the continuation."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ class ForkName:
     True
 
     Attributes:
-        parent: The key of the trial on record.
+        parent: The key of the recorded trial.
         at: The step whose report is changed, from 1.
-        arm: What is done instead: ``truth``, ``lie``, ``force=B`` and so on.
+        arm: The arm of the fork: ``truth``, ``lie``, ``force=B`` and so on.
         truthful: Whether all later reports are true; else they are as in the trial's condition.
         time: The number of this continuation, from 1.
     """

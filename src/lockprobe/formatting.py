@@ -1,4 +1,4 @@
-"""How numbers are written for readers: per cent, points, P values, intervals and minus signs."""
+"""Formats numbers for readers: per cent, points, P values, intervals and minus signs."""
 
 from __future__ import annotations
 

@@ -37,10 +37,10 @@ _KINDS = {
 
 
 def irregular(path: Path) -> str:
-    """What a path leads to if it is no regular file, for example ``a pipe``; empty for a regular file and for nothing.
+    """The kind of an irregular file, for example ``a pipe``; empty for a regular file and for a missing one.
 
     Raises:
-        OSError: If it cannot be looked at.
+        OSError: If it cannot be examined.
         ValueError: If the name holds a null character.
     """
     try:
@@ -51,10 +51,10 @@ def irregular(path: Path) -> str:
 
 
 def check_regular(path: Path) -> None:
-    """Refuse pipes, devices, sockets and directories: to read a pipe or a device may never end. Links are followed.
+    """Refuse pipes, devices, sockets and directories, because reading them may never end. Links are followed.
 
     Raises:
-        BadFile: If it is one of these, or cannot be looked at. A file that does not exist is not refused.
+        BadFile: If it is one of these, or cannot be examined. A missing file is not refused.
     """
     try:
         kind = irregular(path)

@@ -1,4 +1,4 @@
-"""How a missing package is installed here: with pip, or by ``uv sync`` under ``uv run``."""
+"""Advice on installing a missing package: with pip, or with ``uv sync`` under ``uv run``."""
 
 from __future__ import annotations
 

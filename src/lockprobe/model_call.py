@@ -1,4 +1,4 @@
-"""One call to a model: what came of it, and what it cost."""
+"""One call to a model: its result and its cost."""
 
 from __future__ import annotations
 
@@ -11,26 +11,26 @@ from annotated_types import Ge, Le, Lt
 __all__ = ["BROKEN_OFF", "OWED_ANEW", "Call", "Usage"]
 
 BROKEN_OFF = "broken off"
-"""What stands for the error of a call that was on its way when its run ended."""
+"""The error text of a call that was in progress when its run ended."""
 
 OWED_ANEW = "owed anew"
 """What stands for the error of a line that is no call: from here on none of its trial's earlier calls is looked up."""
 
 _Count = Annotated[int, Ge(0), Le(2**53)]
-"""How a number is checked that stands on disk."""
+"""The check of a number read from disk."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Usage:
-    """What calls to a model cost, as its provider counts. Of a decision: over all its calls, repairs included.
+    """The usage of calls to a model, by its provider's counts. For a decision: the sum over its calls with repairs.
 
     Attributes:
-        calls: Replies that came.
+        calls: Replies received.
         input_tokens: Tokens read, those from a cache included.
         output_tokens: Tokens written, those of reasoning included.
-        cached_tokens: Of the tokens read, those that the provider had in its cache.
-        stored_tokens: Of the tokens read, those that it put into its cache, where it says so.
-        reasoning_tokens: Of the tokens written, those that nobody gets to see.
+        cached_tokens: Tokens read from the provider's cache.
+        stored_tokens: Tokens read that the provider put into its cache, if it reports them.
+        reasoning_tokens: Hidden tokens among those written.
     """
 
     calls: _Count = 0
@@ -51,26 +51,26 @@ class Usage:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Call:
-    """One call to a model, as it is put on disk the moment its reply comes: a reply that was paid for is never lost.
+    """One call to a model. It is written to disk as soon as its reply arrives, so that no paid reply is lost.
 
     Attributes:
         key: The trial.
-        step: The step that was to be decided, from 1.
-        turn: Which call for that step, from 1; those after the first follow a malformed reply.
-        request: Fingerprint of all that was sent; the same request in the same place has this reply already.
-        reply: The raw reply; None where none came.
+        step: The step to decide, from 1.
+        turn: The number of the call for that step, from 1; later ones follow a malformed reply.
+        request: Fingerprint of the request; an equal request at the same step and turn gets this reply.
+        reply: The raw reply; None without a reply.
         stop: Why the model stopped, as Inspect AI names it: ``stop``, ``max_tokens``, ``content_filter`` and others.
         served: The model that answered, as the provider names it.
-        usage: What it cost.
-        seconds: Wall time, retries included.
-        retries: How often the provider had to be asked again.
-        unanswered: Attempts of this call that the provider may have charged for, though nothing of use came back: cut
-            off at the timeout, dropped, or not to be read.
-        error: What the provider said instead of replying, without secrets; empty where a reply came.
+        usage: Its usage.
+        seconds: Wall time, including retries.
+        retries: The number of retries.
+        unanswered: Attempts without a usable reply that the provider may have charged for: timed out, dropped, or
+            unreadable.
+        error: The provider's error, without secrets; empty if a reply came.
         batch: Whether it went through the provider's batch interface.
-        most: What one attempt can have cost at most, where there are some whose cost nobody said.
-        claimed: What its provider counted, where that is far more than the call can have cost; ``usage`` is then the
-            most that it can have. None where the count can be believed.
+        most: The maximum usage of one attempt, if there are attempts of unknown usage.
+        claimed: The provider's count, if it is far more than possible; ``usage`` is then the possible maximum. None if
+            the count is plausible.
     """
 
     key: str
@@ -96,7 +96,7 @@ class Call:
 
     @property
     def owed_anew(self) -> bool:
-        """Whether it is no call but says that its trial is played anew, with new calls."""
+        """Whether it is not a call but a mark that its trial is replayed with new calls."""
         return self.reply is None and self.error == OWED_ANEW
 
     @property

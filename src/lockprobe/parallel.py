@@ -1,4 +1,4 @@
-"""The same work on many jobs at once, in processes of this machine."""
+"""Runs the same function on many jobs in parallel, in processes of this machine."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _R = TypeVar("_R")
 
 
 class Pool(Protocol):
-    """Where jobs are done. :class:`lockprobe.cluster.Cluster` is another one."""
+    """A pool of workers. :class:`lockprobe.cluster.Cluster` is another implementation."""
 
     def map(self, work: Callable[[_J], _R], jobs: Sequence[_J], /) -> Iterator[_R]:
         """The results in the order of the jobs. ``work`` is a function of a module, and has no state."""
@@ -33,7 +33,7 @@ class Processes:
     """Processes of this machine.
 
     Attributes:
-        count: How many, at least 1. One is this process.
+        count: The number of processes, at least 1. One is this process.
     """
 
     count: int = 1

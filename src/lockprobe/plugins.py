@@ -44,7 +44,7 @@ GROUPS: Mapping[Kind, str] = {
     "measure": "lockprobe.measures",
     "plant": "lockprobe.plants",
 }
-"""What is added -> the group of its entry points."""
+"""Kind of addition -> the group of its entry points."""
 
 _DIRECT = "python:"
 

@@ -27,11 +27,11 @@ __all__ = [
 
 @runtime_checkable
 class Plant(Protocol):
-    """What is acted on: a simulation, a twin, a robot. Calls may block."""
+    """The box or robot that agents act on: a simulation, a twin, a real arm. Calls may block."""
 
     @property
     def facts(self) -> Mapping[str, Fact]:
-        """What it is, for the record: settings, engine, renderer. Empty where its name says it all."""
+        """The facts of the plant for the record: settings, engine, renderer. Empty if its name says everything."""
         ...
 
     def observe(self) -> Snapshot:
@@ -43,13 +43,13 @@ class Plant(Protocol):
         ...
 
     def close(self) -> None:
-        """Let go of engines and devices. Nothing is called afterwards."""
+        """Release engines and devices. Nothing is called afterwards."""
         ...
 
 
 @runtime_checkable
 class Channel(Protocol):
-    """What is *told*: what is reported or shown of what happened. It changes the report, never the box.
+    """An intervention on what is *told*: it changes the report or picture of what happened, never the box.
 
     It is a frozen dataclass, as all interventions are: what acts is what the record names. It keeps nothing between
     calls, and draws from ``rng`` equally often whatever its parameters are, so that conditions share their luck. It
@@ -61,7 +61,7 @@ class Channel(Protocol):
     """
 
     def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
-        """Turn a percept into what is passed on.
+        """Turn a percept into the percept that is passed on.
 
         Args:
             percept: The observation so far; the first channel gets the truth in the agent's terms.
@@ -74,10 +74,10 @@ class Channel(Protocol):
 
 @runtime_checkable
 class Prompt(Protocol):
-    """What is *asked*: what the agent is instructed, and what is said to it with the report. Else as a channel."""
+    """An intervention on what is *asked*: the instruction, and remarks with the report. Otherwise like a channel."""
 
     def brief(self, briefing: Briefing, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Briefing:
-        """Turn a briefing into what is passed on, before every decision.
+        """Turn a briefing into the briefing that is passed on, before every decision.
 
         ``past`` holds all moments, oldest first; the last is what the agent has just been told.
         """
@@ -86,7 +86,7 @@ class Prompt(Protocol):
 
 @runtime_checkable
 class Memory(Protocol):
-    """What is *remembered*: what of the past the agent still has. Else as a channel."""
+    """An intervention on what is *remembered*: the past that the agent still has. Otherwise like a channel."""
 
     def recall(self, past: tuple[Turn, ...], task: Task, rng: np.random.Generator) -> tuple[Turn, ...]:
         """The exchanges that the agent still has, of those left so far, oldest first; before every decision."""
@@ -95,10 +95,10 @@ class Memory(Protocol):
 
 @runtime_checkable
 class Actuator(Protocol):
-    """What is *done*: what is really attempted, given what the agent chose. Else as a channel."""
+    """An intervention on what is *done*: the attempted joint, given the agent's choice. Otherwise like a channel."""
 
     def act(self, joint: str, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> str:
-        """The joint that is attempted, by its label, in place of ``joint``.
+        """The label of the joint to attempt in place of ``joint``.
 
         ``past`` holds all moments up to now, oldest first.
         """
@@ -111,7 +111,7 @@ Intervention = Channel | Prompt | Memory | Actuator
 
 @runtime_checkable
 class Agent(Protocol):
-    """Who decides. It keeps nothing between calls: all it may use is in the situation and its stream.
+    """An agent: it decides. It keeps nothing between calls and uses only the situation and its random stream.
 
     An attribute ``unseeded = True`` says that it draws its own luck and not from its stream, as a provider does. Forks
     of its trials (``lockprobe branch``) then take its decisions from the record as far as they can, and ask it nothing.
@@ -119,14 +119,14 @@ class Agent(Protocol):
 
     @property
     def facts(self) -> Mapping[str, Fact]:
-        """What it is, for the record: model, file hash, runtime, settings. Never a secret."""
+        """The facts of the agent for the record: model, file hash, runtime, settings. Never a secret."""
         ...
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
         """Choose the next joint.
 
         Raises:
-            TrialFault: If no decision can be had; the trial ends as ``error``.
+            TrialFault: If there is no decision; the trial ends as ``error``.
         """
         ...
 
@@ -136,15 +136,15 @@ class Closable(Protocol):
     """An agent that holds connections."""
 
     async def aclose(self) -> None:
-        """Let go of them, once no more trials are played."""
+        """Close the connections after the last trial."""
         ...
 
 
 class CallBook(Protocol):
-    """The calls of one trial: what was replied before it was broken off, and what is replied now."""
+    """The calls of one trial: replies from before an interruption, and new ones."""
 
     def recall(self, step: int, turn: int, request: str) -> Call | None:
-        """The call that was made in this place with this request and got a reply; None if there is none."""
+        """The earlier call at this step and turn with this request and a reply; None if there is none."""
         ...
 
     async def reserve(self, worst: Usage, unanswered: int = 0) -> None:
@@ -160,7 +160,7 @@ class CallBook(Protocol):
         ...
 
     def write(self, call: Call) -> None:
-        """Put a call on disk, with or without a reply, in place of what was reserved for it."""
+        """Write a call to disk, with or without a reply, in place of its reservation."""
         ...
 
 
@@ -169,5 +169,5 @@ class Calling(Protocol):
     """An agent whose decisions are calls that a provider charges for."""
 
     def with_calls(self, key: str, book: CallBook) -> Agent:
-        """The same agent for one trial: it looks every call up before it makes it, and writes down what it makes."""
+        """The agent for one trial: it looks up every call before it makes it, and records every call."""
         ...

@@ -1,4 +1,4 @@
-"""What is written down: truth and told side by side.
+"""Records of trials: the truth and the reports of every step.
 
 A :class:`Trial` is one closed loop of one agent on one box. Every step holds the true configuration, the true
 outcome, what the agent was told, and what the agent said had happened. Clock readings are not part of a record:
@@ -48,28 +48,28 @@ STATES = "symbolic?tell=state"
 """The paper's symbolic observation (Sec. 2.2), as its spec: where the joints stand. Studies show it by default."""
 
 UNNAMED = (STATES, "symbolic")
-"""Modalities that nobody names where all trials have the same one."""
+"""Modalities that are not named if all trials have the same one."""
 
 Outcome = Literal["moved", "blocked"]
-"""What an attempt did to the attempted joint."""
+"""The outcome of an attempt for the attempted joint."""
 
 Ending = Literal["solved", "budget", "error"]
-"""Why a trial ended: the target moved, the steps ran out, or something broke."""
+"""How a trial ended: the target moved, the steps ran out, or something broke."""
 
 Fact = str | int | float | bool | None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Task:
-    """What an agent knows before it begins.
+    """The task: an agent's knowledge before it begins.
 
     Attributes:
         joints: Labels in the order in which they are listed to the agent.
         target: Label of the joint that has to move.
-        budget: Steps it has.
+        budget: The number of steps.
         places: Each joint's place on the panel, as in :class:`lockprobe.lockbox.box.Joint`, aligned with ``joints``;
-            for agents that look at the panel. Empty where it is not shown.
-        assessment: Whether it is asked what its last action did. Asking may change behaviour.
+            for agents that look at the panel. Empty if the panel is not shown.
+        assessment: Whether the agent is asked what its last action did. Asking may change behaviour.
         kinds: Whether each joint slides (``prismatic``) or turns (``revolute``), as ``places``.
     """
 
@@ -85,13 +85,13 @@ class Look(Protocol):
     """Takes a picture in the agent's terms: handles in the order of ``Task.joints``."""
 
     def __call__(self, positions: tuple[bool, ...] | None = None, /) -> Frame:
-        """What a camera sees now, or would see if the joints stood as told.
+        """Take a picture of the true positions, or of told ones.
 
         Args:
-            positions: As told, aligned with ``Task.joints``; None for how they stand.
+            positions: Told positions, aligned with ``Task.joints``; None for the true ones.
 
         Raises:
-            BadValue: If they stand otherwise, and the plant can show what is only.
+            BadValue: If they are false, and the plant can show only the truth.
         """
         ...
 
@@ -103,11 +103,11 @@ class Snapshot:
     Attributes:
         configuration: One position per joint in panel order.
         joint: The joint just attempted, by index in panel order; None before the first attempt.
-        outcome: What that attempt really did.
-        sensed: What a robot measured of it, its own verdict among them; it may be wrong.
-        look: Takes a picture now; it has to be called before the next attempt. None where there is no camera.
-        render: Draws the picture that would be taken now in another configuration, and changes nothing. It has to be
-            called before the next attempt, too. None where a camera sees only what is.
+        outcome: The true outcome of that attempt.
+        sensed: A robot's measurements of it, including its own verdict; they may be wrong.
+        look: Takes a picture now; must be called before the next attempt. None without a camera.
+        render: Draws the picture of another configuration, and changes nothing; must be called before the next attempt.
+            None if a camera can show only the true configuration.
     """
 
     configuration: tuple[bool, ...]
@@ -120,19 +120,19 @@ class Snapshot:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Percept:
-    """One observation, in the agent's own terms. Channels change it; the truth stays elsewhere.
+    """One observation, in the agent's terms. Channels change it; the truth is kept separately.
 
     Attributes:
         joint: Label of the joint just attempted; None before the first attempt.
         outcome: The outcome as reported.
-        positions: Positions as reported, aligned with ``Task.joints``; None where they are not told.
+        positions: Positions as reported, aligned with ``Task.joints``; None if they are not told.
         text: The observation as sentences.
         pictures: The observation as pictures.
-        handles: For each joint of ``Task.joints`` where in the pictures its handle is seen, (column, row), at position
+        handles: For each joint of ``Task.joints``, the place of its handle in the pictures, (column, row), at position
             0 and at position 1; for scripted agents that look at pictures. It is in no text.
         states_only: Whether reports tell positions and never outcomes.
-        corrects: The report that was given first, and is corrected by this one; None where there is no correction.
-        look: Takes a picture of the truth, or of what is told; for channels, never for agents.
+        corrects: The first report, which this one corrects; None without a correction.
+        look: Takes a picture of the truth or of the report; for channels, never for agents.
     """
 
     joint: str | None = None
@@ -148,19 +148,19 @@ class Percept:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Decision:
-    """What the agent answered.
+    """The agent's answer.
 
     Attributes:
         joint: Label of the joint to attempt next.
-        claimed: What it says its previous action did; None before the first attempt or if it was not asked.
-        hypothesis: What it says about the box, in its own words; often empty.
-        probabilities: Exact probability of each joint, aligned with ``Task.joints``, where the agent has one.
-        claim_probability: Exact probability that it says ``moved``, where the agent has one.
+        claimed: Its claim about its previous action; None before the first attempt or if it was not asked.
+        hypothesis: Its words about the box; often empty.
+        probabilities: Exact probability of each joint, aligned with ``Task.joints``, if the agent has one.
+        claim_probability: Exact probability that it says ``moved``, if the agent has one.
         replies: Raw replies in the order in which they came; all but the last were malformed.
-        usage: What the decision cost.
+        usage: The usage of the decision.
         served: The model that answered, as its provider names it.
-        confidence: How sure it is of ``claimed``, 0 to 100; None where it was not asked.
-        report_false: Whether it thinks that what it was last told is false; None where it was not asked.
+        confidence: Its confidence in ``claimed``, 0 to 100; None if it was not asked.
+        report_false: Whether it thinks that the last report is false; None if it was not asked.
     """
 
     joint: str
@@ -177,14 +177,14 @@ class Decision:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Briefing:
-    """What an agent is asked in one step, in addition to the report. Agents that read no words pay no attention to it.
+    """The requests and remarks of one step, in addition to the report. Agents that read no words ignore them.
 
     Attributes:
-        remark: What is said to it with the report of this step; often empty.
-        warning: What the instruction says of the reports; often empty.
-        instruction: The instruction as a template (:data:`lockprobe.agents.prompt.FIELDS`); empty for the usual one.
-        hypothesis: Whether it says how the box works before its choice or after it, or is not asked.
-        confidence: Whether it is asked how sure it is of what its last action did, and whether the report is false.
+        remark: A remark with the report of this step; often empty.
+        warning: A warning about the reports in the instruction; often empty.
+        instruction: The instruction as a template (:data:`lockprobe.agents.prompt.FIELDS`); empty for the default one.
+        hypothesis: Whether the agent says how the box works before its choice, after it, or not at all.
+        confidence: Whether the agent is asked how sure it is of its claim, and whether the report is false.
     """
 
     remark: str = ""
@@ -194,22 +194,22 @@ class Briefing:
     confidence: bool = False
 
     def remarking(self, text: str) -> Briefing:
-        """The same with one more remark."""
+        """The briefing with one more remark."""
         return replace(self, remark=f"{self.remark} {text}".lstrip())
 
     def warning_of(self, text: str) -> Briefing:
-        """The same with one more warning."""
+        """The briefing with one more warning."""
         return replace(self, warning=f"{self.warning} {text}".lstrip())
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Turn:
-    """One finished exchange: what the agent was told, and what it then decided.
+    """One finished exchange: a report and the agent's decision after it.
 
     Attributes:
-        percept: What it was told.
-        decision: What it decided.
-        remark: What was said to it with the report.
+        percept: The report.
+        decision: The decision.
+        remark: The remark with the report.
     """
 
     percept: Percept
@@ -219,15 +219,15 @@ class Turn:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Moment:
-    """One moment of a trial as interventions see it, truth and report: the first look, or what came of an attempt.
+    """One moment of a trial for interventions, truth and report: the first look, or the result of an attempt.
 
     Attributes:
         was: The truth in the agent's terms: joint, outcome and positions.
-        told: What the agent was finally told or shown.
-        chosen: Label of the joint that it had chosen; None for the first look.
+        told: The final report or picture for the agent.
+        chosen: Label of the joint that the agent chose; None for the first look.
         attempted: Label of the joint that was attempted; None for the first look.
-        facts: The report in facts, before it was put into words or pictures, which may leave some out; None where it
-            was not, and ``told`` holds them.
+        facts: The facts of the report before they became words or pictures, which may leave some out; None if ``told``
+            holds them.
     """
 
     was: Percept
@@ -238,25 +238,25 @@ class Moment:
 
     @property
     def reported(self) -> Percept:
-        """The report in facts: what the words or pictures were made of."""
+        """The facts of the report, from which words or pictures were made."""
         return self.told if self.facts is None else self.facts
 
     @property
     def shown(self) -> tuple[bool, ...] | None:
-        """Positions that the agent was told, or that its pictures show; None if neither."""
+        """The positions that the agent was told or that its pictures show; None if neither."""
         told = self.told.positions
         return self.reported.positions if told is None and self.told.pictures else told
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Situation:
-    """All that an agent may use to decide.
+    """Everything that an agent may use to decide.
 
     Attributes:
         task: The task.
         past: Finished exchanges, oldest first.
-        percept: What it has just been told.
-        briefing: What it is asked.
+        percept: The current report.
+        briefing: The requests and remarks of this step.
     """
 
     task: Task
@@ -274,16 +274,16 @@ class Step:
         state: True configuration before the step, a bit string in panel order.
         joint: The joint attempted, by its name in the box.
         moved: Whether it really moved.
-        told_moved: What the report afterwards said of the joint attempted last; None where it said nothing of it. Where
-            positions are told or pictured and no outcome, it is what comparing them with those before says.
-        told_state: The configuration as reported afterwards, a bit string in panel order; None if not told. Of pictures
-            the configuration that they show, where it is not the true one; None if it is.
-        told: The report afterwards as the agent saw it.
-        decision: What the agent answered; ``decision.claimed`` is about the *previous* step.
-        sensed: What a robot measured, its own verdict (moved, blocked, failed) among it; empty without a robot.
+        told_moved: The reported outcome of the attempt; None if nothing was reported. If positions are told or pictured
+            without an outcome, it follows from comparing them with the positions before.
+        told_state: The reported configuration after the step, a bit string in panel order; None if not told. For
+            pictures, the configuration that they show if it is false, else None.
+        told: The report after the step as the agent saw it.
+        decision: The agent's answer; ``decision.claimed`` is about the *previous* step.
+        sensed: A robot's measurements, including its own verdict (moved, blocked, failed); empty without a robot.
         pictures: File names of the pictures taken afterwards, by kind.
-        chosen: The joint that the agent had chosen, by its name in the box, where another one was attempted; else None.
-        remark: What was said to the agent with the report before this step.
+        chosen: The joint that the agent chose, by its name in the box, if another one was attempted; else None.
+        remark: The remark to the agent with the report before this step.
     """
 
     step: int
@@ -307,15 +307,15 @@ class Step:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TrialError:
-    """Why a trial could not be finished.
+    """The error that ended a trial.
 
     Attributes:
-        boundary: Where it broke.
-        message: What was said, without secrets.
+        boundary: The part of the loop that broke.
+        message: The error message, without secrets.
         step: The step that could not be played, from 1.
         replies: Raw malformed replies, if that was the reason.
-        usage: What they cost.
-        again: Whether a user asked to have the trial played again, though its agent broke it.
+        usage: Their usage.
+        again: Whether a user asked for a replay of the trial, although its agent broke it.
     """
 
     boundary: Boundary
@@ -334,32 +334,32 @@ class Trial:
         key: Its readable name in the study, for example ``flips/random/p=0.4/rep=2/trial=7``.
         study: Name of the study.
         agent: Agent spec; of a person ``participant:ID``.
-        facts: What the agent was: model name, file hash, runtime, sampling settings.
+        facts: The facts of the agent: model name, file hash, runtime, sampling settings.
         box: Name of the box.
         modality: How the box was shown.
-        p: Flip probability, [0, 1], where nothing but flips acted; None under any other condition.
-        flip: Kind of outcome flip; empty where other things than flips acted.
-        channels: What stood between the box and the agent's eyes, in order, each with its settings.
+        p: Flip probability, [0, 1], if only flips acted; None under any other condition.
+        flip: Kind of outcome flip; empty if other interventions acted.
+        channels: The channels between box and agent, in order, each with its settings.
         repetition: From 1.
         trial: From 1.
         seed: Seed of the study.
-        budget: Steps it had.
+        budget: The number of steps.
         joints: Joint names in panel order.
         labels: The labels the agent knew them by, in panel order.
         listing: The same labels in the order in which they were listed to the agent.
         target: Name of the target joint.
-        opening: What the agent was told before its first step.
+        opening: The report before the agent's first step.
         steps: The steps.
         ending: ``solved``, ``budget`` or ``error``. An error is never a failure to solve.
-        error: Why, if the ending is ``error``.
-        plant: What the plant was: its settings, engine, renderer; empty for the symbolic plant.
+        error: The error, if the ending is ``error``.
+        plant: The facts of the plant: its settings, engine, renderer; empty for the symbolic plant.
         opening_pictures: File names of the pictures taken before the first step, by kind.
-        assessment: Whether the agent was asked what its last action had done.
-        interventions: What else acted, in order, each with its settings: on what was asked, remembered or done.
-        condition: The name of its condition, where the study has others than flip rates; else empty.
-        replays: How often it was played anew, on request, after an error of its agent's; the earlier records stay.
+        assessment: Whether the agent was asked what its last action did.
+        interventions: The other interventions (asked, remembered, done), in order, each with its settings.
+        condition: The name of its condition, if the study has others than flip rates; else empty.
+        replays: How often it was replayed on request after an error of its agent; the earlier records stay.
         schema: Version of this layout.
-        placed: The dose at which an analysis counts it, where that is not its flip rate. It is on no record.
+        placed: The dose that an analysis assigns to it instead of its flip rate. It is never recorded.
     """
 
     key: str
@@ -403,22 +403,22 @@ class Trial:
 
     @property
     def group(self) -> str:
-        """The agent as whom it counts: itself, or for a person people as one, ``participant``."""
+        """The agent that the trial counts for: itself, or ``participant`` for any person."""
         return group_of(self.agent)
 
     @property
     def player(self) -> str:
-        """The person who played it, as a spec: one cluster of trials. Empty for an agent, whose trials stand alone."""
+        """The person's spec: one cluster of trials. Empty for agents, whose trials are independent."""
         return self.agent if self.group == PEOPLE else ""
 
     @property
     def ordinary(self) -> bool:
-        """Whether every joint chosen was attempted and every attempt was reported, as models of choices assume."""
+        """Whether every chosen joint was attempted and every attempt was reported, as models of choices assume."""
         return all(step.chosen is None and step.told_moved is not None for step in self.steps)
 
     @property
     def states_only(self) -> bool:
-        """Whether it was told or shown where joints stand and never what an attempt did."""
+        """Whether reports or pictures gave only positions, never outcomes."""
         return bool(self.opening_pictures) or any(channel.get("tell") == "state" for channel in self.channels)
 
     @property
@@ -435,15 +435,15 @@ class Trial:
 
     @property
     def dose(self) -> float:
-        """Its place on the analysis axis: its flip rate unless ``placed``; not a number under other conditions."""
+        """The dose for the analysis: its flip rate unless ``placed``; NaN under other conditions."""
         return self.placed if self.placed is not None else math.nan if self.p is None else self.p
 
     @property
     def cell(self) -> str:
-        """Its agent under its condition, as a readable name, for example ``flips/random/p=0.4``."""
+        """The name of its agent under its condition, for example ``flips/random/p=0.4``."""
         return self.key.rsplit("/rep=", 1)[0]
 
     @property
     def owed_again(self) -> bool:
-        """Whether it has to be played again: something outside the agent broke it, or somebody asked for it."""
+        """Whether it has to be played again: a fault outside the agent broke it, or a user asked for a replay."""
         return self.error is not None and (self.error.boundary != "reply" or self.error.again)

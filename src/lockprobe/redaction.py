@@ -29,13 +29,13 @@ _SHAPES = (
         r"\1[secret]",
     ),
 )
-"""What looks like a secret: keys by their prefix, user and query in a URL, header lines."""
+"""Patterns of secrets: keys by their prefix, user and query in a URL, header lines."""
 
 
 def without_keys(text: str) -> str:
-    """The text, writable as UTF-8, with every secret of the environment struck out.
+    """The text, encodable as UTF-8, with every secret of the environment removed.
 
-    It is found as it stands there, encoded for a URL or in Base64, and with any of its characters as JSON escapes them.
+    Secrets are found in plain form, encoded for a URL or in Base64, and with any of their characters as JSON escapes.
     """
     text = text.encode("utf-8", "replace").decode("utf-8")
     environment = tuple(os.environ.items())
@@ -48,7 +48,7 @@ def without_keys(text: str) -> str:
 
 
 def without_secrets(text: str) -> str:
-    """The same with whatever looks like a secret struck out as well."""
+    """The text without secrets of the environment and without anything that looks like a secret."""
     text = without_keys(text)
     for shape, instead in _SHAPES:
         text = shape.sub(instead, text)
@@ -57,7 +57,7 @@ def without_secrets(text: str) -> str:
 
 @lru_cache(maxsize=4)
 def _secrets_of(environment: tuple[tuple[str, str], ...]) -> tuple[str, ...]:
-    """The secrets in an environment, in every form in which they are sent or quoted; longer ones first."""
+    """The secrets in an environment in all their encodings, longest first."""
     found: set[str] = set()
     for name, value in environment:
         if _SECRET_NAME.search(name.upper()):
@@ -74,7 +74,7 @@ def _secrets_of(environment: tuple[tuple[str, str], ...]) -> tuple[str, ...]:
 
 @lru_cache(maxsize=4)
 def _escaped_secrets_of(environment: tuple[tuple[str, str], ...]) -> tuple[re.Pattern[str], ...]:
-    """Each of them as a pattern in which any character may be escaped as in JSON, once or several times over."""
+    """The secrets as patterns in which any character may be escaped as in JSON, once or repeatedly."""
     return tuple(re.compile("".join(map(_escaped, secret))) for secret in _secrets_of(environment))
 
 

@@ -1,4 +1,4 @@
-"""Specs: the text that names an agent, a plant, a box, an intervention or a modality, as one value.
+"""Specs: parsed names of agents, plants, boxes, interventions and modalities, with their options.
 
 A spec is ``KIND[:NAME][?OPTION=VALUE&...]``, for example ``human-inspired:proximity?lapse=0.1``. Options are encoded as
 in a URL. :class:`Spec` is the only reader and the only writer of this text; the functions below it turn the options
@@ -57,8 +57,8 @@ class Spec:
     was not parsed is written with its options encoded.
 
     Attributes:
-        kind: The text in front of the first colon: ``llm``, ``cognitive``, ``twin``, ``flip``.
-        name: The text from there to the question mark: a preset, ``PROVIDER/MODEL``; empty where there is none.
+        kind: The text before the first colon: ``llm``, ``cognitive``, ``twin``, ``flip``.
+        name: The text from there to the question mark: a preset, ``PROVIDER/MODEL``; empty if there is none.
         options: Option -> its value as text.
     """
 
@@ -69,7 +69,7 @@ class Spec:
 
     @classmethod
     def parse(cls, text: str, what: str = "agent") -> Spec:
-        """Read a spec; ``what`` says in messages what it names.
+        """Read a spec; messages call it ``what``.
 
         Raises:
             BadValue: If an option has no value, or comes twice.
@@ -82,7 +82,7 @@ class Spec:
         if mark and not pairs:
             raise BadValue(what, text, "options as name?first=1&second=2")
         if len(dict(pairs)) < len(pairs):
-            raise BadValue(what, text, "every option once")
+            raise BadValue(what, text, "each option at most once")
         kind, _, name = full_name.partition(":")
         spec = cls(kind, name, dict(pairs))
         object.__setattr__(spec, "_text", text)
@@ -100,7 +100,7 @@ class Spec:
         return spec_name(str(self))
 
     def without(self, options: Collection[str]) -> Spec:
-        """The same spec without some of its options, whether it has them or not.
+        """The spec without some options, whether it has them or not.
 
         >>> str(Spec.parse("rgbd?blur=8&depth=height").without(["blur"]))
         'rgbd?depth=height'
@@ -108,7 +108,7 @@ class Spec:
         return replace(self, options={name: value for name, value in self.options.items() if name not in options})
 
     def adding(self, options: Mapping[str, str]) -> Spec:
-        """The same spec with more options; a value given here replaces the one that it has.
+        """The spec with more options; a value given here replaces an existing one.
 
         >>> str(Spec.parse("tremble?p=0,0.1").adding({"p": "0.1"}))
         'tremble?p=0.1'
@@ -116,7 +116,7 @@ class Spec:
         return replace(self, options={**self.options, **options})
 
     def appending(self, option: str, value: str) -> Spec:
-        """The same spec with one option behind its text, which stays as it is. Nothing is encoded.
+        """The spec with one option appended to its text, which stays unchanged. Nothing is encoded.
 
         Raises:
             BadValue: If it has this option already.
@@ -137,7 +137,7 @@ class Spec:
 
 
 def spec_name(text: str) -> str:
-    """Kind and name of a spec, whatever its options are; they need not be well formed.
+    """Kind and name of a spec. Its options are ignored and need not be well formed.
 
     >>> spec_name("rgbd?depth=height")
     'rgbd'
@@ -146,7 +146,7 @@ def spec_name(text: str) -> str:
 
 
 def spec_kind(text: str) -> str:
-    """The kind of a spec, whatever its options are; they need not be well formed.
+    """The kind of a spec. Its options are ignored and need not be well formed.
 
     >>> spec_kind("llm:openai/gpt-4o?temperature=0")
     'llm'
@@ -164,7 +164,7 @@ def split_specs(text: str) -> list[str]:
 
 
 def group_of(agent: str) -> str:
-    """The agent as whom it plays: itself, or for one person the people as a whole.
+    """The agent that a spec counts for: itself, or ``participant`` for a single person.
 
     >>> [group_of(agent) for agent in ("participant:3f9a01bc", "llm:local")]
     ['participant', 'llm:local']
@@ -178,7 +178,7 @@ class Option(NamedTuple):
     Attributes:
         name: The name of its field, without the underscore behind a Python keyword (``from_`` is ``from``).
         field: The name of its field.
-        default: Its default; ``dataclasses.MISSING`` where there is none.
+        default: Its default; ``dataclasses.MISSING`` if there is none.
     """
 
     name: str
@@ -187,7 +187,7 @@ class Option(NamedTuple):
 
 
 def options_of(kind: type[Any]) -> tuple[Option, ...]:
-    """The options of a dataclass: its fields, except private ones and those that it sets itself. Else none."""
+    """The options of a dataclass: its fields, except private and computed ones. Other objects have none."""
     return tuple(
         Option(part.name.rstrip("_"), part.name, _default(part))
         for part in (fields(kind) if is_dataclass(kind) else ())
@@ -196,7 +196,7 @@ def options_of(kind: type[Any]) -> tuple[Option, ...]:
 
 
 def settings_of(made: Any) -> dict[str, object]:
-    """The settings of a dataclass for the record, by option; several values stand as one word.
+    """The settings of a dataclass for the record, by option; several values are joined to one word.
 
     Private fields are left out, and so are fields at their default that the class names in ``later``: those that were
     added after records of it had been written.
@@ -211,7 +211,7 @@ def settings_of(made: Any) -> dict[str, object]:
 
 
 def in_words(value: object) -> str:
-    """A value as it stands in a spec; several have semicolons between.
+    """A value as text in a spec; several values are separated by semicolons.
 
     >>> in_words(True), in_words(0.4), in_words((4, 8))
     ('yes', '0.4', '4;8')
@@ -253,13 +253,13 @@ def with_options(
 def arguments_from(
     make: Callable[..., object], name: str, options: Mapping[str, str], taken: Collection[str] = ()
 ) -> dict[str, object]:
-    """Arguments for a function or class, from options as text, which are read by annotation, else by default.
+    """Arguments for a function or class from options as text, converted by annotation, else by default.
 
     Args:
         make: The function or class. Its options are the arguments that can be given by name.
-        name: What users call it.
+        name: Its name for users.
         options: Argument -> value as text.
-        taken: Arguments that it gets otherwise; they are no options.
+        taken: Arguments that it gets from elsewhere; they are not options.
 
     Raises:
         UnknownName: If there is no such option; the message lists those that exist.
@@ -282,7 +282,7 @@ def arguments_from(
 
 
 def _hints(make: Callable[..., object]) -> dict[str, Any]:
-    """Its annotations; none where they name what was imported for type checkers only."""
+    """The annotations of a function; none if they name imports for type checkers only."""
     try:
         return get_type_hints(getattr(make, "__init__") if isinstance(make, type) else make)  # noqa: B009
     except (AttributeError, NameError, TypeError):
@@ -290,7 +290,7 @@ def _hints(make: Callable[..., object]) -> dict[str, Any]:
 
 
 def _kind(argument: Any, hints: Mapping[str, Any]) -> Any:
-    """The type of an argument: as annotated, else as its default is, else text."""
+    """The type of an argument: its annotation, else the type of its default, else text."""
     if argument.name in hints:
         return hints[argument.name]
     written = {kind.__name__: kind for kind in (bool, int, float, str)}

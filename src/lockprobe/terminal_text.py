@@ -1,4 +1,4 @@
-"""Text made safe to print in a terminal: what would control it becomes a question mark."""
+"""Makes text safe to print in a terminal: control characters become question marks."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def printable(text: str) -> str:
 
 
 def readable(text: str) -> str:
-    """A text of several lines with a question mark for what controls a terminal or changes the direction of writing.
+    """A text of several lines with question marks for control characters and changes of writing direction.
 
     Letters of every script stay, with the joiners and marks they need.
     """

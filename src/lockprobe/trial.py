@@ -58,7 +58,7 @@ _T = TypeVar("_T")
 
 
 class Executor(Protocol):
-    """Runs the work of plants and channels, which may block: here, or in another thread or process."""
+    """Runs the blocking work of plants and channels: here, or in another thread or process."""
 
     async def __call__(self, work: Callable[[], _T], /) -> _T:
         """Run the work there and return its result."""
@@ -321,7 +321,7 @@ class _Loop:
             for actuator, rng in self._actuators:
                 joint = actuator.act(joint, self._moments, self._task, rng)
             if joint not in self._names.labels:
-                raise ChannelFault(f"{joint!r} is no joint")
+                raise ChannelFault(f"{joint!r} is not a joint")
         return joint
 
     async def step(self) -> Step:
@@ -364,11 +364,11 @@ class _Loop:
         return await self._agent.decide(situation, self._rng)
 
     def _compare(self, step: Step, fork: Fork) -> None:
-        """Hold a step of a fork against the record, and change the luck after the fork for all but the first time."""
+        """Compare a step of a fork with the record, and change the luck after the fork for all but the first time."""
         before = fork.recorded[step.step - 1] if self._on_record and step.step <= len(fork.recorded) else None
         self._on_record = step == before
         if step.step < fork.name.at and not self._on_record:
-            raise ModelFault(f"step {step.step} cannot be repeated as it is on record: it would have to be asked anew")
+            raise ModelFault(f"step {step.step} cannot be replayed from the record without asking the agent again")
         if step.step == fork.name.at and fork.name.time > 1:
             again = replace(self._plan, luck=fork.name.time)
             self._rng = again.stream("agent")
@@ -399,7 +399,7 @@ def _unlooked(percept: Percept) -> Percept:
 
 
 def _told_moved(now: Moment, before: Sequence[Moment], task: Task, *, really: bool) -> bool | None:
-    """What a report says of its joint, by outcome or by position; None where it says nothing.
+    """The reported outcome of the attempt, from outcome or positions; None if nothing is reported.
 
     Positions are compared with the last ones told or pictured. A picture that was not made from a report shows the
     truth.

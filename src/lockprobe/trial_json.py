@@ -1,6 +1,6 @@
-"""A trial as one line of JSON and back. What is read is checked: an impossible record is refused, not analysed.
+"""Writes a trial as one line of JSON and reads it back. Impossible records are refused, not analysed.
 
-A line of a journal ends with two fields more: ``identity``, of which study it is, and ``crc``, its checksum
+A line of a journal ends with two more fields: ``identity`` names its study, and ``crc`` is its checksum
 (:mod:`lockprobe.storage.jsonl`). Older lines have neither.
 """
 
@@ -24,11 +24,11 @@ _adapter: TypeAdapter[Trial] = TypeAdapter(Trial)
 _IDENTITY = re.compile(rb',"identity":"([0-9a-f]{12})"\}\Z')
 
 LONGEST = 10_000
-"""Steps that a trial may have."""
+"""The most steps of a trial."""
 
 
 def trial_to_json(trial: Trial) -> bytes:
-    """One line of JSON without a newline; fields at their defaults are left out, the schema version never is."""
+    """One line of JSON without a newline; fields at their defaults are left out, except the schema version."""
     line = _adapter.dump_json(trial, exclude_defaults=True)
     return line[:-1] + b',"schema":%d}' % trial.schema if b'"schema":' not in line else line
 
@@ -39,7 +39,7 @@ def trial_to_line(trial: Trial, identity: str) -> bytes:
 
 
 def trial_from_line(line: bytes) -> tuple[Trial, str]:
-    """The trial on one line of a journal, and of which study it is; that is empty where the line is an older one.
+    """The trial on one line of a journal, and the identity of its study, which is empty on older lines.
 
     Raises:
         BadValue: As :func:`trial_from_json`, and if the checksum is not that of the line.
@@ -53,7 +53,7 @@ def trial_from_json(line: bytes | str) -> Trial:
     """The trial on one line, of a journal or as :func:`trial_to_json` makes it.
 
     Raises:
-        BadValue: If the line is no trial, of a schema version that this release does not know, or impossible.
+        BadValue: If the line is not a trial, has an unknown schema version, or is impossible.
     """
     return trial_from_line(line.encode() if isinstance(line, str) else line)[0]
 
@@ -72,7 +72,7 @@ def _trial(line: bytes) -> Trial:
 
 
 def _check(trial: Trial) -> None:
-    """Refuses what cannot have happened."""
+    """Refuse a record of something that cannot have happened."""
     if trial.p is None and not trial.condition:
         raise BadValue("trial record, p", trial.p, "a number from 0 to 1, or the name of another condition")
     if trial.p is not None:
@@ -84,7 +84,7 @@ def _check(trial: Trial) -> None:
     if not len(trial.steps) <= trial.budget <= LONGEST:
         raise BadValue("trial record, steps", len(trial.steps), f"at most the budget of {min(trial.budget, LONGEST)}")
     if trial.placed is not None:
-        raise BadValue("trial record", "placed", "no place on an axis: that is an analysis's")
+        raise BadValue("trial record", "placed", "no dose on an axis: only analyses set it")
     if trial.replays < 0:
         raise BadValue("trial record, replays", trial.replays, "0 or more")
     _check_pictures("trial record", trial.opening_pictures)
@@ -95,17 +95,17 @@ def _check(trial: Trial) -> None:
 
 
 def _check_pictures(where: str, pictures: Mapping[PictureKind, str]) -> None:
-    """Names are made of hashes, so that no record points outside its directory."""
+    """Refuse names of pictures that are not hashes, so that no record points outside its directory."""
     for kind, name in pictures.items():
         if not PICTURE_NAME.fullmatch(name):
             raise BadValue(f"{where}, {kind} picture", name, "twenty hexadecimal digits and .png")
 
 
 def _check_ending(trial: Trial) -> None:
-    """The trial ends when the target moves or the steps run out, and by an error only if there is one."""
+    """Check that the trial ends when the target moves or the steps run out, or with an error if there is one."""
     reached = [step.step for step in trial.steps if step.moved and step.joint == trial.target]
     if (trial.error is None) == (trial.ending == "error"):
-        raise BadValue("trial record, error", trial.error, f"one exactly if the ending is error; it is {trial.ending}")
+        raise BadValue("trial record, error", trial.error, f"one exactly if the ending is error, not {trial.ending}")
     if reached != ([len(trial.steps)] if trial.solved else []):
         expected = "a last step that moved the target" if trial.solved else "no step that moved the target"
         raise BadValue("trial record, ending", trial.ending, f"solved, or {expected}" if reached else expected)
@@ -114,7 +114,7 @@ def _check_ending(trial: Trial) -> None:
 
 
 def _check_step(trial: Trial, step: Step, number: int) -> None:
-    """Refuses a step that does not fit its place, the joints, or its decision the labels."""
+    """Refuse a step that does not fit its number or the joints, or a decision that does not fit the labels."""
     where, joints, decision = f"trial record, step {number}", len(trial.joints), step.decision
     if step.step != number:
         raise BadValue(f"{where}, number", step.step, str(number))

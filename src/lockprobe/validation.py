@@ -27,11 +27,11 @@ _WORDS = (
     (r"greater than or equal to ", "at least "),
     (r"less than or equal to ", "at most "),
 )
-"""What is replaced, one after the other."""
+"""Replacements, applied in order."""
 
 
 def plain(message: str) -> str:
-    """A sentence of pydantic in plain words.
+    """A message of pydantic in plain words.
 
     >>> plain("Input should be a valid integer, unable to parse string as an integer")
     'expected a whole number'
@@ -44,20 +44,20 @@ def plain(message: str) -> str:
 
 
 def check_probability(what: str, value: float) -> None:
-    """Refuse a value that is no probability.
+    """Refuse a value that is not a probability.
 
     Raises:
-        BadValue: If it does not lie from 0 to 1.
+        BadValue: If it is not from 0 to 1.
     """
     if not 0.0 <= value <= 1.0:
         raise BadValue(what, value, "a number from 0 to 1")
 
 
 def check_choice(what: str, value: str, known: Iterable[str]) -> None:
-    """Refuse a value that is none of the known ones.
+    """Refuse a value that is not among the known ones.
 
     Raises:
-        BadValue: If it is none; the message lists them.
+        BadValue: If it is not; the message lists them.
     """
     if value not in known:
         raise BadValue(what, value, f"one of {', '.join(known)}")

@@ -15,7 +15,7 @@ from typed import typed
 from visitor import server
 
 from lockprobe.cli import build
-from lockprobe.cli.serve import EXAMPLE, _experiment, _planned, _what, _with_people
+from lockprobe.cli.serve import EXAMPLE, _experiment, _planned, _study_and_people, _with_people
 from lockprobe.errors import BadFile, Conflict, UserMistake
 from lockprobe.people.experiment import Experiment, read_experiment
 from lockprobe.people.texts import read_words
@@ -162,10 +162,10 @@ def test_mistakes_are_one_line_and_nothing_is_made(tmp_path, monkeypatch, argume
 
 def test_a_number_of_people_is_enough_and_the_same_command_goes_on(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    planned, directory, experiment = _what("flips", {}, None, {"participants": 40}, None)
+    planned, directory, experiment = _study_and_people("flips", {}, None, {"participants": 40}, None)
     assert (len(planned.p), planned.trials, planned.repetitions, experiment.participants) == (4, 40, 1, 40)
-    assert _what("flips", {}, None, {"participants": 40}, None)[1] == directory
-    planned, _, _ = _what("flips", {"p": [0.0, 0.4], "repetitions": 3}, None, {"participants": 40}, None)
+    assert _study_and_people("flips", {}, None, {"participants": 40}, None)[1] == directory
+    planned, _, _ = _study_and_people("flips", {"p": [0.0, 0.4], "repetitions": 3}, None, {"participants": 40}, None)
     assert (len(planned.p), planned.trials, planned.repetitions) == (2, 14, 3)
 
 

@@ -8,7 +8,7 @@ from builders import make_trial, play_study, small_study
 
 from lockprobe.agents.prompt import fingerprint
 from lockprobe.errors import UnknownName
-from lockprobe.evals.conversation import instruction, retold, told_last
+from lockprobe.evals.conversation import exchanges_of, instruction, last_report
 from lockprobe.pictures.picture import Picture
 from lockprobe.record import TrialError
 from lockprobe.studies.single import run_trial
@@ -26,7 +26,7 @@ def replied(*replies):
 
 
 def test_a_malformed_reply_is_followed_by_what_was_then_asked():
-    said = [exchange for exchange in retold(replied("no idea", GOOD)) if exchange.step == 2]
+    said = [exchange for exchange in exchanges_of(replied("no idea", GOOD)) if exchange.step == 2]
     assert [(exchange.turn, exchange.last, exchange.reply) for exchange in said] == [
         (1, False, "no idea"),
         (2, True, GOOD),
@@ -38,14 +38,14 @@ def test_a_malformed_reply_is_followed_by_what_was_then_asked():
 def test_a_trial_that_a_reply_broke_ends_with_it():
     trial = replied(GOOD)
     error = TrialError(boundary="reply", message="no", step=2, replies=("a", "b"))
-    said = retold(replace(trial, steps=trial.steps[:1], ending="error", error=error))
+    said = exchanges_of(replace(trial, steps=trial.steps[:1], ending="error", error=error))
     assert [(exchange.step, exchange.turn, exchange.reply) for exchange in said[1:]] == [(2, 1, "a"), (2, 2, "b")]
 
 
 def test_a_hosted_model_was_told_the_instruction_and_a_strategy_was_not():
     hosted, scripted = replied(GOOD), make_trial([0], budget=1)
     assert "Reply with one JSON object" in instruction(hosted)
-    assert retold(hosted)[0].told.text == f"{instruction(hosted)}\n\nfirst"
+    assert exchanges_of(hosted)[0].told.text == f"{instruction(hosted)}\n\nfirst"
     assert instruction(scripted) == "Joints A, B, C, D; the target is A; 1 steps."
 
 
@@ -60,9 +60,9 @@ def test_what_was_told_is_said_as_the_record_has_it():
 
 def test_of_a_strategy_is_said_what_it_chose():
     (trial, *_) = play_study(small_study(["human-inspired"], p=[0.3], repetitions=1, trials=1))
-    said = retold(trial)
+    said = exchanges_of(trial)
     assert [exchange.told.text for exchange in said[1:]] == [step.told for step in trial.steps[:-1]]
-    assert told_last(trial).text == trial.steps[-1].told
+    assert last_report(trial).text == trial.steps[-1].told
     assert all(step.decision.joint in exchange.reply for step, exchange in zip(trial.steps, said, strict=True))
 
 
@@ -72,9 +72,9 @@ def test_pictures_are_those_that_were_shown_and_are_there(tmp_path):
         (tmp_path / picture.name).write_bytes(picture.png)
     gone = Picture(kind="rgb", png=b"gone").name
     trial = make_trial([0], budget=1, pictures=[{"rgb": shown.name, "depth16": kept.name}, {"rgb": gone}])
-    assert [picture.png for picture in retold(trial, tmp_path)[0].told.pictures] == [b"seen"]
-    assert told_last(trial, tmp_path).pictures == ()
-    assert retold(trial)[0].told.pictures == ()
+    assert [picture.png for picture in exchanges_of(trial, tmp_path)[0].told.pictures] == [b"seen"]
+    assert last_report(trial, tmp_path).pictures == ()
+    assert exchanges_of(trial)[0].told.pictures == ()
 
 
 def test_only_the_newest_pictures_were_sent_where_the_settings_say_so(tmp_path):
@@ -84,17 +84,20 @@ def test_only_the_newest_pictures_were_sent_where_the_settings_say_so(tmp_path):
     names = [{"rgb": file.name} for file in files]
     trial = make_trial([0] * 3, budget=3, pictures=names, facts={"prompt": "chat x"})
     trial = replace(trial, facts={**trial.facts, "images": 2})
-    shown = [[message.pictures for message in exchange.asked[::2]] for exchange in retold(trial, tmp_path)]
+    shown = [[message.pictures for message in exchange.asked[::2]] for exchange in exchanges_of(trial, tmp_path)]
     kept = [[tuple(picture.png for picture in pictures) for pictures in step] for step in shown]
     one = [(file.png,) for file in files]
     assert kept == [one[:1], one[:2], [(), *one[1:3]]]
-    assert retold(trial, tmp_path)[2].asked[0].text == f"{instruction(trial)}\n\n(picture no longer shown)"
+    assert exchanges_of(trial, tmp_path)[2].asked[0].text == f"{instruction(trial)}\n\n(picture no longer shown)"
 
 
 def test_the_words_of_a_hypothesis_are_left_as_they_are():
     trial = make_trial([0, 1], budget=2, hypothesis="f( x)", claims=[None, "moved"])
-    assert [exchange.reply for exchange in retold(trial)] == ["(f( x) Attempts A.)", "(It moved. f( x) Attempts B.)"]
-    assert retold(make_trial([0], budget=1))[0].reply == "(Attempts A.)"
+    assert [exchange.reply for exchange in exchanges_of(trial)] == [
+        "(f( x) Attempts A.)",
+        "(It moved. f( x) Attempts B.)",
+    ]
+    assert exchanges_of(make_trial([0], budget=1))[0].reply == "(Attempts A.)"
 
 
 CURT = Path(__file__).parents[1] / "interventions" / "curt.txt"
@@ -121,7 +124,7 @@ def test_what_is_retold_is_what_was_said_on_the_wire(scripted_provider, spec):
     trial = run_trial(agent=provider.agent, condition=spec, max_steps=12)
     assert trial.error is None
     sent = [[(message["role"], words(message)) for message in request["messages"]] for request in provider.requests]
-    assert [[(message.role, message.text) for message in one.asked] for one in retold(trial)] == sent
+    assert [[(message.role, message.text) for message in one.asked] for one in exchanges_of(trial)] == sent
 
 
 def test_a_record_s_template_that_is_none_is_refused():

@@ -4,7 +4,7 @@ import pytest
 
 from lockprobe.errors import BadFile
 from lockprobe.people.experiment import Experiment, read_experiment
-from lockprobe.people.file_errors import seen
+from lockprobe.people.file_errors import check_visible
 from lockprobe.people.texts import _TEXTS, read_words
 
 PYDANTIC = ("Value error", "Input should", "should have", "should match", "Extra inputs", "Field required")
@@ -52,12 +52,12 @@ def test_texts_too(tmp_path):
 @pytest.mark.parametrize("character", ["\x00", "\x1b", "\x07", "\x7f", "\x9b", "\r", "\ud800"])
 def test_what_nobody_sees_is_no_text(character):
     with pytest.raises(ValueError, match=f"U\\+{ord(character):04X}"):
-        seen(f"a{character}b")
+        check_visible(f"a{character}b")
 
 
 def test_other_scripts_and_lines_are_texts():
     for text in ("\u202b\u05e9\u05dc\u202c", "a\nb\tc", "👩\u200d🔬", ""):
-        assert seen(text) == text
+        assert check_visible(text) == text
 
 
 @pytest.mark.parametrize("escaped", ["\\u0000", "\\u001b"])

@@ -520,7 +520,7 @@ def test_ids_of_a_platform_that_are_none_are_not_kept(tmp_path):
     asyncio.run(visit())
     (line,) = logged(tmp_path)
     assert line.endswith(
-        " 400 incomplete POST /api/open PROLIFIC_PID in the URL is nothing that a recruitment platform sends"
+        " 400 incomplete POST /api/open PROLIFIC_PID in the URL is not a value of a recruitment platform"
     )
     assert not any(b"alert" in path.read_bytes() for path in tmp_path.rglob("*") if path.is_file())
 

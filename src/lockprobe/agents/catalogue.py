@@ -223,7 +223,7 @@ _PARAMETRIC: dict[str, Callable[[Spec], Agent]] = {
     "learner": _learner,
     "world": _world,
 }
-"""The kinds of agents whose parameters stand in their spec."""
+"""The kinds of agents with parameters in their spec."""
 
 
 def _viewer(spec: Spec, access: Access) -> AgentSource:
@@ -288,7 +288,7 @@ _SOURCES: dict[str, Callable[[Spec, Access], AgentSource]] = {
     MCP: _client,
     "llm": _language_model,
 }
-"""The other kinds of agents that Lockprobe has itself."""
+"""The other kinds of Lockprobe's own agents."""
 
 
 def _of_another_package(spec: Spec, plugin: Plugin) -> AgentSource:

@@ -25,7 +25,7 @@ from lockprobe.spec import with_options
 __all__ = ["IdealObserver"]
 
 _EVEN = 1e-9
-"""Probabilities this near to one half are even."""
+"""Probabilities closer than this to one half count as even."""
 
 
 @dataclass(frozen=True, kw_only=True)

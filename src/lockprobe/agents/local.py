@@ -39,10 +39,10 @@ CONSTANT = f"{_PROBLEM}Each reply says whether the last joint moved or did not m
 """The instruction, the same for every trial; it says nothing about which joint locks which."""
 
 UNASKED = f"{_PROBLEM}Each reply names the next joint to try."
-"""The same where it is not asked what the last action did."""
+"""The instruction if the model is not asked what the last action did."""
 
 _CONTEXT = 4096
-"""Tokens that a trial may take: about 130 steps."""
+"""The most tokens of a trial: about 130 steps."""
 
 _CLAIMS: dict[str, Outcome] = {" moved": "moved", " did not move": "blocked"}
 

@@ -10,7 +10,7 @@ from lockprobe.record import Percept
 __all__ = ["Senses", "refuse_pictures"]
 
 Senses = Literal["reports", "pictures"]
-"""What an agent can read: reports in words only, or pictures too."""
+"""What an agent can read: only reports in words, or pictures too."""
 
 
 def refuse_pictures(percept: Percept, reader: str) -> None:

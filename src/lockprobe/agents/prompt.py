@@ -39,7 +39,7 @@ __all__ = [
 ]
 
 _CLAIMS: dict[str, Outcome | None] = {"moved": "moved", "did not move": "blocked", "none": None}
-"""What a reply may say of the last action."""
+"""The claims that a reply may make about the last action."""
 
 INSTRUCTIONS = """\
 You are trying to open a lockbox, a panel with {count} joints.
@@ -57,7 +57,7 @@ FIELDS = ("joints", "target", "reply", "budget", "count", "names", "observation"
 many joints; what positions are called; what is told after a step."""
 
 _NEEDED = ("joints", "target", "reply")
-"""Without these nobody can play."""
+"""The required fields of a template."""
 
 _USUAL = Briefing()
 

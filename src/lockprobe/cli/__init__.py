@@ -118,14 +118,14 @@ def main() -> None:
     """The ``lockprobe`` command. Exit status 2: a user's mistake, in one line; 130: Ctrl-C."""
     atexit.register(gc.freeze)  # a process that ends looks through no objects again, which takes half a second
     try:
-        status = _called()
+        status = _run_command()
     except KeyboardInterrupt:  # while modules are imported, or where a command has nothing to say about it
         print("lockprobe: stopped by Ctrl-C", file=sys.stderr)
         status = 130
     sys.exit(status)
 
 
-def _called() -> int | None:
+def _run_command() -> int | None:
     """Parse the command line and run the command."""
     import typer
     from typer.exceptions import TyperException
@@ -136,11 +136,11 @@ def _called() -> int | None:
     asked = sys.argv[1] if len(sys.argv) > 1 else ""
     try:
         with _one_thread() if asked in _SMALL else nullcontext():
-            return _status(_chosen(asked)(standalone_mode=False))
+            return _status(_command_for(asked)(standalone_mode=False))
     except UserMistake as mistake:
         return _complain(str(mistake))
     except TyperException as mistake:
-        return _complain(_said(getattr(mistake, "format_message", mistake.__str__)(), asked))
+        return _complain(_error_text(getattr(mistake, "format_message", mistake.__str__)(), asked))
     except typer.Abort:
         return 130
     except BrokenPipeError:
@@ -167,7 +167,7 @@ def _one_thread() -> Iterator[None]:
             os.environ[name] = before
 
 
-def _chosen(asked: str) -> Typer:
+def _command_for(asked: str) -> Typer:
     """The ``lockprobe`` command with only the modules that this command line needs; completion needs all."""
     if _COMPLETING in os.environ:
         return build(COMMANDS)
@@ -178,7 +178,7 @@ def _status(returned: object) -> int | None:
     return returned if isinstance(returned, int) else None
 
 
-def _said(message: str, asked: str) -> str:
+def _error_text(message: str, asked: str) -> str:
     """The error message for a wrong command line, in plain words."""
     from lockprobe.validation import plain
 

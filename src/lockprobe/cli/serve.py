@@ -114,14 +114,14 @@ def serve(
         "require_id": require_id, "join_code": join_code,
     }  # fmt: skip
     own = {key: value for key, value in own.items() if value is not None}
-    planned, directory, experiment = _what(name, asked, file, own, out)
+    planned, directory, experiment = _study_and_people(name, asked, file, own, out)
     if planned.attended:
         raise BadValue("plant", planned.plant, "a plant that asks nothing at the terminal: several people play at once")
     door = {"host": host, "port": port, "public": public_url.rstrip("/"), "allowed": tuple(allow_host or ())}
     _serve(planned, directory, experiment, door, json=json)
 
 
-def _what(
+def _study_and_people(
     name: str, asked: Mapping[str, object], file: Path | None, own: Mapping[str, object], out: Path | None
 ) -> tuple[Study, Path, Experiment]:
     """The study, its directory, and the settings for people. A number of people sets the number of trials."""
@@ -171,7 +171,7 @@ def _announce(where: RunningServer, planned: Study, experiment: Experiment, word
         said = {"url": where.url, "study_url": given, "admin_url": where.admin_url, "directory": str(where.directory)}
         print(jsonlib.dumps(said), flush=True)
         return
-    lines = _told_at_the_start(planned, experiment, words, where.url, where.admin_url, where.directory)
+    lines = _start_lines(planned, experiment, words, where.url, where.admin_url, where.directory)
     print("\n".join(lines), flush=True)
 
 
@@ -200,7 +200,7 @@ def _reminders(words: Words, experiment: Experiment) -> tuple[str, ...]:
     return tuple(found)
 
 
-def _told_at_the_start(
+def _start_lines(
     study: Study, experiment: Experiment, words: Words, url: str, admin_url: str, directory: Path
 ) -> tuple[str, ...]:
     """The lines printed when people can join."""

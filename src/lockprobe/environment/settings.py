@@ -41,18 +41,18 @@ _OWN: Mapping[str, Any] = {
 }  # fmt: skip
 """Options that only an environment has, and defaults that differ from those of a study."""
 
-_PLACE = "reset(): it begins the next trial, reset(options={'repetition': 2, 'trial': 7}) any other"
+_PLACE = "reset(), which begins the next trial, or reset(options={'repetition': 2, 'trial': 7})"
 _ONE = "condition=, p= and modality=: an environment has one condition"
 
 NOT_HERE: Mapping[str, str] = {
-    "agent": "nothing: who calls step() is the agent",
-    "assessment": "nothing: who calls step() is not asked what happened",
+    "agent": "no agent: the caller of step() is the agent",
+    "assessment": "no assessment: the caller of step() is not asked what happened",
     "seed": "reset(seed=...)",
     **dict.fromkeys(("trial", "trials", "strategy_trials", "repetition", "repetitions"), _PLACE),
-    "pictures": "nothing: pictures are observations, of which nothing is kept",
+    "pictures": "no pictures: observations are not stored",
     **dict.fromkeys(("study", "name", "full", "sweep"), _ONE),
 }
-"""Options of a study or a trial that an environment does not have -> what to do instead."""
+"""Options of a study or a trial that an environment does not have -> the alternative."""
 
 _CHANNELS: Mapping[str, type[OutcomeFlip | TextChannel]] = {"OutcomeFlip": OutcomeFlip, "TextChannel": TextChannel}
 """Channels that a mapping can describe, by their name in the record."""

@@ -18,13 +18,13 @@ from lockprobe.interventions.words import Tell, TextChannel
 from lockprobe.pictures.picture import Picture, PictureKind
 from lockprobe.record import Briefing, Decision, Fact, Percept, Situation, Step, Task, Trial, Turn
 
-__all__ = ["Exchange", "briefed", "instruction", "retold", "told_last"]
+__all__ = ["Exchange", "briefing_of", "exchanges_of", "instruction", "last_report"]
 
 _BOTH: Tell = "both"
-"""What reports in words hold where a record does not say otherwise."""
+"""The default content of reports in words, if a record does not name it."""
 
 _SHOWN: tuple[PictureKind, ...] = ("rgb", "depth")
-"""Kinds of pictures that an agent sees; others are kept for the record."""
+"""Kinds of pictures that an agent sees; others are only recorded."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,7 +52,7 @@ class Exchange:
         return self.asked[-1]
 
 
-def retold(trial: Trial, pictures: Path | None = None) -> list[Exchange]:
+def exchanges_of(trial: Trial, pictures: Path | None = None) -> list[Exchange]:
     """The exchanges of a trial in order, without the last observation, which no decision follows.
 
     ``pictures`` is the directory of the pictures that the record names; missing ones are left out.
@@ -62,18 +62,18 @@ def retold(trial: Trial, pictures: Path | None = None) -> list[Exchange]:
     percept = _percept(None, trial.opening, trial.opening_pictures, pictures)
     for step in trial.steps:
         replies = _words(step)
-        briefing = replace(briefed(trial), remark=step.remark)
+        briefing = replace(briefing_of(trial), remark=step.remark)
         situation = Situation(task=_task(trial), past=tuple(past), percept=percept, briefing=briefing)
         found += _turns(trial, situation, replies)
         past.append(Turn(percept=percept, decision=replace(step.decision, replies=replies), remark=step.remark))
         percept = _percept(step.decision, step.told, step.pictures, pictures)
     if trial.error is not None:
-        situation = Situation(task=_task(trial), past=tuple(past), percept=percept, briefing=briefed(trial))
+        situation = Situation(task=_task(trial), past=tuple(past), percept=percept, briefing=briefing_of(trial))
         found += _turns(trial, situation, trial.error.replies)
     return found
 
 
-def told_last(trial: Trial, pictures: Path | None = None) -> Message:
+def last_report(trial: Trial, pictures: Path | None = None) -> Message:
     """The report after the last step."""
     if not trial.steps:
         opening = f"{instruction(trial)}\n\n{trial.opening}".strip()
@@ -90,10 +90,12 @@ def instruction(trial: Trial) -> str:
     tell = _tells(trial)
     hidden = "outcome-only" in (trial.flip, *(one.get("persistence") for one in _named(trial.channels, OutcomeFlip)))
     positions = not shown and not hidden and tell != "outcome"
-    return instructions(task, positions=positions, outcomes=tell != "state", pictures=shown, briefing=briefed(trial))
+    return instructions(
+        task, positions=positions, outcomes=tell != "state", pictures=shown, briefing=briefing_of(trial)
+    )
 
 
-def briefed(trial: Trial) -> Briefing:
+def briefing_of(trial: Trial) -> Briefing:
     """The briefing of every step without remarks, from the recorded interventions that ship with Lockprobe.
 
     Raises:
@@ -127,7 +129,7 @@ _ASKED: Mapping[str, Callable[[Briefing, Mapping[str, Fact]], Briefing]] = {
     Hypothesis.__name__: _hypothesis,
     Confidence.__name__: lambda briefing, one: replace(briefing, confidence=True),
 }
-"""How each intervention on what is asked changes the briefing, by its class as records name it."""
+"""The change of the briefing by each intervention on what is asked, by its class name in records."""
 
 
 def _named(channels: tuple[Mapping[str, Fact], ...], kind: type) -> list[Mapping[str, Fact]]:

@@ -42,18 +42,18 @@ _DAMAGE = (
     *(OSError, ValueError, KeyError, TypeError, NotImplementedError, RecursionError, EOFError),
     *(zipfile.BadZipFile, zlib.error, lzma.LZMAError, struct.error, ZstdError),
 )
-"""What libraries raise over a file that is damaged, unpacked or not."""
+"""Exceptions of libraries for a damaged file."""
 
 __all__ = ["LARGEST", "LARGEST_MEMBER", "log_files", "read_log", "trials_in"]
 
 LARGEST = 4 * 2**30
-"""Bytes of a log, unpacked, above which it is not read."""
+"""The most bytes of an unpacked log."""
 
 LARGEST_MEMBER = 2**28
-"""The same of one sample."""
+"""The most bytes of one unpacked sample."""
 
 _MOST_SAMPLES = 100_000
-"""Samples that a header may list, epochs counted: each is looked for."""
+"""The most samples that a header may list, over all epochs."""
 
 
 def log_files(path: Path | str) -> list[Path]:

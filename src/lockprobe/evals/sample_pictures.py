@@ -21,7 +21,7 @@ with needing("Inspect logs", "providers"):
 __all__ = ["PICTURES", "beside", "pictures_of"]
 
 PICTURES = "pictures"
-"""Where in the store of a sample those pictures stand that no message shows: name -> data URI."""
+"""The key in the store of a sample for pictures that no message shows: name -> data URI."""
 
 _URI = "data:image/png;base64,"
 

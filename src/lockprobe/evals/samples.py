@@ -13,13 +13,13 @@ with needing("Inspect logs", "providers"):
 __all__ = ["OPTIONS", "SETTINGS", "VERSION", "VIEW", "metadata_of", "sample_id"]
 
 SETTINGS = "lockprobe"
-"""Where in the metadata of a log the settings of its study stand."""
+"""The key of the study's settings in the metadata of a log."""
 
 OPTIONS = ("schema", "images", "detail", "repairs")
-"""Parameters of a task that say how its model is asked, where Inspect has no option for it."""
+"""Parameters of a task for options of its model that Inspect lacks."""
 
 VERSION = "1-A"
-"""Of the tasks: what makes results incomparable raises the number, what changes their parameters the letter."""
+"""The version of the tasks: the number changes when results become incomparable, the letter with their parameters."""
 
 VIEW = ViewerConfig(
     sample_score_view=SampleScoreView(default="chips"),
@@ -38,7 +38,7 @@ VIEW = ViewerConfig(
         multiline=False,
     ),
 )
-"""How ``inspect view`` lists the trials: how each ended, and its scores; the instruction is the same in all."""
+"""The columns of ``inspect view``: the ending and the scores of each trial, without the common instruction."""
 
 
 def sample_id(trial: Trial | Plan) -> str:

@@ -28,34 +28,34 @@ __all__ = [
     "SCORER",
     "TRIAL",
     "VALUES",
-    "explained",
-    "marked",
     "metrics_header",
     "metrics_of",
     "played",
-    "scored",
-    "told_of",
+    "score_of",
+    "step_as_markdown",
+    "step_metadata",
+    "trial_as_markdown",
 ]
 
 SCORER = "played"
 """Name of the scorer."""
 
 TRIAL = "trial"
-"""Where the record of a trial stands, in the metadata of its score and in the store of its sample."""
+"""The key of a trial's record in the metadata of its score and in the store of its sample."""
 
 VALUES = ("success", "steps", "loop", "loop_chance", "misinterpretation")
 """The values of a score."""
 
 _APART = ("success", "loop", "loop_chance")
-"""Those that are summed up by condition too."""
+"""The values that are also summarised by condition."""
 
 _SAID = {"moved": "moved", "blocked": "did not move", None: ""}
 
 
-def scored(trial: Trial) -> Score:
+def score_of(trial: Trial) -> Score:
     """The score of a trial."""
     metadata = {"ending": trial.ending, "steps_played": len(trial.steps), TRIAL: trial_to_json(trial).decode()}
-    answer, explanation = _answer(trial), explained(trial)
+    answer, explanation = _answer(trial), trial_as_markdown(trial)
     if trial.error is not None:
         reason = "invalid_response_format" if trial.error.boundary == "reply" else trial.error.boundary
         return Score.unscored(reason=reason, answer=answer, explanation=explanation, metadata=metadata)
@@ -81,7 +81,7 @@ def _answer(trial: Trial) -> str:
     return f"{'opened' if trial.solved else 'not opened'} in {len(trial.steps)} steps"
 
 
-def explained(trial: Trial) -> str:
+def trial_as_markdown(trial: Trial) -> str:
     """A trial in Markdown, one row per step: the truth, the report and the agent's claim."""
     names = dict(zip(trial.joints, trial.labels, strict=True))
     said = [step.decision.claimed for step in trial.steps[1:]] + [None] * bool(trial.steps)
@@ -103,13 +103,13 @@ def explained(trial: Trial) -> str:
     return "\n".join([heading, "", *(f"| {' | '.join(cells)} |" for cells in lines)])
 
 
-def told_of(step: Step) -> str:
+def step_as_markdown(step: Step) -> str:
     """One step in Markdown, for the transcript: truth and report."""
     true = _SAID["moved" if step.moved else "blocked"]
     return f"Step {step.step}: {step.decision.joint} ({step.joint}). True: {true}. Told: {_told(step)}."
 
 
-def marked(step: Step) -> dict[str, object]:
+def step_metadata(step: Step) -> dict[str, object]:
     """Truth and report as metadata of the message that chose the joint; a model never sees metadata."""
     return {
         "step": step.step,
@@ -173,6 +173,6 @@ def played() -> Scorer:
         line = state.store.get(TRIAL)
         if line is None:
             return Score.unscored(reason="scoring_failed", explanation="the trial did not come to its end")
-        return scored(trial_from_json(str(line)))
+        return score_of(trial_from_json(str(line)))
 
     return score

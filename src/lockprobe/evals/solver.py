@@ -27,9 +27,9 @@ from lockprobe.agents.llm.model_facts import facts_of
 from lockprobe.agents.llm.settings import ModelSettings, read_settings
 from lockprobe.agents.prompt import Message
 from lockprobe.errors import ChannelFault, ModelFault, PlantFault, TrialFault, needing
-from lockprobe.evals.conversation import told_last
+from lockprobe.evals.conversation import last_report
 from lockprobe.evals.sample_pictures import beside
-from lockprobe.evals.scoring import TRIAL, marked, told_of
+from lockprobe.evals.scoring import TRIAL, step_as_markdown, step_metadata
 from lockprobe.record import Decision, Fact, Situation, Step, Trial
 from lockprobe.redaction import without_keys
 from lockprobe.spec import Spec
@@ -47,16 +47,16 @@ with needing("Inspect tasks", "providers"):
 __all__ = ["agent_spec", "play_trial"]
 
 _OURS = {"temperature": "temperature", "top_p": "top_p", "effort": "reasoning_effort", "max_tokens": "max_tokens"}
-"""Settings that Inspect has options for, with their names in its configuration."""
+"""Settings with an option in Inspect, and their names in its configuration."""
 
 _TRANSPORT = frozenset(
     {"max_retries", "timeout", "attempt_timeout", "stream_idle_timeout", "max_connections", "adaptive_connections"}
     | {"batch", "cache", "cache_prompt", "reasoning_summary", "response_schema", "modalities"}
 )
-"""What changes how a model is reached or what is kept of its answer, and not what it is asked."""
+"""Options that change the transport or the stored answer, but not the request."""
 
 _FAULTS: dict[str, type[TrialFault]] = {fault.boundary: fault for fault in (ModelFault, PlantFault, ChannelFault)}
-"""By boundary, as what the error of a sample is raised."""
+"""The exception for the error of a sample, by boundary."""
 
 
 def agent_spec(model: str, settings: Mapping[str, object], config: GenerateConfig) -> str:
@@ -182,14 +182,14 @@ class _ModelOfTheEval:
 
     def note(self, key: str, step: Step) -> None:
         """Write the truth of a step where the model does not see it."""
-        transcript().info(told_of(step), source="lockprobe")
-        self._state.messages[-1].metadata = marked(step)
+        transcript().info(step_as_markdown(step), source="lockprobe")
+        self._state.messages[-1].metadata = step_metadata(step)
 
 
 def _finish(state: TaskState, trial: Trial, directory: Path) -> None:
     """Add to a sample what its model did not see: the last observation, and recorded pictures."""
     if trial.error is None:
-        last = sent(told_last(trial, directory), ModelSettings())
+        last = sent(last_report(trial, directory), ModelSettings())
         last.metadata = {"step": len(trial.steps) + 1}
         state.messages.append(last)
     for name, value in beside(trial, state.messages, directory).items():

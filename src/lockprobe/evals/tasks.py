@@ -33,10 +33,10 @@ with needing("Inspect tasks", "providers"):
 __all__ = ["flips", "modalities"]
 
 _MODEL = "llm:inspect/model"
-"""Stands for the model of the eval while a task is made, when nobody knows it."""
+"""A placeholder for the eval's model, which is unknown while a task is made."""
 
 _YES_OR_NO = ("shuffle", "assessment", "full")
-"""Parameters that are true or false; YAML takes ``on`` and ``yes`` for that too."""
+"""Boolean parameters; YAML also reads ``on`` and ``yes`` as true."""
 
 
 def _with_parameters(make: Callable[..., Task]) -> Callable[..., Task]:

@@ -12,10 +12,10 @@ from lockprobe.agents.llm.client import sent
 from lockprobe.agents.llm.settings import ModelSettings
 from lockprobe.agents.prompt import Message
 from lockprobe.errors import BadFile, BadValue, needing
-from lockprobe.evals.conversation import Exchange, instruction, retold, told_last
+from lockprobe.evals.conversation import Exchange, exchanges_of, instruction, last_report
 from lockprobe.evals.sample_pictures import beside
 from lockprobe.evals.samples import SETTINGS, VERSION, VIEW, metadata_of, sample_id
-from lockprobe.evals.scoring import SCORER, marked, metrics_header, scored, told_of
+from lockprobe.evals.scoring import SCORER, metrics_header, score_of, step_as_markdown, step_metadata
 from lockprobe.model_call import Usage
 from lockprobe.record import Trial
 from lockprobe.storage.atomic_file import atomic_files
@@ -40,7 +40,7 @@ with needing("Inspect logs", "providers"):
 __all__ = ["SUFFIXES", "log_of", "write_logs"]
 
 SUFFIXES = (".eval", ".json")
-"""Endings of log files; a JSON log takes ten times the room or more."""
+"""Endings of log files; a JSON log is at least ten times as large."""
 
 
 def write_logs(
@@ -156,7 +156,7 @@ def _sample(trial: Trial, pictures: Path | None, seconds: float | None) -> EvalS
     events: list[Event] = []
     output = ModelOutput(model=model)
     told = _Messages(trial)
-    for exchange in retold(trial, pictures):
+    for exchange in exchanges_of(trial, pictures):
         asked, reply = told.asked(exchange), told.reply(exchange)
         messages += [asked[-1], reply]
         output = ModelOutput(model=model, choices=[ChatCompletionChoice(message=reply)])
@@ -164,10 +164,10 @@ def _sample(trial: Trial, pictures: Path | None, seconds: float | None) -> EvalS
         events.append(ModelEvent.model_validate({**called, "working_start": 0}))
         if exchange.last and exchange.step <= len(trial.steps):
             step = trial.steps[exchange.step - 1]
-            reply.metadata = marked(step)
-            events.append(InfoEvent(source="lockprobe", data=told_of(step), working_start=0))
+            reply.metadata = step_metadata(step)
+            events.append(InfoEvent(source="lockprobe", data=step_as_markdown(step), working_start=0))
     if trial.error is None:
-        messages.append(told.message(told_last(trial, pictures), len(trial.steps) + 1, 1))
+        messages.append(told.message(last_report(trial, pictures), len(trial.steps) + 1, 1))
     return EvalSample(
         id=sample_id(trial),
         epoch=1,
@@ -175,7 +175,7 @@ def _sample(trial: Trial, pictures: Path | None, seconds: float | None) -> EvalS
         target=dict(zip(trial.joints, trial.labels, strict=True))[trial.target],
         messages=messages,
         output=output,
-        scores={SCORER: scored(trial)},
+        scores={SCORER: score_of(trial)},
         metadata=metadata_of(trial),
         store={} if pictures is None else dict(beside(trial, messages, pictures)),
         events=events,

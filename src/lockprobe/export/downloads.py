@@ -16,7 +16,7 @@ from tempfile import TemporaryDirectory
 
 from lockprobe.export.data_dictionary import dictionary
 from lockprobe.export.tables import TABLES, PeopleRecords, Table, tables_of
-from lockprobe.export.write_dataset import as_csv, to_give_away, write_dataset
+from lockprobe.export.write_dataset import as_csv, shareable, write_dataset
 
 __all__ = ["DATASET", "Download", "downloads"]
 
@@ -77,7 +77,7 @@ def _write_zip(directory: Path, file: Path) -> None:
 
 
 def _table(directory: Path, name: str) -> Table:
-    given = to_give_away(PeopleRecords.read(directory))
+    given = shareable(PeopleRecords.read(directory))
     return tables_of(given, (name,))[0]
 
 

@@ -47,7 +47,7 @@ __all__ = [
     "RECORDS",
     "as_csv",
     "data_file",
-    "to_give_away",
+    "shareable",
     "write_dataset",
 ]
 
@@ -88,7 +88,7 @@ def write_dataset(directory: Path, out: Path, *, everybody: bool = False, platfo
         raise BadFile(directory, "nobody took part in this study, so there are no data of people")
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise BadFile(out, "exists and is not empty; a dataset needs a new directory")
-    given = to_give_away(source, everybody=everybody, platform_ids=platform_ids)
+    given = shareable(source, everybody=everybody, platform_ids=platform_ids)
     with atomic_directory(out) as draft:
         _write_records(given, draft / RECORDS)
         given = PeopleRecords.read(draft / RECORDS)
@@ -110,7 +110,7 @@ def write_dataset(directory: Path, out: Path, *, everybody: bool = False, platfo
     return [out / DATA / data_file(given.study, table.name) for table in tables]
 
 
-def to_give_away(source: PeopleRecords, *, everybody: bool = False, platform_ids: bool = False) -> PeopleRecords:
+def shareable(source: PeopleRecords, *, everybody: bool = False, platform_ids: bool = False) -> PeopleRecords:
     """The records for sharing: without the identity of participants and without the time of participation.
 
     ``everybody`` keeps trials of strategies and models, ``platform_ids`` the recruitment platform's parameters.

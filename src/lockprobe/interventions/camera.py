@@ -23,7 +23,7 @@ from lockprobe.validation import check_choice
 __all__ = ["CameraChannel", "Depth"]
 
 Depth = Literal["none", DepthKind]
-"""Whether depth is shown, and how; :mod:`lockprobe.pictures.depth` says what the kinds are."""
+"""How depth is shown, if at all; :mod:`lockprobe.pictures.depth` describes the kinds."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

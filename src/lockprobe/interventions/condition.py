@@ -30,19 +30,19 @@ __all__ = [
 ]
 
 MODALITIES = ("symbolic", "rgb", "rgbd")
-"""How a box can be shown; options of each stand after a question mark."""
+"""The modalities: the ways to show a box. Options follow a question mark."""
 
 MODALITY_DOSES = ("p", "blur", "noise", "occlude")
 """Options of a modality that are doses: how often pictures are false, and how much they are degraded."""
 
 _UNSAFE = re.compile(r"[/\x00-\x1f\x7f]")
-"""What cannot stand in the key of a record."""
+"""Characters that cannot be part of the key of a record."""
 
 _MOST = 1000
-"""Combinations of doses in one sweep."""
+"""The most combinations of doses in one sweep."""
 
 _LONGEST = 200
-"""Characters of the name of a condition."""
+"""The most characters of the name of a condition."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -20,7 +20,7 @@ ASIDES = (
     "Note: the labels of the joints are printed in dark letters.",
     "Note: a calendar with pictures of boats hangs on the wall.",
 )
-"""What is said: nothing of what moved or may move, and nothing that changes what the report says."""
+"""The irrelevant sentences: they say nothing about the joints and do not change the meaning of the report."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -17,7 +17,7 @@ from lockprobe.record import Briefing, Moment, Task
 __all__ = ["LARGEST_TEMPLATE", "OwnPrompt"]
 
 LARGEST_TEMPLATE = 16 * 1024
-"""Bytes of a template; the usual instruction has about 800."""
+"""The most bytes of a template; the default instruction has about 800."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

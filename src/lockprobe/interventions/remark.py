@@ -14,7 +14,7 @@ from lockprobe.record import Briefing, Moment, Task
 __all__ = ["Remark"]
 
 REMARK = "Note: this panel is made of wood, and its surface is painted in a light grey."
-"""As long as the nudge, and about nothing that matters."""
+"""A sentence as long as the nudge, without information."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

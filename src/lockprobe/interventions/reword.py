@@ -43,7 +43,7 @@ SENTENCES = {
         "Position 1 is taken by: {}.",
     ),
 }
-"""Each sentence of a report in words, and its paraphrases; as many of each, and none that could be another's."""
+"""Each sentence of a report and its paraphrases: equally many for each sentence, and all distinct."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

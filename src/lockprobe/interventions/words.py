@@ -16,13 +16,13 @@ from lockprobe.validation import check_choice
 __all__ = ["CORRECTION", "Form", "Tell", "TextChannel", "rows_of"]
 
 Tell = Literal["state", "outcome", "both"]
-"""What a report holds: the position of every joint, what the attempt did, or both."""
+"""The content of a report: the positions of all joints, the outcome of the attempt, or both."""
 
 Form = Literal["words", "json", "table"]
-"""How it is written: in sentences, as one JSON object, or as a table."""
+"""The form of a report: sentences, one JSON object, or a table."""
 
 CORRECTION = "Correction:"
-"""Before a report that corrects the one in front of it."""
+"""The words before a report that corrects the previous one."""
 
 _NEXT_ROW = 0.1
 """Of the panel's height; joints that lie farther below the one above are in another row."""

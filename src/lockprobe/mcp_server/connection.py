@@ -16,7 +16,7 @@ __all__ = ["SAME_IN_ALL_TRIALS", "Connection", "Transport", "facts_of"]
 Transport = Literal["stdio", "http"]
 
 SAME_IN_ALL_TRIALS = ("transport", "client", "isolation", "wording")
-"""Facts that may not change under one agent's name, because records that differ in them are other conditions."""
+"""Facts that may not change under one agent's name, because records that differ in them are different conditions."""
 
 _LONGEST = 100
 

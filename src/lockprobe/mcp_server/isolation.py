@@ -20,7 +20,7 @@ from lockprobe.errors import BadValue, UnknownName, UserMistake
 __all__ = ["Client", "Isolation", "check_isolation", "client_of_stdio", "may_read", "named_client"]
 
 Isolation = Literal["checked", "declared", "none"]
-"""What is known of the client: it was checked that it cannot read the records, the user says so, or it can."""
+"""Whether the client can read the records: checked that it cannot, declared by the user that it cannot, or it can."""
 
 
 @dataclass(frozen=True, slots=True)

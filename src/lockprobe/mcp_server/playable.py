@@ -11,7 +11,7 @@ from lockprobe.studies.yoking import is_yoked
 __all__ = ["SAID", "check_playable"]
 
 SAID = ("nudge", "remark", "distract", "warn", "prompt")
-"""Interventions in what is asked that change words alone; others ask for what the tools have no argument for."""
+"""Interventions on what is asked that change only words; others need answers that the tools have no argument for."""
 
 
 def check_playable(study: Study) -> None:

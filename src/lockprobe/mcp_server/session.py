@@ -37,7 +37,7 @@ __all__ = ["CallRefused", "Reply", "SessionOptions", "ToolSession"]
 _T = TypeVar("_T")
 
 TOGETHER = 0.01
-"""Seconds for which a call keeps others out after its work: calls that were sent together arrive in this time."""
+"""Seconds for which a call blocks others after its work: calls sent together arrive within this time."""
 
 
 class CallRefused(LockprobeError):

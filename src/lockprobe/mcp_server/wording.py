@@ -26,7 +26,7 @@ __all__ = [
 ]
 
 CLAIMS: Mapping[str, Outcome | None] = {"moved": "moved", "did not move": "blocked", "none": None}
-"""What ``last_action`` may be; ``none`` in the first step only."""
+"""The allowed values of ``last_action``; ``none`` in the first step only."""
 
 LONGEST_HYPOTHESIS = 4000
 """Characters, as in the chat protocol."""

@@ -29,7 +29,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationErr
 from lockprobe.errors import BadFile, UserMistake
 from lockprobe.inputs import parse_json, read_input, read_toml
 from lockprobe.people.diary import PEOPLE_DIRECTORY
-from lockprobe.people.file_errors import said_of, seen
+from lockprobe.people.file_errors import check_visible, first_error
 
 __all__ = [
     "EXPERIMENT",
@@ -55,7 +55,7 @@ SECRET = (
 
 def _bare(text: str) -> str:
     """Refuse surrounding space: it is invisible, and would make another option."""
-    if text != seen(text).strip():
+    if text != check_visible(text).strip():
         raise ValueError(f"got {text!r}, expected words without space around them")
     return text
 
@@ -64,7 +64,7 @@ Text = Annotated[str, Field(min_length=1, max_length=2000), AfterValidator(_bare
 Option = Annotated[str, Field(min_length=1, max_length=200), AfterValidator(_bare)]
 Options = Annotated[tuple[Option, ...], Field(max_length=20)]
 Url = Annotated[str, Field(pattern=r"^(https://\S{1,2000})?$")]
-Code = Annotated[str, Field(max_length=100), AfterValidator(seen)]
+Code = Annotated[str, Field(max_length=100), AfterValidator(check_visible)]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]{0,39}$")]
 
 
@@ -203,7 +203,7 @@ def experiment_from(settings: Mapping[str, object], path: Path) -> Experiment:
     try:
         return Experiment.model_validate(settings)
     except ValidationError as error:
-        raise BadFile(path, said_of(error, Experiment)) from None
+        raise BadFile(path, first_error(error, Experiment)) from None
 
 
 def experiment_with(experiment: Experiment, settings: Mapping[str, object]) -> Experiment:
@@ -215,7 +215,7 @@ def experiment_with(experiment: Experiment, settings: Mapping[str, object]) -> E
     try:
         return Experiment.model_validate({**experiment.model_dump(), **settings})
     except ValidationError as error:
-        raise UserMistake(said_of(error, Experiment)) from None
+        raise UserMistake(first_error(error, Experiment)) from None
 
 
 def read_experiment(path: Path) -> Experiment:

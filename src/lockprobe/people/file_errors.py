@@ -11,13 +11,13 @@ from pydantic import BaseModel, ValidationError
 
 from lockprobe.errors import BadValue, UnknownName
 
-__all__ = ["said_of", "seen"]
+__all__ = ["check_visible", "first_error"]
 
 _LONGEST = 80
-"""Characters of a wrong value that are said."""
+"""The most characters printed of a wrong value."""
 
 
-def seen(text: str) -> str:
+def check_visible(text: str) -> str:
     """The text, for a field of a model.
 
     Raises:
@@ -29,7 +29,7 @@ def seen(text: str) -> str:
     return text
 
 
-def said_of(error: ValidationError, model: type[BaseModel]) -> str:
+def first_error(error: ValidationError, model: type[BaseModel]) -> str:
     """The first mistake that pydantic found in what should have been a ``model``."""
     first = error.errors()[0]
     where, kind, came = ".".join(map(str, first["loc"])) or "all", first["type"], first["input"]

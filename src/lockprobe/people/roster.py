@@ -20,10 +20,10 @@ __all__ = ["Roster"]
 _HOUR = 3600.0
 
 _IDLE_SECONDS = 600.0
-"""After so long without an act a trial is dropped from memory; it is replayed when its participant comes back."""
+"""Seconds without an act after which a trial is dropped from memory; it is replayed when its participant returns."""
 
 _LOOK_SECONDS = 60.0
-"""Time between two searches for idle trials."""
+"""Seconds between searches for idle trials."""
 
 _MOST_WITH_CAMERA = 32
 """The most trials in memory where each holds a plant with a camera, of 60 to 70 MiB."""

@@ -10,7 +10,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationErr
 
 from lockprobe.errors import BadFile, UnknownName
 from lockprobe.inputs import read_toml
-from lockprobe.people.file_errors import said_of, seen
+from lockprobe.people.file_errors import check_visible, first_error
 
 __all__ = ["LANGUAGES", "TEXTS", "Longer", "Words", "example_on", "filled", "page_texts", "read_words", "words_file"]
 
@@ -22,7 +22,7 @@ LANGUAGES = tuple(sorted(path.stem for path in _TEXTS.glob("*.toml")))
 TEXTS = "texts.toml"
 """The copy of the texts, next to the diaries."""
 
-Text = Annotated[str, Field(min_length=1, max_length=4000), AfterValidator(seen)]
+Text = Annotated[str, Field(min_length=1, max_length=4000), AfterValidator(check_visible)]
 Paragraphs = Annotated[tuple[Text, ...], Field(max_length=40)]
 
 
@@ -192,7 +192,7 @@ def read_words(name: str) -> Words:
     try:
         return Words.model_validate(read_toml(path))
     except ValidationError as error:
-        raise BadFile(path, said_of(error, Words)) from None
+        raise BadFile(path, first_error(error, Words)) from None
 
 
 def words_file(name: str) -> Path:

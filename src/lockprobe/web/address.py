@@ -34,7 +34,7 @@ LOOPBACK = ("127.0.0.1", "localhost", "[::1]")
 """Names under which a browser on the same machine asks, and a proxy that keeps to its own."""
 
 EVERYWHERE = ("0.0.0.0", "::", "")  # noqa: S104 - nothing is bound here
-"""What is listened on where every address of the machine is."""
+"""The addresses that mean every address of the machine."""
 
 _NAME = re.compile(r"[A-Za-z0-9_]([A-Za-z0-9_.-]{0,251}[A-Za-z0-9_])?|\[[0-9A-Fa-f:.]{2,45}\]")
 

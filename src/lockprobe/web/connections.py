@@ -28,7 +28,7 @@ _MOST_FILES = 65_536
 """The highest limit requested."""
 
 _REFUSED_AT_ONCE = 64
-"""Connections that are told 503 at the same time; more are closed without a word."""
+"""The most connections that get 503 at the same time; more are closed without an answer."""
 
 _BODY = b'{"error": "full", "message": "too many connections at once; try again"}'
 

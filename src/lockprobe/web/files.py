@@ -26,7 +26,7 @@ KINDS = {
     ".txt": "text/plain; charset=utf-8",
     ".svg": "image/svg+xml",
 }
-"""What is served, by how its name ends."""
+"""The content types of served files, by ending."""
 
 _AGAIN = "no-cache"  # kept, and asked for again: a new release is seen at once
 

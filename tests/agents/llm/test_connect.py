@@ -29,8 +29,8 @@ def test_a_server_that_is_not_named_and_cannot_be_started_is_missing(monkeypatch
     with pytest.raises(Missing) as missing:
         opening.opened(f"{provider}/x", Access(), {})
     assert str(missing.value) == (
-        f"llm:{provider}/x needs a server: export {variable}_BASE_URL=http://HOST:PORT/v1 of one that runs, "
-        f"or pip install {package} to have one started"
+        f"llm:{provider}/x needs a server: export {variable}_BASE_URL=http://HOST:PORT/v1 of a running server, "
+        f"or pip install {package} to start one"
     )
     assert capfd.readouterr().out == ""
 

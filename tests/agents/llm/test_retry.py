@@ -43,7 +43,7 @@ def asked(monkeypatch, course, *, judged=None, **access):
 
     monkeypatch.setattr(patience, "pausing", pausing)
     try:
-        came = asyncio.run(patience.patiently(attempt, lambda error: judged or Judged(), Access(**access)))
+        came = asyncio.run(patience.with_retries(attempt, lambda error: judged or Judged(), Access(**access)))
     except ModelFault as fault:
         came = str(fault)
     return came, pauses, len(made)
@@ -127,7 +127,7 @@ def test_a_batch_is_not_held_to_the_timeout(monkeypatch):
         return "yes"
 
     access = Access(timeout=0.01, batch=True)
-    assert asyncio.run(patience.patiently(slow, lambda error: Judged(), access)) == ("yes", (0, 0))
+    assert asyncio.run(patience.with_retries(slow, lambda error: Judged(), access)) == ("yes", (0, 0))
 
 
 class ConnectError(Exception):
@@ -176,7 +176,7 @@ def test_attempts_that_may_have_been_charged_are_counted_whether_an_answer_comes
         raise failure
 
     with pytest.raises(ModelFault) as fault:
-        asyncio.run(patience.patiently(attempt, lambda error: Judged(), Access(retries=2, timeout=0.02, pause=0)))
+        asyncio.run(patience.with_retries(attempt, lambda error: Judged(), Access(retries=2, timeout=0.02, pause=0)))
     assert (fault.value.retries, fault.value.unanswered) == (2, 3 * charged)
 
 
@@ -210,13 +210,13 @@ def test_whoever_keeps_the_money_is_asked_before_it_may_cost_once_more_and_can_e
     async def no_more(unanswered):
         raise BudgetReached(1.0, 1.0, 0.5)
 
-    def patiently(hook):
-        return asyncio.run(patience.patiently(attempt, lambda error: Judged(), Access(pause=0), hook))
+    def with_retries(hook):
+        return asyncio.run(patience.with_retries(attempt, lambda error: Judged(), Access(pause=0), hook))
 
     made = []
-    assert patiently(again) == ("yes", (4, 2))
+    assert with_retries(again) == ("yes", (4, 2))
     assert told == [(2, 1), (4, 2)]
     made = []
     with pytest.raises(BudgetReached):
-        patiently(no_more)
+        with_retries(no_more)
     assert len(made) == 2

@@ -13,10 +13,10 @@ from lockprobe.agents.llm.retry import RefusedReply
 __all__ = ["LARGEST_ANSWER", "guard_answers"]
 
 LARGEST_ANSWER = 1 << 24
-"""Bytes of an answer, unpacked: 16 MiB. Ours have some thousand."""
+"""The most bytes of a decompressed answer: 16 MiB. Typical answers have a few thousand."""
 
 _PACKED = ("gzip", "deflate")
-"""How an answer may be packed. Other ways unpack so much at once that no bound would help."""
+"""The allowed compressions of an answer. Others decompress so much at once that no limit would help."""
 
 _PORTS = {"http": 80, "https": 443}
 

@@ -17,7 +17,7 @@ from functools import partial
 from lockprobe.agents.llm.connect import config_of, mistake, opened
 from lockprobe.agents.llm.inspect_internals import PrerequisiteError
 from lockprobe.agents.llm.model_facts import facts_of
-from lockprobe.agents.llm.retry import Again, Declined, Tries, patiently
+from lockprobe.agents.llm.retry import Again, Declined, Tries, with_retries
 from lockprobe.agents.llm.settings import ModelSettings
 from lockprobe.agents.model_access import Access
 from lockprobe.agents.prompt import Message
@@ -49,10 +49,10 @@ __all__ = ["RUNTIME", "ModelClient", "ModelReply", "refuse_overflow", "sent", "u
 RUNTIME = f"inspect-ai {inspect_ai.__version__}"
 
 LONGEST_REPLY = 100_000
-"""Characters kept of a reply; ours have some hundred."""
+"""The most characters kept of a reply; typical replies have a few hundred."""
 
 LONGEST_NAME = 200
-"""Characters kept of the name of a model that answered."""
+"""The most characters kept of the name of a model that answered."""
 
 _MOST_COUNTED = 2**40
 
@@ -129,7 +129,7 @@ class ModelClient:
             asked = self._model
             return self._once(asked, conversation, config)
 
-        output, tries = await patiently(once, lambda error: self._judge(asked, error), self._access, again)
+        output, tries = await with_retries(once, lambda error: self._judge(asked, error), self._access, again)
         refuse_overflow(output, tries)
         return ModelReply(
             text=without_keys(output.completion)[:LONGEST_REPLY],

@@ -23,7 +23,7 @@ __all__ = ["WITH_BATCHES", "config_of", "host_of", "mistake", "opened"]
 _log = logging.getLogger(__name__)
 
 WITH_BATCHES = ("anthropic", "google", "grok", "openai", "together")
-"""Providers whose batch interface Inspect AI knows."""
+"""Providers whose batch interface Inspect AI supports."""
 
 _PROXIES = ("HTTP_PROXY", "HTTPS_PROXY", "ALL_PROXY")
 
@@ -32,7 +32,7 @@ _STARTED_HERE = {
     "vllm-completions": ("VLLM_BASE_URL", "vllm"),
     "sglang": ("SGLANG_BASE_URL", "sglang"),
 }
-"""Providers for which Inspect AI starts a server where none is named: the variable that names one, and the package."""
+"""Providers for which Inspect AI can start a server: the variable with the URL of a running one, and the package."""
 
 
 def opened(name: str, access: Access, parameters: dict[str, object]) -> Model:
@@ -47,7 +47,7 @@ def opened(name: str, access: Access, parameters: dict[str, object]) -> Model:
     provider = name.partition("/")[0]
     variable, package = _STARTED_HERE.get(provider, ("", ""))
     if variable and not os.environ.get(variable) and find_spec(package) is None:
-        remedy = f"export {variable}=http://HOST:PORT/v1 of one that runs, or pip install {package} to have one started"
+        remedy = f"export {variable}=http://HOST:PORT/v1 of a running server, or pip install {package} to start one"
         raise Missing(f"llm:{name} needs a server", remedy)
     # vLLM's client comes with the first request otherwise, and would wait and ask again behind our back
     options: dict[str, Any] = {"lazy_init": False} if package == "vllm" and os.environ.get(variable) else {}

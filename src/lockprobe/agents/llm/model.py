@@ -37,7 +37,7 @@ from lockprobe.record import Decision, Fact, Situation
 __all__ = ["Ask", "HostedModel", "check", "decided", "model_facts"]
 
 _KEPT = ("stop", "served", "usage", "seconds", "retries", "unanswered")
-"""What a call keeps of an answer in addition to its text, under the same names."""
+"""The fields of an answer, besides its text, that a call keeps under the same names."""
 
 Ask = Callable[[int, Sequence[Message], dict[str, object]], Awaitable[ModelReply]]
 """From the turn, from 1, the conversation and the form of the reply to the reply."""

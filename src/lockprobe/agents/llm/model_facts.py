@@ -30,13 +30,13 @@ OWN_FACTS = "LOCKPROBE_MODEL_FACTS"
 SHIPPED = Path(__file__).with_name("models.toml")
 
 Schema = Literal["strict", "loose", "none"]
-"""How the form of a reply can be asked for: as a schema that is enforced, as one that need not be, or in words only."""
+"""How the form of a reply can be requested: as an enforced schema, as a schema without enforcement, or in words."""
 
 Sampling = Literal["free", "no effort", "effort none", "fixed"]
 """When temperature and top-p can be set: always, unless an effort is asked for, with effort ``none`` only, or never."""
 
 Effort = Literal["none", "minimal", "low", "medium", "high", "xhigh", "max"]
-"""How much a model is asked to reason, as Inspect AI names it."""
+"""The reasoning effort of a model, as Inspect AI names it."""
 
 _Dollars = Annotated[float, Field(ge=0, le=1e6, allow_inf_nan=False, strict=True)]
 _Count = Annotated[int, Field(ge=1, le=10**9, strict=True)]
@@ -123,7 +123,7 @@ class Entry(NamedTuple):
 _Pattern = Annotated[str, Field(min_length=1, max_length=200, pattern=r"^[^*?\[\]]*(\*[^*?\[\]]+){0,4}\*?$")]
 _Patterns = Annotated[tuple[_Pattern, ...], Field(min_length=1)]
 _NOT_ASKED = {"price", "picture_tokens"}
-"""What changes nothing of what a model is asked: who writes down a price goes on with the same study."""
+"""Facts that change no request: a study can be resumed after its user adds a price."""
 
 _SETTABLE = [field.name for field in fields(ModelFacts) if field.name != "known"]
 

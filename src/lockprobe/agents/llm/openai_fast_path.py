@@ -96,8 +96,8 @@ def _usable(came: Any) -> Any:
 
 
 _FAILURES = frozenset(map(str, range(400, 600)))
-"""Codes that are statuses; some servers write them as text, and most codes are words."""
+"""Error codes that are HTTP statuses; some servers write them as text, and most other codes are words."""
 
 
 _KNOWN = {"extra_body", "extra_query", "timeout"}
-"""What the client's own method takes with a request."""
+"""The arguments that the client's own method accepts with a request."""

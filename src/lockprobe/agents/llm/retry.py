@@ -33,33 +33,33 @@ __all__ = [
     "Judgement",
     "RefusedReply",
     "Tries",
-    "patiently",
     "pausing",
+    "with_retries",
 ]
 
 LONGEST_PAUSE = 60.0
-"""Seconds waited at most where the provider asks for no more."""
+"""The longest wait in seconds, unless the provider asks for more."""
 
 LONGEST_BATCH = 26 * 3600.0
-"""Seconds after which a batch is given up; providers promise them within a day."""
+"""Seconds after which a batch is given up; providers promise batches within a day."""
 
 LONGEST_OBEYED = 600.0
-"""Seconds waited at most where it does: a run has no place for one that asks for hours."""
+"""The longest wait in seconds at a provider's request; a run does not wait for hours."""
 
 _LONGEST_SAID = 400
-"""Characters kept of what a provider says."""
+"""The most characters kept of a provider's message."""
 
 _UNREADABLE = (ValueError, TypeError, LookupError, AttributeError, AssertionError)
-"""What libraries raise over a body that is not what it should be."""
+"""Exceptions of libraries for an unreadable body."""
 
 _NOT_SENT = {"ConnectError", "ConnectTimeout", "PoolTimeout", "ClientConnectorError"}
-"""Names of what libraries raise where a request did not even reach its provider."""
+"""Names of exceptions for requests that did not reach the provider."""
 
 _CONNECTION = {"TransportError", "APIConnectionError", "ClientConnectionError", *_NOT_SENT}
-"""Names of what they raise where a connection failed, then or later, or of what that is derived from."""
+"""Names of exceptions, or of their base classes, for failed connections at any time."""
 
 _GAVE_UP_WAITING = (504, 524)
-"""Statuses by which a gateway says that it got no answer from the machine behind it, which may have worked on."""
+"""Statuses of a gateway without an answer from the server behind it, which may have continued its work."""
 
 _T = TypeVar("_T")
 
@@ -119,7 +119,7 @@ class Judgement(Protocol):
         ...
 
 
-async def patiently(
+async def with_retries(
     attempt: Callable[[], Awaitable[_T]],
     judge: Callable[[Exception], Judgement],
     access: Access,

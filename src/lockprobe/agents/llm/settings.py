@@ -13,10 +13,10 @@ from lockprobe.spec import Spec, with_options
 __all__ = ["MOST_PLAIN", "MOST_REASONED", "ModelSettings", "read_settings"]
 
 MOST_PLAIN = 1000
-"""Tokens that a reply may have by default where a model writes it at once; ours are of 20 to 100."""
+"""The default limit of a reply in tokens for models without reasoning; typical replies have 20 to 100."""
 
 MOST_REASONED = 25_000
-"""The same where it reasons before: what OpenAI's guide to reasoning models says to leave room for at least."""
+"""The default limit for models that reason: the least that OpenAI's guide to reasoning models recommends."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

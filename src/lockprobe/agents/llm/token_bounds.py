@@ -18,10 +18,10 @@ observations and replies of six trials of ``human-inspired`` at p = 0.2). It is 
 3.8 in the instruction; vocabularies larger than its 49 152 need fewer tokens."""
 
 PER_MESSAGE = 20
-"""Tokens around a message, at most: its role, and marks of begin and end."""
+"""The most tokens around a message: its role, and marks of beginning and end."""
 
 FORM = 500
-"""Tokens that a provider can add for the form of the reply, at most: ours are of 84 tokens."""
+"""The most tokens that a provider can add for the form of the reply; ours has 84 tokens."""
 
 MOST_PER_PICTURE = 3000
 """Tokens that providers take for a picture of up to 1024 by 1024 pixels, at most, where nothing is known of the
@@ -32,7 +32,7 @@ _BLOCK = 1024
 scale large pictures down first: never more than so much for every block."""
 
 MOST_OUTPUT = 32_768
-"""Tokens of a reply where nothing bounds it: what is left to the provider of a model of which nothing is known."""
+"""The assumed limit of a reply in tokens for an unknown model, whose provider decides."""
 
 
 def tokens(text: str) -> float:
