@@ -114,6 +114,10 @@ class Study:
         if PEOPLE in self.agents and not self.of_flips:
             other = next((one.label for one in self.conditions if one.p is None), self.conditions[-1].label)
             raise BadValue("condition", other, "flip rates alone where people take part")
+        self._check_plant()
+
+    def _check_plant(self) -> None:
+        """Refuse what the plant cannot show."""
         plant = resolve_plant(self.plant)
         check_shown(self.conditions, plant)
         if self.shuffle and self.has_pictures and plant.painted_labels:
