@@ -202,4 +202,4 @@ def test_an_agent_that_does_not_repeat_itself_is_not_forked_in_silence(tmp_path,
         play_forks(branching(planned, other, at=["3"]), journal)
     forks = load(tmp_path / FORKS)
     assert {fork.ending for fork in forks} == {"error"}
-    assert all(fork.owed_again and "step 1 cannot be repeated" in fork.error.message for fork in forks)
+    assert all(fork.owed_again and "step 1 cannot be replayed" in fork.error.message for fork in forks)

@@ -96,7 +96,7 @@ def test_a_fork_of_it_tells_what_was_told(directory):
 def test_it_cannot_stand_alone():
     with pytest.raises(BadValue, match=r"expected with the condition flip\?p=0.8&while=looping in the same study"):
         study(agent="random", condition=YOKED)
-    with pytest.raises((BadValue, TrialFault), match="a study that has"):
+    with pytest.raises((BadValue, TrialFault), match="a study that also has"):
         run_trial(agent="random", condition=YOKED)
     with pytest.raises(BadValue, match="at: got"):
         Yoked(p=0.4, how="next", at=(3,))

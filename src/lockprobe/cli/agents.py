@@ -40,7 +40,7 @@ def interventions(json: AsJson = False) -> None:
     for name, kind, package, why in found:
         dose = getattr(kind, "dose", None)
         options = [one.name + " (dose)" * (one.field == dose) for one in options_of(kind)] if kind else []
-        first = (getattr(kind, "__doc__", None) or "").strip().partition("\n")[0]
+        first = (getattr(kind, "__doc__", None) or "").strip().partition("\n")[0].replace("``", "")
         what = f"{first} Options: {', '.join(options) or 'none'}." if kind else why
         place = place_of(kind) if kind else None
         rows.append({"place": place, "spec": name, "dose": dose, "what": what} | _of(package))
