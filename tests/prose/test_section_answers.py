@@ -17,7 +17,7 @@ def test_every_section_has_one_short_sentence_with_the_numbers_of_its_agents():
     first = subject.conditions[0]
     loops, chance = first.behaviour.loops, first.behaviour.chance_uniform
     assert found["loops"].startswith(
-        f"Trials when told the truth (chance): {100 * loops.value:.0f} % ({100 * chance:.0f} to "
+        f"Trials with a loop when told the truth (chance): {100 * loops.value:.0f} % ({100 * chance:.0f} to "
     )
     assert found["loops"].endswith(" %) cognitive:insistent.")
     judged = first.rationality[0]

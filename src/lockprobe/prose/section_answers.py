@@ -25,7 +25,7 @@ def section_answers(summary: StudySummary) -> dict[str, str]:
         "side": _best(summary),
         "success": courses_said(summary, brief=True),
         "speed": _said(agents, "Area under the success curve (random agent 0, shortest plan 1)", _relative),
-        "loops": _said(agents, f"Trials {where} (chance)", _loops),
+        "loops": _said(agents, f"Trials with a loop {where} (chance)", _loops),
         "rational": _said(agents, f"{where[0].upper()}{where[1:]} (random choice)", _optimal),
         "tests": _tests(agents),
         "said": _said(agents, f"{where[0].upper()}{where[1:]}", _misread) or "No agent said what its actions did.",
@@ -70,7 +70,7 @@ def _misread(condition: ConditionSummary) -> str:
 def _best(summary: StudySummary) -> str:
     shares = [(one.success.value, one.agent) for one in summary.standings if one.success.n and one.success.value]
     best = max(shares, default=None)
-    return f"Highest success over all {summary.axis.name}s: {best[1]}, {percent(best[0])}." if best else ""
+    return f"Highest success: {best[1]}, {percent(best[0])}." if best else ""
 
 
 def _tests(agents: Iterable[AgentSummary]) -> str:
