@@ -68,7 +68,7 @@ def test_any_text_is_the_value_of_an_option(value):
     spec = Spec.parse("manual?device=1").with_value("camera", value)
     assert spec.options == {"device": "1", "camera": value}
     assert Spec.parse(str(spec)) == spec
-    with pytest.raises(BadValue, match="every option once"):
+    with pytest.raises(BadValue, match="each option at most once"):
         spec.with_value("camera", "other")
 
 

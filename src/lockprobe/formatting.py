@@ -6,7 +6,19 @@ import math
 import re
 from collections.abc import Iterable
 
-__all__ = ["NONE", "bracketed", "first_three", "minus", "p_cell", "p_value", "percent", "points", "range_said", "share"]
+__all__ = [
+    "NONE",
+    "bracketed",
+    "first_three",
+    "minus",
+    "p_cell",
+    "p_value",
+    "percent",
+    "points",
+    "range_of",
+    "range_said",
+    "share",
+]
 
 NONE = "\N{EN DASH}"
 """A cell without a value."""
@@ -89,11 +101,20 @@ def share(value: float | None, low: float | None, high: float | None) -> str:
     return minus(f"{percent(value)} [{100 * low:.0f}, {100 * high:.0f}]")
 
 
-def first_three(parts: Iterable[str]) -> str:
+def range_of(low: float, high: float) -> str:
+    """Two shares and what lies between them.
+
+    >>> range_of(0.54, 0.67)
+    '54 to 67 %'
+    """
+    return f"{100 * low:.0f} to {percent(high)}"
+
+
+def first_three(parts: Iterable[str], between: str = ", ") -> str:
     """The first three of a list, and how many more there are.
 
     >>> first_three("abc"), first_three("abcde")
     ('a, b, c', 'a, b, c and 2 more')
     """
     first, more = (every := [*parts])[:3], len(every) - 3
-    return ", ".join(first) + (f" and {more} more" if more > 0 else "")
+    return between.join(first) + (f" and {more} more" if more > 0 else "")

@@ -6,8 +6,9 @@ import sys
 import numpy as np
 import pytest
 
-from lockprobe.agents.catalogue import known_specs, resolve
+from lockprobe.agents.catalogue import description, known_specs, resolve
 from lockprobe.errors import BadValue, UnknownName
+from lockprobe.learner.network_file import SHIPPED, shipped
 
 
 @pytest.mark.parametrize("spec", ["random", "random-no-repeat", "round-robin", "human-inspired:target-first"])
@@ -69,6 +70,21 @@ def test_options_of_a_viewer_and_of_its_strategy_stand_side_by_side():
 )
 def test_a_source_says_what_it_can_take_in(spec, senses):
     assert resolve(spec).senses == senses
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_the_learners_that_ship_are_described_by_their_training(name):
+    updates = shipped(name).trained.updates
+    assert description(f"learner:{name}?temperature=0").startswith(
+        f"A small network after {updates} training updates, "
+    )
+    assert f"{name} ({updates} updates)" in known_specs()["learner:NAME"]
+
+
+def test_agents_that_ship_and_others_are_described_in_one_sentence():
+    assert description("learner:forty.npz") == "A small network that learned to open unknown boxes."
+    assert description("llm:local") == "SmolLM2-135M-Instruct, a very small language model that ships with Lockprobe."
+    assert description("llm:openai/gpt-4o") == ""
 
 
 def test_every_kind_of_agent_is_described():

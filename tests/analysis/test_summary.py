@@ -81,8 +81,9 @@ def test_courses_are_said_of_several_agents_only():
     blind = play_study(small_study(("random",), p=(0.0, 0.4)))
     assert courses_said(summarise(rising)) == ""
     assert courses_said(summarise([*rising, *falling, *blind])) == (
-        "Success from a flip rate of 0 to 0.4: rises for llm:local; falls for human-inspired; the same at every flip rate for "
-        "random (Holm's correction for the 2 agents that use reports)."
+        "Success compared with a flip rate of 0: higher at some flip rate for llm:local; lower for "
+        "human-inspired; the same for random (it ignores reports). Tests are corrected for the 2 agents that use "
+        "reports (Holm)."
     )
     assert courses_said(summarise([t for t in (*rising, *falling) if t.p == 0])) == ""
 
@@ -121,7 +122,7 @@ def test_chance_is_not_called_an_effect():
     assert not agent.contrast.detectable
     assert agent.contrast.difference.p_value == agent.inference.difference.p_value
     assert finding(agent).startswith("No effect of false reports on the success of llm:local was detected")
-    assert "This is no evidence of no effect." in finding(agent)
+    assert "This does not show that there is no effect." in finding(agent)
 
 
 def test_choosing_the_best_is_paid_for():

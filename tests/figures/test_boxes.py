@@ -100,10 +100,14 @@ def test_the_legend_names_what_there_is_and_nothing_else():
     def legend(figure):
         return [text.get_text() for found in figure.legends for text in found.get_texts()]
 
-    assert legend(picture("chain-4")) == ["target", "must be open"]
-    assert legend(picture("fork")) == ["target", "must be open", "on one line: all are required"]
-    assert "must be closed" in legend(picture("reset"))
-    assert legend(picture("common-cause-3")) == ["target", "must be open", "several arrows: any one suffices"]
+    assert legend(picture("chain-4")) == ["target", "the joint before it must be open"]
+    assert legend(picture("fork")) == ["target", "the joint before it must be open", "on one line: all are required"]
+    assert "the joint before it must be closed" in legend(picture("reset"))
+    assert legend(picture("common-cause-3")) == [
+        "target",
+        "the joint before it must be open",
+        "several arrows: any one suffices",
+    ]
     opened = replace(box("chain-3"), initial=(False, True, False))
     assert legend(box_figure(opened))[-1] == "open at the start"
 

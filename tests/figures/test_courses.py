@@ -4,6 +4,7 @@ import numpy as np
 from drawn import bars
 
 from lockprobe import figures
+from lockprobe.prose.success import course_said
 
 
 def test_success_and_loops_stand_with_their_intervals(axes, typical):
@@ -18,11 +19,7 @@ def test_success_and_loops_stand_with_their_intervals(axes, typical):
 def test_the_course_is_named(axes, typical):
     for agent in typical.agents:
         figures.draw_course(axes, agent)
-        kind = (
-            "the same at every flip rate"
-            if agent.blind
-            else agent.inference.course.kind.replace("detectable", "detected")
-        )
+        kind = "the same at every flip rate" if agent.blind else course_said(agent.inference.course.kind)
         assert kind in " ".join(axes.get_title(loc="left").split("\n"))
 
 

@@ -22,6 +22,13 @@ def test_odds_of_solving_after_a_loop(axes, model):
     assert "n = 210 trials" in axes.get_title(loc="left")
 
 
+def test_all_agents_have_one_axis_of_odds(studies):
+    made = figures.pictures(studies["three"])["fig5a-corrected"]
+    limits = {axes.get_xlim() for axes in made.axes if axes.get_visible()}
+    assert len(made.axes) > 1
+    assert len(limits) == 1
+
+
 def test_the_naive_ratio_is_hollow_and_named(axes, model):
     figures.draw_loop_harm(axes, model)
     marks = [line for line in axes.lines if line.get_marker() == "o"]

@@ -4,9 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from builders import SOLUTION, make_trial
 from drawn import bars, dots, labelled, lines, published, shades
 
 from lockprobe import figures
+from lockprobe.analysis.summary import summarise
+from lockprobe.formatting import p_value
+from lockprobe.lockbox.families import box
+
+FALL = ((0.0, 28), (0.2, 15), (0.4, 3), (0.6, 15), (0.8, 28))
+"""Flip rates, and how many of 30 trials are solved: a fall and a rise."""
 
 
 def test_means_fit_and_repetitions_of_figure_4(axes, typical, model):
@@ -55,6 +62,23 @@ def test_chance_is_that_of_the_last_step(axes, typical, model):
     levels = {line.get_linestyle(): line.get_ydata()[0] for line in axes.lines if line.get_linestyle() in {":", "--"}}
     assert levels == {":": typical.reference.random[20], "--": typical.reference.no_repeat[20]}
     assert {"random\n39 %", "no-repeat\n69 %"} == {text.get_text() for text in axes.texts}
+
+
+def test_the_figure_has_the_p_value_of_the_table(axes, model):
+    """A fall and rise is no rise and fall: the test of this shape has P = 1, whatever the two lines have."""
+    falls = [
+        make_trial(SOLUTION if i < n else (0,) * 20, agent="llm:x", p=p, trial=i + 1)
+        for p, n in FALL
+        for i in range(30)
+    ]
+    other = summarise(falls, box("chain-4")).agents[0]
+    assert other.inference.lines.p_value < 0.05
+    for agent in (model, other):
+        (table,) = [t.p_value for t in agent.inference.tests if (t.question, t.recommended) == ("shape", True)]
+        figures.draw_success_by_p_corrected(axes, agent)
+        assert p_value(table, "$P$").replace(" ", "\N{NO-BREAK SPACE}") in axes.get_title(loc="left")
+        axes.clear()
+    assert table == 1
 
 
 def test_marks_of_the_peak(axes, model):

@@ -25,10 +25,20 @@ def test_the_papers_steps_are_hollow_stars(axes, typical):
     assert published(axes) == ([(9.0, 0.8), (11.0, 0.8), (15.0, 0.8)], ["the paper"])
 
 
+def test_agents_with_different_numbers_of_trials_keep_the_stars(axes, typical):
+    first, *others = typical.agents
+    lowest, *higher = first.conditions
+    fewer = replace(first, conditions=(replace(lowest, curve=replace(lowest.curve, n=7)), *higher))
+    figures.draw_success_curves(axes, replace(typical, agents=(fewer, *others)))
+    assert len(published(axes)[0]) == 3
+
+
 def test_without_the_lowest_p_there_are_no_stars(axes, typical):
     higher = [replace(a, conditions=a.conditions[1:4]) for a in typical.agents]
-    figures.draw_success_curves(axes, replace(typical, agents=tuple(higher)))
-    assert published(axes) == ([], [])
+    for agents in (higher, [*typical.agents[:1], *higher[1:]]):
+        figures.draw_success_curves(axes, replace(typical, agents=tuple(agents)))
+        assert published(axes) == ([], [])
+        axes.clear()
 
 
 def test_curves_stand_beside_the_exact_ones(axes, typical, model):

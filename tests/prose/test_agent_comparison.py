@@ -24,7 +24,8 @@ def said(*agents):
 def test_agents_that_differ_are_said_to_with_the_largest_question_first():
     ranking, (success, noise, steps) = said(("llm:a", (18, 19)), ("llm:b", (2, 1)))
     assert ranking.startswith(
-        "Success over all flip rates: llm:a 92 % (rank 1), llm:b 8 % (rank 2). A difference between the two was detected"
+        "Success over all flip rates (rank of these 2 agents): llm:a 92 % (rank 1), llm:b 8 % (rank 2). A difference "
+        "between the two was detected on the 40 trials that both played (llm:a 92 %, llm:b 8 %), with the same"
     )
     assert success.startswith("llm:a solves the box more often than llm:b: 92 % against 8 % of the 40 trials that both")
     assert re.search(
@@ -37,7 +38,8 @@ def test_agents_that_differ_are_said_to_with_the_largest_question_first():
 def test_agents_that_cannot_be_told_apart_are_said_so():
     ranking, (success, _, steps) = said(("llm:a", (10, 11)), ("llm:b", (10, 10)))
     assert ranking.endswith(
-        "No difference between the two was detected, on the same boxes with the same false reports."
+        "No difference between the two was detected on the 40 trials that both played (llm:a 52 %, llm:b 50 %), with "
+        "the same false reports."
     )
     assert "(rank 1 to 2)" in ranking
     assert success.startswith("No difference in success between llm:a and llm:b was detected: 52 % against 50 %")
@@ -82,12 +84,10 @@ def test_agents_are_ranked_among_those_that_saw_the_box_alike():
     ]
     ranking = ranking_said(summarise(made))
     first, second = ranking.split("Success over all flip rates, ")[1:]
-    assert first.startswith("box shown as rgb: ")
+    assert first.startswith("box shown as rgb (rank of these 2 agents): ")
     assert "95 % (rank 1)" in first
-    assert first.strip().endswith(
-        "A difference between the two was detected, on the same boxes with the same false reports."
-    )
-    assert second.startswith("box shown as symbolic: ")
+    assert "A difference between the two was detected on the 40 trials that both played (" in first
+    assert second.startswith("box shown as symbolic (rank of these 2 agents): ")
     assert second.count("(rank 1 to 2)") == 2
     assert "No difference between the two was detected" in second
 
@@ -96,6 +96,11 @@ def test_several_pairs_are_corrected_and_counted():
     ranking, (success, *_) = said(("llm:a", (18, 19)), ("llm:b", (2, 1)), ("llm:c", (2, 2)))
     assert "Differences were detected in 2 of 3 pairs, on" in ranking
     assert "corrected for 3 pairs" in success
+
+
+def test_baselines_are_said_to_have_no_rank():
+    ranking, _ = said(("llm:a", (10, 11)), ("llm:b", (10, 10)), ("random", (2, 1)))
+    assert ranking.startswith("Success over all flip rates (rank of these 2 agents; baselines are not ranked): ")
 
 
 def test_one_agent_is_not_ranked():

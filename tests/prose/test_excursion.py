@@ -15,14 +15,16 @@ def effect(value, p_value):
 def test_what_was_found_is_said_with_its_size():
     said = excursion_said([effect(0.05, 0.002)], Subject.of("random"))
     assert said == (
-        "One more false report makes random more likely to solve the box (+5 points, 95 % interval +2 to +8; "
+        "Above a flip rate of 0, one more false report makes random more likely to solve the box (+5 points, 95 % interval +2 to +8; "
         "P = 0.002). The power to detect an effect of 4 points is 80 % (2000 reports in 30 blocks)."
     )
 
 
 def test_what_was_not_found_is_not_denied():
     said = excursion_said([effect(0.01, 0.5)], Subject.of("participant"))
-    assert said.startswith("No effect of one more false report on the success of people was detected")
+    assert said.startswith(
+        "Above a flip rate of 0, no effect of one more false report on the success of people was detected"
+    )
 
 
 def test_too_few_trials_say_so():

@@ -9,7 +9,15 @@ from builders import make_trial, play_study, small_study
 from lockprobe.analysis.effects import Effects
 from lockprobe.analysis.summary import summarise
 from lockprobe.lockbox.families import box
-from lockprobe.prose.overview import effects_answer, effects_needed, flips_answer, flips_needed, not_above_chance
+from lockprobe.prose.overview import (
+    effects_answer,
+    effects_needed,
+    flips_answer,
+    flips_needed,
+    interaction_said,
+    not_above_chance,
+    trial_said,
+)
 
 SOLVED, UNSOLVED = [3, 2, 1, 0], [1] * 20
 
@@ -33,7 +41,7 @@ def answer(**courses):
         ({"a": {0: 20, 0.4: 21}}, "Inconclusive: no effect of false reports on the success of a was detected: it solved 50 %"),
         ({"a": {0.4: 20}}, "a solved 50 % of 40 trials."),
         ({"a": {0: 5, 0.4: 30}, "b": {0: 30, 0.4: 5}}, "False reports raise the success of a; they lower the success of b."),
-        ({"a": {0: 5, 0.4: 30}, "b": {0: 20, 0.4: 21}}, "False reports raise the success of a; no effect on that of b was detected."),
+        ({"a": {0: 5, 0.4: 30}, "b": {0: 20, 0.4: 21}}, "False reports raise the success of a (12 % to 75 % at a flip rate of 0.4); no effect on that of b was detected."),
         ({"a": {0: 20, 0.4: 21}, "b": {0: 20, 0.4: 20}}, "Inconclusive: no effect of false reports on the success of a or b was detected"),
         ({"a": {0: 5}, "b": {0: 30}}, "Of 2 agents b solved the most: 75 % of 40 trials."),
     ],
@@ -113,13 +121,52 @@ def test_conditions_are_named_by_what_they_do(found, said):
 
 def test_trials_needed_of_conditions_are_those_of_the_widest_interval():
     assert effects_needed([effects(("x", 0.1, False))]) == (
-        "To know the change to within 10 points takes about 200 trials under each condition; this study has 50."
+        "Estimating the change to ±10 points takes about 200 trials per condition; this study has 50."
     )
 
 
 def test_agents_near_chance_are_said_to_be():
     """Random agents without immediate repeats solve 69 % of chain-4 in 20 steps."""
     assert not_above_chance(answer(a={0: 39, 0.4: 20})) == ""
-    said = "No advantage of {} over random agents was detected when told the truth."
-    assert not_above_chance(answer(a={0: 30, 0.4: 39}, b={0: 39})) == said.format("a")
-    assert not_above_chance(answer(a={0: 30}, b={0: 5})) == said.format("a or b")
+    said = "When told the truth, {} detectably more than random agents without immediate repeats (69 %)."
+    assert not_above_chance(answer(a={0: 30, 0.4: 39}, b={0: 39})) == said.format("a did not solve")
+    assert not_above_chance(answer(a={0: 30}, b={0: 5})) == said.format("neither agent solved")
+    assert not_above_chance(answer(a={0: 30}, b={0: 5}, c={0: 40})) == said.format("neither a nor b solved")
+    assert not_above_chance(answer(a={0: 30}, b={0: 5}, c={0: 5})) == said.format("none of a, b and c solved")
+
+
+def test_rates_are_left_out_of_an_answer_that_they_make_too_long():
+    found = flips_answer(answer(**{name: {0: 5, 0.4: 30} for name in "abc"}))
+    assert found == "False reports raise the success of a, b and c."
+
+
+def test_the_effect_that_was_not_detected_is_compared_with_that_which_was():
+    """Two effects that differ, two that do not, and none where both were detected."""
+    assert interaction_said(answer(a={0: 5, 0.4: 30}, b={0: 20, 0.4: 21})).startswith(
+        "A difference between the two effects was detected (P "
+    )
+    same = interaction_said(answer(a={0: 10, 0.4: 25}, b={0: 20, 0.4: 31}))
+    assert same.startswith("No difference between the two effects was detected (P = ")
+    assert interaction_said(answer(a={0: 5, 0.4: 30}, b={0: 30, 0.4: 5})) == ""
+    assert interaction_said(answer(a={0: 20, 0.4: 21}, b={0: 20, 0.4: 20})) == ""
+    three = interaction_said(answer(a={0: 5, 0.4: 30}, b={0: 20, 0.4: 21}, c={0: 20, 0.4: 20}))
+    assert three == "A difference between two such effects was detected in 2 of 2 pairs of agents."
+
+
+@pytest.mark.parametrize(
+    ("flip", "inverted"),
+    [
+        ("transient", "the reported position of the attempted joint is inverted."),
+        ("sticky", "the reported position of the attempted joint is inverted until its next attempt."),
+        ("outcome-only", "the reported outcome is inverted."),
+    ],
+)
+def test_the_flip_rate_is_a_probability_and_no_share_of_false_reports(flip, inverted):
+    assert trial_said(20, "flips", flip).endswith(f"The flip rate is the probability that {inverted}")
+
+
+def test_the_agent_that_needs_more_trials_is_named():
+    found = flips_needed(answer(a={0: 5, 0.4: 30}, b={0: 20, 0.4: 21}))
+    assert re.fullmatch(
+        r"Estimating the change of b to ±10 points takes about \d+ trials per flip rate; it has 40\.", found
+    )

@@ -1,6 +1,6 @@
 """Each section of a report has one sentence in its heading, with the numbers of the summary."""
 
-from builders import make_trial, play_study, small_study
+from builders import SOLUTION, make_trial, play_study, small_study
 
 from lockprobe.analysis.summary import summarise
 from lockprobe.lockbox.families import box
@@ -14,9 +14,44 @@ def test_every_section_has_one_short_sentence_with_the_numbers_of_its_agents():
     assert set(found) == {"side", "success", "speed", "loops", "rational", "tests", "said", "conditions"}
     assert all(said.endswith(".") and len(said.split()) <= 28 for said in found.values())
     (subject,) = summary.subjects
-    loops = subject.conditions[0].behaviour.loops
-    assert found["loops"].endswith(f": {100 * loops.value:.0f} % (cognitive:insistent).")
+    first = subject.conditions[0]
+    loops, chance = first.behaviour.loops, first.behaviour.chance_uniform
+    assert found["loops"].startswith(
+        f"Trials with a loop when told the truth (chance): {100 * loops.value:.0f} % ({100 * chance:.0f} to "
+    )
+    assert found["loops"].endswith(" %) cognitive:insistent.")
+    judged = first.rationality[0]
+    shares = f"{100 * judged.optimal.value:.0f} % ({100 * judged.by_chance['optimal']:.0f} %)"
+    assert found["rational"].endswith(f"(random choice): {shares} cognitive:insistent.")
     assert found["conditions"] == "3 agents, 6 rows."
+
+
+def test_tests_are_counted_for_each_agent():
+    agents = ("llm:a", "llm:b")
+    trials = [
+        make_trial(SOLUTION if i < solved else (0, 1, 2) * 6, agent=agent, p=p, trial=i + 1)
+        for agent, by_p in zip(agents, ((2, 18), (9, 9)), strict=True)
+        for p, solved in zip((0.0, 0.4), by_p, strict=True)
+        for i in range(20)
+    ]
+    summary = summarise(trials, box("chain-4"))
+    done = [[t.rejects for t in a.inference.tests if t.recommended and t.p_value is not None] for a in summary.agents]
+    said = section_answers(summary)["tests"]
+    assert len(done[0]) == len(done[1])
+    assert said == f"Of {len(done[0])} valid tests, {sum(done[0])} reject for llm:a, {sum(done[1])} for llm:b."
+    assert sum(done[0]) > sum(done[1])
+
+
+def test_misread_claims_are_pooled_as_in_the_tables():
+    """One claim of one is misread, and none of three: 25 % of all claims, while the mean over trials is 50 %."""
+    trials = [
+        make_trial((0, 0), agent="llm:a", claims=[None, "moved"], trial=1, budget=2),
+        make_trial((0,) * 4, agent="llm:a", claims=[None, *["blocked"] * 3], trial=2, budget=4),
+    ]
+    summary = summarise(trials, box("chain-4"))
+    assert summary.agents[0].conditions[0].claims.mean_rate == 0.5
+    said = section_answers(summary)["said"]
+    assert said == "When told the truth: 25 % llm:a."
 
 
 def test_nothing_is_said_of_a_study_without_trials():

@@ -35,7 +35,9 @@ def test_a_difference_that_is_shown():
 
 def test_a_difference_that_is_not_shown_is_not_said_to_be_nothing():
     found = said(sample(0, 9), sample(1, 11, luck=2))
-    assert found.startswith("No difference between studies was detected, which is no evidence of no difference; it is ")
+    assert found.startswith(
+        "No difference between studies was detected, which does not show that there is none; it is "
+    )
     assert "solves" not in found
     several = said(sample(0, 9), sample(1, 11, luck=2), sample(2, 10, luck=3))
     assert several.startswith("No difference between studies was detected in 3 comparisons, ")

@@ -67,5 +67,5 @@ def test_a_sentence_on_loops_names_what_the_test_assumes():
     """Trials that are solved end before they can loop; that they would have looped like the others nobody can see."""
     truth = WORLDS["loop-trapped"]
     (agent,) = summarise(simulate(truth, truth.design, generator(1, "loops"))).agents
-    (said,) = (sentence for sentence in conclusions(agent) if "loop later" in sentence)
+    (said,) = (sentence for sentence in conclusions(agent) if "delay the first loop" in sentence)
     assert "assuming that solved trials would have looped like those still running" in said

@@ -16,11 +16,11 @@ def row(agent, *effects, among="all"):
 
 def test_the_heading_has_the_change_of_success_with_its_interval():
     assert lies_answer([row("a", -0.01), row("b", 0.2)]) == (
-        "Change of success: \N{MINUS SIGN}1 [\N{MINUS SIGN}11, +9] points (a), +20 [+10, +30] points (b)."
+        "Change of success above flip rate 0, in points: \N{MINUS SIGN}1 [\N{MINUS SIGN}11, +9] a; +20 [+10, +30] b."
     )
 
 
 def test_further_agents_are_counted_and_effects_on_some_reports_are_left_out():
     many = [row(name, 0.2) for name in "abcde"]
-    assert lies_answer(many).endswith("(c) and 2 more.")
+    assert lies_answer(many).endswith("c and 2 more.")
     assert lies_answer([row("a", 0.2, among="in a loop"), row("b")]) == ""

@@ -35,7 +35,16 @@ def row_with(**changed):
 
 def test_what_is_missing_is_said_or_a_dash():
     head, row = leaderboard_table([ROW])
-    assert row == ["2", "a", "10", "50 % [40, 60]", "not reached", "1.20", "\N{MINUS SIGN}20", "not asked"]
+    assert row == [
+        "2",
+        "a",
+        "10",
+        "50 % [40, 60]",
+        "not reached",
+        "\N{MINUS SIGN}0.20",
+        "\N{MINUS SIGN}20",
+        "not asked",
+    ]
     assert len(head) == len(row)
     never = leaderboard_table([row_with(not_asked=0, rank_low=None, loops_above_chance=None, regret=None)])[1]
     assert [never[i] for i in (0, 5, 6, 7)] == [NONE] * 4

@@ -7,6 +7,7 @@ import re
 from base64 import b64encode
 from dataclasses import replace
 from hashlib import sha256
+from html import unescape
 from html.parser import HTMLParser
 
 import pytest
@@ -15,7 +16,9 @@ from builders import SOLUTION, make_trial, play_study, small_study, write_study
 from lockprobe.errors import BadFile
 from lockprobe.interventions.condition import flips
 from lockprobe.lockbox.families import box
+from lockprobe.prose.loops import LOOP_DEFINITION
 from lockprobe.report import write_report
+from lockprobe.report.figures import _STARS as STARS_OF
 from lockprobe.report.figures import CAPTIONS
 from lockprobe.report.page import _page, results
 from lockprobe.studies.study import Study
@@ -194,10 +197,13 @@ def test_a_study_of_many_agents_begins_with_who_rises_and_who_falls(tmp_path):
     directory = write_study(tmp_path, study, trials)
     write_report(directory)
     content = json.loads((directory / "results.json").read_text())
-    said = "rises for cognitive:perseverant, llm:local; falls for cognitive:careful, human-inspired?lapse=0.3"
+    said = (
+        "higher at some flip rate for cognitive:perseverant, llm:local; lower for cognitive:careful, "
+        "human-inspired?lapse=0.3"
+    )
     assert (
         content["courses_said"]
-        == f"Success from a flip rate of 0 to 0.4: {said} (Holm's correction for the 4 agents that use reports)."
+        == f"Success compared with a flip rate of 0: {said}. Tests are corrected for the 4 agents that use reports (Holm)."
     )
     page = page_of(directory)
     assert page.index(said) < page.index("Agent by agent") < page.index(content["findings"][0][:60])
@@ -298,3 +304,33 @@ def test_rows_of_a_table_stand_without_quotation_marks(reported):
     assert "Table entry: State Misinterpretation Rates Across Input Modalities, row RGB-D" in page
     assert "\u201cState Misinterpretation" not in page
     assert "\u201cperformance rises to a peak" in page
+
+
+def test_a_caption_names_stars_only_where_they_are_drawn(reported):
+    """The study has a flip rate of 0, so the figure by step has stars; without them the caption names none."""
+    content = results(reported)
+    page_with = lambda name, svg: unescape(_page("report", content, {name: {"svg": svg}}))  # noqa: E731
+    star = b'<svg width="1pt"><g id="paper"></g></svg>'
+    for name in ("fig3", "overview"):
+        stars = STARS_OF[name]
+        assert stars not in page_with(name, b'<svg width="1pt"></svg>')
+        assert stars in page_with(name, star)
+    assert "Zenkri and Brock" in page_of(reported)
+
+
+def test_a_test_that_is_not_valid_has_no_plain_yes(reported):
+    content = results(reported)
+    invalid = {rate.test for rate in content.audit.rates if rate.valid is False and not rate.recommended}
+    tests = [replace(test, rejects=True, p_value=0.01) for test in content.tests]
+    page = _page("report", content.model_copy(update={"tests": tests}), {})
+    tests_shown = page.partition('id="tests"')[2].partition('id="said"')[0]
+    shown = [test for test in tests if test.agent in content.subjects]
+    assert tests_shown.count("<td>not valid (rejects)") == sum(test.name in invalid for test in shown) > 0
+    assert tests_shown.count("<td>yes") == sum(test.name not in invalid for test in shown)
+
+
+def test_an_action_loop_is_defined_where_it_is_first_named(reported):
+    text = page_of(reported)
+    findings, loops = (text.partition(f'id="{name}"')[2].partition("</details>\n")[0] for name in ("findings", "loops"))
+    assert LOOP_DEFINITION in findings
+    assert f"{LOOP_DEFINITION} A loop is no fault by itself" in loops

@@ -57,6 +57,9 @@ def _described(kind: type[Any]) -> str:
     return f"{(kind.__doc__ or '').splitlines()[0]} Options: {', '.join(field.name for field in fields(kind))}."
 
 
+_LEARNERS = {"novice": (2, "barely trained"), "apprentice": (5, "half trained"), "adept": (900, "fully trained")}
+"""The learners that ship: their training updates, and how far that is."""
+
 _OTHERS = {
     "human-inspired[:PRESET]": f"{_described(HumanInspired)} Presets: {', '.join(PRESETS)}.",
     "ideal-observer": "Infers the interlock from all reports (Bayesian) and plans by the posterior. "
@@ -65,11 +68,12 @@ _OTHERS = {
     "cognitive:CHARACTER": f"A softmax memory with fixed settings. Characters: {', '.join(CHARACTERS)}.",
     "world:NAME": f"An agent with a known mechanism, for tests of causal analyses. Names: {', '.join(WORLDS)}.",
     "learner:NAME": "A small network that learned to open unknown boxes. Options: temperature. "
-    "Names: novice, apprentice, adept, or the file that lockprobe learn wrote.",
+    f"Names: {', '.join(f'{name} ({updates} updates)' for name, (updates, _) in _LEARNERS.items())}, "
+    "or the file that lockprobe learn wrote.",
     "viewer[:STRATEGY]": "Reads pictures and plays any strategy above with its readings. "
     f"It can misread; its strategy is {_VIEWED} unless you name one. "
     f"Options: {', '.join(field.name for field in fields(Eyesight))}, and its strategy's.",
-    "llm:local": "The embedded language model.",
+    "llm:local": "SmolLM2-135M-Instruct, a very small language model that ships with Lockprobe.",
     "llm:gguf:PATH": "Any language model in a GGUF file.",
     "llm:PROVIDER/MODEL": "Any model that Inspect AI supports, for example llm:openai/gpt-4o. "
     f"Options: {', '.join(field.name for field in fields(ModelSettings))}.",
@@ -108,11 +112,13 @@ def description(spec: str) -> str:
     """The description of a shipped agent in one sentence; empty for hosted models, people and other agents.
 
     >>> description("learner:novice?temperature=0")
-    'A small network that learned to open unknown boxes.'
+    'A small network after 2 training updates, barely trained.'
     """
     form, kinds = Spec.parse(spec), dict[str, str]()
     if form.kind in (PEOPLE, "python"):
         return ""
+    if form.kind == "learner" and form.name in _LEARNERS:
+        return "A small network after {} training updates, {}.".format(*_LEARNERS[form.name])
     for name, said in known_specs().items():
         kinds[name.partition("[")[0].removesuffix(":NAME").removesuffix(":CHARACTER")] = said
     found = kinds.get(form.full_name) or kinds.get(form.kind, "")

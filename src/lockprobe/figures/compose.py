@@ -31,6 +31,7 @@ from lockprobe.figures.loops import (
     draw_loops_against_success,
     draw_loops_by_p,
     draw_loops_with_chance,
+    odds_reach,
 )
 from lockprobe.figures.overview import draw_overview
 from lockprobe.figures.people import compared, draw_people, draw_relative_steps
@@ -106,7 +107,7 @@ def drawings(result: StudySummary) -> dict[str, Callable[[], Figure]]:
         "courses": lambda: panels(draw_course, result.agents, heights=(2.1,)),
         "rationality": lambda: panels(draw_optimal_actions, judged, draw_steps_lost, heights=(_HEIGHT, 2.1)),
         "fig5a": lambda: panels(draw_loops_against_success, subjects, note=_LENGTH_NOTE),
-        "fig5a-corrected": lambda: panels(draw_loop_harm, subjects, heights=(2.5,)),
+        "fig5a-corrected": lambda: _loop_harm(subjects),
         "fig5b": lambda: panels(draw_loops_by_p, subjects),
         "fig5b-corrected": lambda: panels(draw_loops_with_chance, subjects, *onset),
     }
@@ -117,6 +118,11 @@ def drawings(result: StudySummary) -> dict[str, Callable[[], Figure]]:
     if len({condition.p for condition in result.conditions}) == 1:
         left_out |= _OVER_P
     return {name: draw for name, draw in drawn.items() if name not in left_out}
+
+
+def _loop_harm(agents: Sequence[AgentSummary]) -> Figure:
+    """Odds ratios on one axis for all agents."""
+    return panels(partial(draw_loop_harm, reach=odds_reach(agents)), agents, heights=(2.5,))
 
 
 def _side_by_side(result: StudySummary) -> Figure:

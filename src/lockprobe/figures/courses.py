@@ -8,6 +8,7 @@ from lockprobe.analysis.summary import AgentSummary
 from lockprobe.figures.frame import agent_label, counts, p_axis, share_axis, title
 from lockprobe.figures.palette import ACCENT, SUBJECTS, Style
 from lockprobe.figures.primitives import bars, means
+from lockprobe.prose.success import course_said
 
 __all__ = ["draw_course"]
 
@@ -29,10 +30,6 @@ def draw_course(axes: Axes, agent: AgentSummary) -> None:
         bars(axes, x, shares, style, label=label)
     found = agent.inference.course
     kind = (
-        f"the same at every {agent.axis.name}"
-        if agent.blind
-        else found.kind.replace("detectable", "detected")
-        if found
-        else ""
+        f"the same at every {agent.axis.name}" if agent.blind else course_said(found.kind, agent.axis) if found else ""
     )
     title(axes, agent_label(agent), f"{kind}; {counts(played)} per {agent.axis.name}")

@@ -248,9 +248,9 @@ def symbols(box: Lockbox) -> list[tuple[Line2D, str]]:
     target = Line2D([], [], marker="s", color="white", markeredgecolor=TARGET, linestyle="none", markersize=5)
     found: list[tuple[Line2D, str]] = [(target, "target")]
     if any(positions):
-        found.append((_mark(INK), "must be open"))
+        found.append((_mark(INK), "the joint before it must be open"))
     if not all(positions):
-        found.append((_mark("white"), "must be closed"))
+        found.append((_mark("white"), "the joint before it must be closed"))
     if any(len(clause) > 1 for clause in clauses):
         found.append((_mark(INK, line="-"), "on one line: all are required"))
     if any(len(several) > 1 for several in alternatives):

@@ -38,6 +38,7 @@ __all__ = [
     "draw_loops_against_success",
     "draw_loops_by_p",
     "draw_loops_with_chance",
+    "odds_reach",
 ]
 
 _WIDEST = 1000.0
@@ -88,15 +89,19 @@ def draw_loops_by_p(axes: Axes, agent: AgentSummary) -> None:
     return title(axes, heading(agent), f"{counts(counted)} per flip rate; dots: repetitions; markers: means", fitted)
 
 
-def draw_loop_harm(axes: Axes, agent: AgentSummary) -> None:
-    """In place of Fig. 5a: odds of solving after a loop over odds before. The naive ratio, hollow, is no evidence.
+def odds_reach(agents: Sequence[AgentSummary]) -> float:
+    """How far an axis around an odds ratio of 1 has to go for all of these agents, as a factor."""
+    known = [3.0]
+    for agent in agents:
+        known += [value for row in _odds_rows(agent) for value in (row.value, row.low, row.high) if value]
+        effects = (agent.inference.hazard, agent.inference.landmark)
+        known += [effect.blind.odds_ratio for effect in effects if effect.blind]
+    return min(_WIDEST, 1.3 * max([*known, *(1 / value for value in known)]))
 
-    Where the box is known a tick is the odds ratio of a blind agent with the same action habits.
-    """
+
+def _odds_rows(agent: AgentSummary) -> list[ForestRow]:
     found = agent.inference
-    if not any(condition.success.n for condition in agent.conditions):
-        return blank(axes, f"{agent_label(agent)}: no trial has ended")
-    rows = [
+    return [
         _effect("step by step", found.hazard),
         _effect("after step 10", found.landmark),
         ForestRow(
@@ -109,9 +114,22 @@ def draw_loop_harm(axes: Axes, agent: AgentSummary) -> None:
             face="white",
         ),
     ]
-    known = [value for row in rows for value in (row.value, row.low, row.high) if value]
-    known += [effect.blind.odds_ratio for effect in (found.hazard, found.landmark) if effect.blind]
-    widest = min(_WIDEST, 1.3 * max([3.0, *known, *(1 / value for value in known)]))
+
+
+def draw_loop_harm(axes: Axes, agent: AgentSummary, reach: float | None = None) -> None:
+    """In place of Fig. 5a: odds of solving after a loop over odds before. The naive ratio, hollow, is no evidence.
+
+    Where the box is known a tick is the odds ratio of a blind agent with the same action habits.
+
+    Args:
+        axes: Where.
+        agent: Whose odds.
+        reach: Where the axis ends, as a factor around 1; as far as this agent needs if None.
+    """
+    found = agent.inference
+    if not any(condition.success.n for condition in agent.conditions):
+        return blank(axes, f"{agent_label(agent)}: no trial has ended")
+    rows, widest = _odds_rows(agent), reach or odds_reach([agent])
     axes.set_xscale("log")
     forest(axes, rows, (1 / widest, widest), levels=((1.0, INK, "-"),))
     for i, effect in enumerate((found.hazard, found.landmark)):

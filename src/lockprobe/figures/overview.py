@@ -55,8 +55,9 @@ def _by_p(axes: Axes, result: StudySummary, shown: Sequence[tuple[AgentSummary, 
         for place in stars:
             side = 1 if place[0] < middle else -1
             axes.annotate(
-                "paper", place, (6 * side, 0), textcoords="offset points", va="center",
-                ha="left" if side > 0 else "right", fontsize=SMALL, color=FAINT,
+                "Zenkri & Brock", place, (6 * side, 0), textcoords="offset points", va="center",
+                ha="left" if side > 0 else "right", fontsize=SMALL, color=FAINT, zorder=6,
+                bbox={"facecolor": "white", "alpha": 0.75, "linewidth": 0, "pad": 0.4},
             )  # fmt: skip
     label_right(axes, labels)
 

@@ -106,7 +106,9 @@ def draw_success_by_p_corrected(axes: Axes, agent: AgentSummary, reference: Refe
 
 def _rises_and_falls(agent: AgentSummary) -> str:
     """Whether success rises and then falls, by the test that is concluded from."""
-    found = agent.inference.lines.p_value
+    found = next(
+        (test.p_value for test in agent.inference.tests if test.question == "shape" and test.recommended), None
+    )
     if found is None:
         return f"rise and fall: not tested, needs three {agent.axis.name}s"
     return f"rise and fall, two-lines test: {p_value(found, '$P$')}"

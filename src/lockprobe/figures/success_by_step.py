@@ -48,7 +48,7 @@ def draw_success_curves(axes: Axes, result: StudySummary) -> None:
     alike = _staircases(axes, shown)
     budget = _budget(shown)
     _, _, first = shown[0]
-    if alike and first.p == 0:
+    if all(condition.p == 0 for _, _, condition in shown):
         steps = sorted({REFERENCE_STEPS, *STEPS_TO_80.values()})
         published(axes, [(step, 0.8) for step in steps if step <= budget])
     step_axis(axes, budget, "success probability")

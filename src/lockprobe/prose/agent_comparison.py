@@ -34,12 +34,18 @@ def _ranking(summary: StudySummary, modality: str, *, several: bool) -> str:
     between = [one for one in summary.comparisons if one.among == "subjects" and one.first[1] == modality]
     found, pairs = sum(one.verdict != 0 for one in between), len(between)
     if pairs == 1:
-        differences = f"{'A' if found else 'No'} difference between the two was detected"
+        (only,) = between
+        differences = (
+            f"{'A' if found else 'No'} difference between the two was detected on the {only.success.pairs} trials that "
+            f"both played ({names[only.second].name} {percent(only.second_share)}, {names[only.first].name} "
+            f"{percent(only.first_share)})"
+        )
     else:
-        differences = f"Differences were detected in {found} of {pairs} pairs"
+        differences = f"Differences were detected in {found} of {pairs} pairs, on the trials that both agents played"
+    baselines = "; baselines are not ranked" if any(agent.reference for agent in summary.agents) else ""
     return (
-        f"Success over all flip rates{f', box shown as {modality}' * several}: {', '.join(said)}. "
-        f"{differences}, on the same boxes with the same false reports."
+        f"Success over all flip rates{f', box shown as {modality}' * several} (rank of these {len(placed)} agents"
+        f"{baselines}): {', '.join(said)}. {differences}, with the same false reports."
     )
 
 
@@ -50,7 +56,7 @@ def comparison_said(one: AgentComparison, summary: StudySummary) -> list[str]:
     broken = "; the largest P value over the treatments of broken trials" if one.bounded else ""
     shares = (
         f"{percent(one.second_share)} against {percent(one.first_share)} of the {one.success.pairs} trials that both "
-        f"finished ({_points(one.success)}; {_test(one)}, {_p(one.success_adjusted, pairs)}{broken})"
+        f"played ({_points(one.success)}; {_test(one)}, {_p(one.success_adjusted, pairs)}{broken})"
     )
     if one.verdict:
         solves, often = second.form("solves", "solve"), "more" if one.verdict > 0 else "less"

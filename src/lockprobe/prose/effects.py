@@ -39,7 +39,7 @@ def effects_said(found: Effects, conditions: Mapping[tuple[str, str], ConditionS
     if hidden := [one for one in found.effects if not one.detectable]:
         said.append(
             f"No difference from {found.control} was detected under {_listed(hidden)}. "
-            "This is no evidence of no effect."
+            "This does not show that there is no effect."
         )
     if len(found.effects) > 1:
         many = f"P values and intervals of differences are corrected for comparing {len(found.effects)} conditions"

@@ -54,5 +54,7 @@ def excursion_said(found: Sequence[Excursion], subject: Subject) -> str:
     of = f"{one.points} reports in {one.clusters} blocks"
     if one.p_value < ALPHA:
         way = "more" if one.effect > 0 else "less"
-        return f"One more false report makes {subject.name} {way} likely to solve the box ({size}). {power} ({of})."
-    return f"No effect of one more false report on the success of {subject.name} was detected ({size}). {power} ({of})."
+        found_said = f"one more false report makes {subject.name} {way} likely to solve the box ({size})"
+    else:
+        found_said = f"no effect of one more false report on the success of {subject.name} was detected ({size})"
+    return f"Above a flip rate of 0, {found_said}. {power} ({of})."

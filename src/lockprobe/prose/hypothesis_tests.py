@@ -89,8 +89,8 @@ _CONCLUDED: Mapping[Question, tuple[str, str, str]] = {
     ),
     "shape": (_RISES_AND_FALLS, _RISES_AND_FALLS, "No rise and fall of success with the {dose} was detected"),
     "looping": (
-        f"{{Cause}} make {{agent}} loop later or not at all, {_AS_THE_REST}",
-        f"{{Cause}} make {{agent}} loop sooner, {_AS_THE_REST}",
+        f"{{Cause}} delay the first loop of {{agent}}, {_AS_THE_REST}",
+        f"{{Cause}} bring the first loop of {{agent}} forward, {_AS_THE_REST}",
         "No effect of {cause} on how soon {agent} {loops} was detected",
     ),
     "harm": (

@@ -8,7 +8,10 @@ from lockprobe.formatting import percent
 from lockprobe.prose.doses import at_dose
 from lockprobe.prose.success import of_trials
 
-__all__ = ["loop_finding"]
+__all__ = ["LOOP_DEFINITION", "loop_finding"]
+
+LOOP_DEFINITION = "Action loop: three or more attempts in a row that occur twice without overlap."
+"""What the word means, for readers."""
 
 
 def loop_finding(agent: AgentSummary) -> str:

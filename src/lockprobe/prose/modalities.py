@@ -40,7 +40,10 @@ def _how_soon(effect: ModalityEffect, who: Subject) -> str:
         if effect.detectable:
             sooner = "sooner" if effect.direction > 0 else "later or more rarely"
             return f"The higher the fidelity, the {sooner} {solves} the box ({how})."
-    return f"No effect of {what} on how soon {solves} the box was detected ({how}); this is no evidence of no effect."
+    return (
+        f"No effect of {what} on how soon {solves} the box was detected ({how}); "
+        "this does not show that there is no effect."
+    )
 
 
 def _steps_to_80(condition: ConditionSummary) -> str:

@@ -13,7 +13,7 @@ from lockprobe.analysis.inference.course import CourseKind
 from lockprobe.analysis.modalities import ModalityEffect, spoken
 from lockprobe.analysis.proportions import ALPHA
 from lockprobe.analysis.summary import AgentSummary, StudySummary
-from lockprobe.formatting import percent
+from lockprobe.formatting import p_value, percent
 from lockprobe.prose.doses import at_dose, cause, cause_first
 from lockprobe.prose.subject import Subject, subject_of
 
@@ -22,6 +22,7 @@ __all__ = [
     "effects_needed",
     "flips_answer",
     "flips_needed",
+    "interaction_said",
     "modality_answer",
     "not_above_chance",
     "trial_said",
@@ -29,6 +30,9 @@ __all__ = [
 
 NARROW = 0.1
 """Half the width of an interval that would decide whether an effect is small; ours, chosen by eye."""
+
+_WORDS = 30
+"""Words of an answer at most."""
 
 _NAMED = 3
 """Names in a list; the others are counted."""
@@ -42,17 +46,33 @@ _DOES: dict[CourseKind, str] = {
 
 
 _VARIED = {
-    "flips": "After each step it is told what happened. The flip rate is how often that report is false.",
+    "flips": "After each step it is told what happened. The flip rate is the probability that {flipped}.",
     "modalities": "After each step it is shown, or told, how the joints stand.",
     "conditions": (
         "After each step it is told what happened. Conditions change what it is told, what it is asked or what it does."
     ),
 }
 
+_POSITION = "the reported position of the attempted joint is inverted"
 
-def trial_said(budget: int, varied: Literal["flips", "modalities", "conditions"]) -> str:
-    """What happens in a trial of so many steps, and what is varied."""
-    return f"In a trial an agent has {budget} steps to open a box whose joints lock each other. {_VARIED[varied]}"
+_FLIPPED = {
+    "transient": _POSITION,
+    "sticky": f"{_POSITION} until its next attempt",
+    "outcome-only": "the reported outcome is inverted",
+}
+"""What a flip inverts, by its kind."""
+
+
+def trial_said(budget: int, varied: Literal["flips", "modalities", "conditions"], flip: str = "transient") -> str:
+    """What happens in a trial, and what is varied.
+
+    Args:
+        budget: Steps of a trial.
+        varied: What differs between conditions.
+        flip: The kind of flip.
+    """
+    told = _VARIED[varied].format(flipped=_FLIPPED.get(flip, _POSITION))
+    return f"An agent has {budget} steps to open a box whose joints lock each other. {told}"
 
 
 def flips_answer(summary: StudySummary) -> str:
@@ -126,19 +146,52 @@ def _course(agent: AgentSummary) -> CourseKind:
 
 
 def _several(agents: Sequence[AgentSummary], axis: Axis) -> str:
-    """The agents by how their success runs."""
+    """The agents by how their success runs, with the rates of those that change, where the sentence stays short."""
     heeding = [agent for agent in agents if not agent.blind]
-    parts = [
-        template.format(raise_="raise", lower="lower", who=_names(own))
-        for kind, template in _DOES.items()
-        if (own := [agent for agent in heeding if _course(agent) == kind])
-    ]
     hidden = [agent for agent in heeding if _course(agent) not in _DOES]
-    if not parts:
+    if len(hidden) == len(heeding):
         left = f", and changes of up to {_reach(hidden)} points are not excluded" if _open(hidden) else ""
         return f"{_open_question(hidden, _names(hidden, 'or'))}{left}."
     rest = f"; no effect on that of {_names(hidden, 'or')} was detected" if hidden else ""
-    return f"{cause_first(axis)} {'; they '.join(parts)}{rest}."
+    said = ""
+    for name in (_with_rates, lambda agent: subject_of(agent).name):
+        parts = [
+            template.format(raise_="raise", lower="lower", who=_listed([name(agent) for agent in own]))
+            for kind, template in _DOES.items()
+            if (own := [agent for agent in heeding if _course(agent) == kind])
+        ]
+        said = f"{cause_first(axis)} {'; they '.join(parts)}{rest}."
+        if len(said.split()) <= _WORDS:
+            break
+    return said
+
+
+def _with_rates(agent: AgentSummary) -> str:
+    """Its name, and the two rates of a detected contrast."""
+    name, contrast = subject_of(agent).name, agent.contrast
+    if contrast is None or not contrast.detectable:
+        return name
+    first, second = contrast.difference.first, contrast.difference.second
+    rates = f"{percent(first.value)} to {percent(second.value)} {at_dose(contrast.other.p, agent.axis)}"
+    return f"{name} ({rates})"
+
+
+def interaction_said(summary: StudySummary) -> str:
+    """Whether a detected effect differs from those that were not detected; empty without such a pair of agents."""
+    detected = {(one.agent, one.modality): _course(one) in _DOES for one in summary.subjects if not one.blind}
+    tested = [
+        pair.interaction.p_adjusted
+        for pair in summary.comparisons
+        if pair.interaction is not None
+        and pair.interaction.p_adjusted is not None
+        and {detected.get(pair.first), detected.get(pair.second)} == {True, False}
+    ]
+    if not tested:
+        return ""
+    found = sum(p < ALPHA for p in tested)
+    if len(tested) > 1:
+        return f"A difference between two such effects was detected in {found} of {len(tested)} pairs of agents."
+    return f"{'A' if found else 'No'} difference between the two effects was detected ({p_value(tested[0])})."
 
 
 def _names(agents: Iterable[AgentSummary], last: str = "and") -> str:
@@ -166,41 +219,49 @@ def not_above_chance(summary: StudySummary) -> str:
         for agent in summary.subjects
         if (first := next((one for one in agent.conditions if one.success.n), None)) is not None
     ]
-    weak = [
-        subject_of(agent).name
-        for agent, first in counted
-        if first.success.low <= summary.reference.no_repeat[len(first.curve.share) - 1]
-    ]
+    by_chance = summary.reference.no_repeat[-1]
+    weak = []
+    for agent, first in counted:
+        level = summary.reference.no_repeat[len(first.curve.share) - 1]
+        if first.success.low <= level:
+            weak.append(subject_of(agent).name)
+            by_chance = level
     if not weak:
         return ""
     where = at_dose(counted[0][1].p, summary.axis)
-    return f"No advantage of {_listed(weak, 'or')} over random agents was detected {where}."
+    who = f"none of {_listed(weak)} solved"
+    if len(weak) == 1:
+        who = f"{weak[0]} did not solve"
+    elif len(weak) == 2:
+        who = "neither agent solved" if len(counted) == 2 else f"neither {weak[0]} nor {weak[1]} solved"
+    than = f"random agents without immediate repeats ({percent(by_chance)})"
+    return f"{where[0].upper()}{where[1:]}, {who} detectably more than {than}."
 
 
 def flips_needed(summary: StudySummary) -> str:
     """How many trials at each dose would decide what is open; empty where nothing is, or nothing can be tested."""
     hidden = [
-        (subject_of(agent).name if len(summary.subjects) > 1 else "this study", agent.contrast.difference)
+        (subject_of(agent) if len(summary.subjects) > 1 else None, agent.contrast.difference)
         for agent in summary.subjects
         if agent.contrast and not agent.contrast.detectable and not agent.blind and _course(agent) not in _DOES
     ]
-    return _needed(((who, one.low, one.high, one.first.n) for who, one in hidden), f"at each {summary.axis.name}")
+    return _needed(((who, one.low, one.high, one.first.n) for who, one in hidden), f"per {summary.axis.name}")
 
 
-def _needed(intervals: Iterable[tuple[str, float, float, int]], where: str) -> str:
+def _needed(intervals: Iterable[tuple[Subject | None, float, float, int]], where: str) -> str:
     """How many trials make the widest interval as narrow as :data:`NARROW`, since widths shrink with the root.
 
     Args:
-        intervals: Whose trials they are, both ends of the interval, and their number.
+        intervals: Whose change it is (None if it is the only one), both ends of the interval, and its trials.
         where: Where so many trials are needed.
     """
     found = [(ceil(n * ((high - low) / 2 / NARROW) ** 2), n, who) for who, low, high, n in intervals if n]
-    if not found or (most := max(found))[0] <= most[1]:
+    if not found or (most := max(found, key=lambda one: one[:2]))[0] <= most[1]:
         return ""
     needed, there, who = most
     return (
-        f"To know the change to within {100 * NARROW:.0f} points takes about {_rounded(needed)} trials {where}; "
-        f"{who} has {there}."
+        f"Estimating the change{f' of {who.name}' if who else ''} to ±{100 * NARROW:.0f} points takes about "
+        f"{_rounded(needed)} trials {where}; {who.form('it has', 'they have') if who else 'this study has'} {there}."
     )
 
 
@@ -257,4 +318,4 @@ def effects_answer(found: Sequence[Effects]) -> str:
 def effects_needed(found: Sequence[Effects]) -> str:
     """How many trials under each condition would decide what is open; empty where nothing is."""
     hidden = [one.difference for own in found for one in own.effects if not one.detectable]
-    return _needed((("this study", one.low, one.high, one.first.n) for one in hidden), "under each condition")
+    return _needed(((None, one.low, one.high, one.first.n) for one in hidden), "per condition")

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 
 from lockprobe.analysis.condition import ConditionSummary
 from lockprobe.analysis.summary import AgentSummary, StudySummary
-from lockprobe.formatting import first_three, percent
+from lockprobe.formatting import first_three, percent, range_of
 from lockprobe.prose.doses import at_dose
 from lockprobe.prose.subject import subject_of
 from lockprobe.prose.success import courses_said
@@ -24,11 +24,11 @@ def section_answers(summary: StudySummary) -> dict[str, str]:
     found = {
         "side": _best(summary),
         "success": courses_said(summary, brief=True),
-        "speed": _said(agents, "Speed between chance (0) and the shortest plan (1)", _relative),
-        "loops": _said(agents, f"Trials with a loop {where}", _loops),
-        "rational": _said(agents, f"Optimal actions {where}", _optimal),
+        "speed": _said(agents, "Area under the success curve (random agent 0, shortest plan 1)", _relative),
+        "loops": _said(agents, f"Trials with a loop {where} (chance)", _loops),
+        "rational": _said(agents, f"{where[0].upper()}{where[1:]} (random choice)", _optimal),
         "tests": _tests(agents),
-        "said": _said(agents, f"Steps misread {where}", _misread) or "No agent said what its actions did.",
+        "said": _said(agents, f"{where[0].upper()}{where[1:]}", _misread) or "No agent said what its actions did.",
         "conditions": f"{len(summary.agents)} agents, {len(summary.conditions)} rows.",
     }
     return {section: said for section, said in found.items() if said}
@@ -37,11 +37,11 @@ def section_answers(summary: StudySummary) -> dict[str, str]:
 def _said(agents: Iterable[AgentSummary], what: str, number: Callable[[ConditionSummary], str]) -> str:
     """A number of each agent under its first condition."""
     parts = [
-        f"{said} ({subject_of(agent).name})"
+        f"{said} {subject_of(agent).name}"
         for agent in agents
         if (one := next((one for one in agent.conditions if one.success.n), None)) and (said := number(one))
     ]
-    return f"{what}: {first_three(parts)}." if parts else ""
+    return f"{what}: {first_three(parts, '; ')}." if parts else ""
 
 
 def _relative(condition: ConditionSummary) -> str:
@@ -49,30 +49,41 @@ def _relative(condition: ConditionSummary) -> str:
 
 
 def _loops(condition: ConditionSummary) -> str:
-    return percent(condition.behaviour.loops.value) if condition.behaviour.loops.n else ""
+    found = condition.behaviour
+    if not found.loops.n:
+        return ""
+    chance = sorted(level for level in (found.chance_uniform, found.chance_no_repeat) if level is not None)
+    return percent(found.loops.value) + (f" ({range_of(chance[0], chance[-1])})" if chance else "")
 
 
 def _optimal(condition: ConditionSummary) -> str:
-    return percent(condition.rationality[0].optimal.value) if condition.rationality else ""
+    if not condition.rationality:
+        return ""
+    found = condition.rationality[0]
+    return f"{percent(found.optimal.value)} ({percent(found.by_chance['optimal'])})"
 
 
 def _misread(condition: ConditionSummary) -> str:
-    return percent(condition.claims.mean_rate) if condition.claims.mean_rate is not None else ""
+    return percent(condition.claims.misinterpreted.value) if condition.claims.misinterpreted.n else ""
 
 
 def _best(summary: StudySummary) -> str:
     shares = [(one.success.value, one.agent) for one in summary.standings if one.success.n and one.success.value]
     best = max(shares, default=None)
-    return f"{best[1]} has the highest success over all {summary.axis.name}s: {percent(best[0])}." if best else ""
+    return f"Highest success: {best[1]}, {percent(best[0])}." if best else ""
 
 
 def _tests(agents: Iterable[AgentSummary]) -> str:
-    done = [
-        t
+    """How many recommended tests of each agent reject."""
+    done = {
+        subject_of(agent).name: [t.rejects for t in agent.inference.tests if t.recommended and t.p_value is not None]
         for agent in agents
         if not agent.blind
-        for t in agent.inference.tests
-        if t.recommended and t.p_value is not None
-    ]
-    shown = sum(bool(test.rejects) for test in done)
-    return f"{shown} of {len(done)} valid tests reject their null hypothesis." if done else ""
+    }
+    counts = {len(tests) for tests in done.values() if tests}
+    if len(counts) == 1:
+        (first, name), *rest = [(sum(tests), name) for name, tests in done.items() if tests]
+        parts = [f"{first} reject{'s' * (first == 1)} for {name}", *(f"{count} for {other}" for count, other in rest)]
+        return f"Of {counts.pop()} valid tests, {first_three(parts)}."
+    parts = [f"{sum(tests)} of {len(tests)} for {name}" for name, tests in done.items() if tests]
+    return f"Valid tests that reject: {first_three(parts)}." if parts else ""

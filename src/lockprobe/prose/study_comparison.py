@@ -35,7 +35,7 @@ def comparison_of_studies_said(found: Sequence[StudyDifference], names: Mapping[
         among = "" if len(asked) == 1 else f" in {len(asked)} comparisons"
         where = f"{second.name} against {first.name} under {clearest.condition}"
         return (
-            f"No difference between {what} was detected{among}, which is no evidence of no difference; "
+            f"No difference between {what} was detected{among}, which does not show that there is none; "
             f"{'it is' if len(asked) == 1 else 'the clearest is'} {where}: {size}."
         )
     often = "more" if clearest.value > 0 else "less"

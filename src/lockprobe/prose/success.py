@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from lockprobe.analysis.axis import FLIPS, Axis
 from lockprobe.analysis.condition import ConditionSummary, Contrast
 from lockprobe.analysis.inference.course import CourseKind
 from lockprobe.analysis.proportions import Proportion
@@ -10,7 +11,7 @@ from lockprobe.formatting import first_three, p_value, percent, points
 from lockprobe.prose.doses import at_dose, cause
 from lockprobe.prose.subject import subject_of
 
-__all__ = ["baselines_said", "courses_said", "finding", "of_trials"]
+__all__ = ["baselines_said", "course_said", "courses_said", "finding", "of_trials"]
 
 
 def of_trials(share: Proportion) -> str:
@@ -83,7 +84,7 @@ def _contrast_said(agent: AgentSummary, contrast: Contrast) -> str:
     size = "the largest difference" if contrast.farthest else "the clearest difference"
     return (
         f"{subject}: {it} solved {of_trials(found.first)} {first} and {of_trials(found.second)} {second}{sample}, "
-        f"{size} ({_interval(contrast)}). This is no evidence of no effect."
+        f"{size} ({_interval(contrast)}). This does not show that there is no effect."
     )
 
 
@@ -131,9 +132,10 @@ def baselines_said(summary: StudySummary) -> str:
 
 
 def courses_said(summary: StudySummary, *, brief: bool = False) -> str:
-    """Which agents' success rises with false reports, falls, or both; empty for one agent or one p.
+    """Which agents' success is higher with false reports, lower, or both; empty for one agent or one p.
 
-    In brief, at most three agents are named for each course, and how the tests were corrected is left out.
+    In brief, at most three agents are named for each course; agents that ignore reports and the correction of the
+    tests are left out.
     """
     heeding = [agent for agent in summary.agents if not agent.blind]
     shown = [p for agent in heeding for p in (condition.p for condition in agent.conditions if condition.success.n)]
@@ -141,25 +143,34 @@ def courses_said(summary: StudySummary, *, brief: bool = False) -> str:
         return ""
     courses = [(subject_of(agent).name, agent.inference.course.kind) for agent in heeding if agent.inference.course]
     listed = first_three if brief else ", ".join
-    kinds = dict.fromkeys(kind for _, kind in sorted(courses, key=lambda course: _COURSES.index(course[1])))
-    parts = [f"{_SAID_OF[kind]} {listed(name for name, found in courses if found == kind)}" for kind in kinds]
-    blind = [agent.name for agent in summary.agents if agent.blind]
-    parts += [f"the same at every {summary.axis.name} for {listed(blind)}"] if blind else []
+    kinds = dict.fromkeys(kind for _, kind in sorted(courses, key=lambda course: list(_COURSES).index(course[1])))
+    names = {kind: listed(name for name, found in courses if found == kind) for kind in kinds}
+    parts = [f"{course_said(kind, summary.axis)} for {names[kind]}" for kind in kinds]
+    if {"rises", "falls"} <= names.keys():
+        parts[list(kinds).index("falls")] = f"lower for {names['falls']}"
+    blind = [agent.name for agent in summary.agents if agent.blind and not brief]
+    ignores = "it ignores" if len(blind) == 1 else "they ignore"
+    parts += [f"the same for {listed(blind)} ({ignores} reports)"] if blind else []
     corrected = len(courses) > 1 and not brief
-    many = f" (Holm's correction for the {len(courses)} agents that use reports)" if corrected else ""
-    return (
-        f"Success from a {summary.axis.name} of {min(shown):g} to {max(shown):g}: {'; '.join(parts)}{many}."
-        if parts
-        else ""
-    )
+    many = f" Tests are corrected for the {len(courses)} agents that use reports (Holm)." if corrected else ""
+    lowest = f"{summary.axis.name} {min(shown):g}" if brief else f"a {summary.axis.name} of {min(shown):g}"
+    return f"{'Compared' if brief else 'Success compared'} with {lowest}: {'; '.join(parts)}.{many}" if parts else ""
 
 
-_SAID_OF: dict[CourseKind, str] = {
-    "rises": "rises for",
-    "falls": "falls for",
-    "rises and falls": "rises and then falls for",
-    "falls and rises": "falls and then rises for",
-    "no change detectable": "no change detected for",
-    "not tested": "not tested for",
+_COURSES: dict[CourseKind, str] = {
+    "rises": "higher at some {dose}",
+    "falls": "lower at some {dose}",
+    "rises and falls": "first rises, then falls",
+    "falls and rises": "first falls, then rises",
+    "no change detectable": "no difference detected",
+    "not tested": "not tested",
 }
-_COURSES = list(_SAID_OF)
+
+
+def course_said(kind: CourseKind, axis: Axis = FLIPS) -> str:
+    """A course in words; a rise or a fall at one dose is none at all of them.
+
+    >>> course_said("rises"), course_said("no change detectable")
+    ('higher at some flip rate', 'no difference detected')
+    """
+    return _COURSES[kind].format(dose=axis.name)

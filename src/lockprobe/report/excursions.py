@@ -62,12 +62,12 @@ def lie_rows(trials: Sequence[Trial], subjects: Sequence[tuple[str, str, Subject
 def lies_answer(rows: Sequence[LieResult]) -> str:
     """The effect of one more false report on the success of the first agents; empty without estimates."""
     parts = [
-        f"{bracketed(one.effect, one.low, one.high)} points ({row.agent})"
+        f"{bracketed(one.effect, one.low, one.high)} {row.agent}"
         for row in rows
         for one in row.effects
         if (one.outcome, one.among) == ("solved", "all")
     ]
-    return f"Change of success: {first_three(parts)}." if parts else ""
+    return f"Change of success above flip rate 0, in points: {first_three(parts, '; ')}." if parts else ""
 
 
 def _row(one: Excursion) -> ExcursionResult:

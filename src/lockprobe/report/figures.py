@@ -21,6 +21,7 @@ __all__ = [
     "Caption",
     "Pictures",
     "box_picture",
+    "captions_of",
     "comparison_picture",
     "condition_pictures",
     "drawings",
@@ -56,9 +57,8 @@ _BOX = Caption("The panel at the start and, below, the interlock, which no agent
 
 CAPTIONS = {
     "overview": Caption(
-        "Share of trials solved; thin lines are baselines, stars the paper's model. Grey: chance, from random agents "
-        "with immediate repeats to those without.",
-        "Bars are 95 % intervals (Wilson).",
+        "Grey: between random agents with and without immediate repeats.",
+        "Bars: 95 % intervals of single shares; changes are tested in pairs, so bars may overlap.",
     ),
     "box": _BOX,
     "forks": _FORKS,
@@ -67,7 +67,7 @@ CAPTIONS = {
         "divided by the human median (bottom). People play several boxes and may learn from one to the next; agents "
         "keep nothing.",
         "Bars are 95 % intervals, clustered by person and block for people; bars that reach the edge of the lower "
-        "panel are open. Medians are over trials that both finished, with unsolved ones censored at the budget.",
+        "panel are open. Medians are over trials that both played, with unsolved ones censored at the budget.",
         "Baselines are thin with hollow markers and have no bars.",
     ),
     "side-by-side": Caption(
@@ -79,8 +79,7 @@ CAPTIONS = {
     ),
     "fig3": Caption(
         "The paper's Fig. 3: share of trials solved by each step at the lowest flip rate, one line per agent and "
-        "modality. Hollow stars: values in the paper's text, 80 % by step 9 (human-inspired), 11 (RGB) and 15 (ground "
-        "truth).",
+        "modality.",
     ),
     "fig3-corrected": Caption(
         "Share of trials solved by each step, with the exact curves of random agents and of the shortest plan (top); "
@@ -95,8 +94,7 @@ CAPTIONS = {
         "Of more than eleven flip rates, only the two with bands and the highest are labelled.",
     ),
     "fig4": Caption(
-        "The paper's Fig. 4: success by flip rate. Hollow stars: values in the paper's text, 23.3 % at a flip rate of "
-        "0 and 2.85 times that, 20 of 30, at 0.4.",
+        "The paper's Fig. 4: success by flip rate.",
         "Dots are repetitions (larger where several coincide), markers their means. The line is the second-order "
         "least-squares fit with its 95 % bootstrap band.",
     ),
@@ -108,7 +106,7 @@ CAPTIONS = {
     ),
     "courses": Caption(
         "Share of trials solved (circles) and share with an action loop (squares) by flip rate, one panel per agent. "
-        "The heading names the course of success that the tests detect.",
+        "The heading compares success with that at the lowest flip rate.",
         "Intervals are 95 % Wilson intervals.",
     ),
     "rationality": Caption(
@@ -130,9 +128,7 @@ CAPTIONS = {
         "An arrow at the edge is a ratio beyond the axis.",
     ),
     "fig5b": Caption(
-        "The paper's Fig. 5b: share of trials with an action loop by flip rate, with the second-order fit. Hollow "
-        "stars: values in the paper's text, reconstructed as 24 of 30 at a flip rate of 0 (“approximately 80 %”) and "
-        "16 of 30 at 0.4 (“a decrease of more than 26 %”, read as points).",
+        "The paper's Fig. 5b: share of trials with an action loop by flip rate, with the second-order fit.",
     ),
     "fig5b-corrected": Caption(
         "Loop rates with their chance levels in trials of the same lengths, and the share that has looped by each "
@@ -142,7 +138,22 @@ CAPTIONS = {
         "censored at success, which assumes that solved trials would have looped like the others.",
     ),
 }
-"""The caption of every figure, by file name."""
+"""The caption of every figure, by file name, without its stars."""
+
+_STARS = {
+    "overview": "Stars: another model and box.",
+    "fig3": (
+        "Hollow stars: values in the paper's text, 80 % by step 9 (human-inspired), 11 (RGB) and 15 (ground truth)."
+    ),
+    "fig4": (
+        "Hollow stars: values in the paper's text, 23.3 % at a flip rate of 0 and 2.85 times that, 20 of 30, at 0.4."
+    ),
+    "fig5b": (
+        "Hollow stars: values in the paper's text, reconstructed as 24 of 30 at a flip rate of 0 (“approximately "
+        "80 %”) and 16 of 30 at 0.4 (“a decrease of more than 26 %”, read as points)."
+    ),
+}
+"""What the paper's values are, where a figure shows them."""
 
 CONDITION_CAPTIONS = {
     "box": _BOX,
@@ -165,6 +176,19 @@ CONDITION_CAPTIONS = {
     ),
 }
 """The captions of a study of conditions, by file name."""
+
+
+def captions_of(drawn: Pictures) -> dict[str, Caption]:
+    """The captions of figures as they were drawn: a figure without stars has none in its caption.
+
+    Args:
+        drawn: The figures; what is missing has no stars.
+    """
+    found = dict(CAPTIONS)
+    for name, stars in _STARS.items():
+        if b'id="paper"' in drawn.get(name, {}).get("svg", b""):
+            found[name] = CAPTIONS[name]._replace(shown=f"{CAPTIONS[name].shown} {stars}")
+    return found
 
 
 def series_captions(dose: str) -> dict[str, Caption]:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 from lockprobe.analysis.agent_comparison.leaderboard_row import Regret
 from lockprobe.analysis.agent_comparison.paired import BlockMean
 from lockprobe.analysis.proportions import Paired
-from lockprobe.formatting import NONE, bracketed, minus, p_cell, percent
+from lockprobe.formatting import NONE, bracketed, p_cell, percent
 from lockprobe.report.format import EVERY, TextTable, share_cell
 from lockprobe.report.leaderboard import (
     ComparisonResult,
@@ -27,7 +26,7 @@ __all__ = [
     "leaderboard_table",
 ]
 
-_MEASURES = ["success", "80 % by step", "regret", "loops above chance", "misread"]
+_MEASURES = ["success", "80 % by step", "relative area", "loops above chance", "misread"]
 _MONEY = ["tokens in", "cached", "tokens out", "US$", "US$ per solved trial"]
 
 
@@ -55,7 +54,7 @@ def leaderboard_by_p_table(rows: Sequence[LeaderboardResult]) -> TextTable:
 def comparison_table(rows: Sequence[ComparisonResult]) -> TextTable:
     """Every two agents over all p, on the same boxes with the same false reports."""
     head = ["agent", "compared with", "pairs of trials", "success", "success of the other", "difference, points"]
-    return [[*head, "P", "corrected P", "difference in steps", "P", "corrected P", "finished by one only"]] + [
+    return [[*head, "P", "corrected P", "difference in steps", "P", "corrected P", "played by one only"]] + [
         [
             row.second_label,
             row.first_label,
@@ -116,7 +115,7 @@ def _measures(row: LeaderboardResult | LeaderboardByDose) -> list[str]:
     return [
         share_cell(row.success),
         "not reached" if row.steps_to_80 is None else f"{row.steps_to_80}",
-        NONE if row.regret is None else _scaled(row.regret, "{:.2f}"),
+        NONE if row.regret is None else _area(row.regret),
         bracketed(row.loops_above_chance, None, None),
         _misread(row),
     ]
@@ -151,13 +150,10 @@ def _points(found: BlockMean | Paired) -> str:
 
 
 def _signed(found: BlockMean) -> str:
-    return _scaled(found, "{:+.1f}")
+    return bracketed(found.value, found.low, found.high, "{:+.1f}", 1)
 
 
-def _scaled(found: BlockMean | Regret, form: str) -> str:
-    if math.isnan(found.value):
-        return NONE
-    said = form.format(found.value)
-    if found.low is not None and found.high is not None:
-        said += f" [{form.format(found.low)}, {form.format(found.high)}]"
-    return minus(said)
+def _area(regret: Regret) -> str:
+    """The area under the success curve, 0 for a random agent and 1 for the shortest plan: what regret leaves of 1."""
+    low, high = (None if end is None else 1 - end for end in (regret.high, regret.low))
+    return bracketed(1 - regret.value, low, high, "{:.2f}", 1)

@@ -19,6 +19,7 @@ from lockprobe.prose.overview import (
     effects_needed,
     flips_answer,
     flips_needed,
+    interaction_said,
     modality_answer,
     not_above_chance,
     trial_said,
@@ -53,6 +54,9 @@ class Overview(DescribedResult):
     chance: str = Field(
         default="", description="Agents without a detected advantage over random agents; empty if there are none."
     )
+    interaction: str = Field(
+        default="", description="Whether a detected effect differs from one that was not detected; empty without both."
+    )
     needed: str = Field(description="How many trials an inconclusive study needs; empty for a conclusive one.")
     figure: str = Field(description="Name of the figure that shows it; empty if there is none.")
     numbers: list[KeyNumbers]
@@ -77,9 +81,10 @@ def flip_overview(summary: StudySummary, settings: Mapping[str, Any]) -> Overvie
         answer = ""
     return Overview(
         question=question,
-        trial=trial_said(budget, "modalities" if modal else "flips"),
+        trial=trial_said(budget, "modalities" if modal else "flips", settings.get("flip", "transient")),
         answer=answer or flips_answer(summary),
         chance=not_above_chance(summary),
+        interaction=interaction_said(summary),
         needed=flips_needed(summary),
         figure="overview" if subjects else "",
         numbers=[_numbers(agent, summary.reference) for agent in subjects[:_ROWS]],
@@ -96,8 +101,9 @@ def _numbers(agent: AgentSummary, reference: Reference | None) -> KeyNumbers:
     elif contrast is not None:
         gap = contrast.difference
         change = f"{bracketed(gap.value, gap.low, gap.high)} points"
-        which = "" if contrast.choices == 1 else "largest " if contrast.farthest else "clearest "
-        against = f"{which}change {at_dose(contrast.other.p, agent.axis)}"
+        start = "change " if contrast.choices == 1 else ""
+        which = "" if contrast.choices == 1 else f", {'largest' if contrast.farthest else 'clearest'} change"
+        against = f"{start}from {agent.axis.name} {contrast.baseline.p:g} to {contrast.other.p:g}{which}"
     return KeyNumbers(
         agent=agent.name,
         what=description(agent.agent),
@@ -110,10 +116,10 @@ def _numbers(agent: AgentSummary, reference: Reference | None) -> KeyNumbers:
 
 
 def _chance(reference: Reference | None) -> str:
-    """What random agents solve of the box, exact."""
+    """What random agents solve of the box with and without immediate repeats, exact."""
     if reference is None:
         return NONE
-    return f"{percent(reference.random[-1])} to {percent(reference.no_repeat[-1])}"
+    return f"{100 * reference.random[-1]:.0f} / {percent(reference.no_repeat[-1])}"
 
 
 def condition_overview(

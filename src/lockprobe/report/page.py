@@ -23,6 +23,7 @@ from lockprobe.errors import BadFile, BadValue
 from lockprobe.parallel import Each
 from lockprobe.prose.branch import found_said
 from lockprobe.prose.hypothesis_tests import QUESTIONS
+from lockprobe.prose.loops import LOOP_DEFINITION
 from lockprobe.report import leaderboard_tables, tables
 from lockprobe.report.conditions import condition_results, condition_study
 from lockprobe.report.details import AuditedRate
@@ -35,6 +36,7 @@ from lockprobe.report.figures import (
     Caption,
     Pictures,
     box_picture,
+    captions_of,
     condition_pictures,
     drawings,
     fork_pictures,
@@ -245,8 +247,10 @@ def _page(
         explorer=_explorer(trials),
         photographs=photographs or {},
         images={figure: image(forms["svg"]) for figure, forms in drawn.items()},
-        captions=_by_variable(CAPTIONS),
+        captions=_by_variable(captions_of(drawn)),
         caveat=LENGTH_CAVEAT,
+        loop_definition=LOOP_DEFINITION,
+        not_valid={rate.test for rate in content.audit.rates if rate.valid is False and not rate.recommended},
         fits=[fit for fit in content.fits if fit.agent in content.subjects],
         tests=[
             test

@@ -126,7 +126,7 @@ def _compared(summary: StudySummary, found: People) -> Iterator[str]:
     for name, one in last.items():
         if name not in names:
             continue
-        on, less = f"on the {one.trials} trials that both finished", "solved fewer than half"
+        on, less = f"on the {one.trials} trials that both played", "solved fewer than half"
         needs = f"{names[name]} needs"
         if one.ratio is not None:
             yield f"{needs} {_times(one.ratio, one)} the human median of steps {on}."
@@ -135,7 +135,7 @@ def _compared(summary: StudySummary, found: People) -> Iterator[str]:
         elif one.most is not None:
             yield f"{needs} at most {_times(one.most, one)} the human median of steps {on}, since people {less}."
         else:
-            yield f"Neither {names[name]} nor people solved half of the {one.trials} trials that both finished."
+            yield f"Neither {names[name]} nor people solved half of the {one.trials} trials that both played."
 
 
 def _times(value: float, one: RelativeSteps) -> str:

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import cast, get_args
 
 from lockprobe.analysis.clustered import ClusteredProportion
+from lockprobe.analysis.inference.course import CourseKind
 from lockprobe.analysis.proportions import Proportion
 from lockprobe.formatting import NONE, bracketed, minus, p_cell, percent, share
+from lockprobe.prose.success import course_said
 from lockprobe.report import details
 from lockprobe.report.format import DETECTED, EVERY, TextTable, share_cell
 from lockprobe.report.schema import ConditionResult, CrossingResult, EffectResult
@@ -72,7 +75,7 @@ def table1_corrected(conditions: Sequence[ConditionResult]) -> TextTable:
 
 def speed_table(conditions: Sequence[ConditionResult]) -> TextTable:
     """How fast the box is solved, between chance and the optimum."""
-    head = ["agent", "flip rate", "mean steps", "median step", "80 % by step", "relative to random and optimum"]
+    head = ["agent", "flip rate", "mean steps", "median step", "80 % by step", "relative area"]
     table = [head]
     for row, p in _distinct(conditions):
         relative, (early, late) = row.relative, row.steps_to_80_interval
@@ -197,7 +200,7 @@ def course_table(courses: Sequence[details.CourseResult]) -> TextTable:
             f"{percent(row.highest, 0)} at {row.highest_p:g}",
             f"{percent(row.lowest, 0)} at {row.lowest_p:g}",
             percent(row.last, 0),
-            _detected(row.kind),
+            _course(row.kind),
             *(percent(share, 0) for share in (row.loops_first, row.loops_least, row.loops_last)),
             _detected(row.looping),
         ]
@@ -207,6 +210,10 @@ def course_table(courses: Sequence[details.CourseResult]) -> TextTable:
 
 def _detected(kind: str) -> str:
     return "no change detected" if kind == "no change detectable" else kind
+
+
+def _course(kind: str) -> str:
+    return course_said(cast("CourseKind", kind)) if kind in get_args(CourseKind) else kind
 
 
 def rationality_table(rows: Sequence[details.RationalityResult]) -> TextTable:
