@@ -75,15 +75,13 @@ def test_a_source_says_what_it_can_take_in(spec, senses):
 @pytest.mark.parametrize("name", SHIPPED)
 def test_the_learners_that_ship_are_described_by_their_training(name):
     updates = shipped(name).trained.updates
-    assert description(f"learner:{name}?temperature=0").startswith(
-        f"A small network after {updates} training updates, "
-    )
+    assert description(f"learner:{name}?temperature=0").startswith(f"A network after {updates} training updates, ")
     assert f"{name} ({updates} updates)" in known_specs()["learner:NAME"]
 
 
 def test_agents_that_ship_and_others_are_described_in_one_sentence():
     assert description("learner:forty.npz") == "A small network that learned to open unknown boxes."
-    assert description("llm:local") == "SmolLM2-135M-Instruct, a very small language model that ships with Lockprobe."
+    assert description("llm:local") == "SmolLM2-135M-Instruct, a very small language model."
     assert description("llm:openai/gpt-4o") == ""
 
 

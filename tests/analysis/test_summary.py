@@ -134,6 +134,21 @@ def test_choosing_the_best_is_paid_for():
     assert not many.contrast.detectable
 
 
+def test_copies_of_the_same_trial_are_counted_and_said():
+    """An agent that acts the same whenever it is told the same gives no new trial for more of them."""
+    solving, failing = [3, 2, 1, 0], [1] * 20
+    for n in (30, 60):
+        trials = [
+            make_trial(solving if (i + bool(p)) % 2 else failing, agent="a", p=p, trial=i + 1)
+            for p in (0.0, 0.4)
+            for i in range(n)
+        ]
+        (agent,) = summarise(trials).agents
+        assert [one.distinct_sequences for one in agent.conditions] == [2, 2]
+        said = "When told the truth, its 60 trials are 2 different sequences of actions."
+        assert finding(agent).endswith(said) == (n == 60)
+
+
 def test_nothing_solved_and_one_condition_and_nothing_ended():
     assert "0 % of its trials under every condition" in finding(only([*condition(0.0, 0, 30), *condition(0.3, 0, 30)]))
     assert "no difference to test" in finding(only(condition(0.0, 3, 10)))

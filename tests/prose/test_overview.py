@@ -10,6 +10,7 @@ from lockprobe.analysis.effects import Effects
 from lockprobe.analysis.summary import summarise
 from lockprobe.lockbox.families import box
 from lockprobe.prose.overview import (
+    depends_on_budget,
     effects_answer,
     effects_needed,
     flips_answer,
@@ -51,6 +52,27 @@ def test_the_answer_says_what_the_tests_say(courses, said):
     assert found.startswith(said)
     assert len(found.split()) <= 30
     assert found.count(".") - found.count("0.") == 1
+
+
+LATE = [1] * 15 + SOLVED
+
+
+@pytest.mark.parametrize(
+    ("told", "lied_to", "said"),
+    [
+        ([SOLVED] * 20 + [UNSOLVED] * 20, [LATE] * 35 + [UNSOLVED] * 5, "a also takes more steps: the effect"),
+        ([LATE] * 35 + [UNSOLVED] * 5, [SOLVED] * 20 + [UNSOLVED] * 20, "a also takes fewer steps: the effect"),
+        ([SOLVED] * 20 + [UNSOLVED] * 20, [SOLVED] * 35 + [UNSOLVED] * 5, ""),
+    ],
+)
+def test_an_effect_on_success_that_is_not_one_on_steps_depends_on_the_budget(told, lied_to, said):
+    trials = [
+        make_trial(actions, agent="a", p=p, trial=i + 1)
+        for p, played in ((0, told), (0.4, lied_to))
+        for i, actions in enumerate(played)
+    ]
+    found = depends_on_budget(summarise(trials, box("chain-4")))
+    assert found == (f"{said} depends on the budget." if said else "")
 
 
 def test_many_agents_are_counted_and_not_all_named():

@@ -12,6 +12,7 @@ from lockprobe import run_trial
 from lockprobe.lockbox.families import box
 from lockprobe.report import write_report
 from lockprobe.report.explorer import explorer_data
+from lockprobe.studies.paper import LEARNER
 from lockprobe.studies.study_options import StudyOptions
 from lockprobe.studies.studyfile import study
 
@@ -99,7 +100,8 @@ def test_the_report_of_the_first_command_shows_at_most_400_words_before_the_firs
 
     first = study(StudyOptions())  # lockprobe run flips
     trials = play_study(replace(first, agents=tuple(agent for agent in first.agents if agent != "llm:local")))
-    model = [replace(trial, agent="llm:local") for trial in trials if trial.agent == "random"]
+    novice = [trial for trial in trials if trial.agent == LEARNER and trial.trial <= first.trials]
+    model = [replace(trial, agent="llm:local") for trial in novice]  # as many trials as a model has
     directory = write_study(tmp_path / "out", first, [*trials, *model])
     write_report(directory)
     with sync_playwright() as playwright:

@@ -73,7 +73,7 @@ _OTHERS = {
     "viewer[:STRATEGY]": "Reads pictures and plays any strategy above with its readings. "
     f"It can misread; its strategy is {_VIEWED} unless you name one. "
     f"Options: {', '.join(field.name for field in fields(Eyesight))}, and its strategy's.",
-    "llm:local": "SmolLM2-135M-Instruct, a very small language model that ships with Lockprobe.",
+    "llm:local": "SmolLM2-135M-Instruct, a very small language model.",
     "llm:gguf:PATH": "Any language model in a GGUF file.",
     "llm:PROVIDER/MODEL": "Any model that Inspect AI supports, for example llm:openai/gpt-4o. "
     f"Options: {', '.join(field.name for field in fields(ModelSettings))}.",
@@ -112,13 +112,13 @@ def description(spec: str) -> str:
     """The description of a shipped agent in one sentence; empty for hosted models, people and other agents.
 
     >>> description("learner:novice?temperature=0")
-    'A small network after 2 training updates, barely trained.'
+    'A network after 2 training updates, barely trained.'
     """
     form, kinds = Spec.parse(spec), dict[str, str]()
     if form.kind in (PEOPLE, "python"):
         return ""
     if form.kind == "learner" and form.name in _LEARNERS:
-        return "A small network after {} training updates, {}.".format(*_LEARNERS[form.name])
+        return "A network after {} training updates, {}.".format(*_LEARNERS[form.name])
     for name, said in known_specs().items():
         kinds[name.partition("[")[0].removesuffix(":NAME").removesuffix(":CHARACTER")] = said
     found = kinds.get(form.full_name) or kinds.get(form.kind, "")

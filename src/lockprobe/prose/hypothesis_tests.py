@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 
 from lockprobe.analysis.axis import FLIPS, Axis
-from lockprobe.analysis.inference.verdict import Question, TestResult
+from lockprobe.analysis.inference.verdict import MEAN_STEPS, Question, TestResult
 from lockprobe.analysis.summary import AgentSummary
 from lockprobe.formatting import p_value
 from lockprobe.prose.doses import cause, cause_first
@@ -125,7 +125,7 @@ def conclusions_of(who: Subject, question: Question, axis: Axis = FLIPS, *, blin
 _UNITS: Mapping[str, str] = {
     "greatest difference from the lowest p, permutation": "difference in success",
     "highest success, chosen by eye, Fisher": "difference in success",
-    "mean steps, Student over blocks": "difference in mean steps, higher {dose}s minus the lowest",
+    MEAN_STEPS: "difference in mean steps, higher {dose}s minus the lowest",
     "steps to solve, log-rank": "hazard ratio of solving, higher {dose}s over the lowest",
     "two lines": "{dose} at which the lines meet",
     "Lind-Mehlum": "{dose} at the turning point",
@@ -160,9 +160,7 @@ _NOTES: Mapping[str, str] = {
         "Uses every pair of {dose}s. Not valid where they change which trials are solved but not how many."
     ),
     "highest success, chosen by eye, Fisher": "Not corrected for the choice.",
-    "mean steps, Student over blocks": (
-        "Pools all higher {dose}s, so no peak is selected. An unsolved trial counts with its whole budget."
-    ),
+    MEAN_STEPS: ("Pools all higher {dose}s, so no peak is selected. An unsolved trial counts with its whole budget."),
     "steps to solve, log-rank": "Also valid, but has little power where curves of success cross.",
     "two lines": "Both lines have to be significant; a shape like the paper's needs about 160 trials per {dose}.",
     "Lind-Mehlum": "Rejects too often where success only levels off.",

@@ -10,6 +10,7 @@ from lockprobe.analysis.axis import Axis
 from lockprobe.analysis.condition import ConditionSummary, Contrast
 from lockprobe.analysis.effects import Effects
 from lockprobe.analysis.inference.course import CourseKind
+from lockprobe.analysis.inference.verdict import MEAN_STEPS
 from lockprobe.analysis.modalities import ModalityEffect, spoken
 from lockprobe.analysis.proportions import ALPHA
 from lockprobe.analysis.summary import AgentSummary, StudySummary
@@ -18,6 +19,7 @@ from lockprobe.prose.doses import at_dose, cause, cause_first
 from lockprobe.prose.subject import Subject, subject_of
 
 __all__ = [
+    "depends_on_budget",
     "effects_answer",
     "effects_needed",
     "flips_answer",
@@ -192,6 +194,18 @@ def interaction_said(summary: StudySummary) -> str:
     if len(tested) > 1:
         return f"A difference between two such effects was detected in {found} of {len(tested)} pairs of agents."
     return f"{'A' if found else 'No'} difference between the two effects was detected ({p_value(tested[0])})."
+
+
+def depends_on_budget(summary: StudySummary) -> str:
+    """Agents that solve more boxes and yet take more steps, or fewer and fewer: their curves of success cross."""
+    crossed = [
+        f"{subject_of(agent).name} also takes {'more' if gain > 0 else 'fewer'} steps"
+        for agent in summary.subjects
+        if agent.contrast and agent.contrast.detectable
+        for gain in [agent.contrast.difference.value]
+        if any(test.name == MEAN_STEPS and test.rejects and test.direction * gain < 0 for test in agent.inference.tests)
+    ]
+    return f"{_listed(crossed)}: the effect depends on the budget." if crossed else ""
 
 
 def _names(agents: Iterable[AgentSummary], last: str = "and") -> str:

@@ -14,6 +14,10 @@ from lockprobe.prose.subject import subject_of
 __all__ = ["baselines_said", "course_said", "courses_said", "finding", "of_trials"]
 
 
+_MANY, _COPIES = 50, 3
+"""Trials from which on copies are mentioned, and trials per different sequence; ours, chosen by eye."""
+
+
 def of_trials(share: Proportion) -> str:
     """A share as a count and in per cent."""
     return f"{share.count} of {share.n} trials ({percent(share.value)})"
@@ -28,7 +32,17 @@ def finding(agent: AgentSummary) -> str:
         return _blind_said(agent, counted)
     if agent.contrast is None:
         return _one_condition(agent, counted)
-    return " ".join(filter(None, (_broken_said(agent), _contrast_said(agent, agent.contrast))))
+    said = (_broken_said(agent), _contrast_said(agent, agent.contrast), _copies_said(agent, counted[0]))
+    return " ".join(filter(None, said))
+
+
+def _copies_said(agent: AgentSummary, condition: ConditionSummary) -> str:
+    """That most trials repeat others, as those of a deterministic agent that is told the truth."""
+    n, different = condition.success.n, condition.distinct_sequences
+    if n < _MANY or different * _COPIES > n:
+        return ""
+    where = at_dose(condition.p, agent.axis)
+    return f"{where[0].upper()}{where[1:]}, its {n} trials are {different} different sequences of actions."
 
 
 def _blind_said(agent: AgentSummary, counted: list[ConditionSummary]) -> str:

@@ -15,6 +15,7 @@ from lockprobe.analysis.why import Why
 from lockprobe.formatting import NONE, bracketed, percent, share
 from lockprobe.prose.doses import at_dose
 from lockprobe.prose.overview import (
+    depends_on_budget,
     effects_answer,
     effects_needed,
     flips_answer,
@@ -55,7 +56,9 @@ class Overview(DescribedResult):
         default="", description="Agents without a detected advantage over random agents; empty if there are none."
     )
     interaction: str = Field(
-        default="", description="Whether a detected effect differs from one that was not detected; empty without both."
+        default="",
+        description="Whether a detected effect depends on the budget of steps, and whether it differs from one that was "
+        "not detected; empty if neither applies.",
     )
     needed: str = Field(description="How many trials an inconclusive study needs; empty for a conclusive one.")
     figure: str = Field(description="Name of the figure that shows it; empty if there is none.")
@@ -84,7 +87,7 @@ def flip_overview(summary: StudySummary, settings: Mapping[str, Any]) -> Overvie
         trial=trial_said(budget, "modalities" if modal else "flips", settings.get("flip", "transient")),
         answer=answer or flips_answer(summary),
         chance=not_above_chance(summary),
-        interaction=interaction_said(summary),
+        interaction=" ".join(filter(None, (depends_on_budget(summary), interaction_said(summary)))),
         needed=flips_needed(summary),
         figure="overview" if subjects else "",
         numbers=[_numbers(agent, summary.reference) for agent in subjects[:_ROWS]],

@@ -25,6 +25,7 @@ from lockprobe.analysis.persistence import Persistence, VersusChance
 from lockprobe.analysis.proportions import ALPHA, Difference, difference, proportion
 
 __all__ = [
+    "MEAN_STEPS",
     "Question",
     "TestResult",
     "harm_tests",
@@ -37,6 +38,9 @@ __all__ = [
 ]
 
 Question = Literal["success", "speed", "shape", "looping", "looping again", "harm", "escape", "repeats"]
+
+MEAN_STEPS = "mean steps, Student over blocks"
+"""The recommended test of how many steps a trial takes."""
 
 _ONE_P = "fewer than two p"
 
@@ -111,7 +115,7 @@ def speed_tests(steps: MeanSteps, speed: LogRanks) -> list[TestResult]:
     """Tests of whether p changes how fast the box is solved."""
     return [
         TestResult(
-            name="mean steps, Student over blocks",
+            name=MEAN_STEPS,
             question="speed",
             recommended=True,
             p_value=steps.p_value,
