@@ -57,8 +57,8 @@ class Overview(DescribedResult):
     )
     interaction: str = Field(
         default="",
-        description="Whether a detected effect depends on the budget of steps, and whether it differs from one that was "
-        "not detected; empty if neither applies.",
+        description="Whether a detected effect depends on the budget of steps, and whether it differs from one that "
+        "was not detected; empty if neither applies.",
     )
     needed: str = Field(description="How many trials an inconclusive study needs; empty for a conclusive one.")
     figure: str = Field(description="Name of the figure that shows it; empty if there is none.")
