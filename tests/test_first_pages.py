@@ -12,6 +12,7 @@ from typer.testing import CliRunner
 import lockprobe
 from lockprobe.analysis.proportions import difference, proportion
 from lockprobe.cli import build
+from lockprobe.formatting import percent
 from lockprobe.studies.studyfile import study
 
 ROOT = Path(__file__).parents[1]
@@ -43,6 +44,8 @@ def test_the_first_study(tmp_path):
         (row,) = re.findall(rf"^\| `{re.escape(agent)}` \|.*$", page, re.MULTILINE)
         assert row.endswith("| {} | {} | {} | {} |".format(*(solved[agent, p] for p in (0.0, 0.2, 0.4, 0.6))))
     assert len(played) == 3 * 4 * 300
+    rates = [percent(solved[FIRST[1], p] / 300) for p in (0.0, 0.2)]  # as in the first command: the same luck
+    assert "({} to {} at a flip rate of 0.2)".format(*rates) in (ROOT / "README.md").read_text("utf-8")
     found = lockprobe.results(tmp_path / "first")
     tests = {row.name: row for row in found.tests if row.agent == FIRST[1]}
     steps, hazard = tests["mean steps, Student over blocks"], tests["steps to solve, log-rank"]
