@@ -10,13 +10,13 @@ from lockprobe.analysis.effects import Effects
 from lockprobe.analysis.summary import summarise
 from lockprobe.lockbox.families import box
 from lockprobe.prose.overview import (
-    depends_on_budget,
     effects_answer,
     effects_needed,
     flips_answer,
     flips_needed,
     interaction_said,
     not_above_chance,
+    smaller_budget_said,
     trial_said,
 )
 
@@ -60,19 +60,19 @@ LATE = [1] * 15 + SOLVED
 @pytest.mark.parametrize(
     ("told", "lied_to", "said"),
     [
-        ([SOLVED] * 20 + [UNSOLVED] * 20, [LATE] * 35 + [UNSOLVED] * 5, "a also takes more steps: the effect"),
-        ([LATE] * 35 + [UNSOLVED] * 5, [SOLVED] * 20 + [UNSOLVED] * 20, "a also takes fewer steps: the effect"),
+        ([SOLVED] * 20 + [UNSOLVED] * 20, [LATE] * 35 + [UNSOLVED] * 5, "Within 4 steps a solved fewer: 50 % to 0 %."),
+        ([LATE] * 35 + [UNSOLVED] * 5, [SOLVED] * 20 + [UNSOLVED] * 20, "Within 4 steps a solved more: 0 % to 50 %."),
         ([SOLVED] * 20 + [UNSOLVED] * 20, [SOLVED] * 35 + [UNSOLVED] * 5, ""),
     ],
 )
-def test_an_effect_on_success_that_is_not_one_on_steps_depends_on_the_budget(told, lied_to, said):
+def test_an_effect_that_reverses_within_fewer_steps_is_said_to(told, lied_to, said):
     trials = [
         make_trial(actions, agent="a", p=p, trial=i + 1)
         for p, played in ((0, told), (0.4, lied_to))
         for i, actions in enumerate(played)
     ]
-    found = depends_on_budget(summarise(trials, box("chain-4")))
-    assert found == (f"{said} depends on the budget." if said else "")
+    found = smaller_budget_said(summarise(trials, box("chain-4")))
+    assert found == said
 
 
 def test_many_agents_are_counted_and_not_all_named():
@@ -150,11 +150,15 @@ def test_trials_needed_of_conditions_are_those_of_the_widest_interval():
 def test_agents_near_chance_are_said_to_be():
     """Random agents without immediate repeats solve 69 % of chain-4 in 20 steps."""
     assert not_above_chance(answer(a={0: 39, 0.4: 20})) == ""
-    said = "When told the truth, {} detectably more than random agents without immediate repeats (69 %)."
-    assert not_above_chance(answer(a={0: 30, 0.4: 39}, b={0: 39})) == said.format("a did not solve")
-    assert not_above_chance(answer(a={0: 30}, b={0: 5})) == said.format("neither agent solved")
-    assert not_above_chance(answer(a={0: 30}, b={0: 5}, c={0: 40})) == said.format("neither a nor b solved")
-    assert not_above_chance(answer(a={0: 30}, b={0: 5}, c={0: 5})) == said.format("none of a, b and c solved")
+    said = "When told the truth, {} random agents without immediate repeats (69 %)."
+    assert not_above_chance(answer(a={0: 30, 0.4: 39}, b={0: 39})) == said.format("a did not detectably exceed")
+    assert not_above_chance(answer(a={0: 30}, b={0: 5})) == said.format("neither agent detectably exceeded")
+    assert not_above_chance(answer(a={0: 30}, b={0: 5}, c={0: 40})) == said.format(
+        "neither a nor b detectably exceeded"
+    )
+    assert not_above_chance(answer(a={0: 30}, b={0: 5}, c={0: 5})) == said.format(
+        "none of a, b and c detectably exceeded"
+    )
 
 
 def test_rates_are_left_out_of_an_answer_that_they_make_too_long():
@@ -165,10 +169,10 @@ def test_rates_are_left_out_of_an_answer_that_they_make_too_long():
 def test_the_effect_that_was_not_detected_is_compared_with_that_which_was():
     """Two effects that differ, two that do not, and none where both were detected."""
     assert interaction_said(answer(a={0: 5, 0.4: 30}, b={0: 20, 0.4: 21})).startswith(
-        "A difference between the two effects was detected (P "
+        "A difference in effect between the two agents was detected (P "
     )
     same = interaction_said(answer(a={0: 10, 0.4: 25}, b={0: 20, 0.4: 31}))
-    assert same.startswith("No difference between the two effects was detected (P = ")
+    assert same.startswith("No difference in effect between the two agents was detected (P = ")
     assert interaction_said(answer(a={0: 5, 0.4: 30}, b={0: 30, 0.4: 5})) == ""
     assert interaction_said(answer(a={0: 20, 0.4: 21}, b={0: 20, 0.4: 20})) == ""
     three = interaction_said(answer(a={0: 5, 0.4: 30}, b={0: 20, 0.4: 21}, c={0: 20, 0.4: 20}))

@@ -16,7 +16,7 @@ def row(agent, *effects, among="all"):
 
 def test_the_heading_has_the_change_of_success_with_its_interval():
     assert lies_answer([row("a", -0.01), row("b", 0.2)]) == (
-        "Change of success above flip rate 0, in points: \N{MINUS SIGN}1 [\N{MINUS SIGN}11, +9] a; +20 [+10, +30] b."
+        "Success after one more false report, in points: \N{MINUS SIGN}1 [\N{MINUS SIGN}11, +9] a; +20 [+10, +30] b."
     )
 
 

@@ -10,7 +10,6 @@ from lockprobe.analysis.axis import Axis
 from lockprobe.analysis.condition import ConditionSummary, Contrast
 from lockprobe.analysis.effects import Effects
 from lockprobe.analysis.inference.course import CourseKind
-from lockprobe.analysis.inference.verdict import MEAN_STEPS
 from lockprobe.analysis.modalities import ModalityEffect, spoken
 from lockprobe.analysis.proportions import ALPHA
 from lockprobe.analysis.summary import AgentSummary, StudySummary
@@ -19,7 +18,6 @@ from lockprobe.prose.doses import at_dose, cause, cause_first
 from lockprobe.prose.subject import Subject, subject_of
 
 __all__ = [
-    "depends_on_budget",
     "effects_answer",
     "effects_needed",
     "flips_answer",
@@ -27,6 +25,7 @@ __all__ = [
     "interaction_said",
     "modality_answer",
     "not_above_chance",
+    "smaller_budget_said",
     "trial_said",
 ]
 
@@ -193,19 +192,19 @@ def interaction_said(summary: StudySummary) -> str:
     found = sum(p < ALPHA for p in tested)
     if len(tested) > 1:
         return f"A difference between two such effects was detected in {found} of {len(tested)} pairs of agents."
-    return f"{'A' if found else 'No'} difference between the two effects was detected ({p_value(tested[0])})."
+    return f"{'A' if found else 'No'} difference in effect between the two agents was detected ({p_value(tested[0])})."
 
 
-def depends_on_budget(summary: StudySummary) -> str:
-    """Agents that solve more boxes and yet take more steps, or fewer and fewer: their curves of success cross."""
-    crossed = [
-        f"{subject_of(agent).name} also takes {'more' if gain > 0 else 'fewer'} steps"
+def smaller_budget_said(summary: StudySummary) -> str:
+    """The first agent whose detected effect reverses within fewer steps, with the shares solved there."""
+    reversed_in = [
+        f"Within {one.budget} steps {subject_of(agent).name} solved {'more' if more else 'fewer'}: "
+        f"{percent(one.first.value)} to {percent(one.second.value)}."
         for agent in summary.subjects
-        if agent.contrast and agent.contrast.detectable
-        for gain in [agent.contrast.difference.value]
-        if any(test.name == MEAN_STEPS and test.rejects and test.direction * gain < 0 for test in agent.inference.tests)
+        if (one := agent.inference.reversal) is not None
+        for more in [one.second.count > one.first.count]
     ]
-    return f"{_listed(crossed)}: the effect depends on the budget." if crossed else ""
+    return " ".join(reversed_in[:1])
 
 
 def _names(agents: Iterable[AgentSummary], last: str = "and") -> str:
@@ -243,13 +242,14 @@ def not_above_chance(summary: StudySummary) -> str:
     if not weak:
         return ""
     where = at_dose(counted[0][1].p, summary.axis)
-    who = f"none of {_listed(weak)} solved"
+    who = f"none of {_listed(weak)} detectably exceeded"
     if len(weak) == 1:
-        who = f"{weak[0]} did not solve"
+        who = f"{weak[0]} did not detectably exceed"
     elif len(weak) == 2:
-        who = "neither agent solved" if len(counted) == 2 else f"neither {weak[0]} nor {weak[1]} solved"
+        who = "neither agent" if len(counted) == 2 else f"neither {weak[0]} nor {weak[1]}"
+        who += " detectably exceeded"
     than = f"random agents without immediate repeats ({percent(by_chance)})"
-    return f"{where[0].upper()}{where[1:]}, {who} detectably more than {than}."
+    return f"{where[0].upper()}{where[1:]}, {who} {than}."
 
 
 def flips_needed(summary: StudySummary) -> str:

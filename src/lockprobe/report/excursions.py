@@ -67,7 +67,7 @@ def lies_answer(rows: Sequence[LieResult]) -> str:
         for one in row.effects
         if (one.outcome, one.among) == ("solved", "all")
     ]
-    return f"Change of success above flip rate 0, in points: {first_three(parts, '; ')}." if parts else ""
+    return f"Success after one more false report, in points: {first_three(parts, '; ')}." if parts else ""
 
 
 def _row(one: Excursion) -> ExcursionResult:

@@ -15,7 +15,6 @@ from lockprobe.analysis.why import Why
 from lockprobe.formatting import NONE, bracketed, percent, share
 from lockprobe.prose.doses import at_dose
 from lockprobe.prose.overview import (
-    depends_on_budget,
     effects_answer,
     effects_needed,
     flips_answer,
@@ -23,6 +22,7 @@ from lockprobe.prose.overview import (
     interaction_said,
     modality_answer,
     not_above_chance,
+    smaller_budget_said,
     trial_said,
 )
 from lockprobe.prose.why import mechanism_said
@@ -57,7 +57,7 @@ class Overview(DescribedResult):
     )
     interaction: str = Field(
         default="",
-        description="Whether a detected effect depends on the budget of steps, and whether it differs from one that "
+        description="Whether a detected effect reverses within fewer steps, and whether it differs from one that "
         "was not detected; empty if neither applies.",
     )
     needed: str = Field(description="How many trials an inconclusive study needs; empty for a conclusive one.")
@@ -87,7 +87,7 @@ def flip_overview(summary: StudySummary, settings: Mapping[str, Any]) -> Overvie
         trial=trial_said(budget, "modalities" if modal else "flips", settings.get("flip", "transient")),
         answer=answer or flips_answer(summary),
         chance=not_above_chance(summary),
-        interaction=" ".join(filter(None, (depends_on_budget(summary), interaction_said(summary)))),
+        interaction=" ".join(filter(None, (smaller_budget_said(summary), interaction_said(summary)))),
         needed=flips_needed(summary),
         figure="overview" if subjects else "",
         numbers=[_numbers(agent, summary.reference) for agent in subjects[:_ROWS]],

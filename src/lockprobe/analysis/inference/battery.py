@@ -27,6 +27,7 @@ from lockprobe.analysis.inference.hazard import (
 from lockprobe.analysis.inference.logrank import LogRanks, loop_onset_logrank, solution_logrank
 from lockprobe.analysis.inference.mean_steps import MeanSteps, mean_steps
 from lockprobe.analysis.inference.shape import BinomialOrders, binomial_orders
+from lockprobe.analysis.inference.smaller_budget import Reversal, reversal
 from lockprobe.analysis.inference.trend import trend_fit
 from lockprobe.analysis.inference.ushape import LindMehlum, TwoLines, lind_mehlum, onset_lines, two_lines
 from lockprobe.analysis.inference.verdict import (
@@ -52,6 +53,7 @@ class Inference:
 
     Attributes:
         difference: Whether success depends on p.
+        reversal: A smaller budget with the opposite effect; None where trials broke.
         course: The course of success over p, in one word; None without trials.
         orders: Polynomials of the logit of success.
         lines: Whether success rises and falls, by two lines.
@@ -70,6 +72,7 @@ class Inference:
     """
 
     difference: AnyDifference
+    reversal: Reversal | None
     course: Course | None
     orders: BinomialOrders
     lines: TwoLines
@@ -124,6 +127,7 @@ def infer(
     return replace(
         found,
         difference=difference,
+        reversal=None,
         lines=lines,
         onset_lines=worst_case_lines(found.onset_lines, *(end.onset_lines for end in ends)),
         course=course(points(outcomes, by_repetition=False), difference, lines),
@@ -146,6 +150,7 @@ def _tested(outcomes: Outcomes, rng: np.random.Generator, blind: Outcomes | None
     fine, coarse = pearson(repetitions), pearson(conditions)
     return Inference(
         difference=difference,
+        reversal=reversal(outcomes, difference),
         course=course(conditions, difference, lines),
         orders=orders,
         lines=lines,
