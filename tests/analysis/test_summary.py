@@ -145,7 +145,7 @@ def test_copies_of_the_same_trial_are_counted_and_said():
         ]
         (agent,) = summarise(trials).agents
         assert [one.distinct_sequences for one in agent.conditions] == [2, 2]
-        said = "When told the truth, its 60 trials are 2 different sequences of actions."
+        said = "When told the truth, its 60 trials contain only 2 different sequences of actions."
         assert finding(agent).endswith(said) == (n == 60)
 
 

@@ -102,9 +102,9 @@ _CONCLUDED: Mapping[Question, tuple[str, str, str]] = {
 """What a test concludes: less, more, and no difference detected."""
 
 _HARM_AGAINST_BLIND = (
-    "After a loop {agent} {is_} less likely to solve the box than a blind agent with the same action habits",
-    "After a loop {agent} {is_} more likely to solve the box than a blind agent with the same action habits",
-    "No harm of loops to {agent} beyond {its} action habits and the mechanics of the box was detected",
+    "After a loop the odds of solving fall more for {agent} than for a blind agent with {its} action habits",
+    "After a loop the odds of solving fall less, or rise more, for {agent} than for a blind agent with {its} habits",
+    "No harm of loops to {agent} beyond that to a blind agent with {its} action habits was detected",
 )
 """The same of harm where the odds ratio of a blind agent is known."""
 

@@ -42,7 +42,7 @@ def _copies_said(agent: AgentSummary, condition: ConditionSummary) -> str:
     if n < _MANY or different * _COPIES > n:
         return ""
     where = at_dose(condition.p, agent.axis)
-    return f"{where[0].upper()}{where[1:]}, its {n} trials are {different} different sequences of actions."
+    return f"{where[0].upper()}{where[1:]}, its {n} trials contain only {different} different sequences of actions."
 
 
 def _blind_said(agent: AgentSummary, counted: list[ConditionSummary]) -> str:
