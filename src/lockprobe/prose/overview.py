@@ -233,22 +233,28 @@ def not_above_chance(summary: StudySummary) -> str:
         if (first := next((one for one in agent.conditions if one.success.n), None)) is not None
     ]
     by_chance = summary.reference.no_repeat[-1]
-    weak = []
+    weak, below = [], True
     for agent, first in counted:
         level = summary.reference.no_repeat[len(first.curve.share) - 1]
         if first.success.low <= level:
             weak.append(subject_of(agent).name)
+            below = below and first.success.high < level
             by_chance = level
     if not weak:
         return ""
     where = at_dose(counted[0][1].p, summary.axis)
+    than = f"random agents without immediate repeats ({percent(by_chance)})"
+    if below:
+        all_of_two = len(weak) == len(counted) == 2
+        return (
+            f"{where[0].upper()}{where[1:]}, {'both agents' if all_of_two else _listed(weak)} solved less than {than}."
+        )
     who = f"none of {_listed(weak)} detectably exceeded"
     if len(weak) == 1:
         who = f"{weak[0]} did not detectably exceed"
     elif len(weak) == 2:
         who = "neither agent" if len(counted) == 2 else f"neither {weak[0]} nor {weak[1]}"
         who += " detectably exceeded"
-    than = f"random agents without immediate repeats ({percent(by_chance)})"
     return f"{where[0].upper()}{where[1:]}, {who} {than}."
 
 
