@@ -91,6 +91,10 @@ def page(tmp_path_factory):
         chromium.close()
 
 
+A4 = 703
+"""Pixels between margins of 12 mm."""
+
+CUT = "[...document.querySelectorAll('table')].filter(t => t.scrollWidth > t.parentElement.clientWidth + 1).map(t => t.innerText)"
 WORDS = "document.body.innerText.split(/\\s+/).length"
 
 
@@ -109,6 +113,9 @@ def test_the_report_of_the_first_command_shows_at_most_400_words_before_the_firs
         tab = chromium.new_page()
         tab.goto(f"file://{directory}/report.html")
         assert 300 < tab.evaluate(WORDS) <= 400
+        tab.set_viewport_size({"width": A4, "height": 1000})
+        tab.emulate_media(media="print")
+        assert tab.evaluate(CUT) == []
         chromium.close()
 
 
