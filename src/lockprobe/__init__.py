@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from lockprobe.montecarlo import population, propagate
     from lockprobe.protocols import Actuator, Agent, Channel, Memory, Plant, Prompt
     from lockprobe.record import Decision, Percept, Situation, Snapshot, Step, Trial
-    from lockprobe.report.page import results
+    from lockprobe.report.results import results
     from lockprobe.studies.journal import load
     from lockprobe.studies.runner import run_study
     from lockprobe.studies.single import run_trial
@@ -76,7 +76,7 @@ _NAMES = {
     "montecarlo": "population propagate",
     "protocols": "Actuator Agent Channel Memory Plant Prompt",
     "record": "Decision Percept Situation Snapshot Step Trial",
-    "report.page": "results",
+    "report.results": "results",
     "studies.journal": "load",
     "studies.runner": "run_study",
     "studies.single": "run_trial",

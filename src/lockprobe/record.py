@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Literal, Protocol
 from lockprobe.errors import Boundary
 from lockprobe.model_call import Usage
 from lockprobe.pictures.picture import Picture, PictureKind
-from lockprobe.spec import PEOPLE, group_of
+from lockprobe.spec import PEOPLE, group_of, spec_kind
 
 if TYPE_CHECKING:
     from lockprobe.pictures.frame import Frame
@@ -67,8 +67,7 @@ class Task:
         joints: Labels in the order in which they are listed to the agent.
         target: Label of the joint that has to move.
         budget: The number of steps.
-        places: Each joint's place on the panel, as in :class:`lockprobe.lockbox.box.Joint`, aligned with ``joints``;
-            for agents that look at the panel. Empty if the panel is not shown.
+        places: Each joint's place (:class:`lockprobe.lockbox.box.Joint`), as ``joints``; empty if not shown.
         assessment: Whether the agent is asked what its last action did. Asking may change behaviour.
         kinds: Whether each joint slides (``prismatic``) or turns (``revolute``), as ``places``.
     """
@@ -93,7 +92,6 @@ class Look(Protocol):
         Raises:
             BadValue: If they are false, and the plant can show only the truth.
         """
-        ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -407,6 +405,11 @@ class Trial:
         return group_of(self.agent)
 
     @property
+    def kind(self) -> str:
+        """The kind of its agent: ``random``, ``llm``, ``participant``."""
+        return spec_kind(self.agent)
+
+    @property
     def player(self) -> str:
         """The person's spec: one cluster of trials. Empty for agents, whose trials are independent."""
         return self.agent if self.group == PEOPLE else ""
@@ -429,9 +432,7 @@ class Trial:
     @property
     def picture_names(self) -> frozenset[str]:
         """File names of all pictures that were taken."""
-        return frozenset(
-            [*self.opening_pictures.values(), *(name for step in self.steps for name in step.pictures.values())]
-        )
+        return frozenset(self.opening_pictures.values()).union(*(step.pictures.values() for step in self.steps))
 
     @property
     def dose(self) -> float:

@@ -11,11 +11,15 @@ from lockprobe.analysis.dose_grid import contrast, grid_summary, grids
 from lockprobe.analysis.outcomes import outcomes
 from lockprobe.analysis.series import SeriesArm
 from lockprobe.interventions.condition import read_condition, sweep
+from lockprobe.spec import Spec
 
 
 def arms(*specs):
     conditions = [one for spec in specs for one in (sweep(spec) if "," in spec else (read_condition(spec),))]
-    return [SeriesArm(label=one.label, specs=one.specs, doses=one.doses, modality=one.modality) for one in conditions]
+    return [
+        SeriesArm(label=one.label, specs=tuple(map(Spec.parse, one.specs)), doses=one.doses, modality=one.modality)
+        for one in conditions
+    ]
 
 
 def trials(solved):

@@ -6,11 +6,15 @@ from lockprobe.analysis.axis import FLIPS, Axis
 from lockprobe.analysis.series import SeriesArm, control_of, crossings, series_of, series_of_agents
 from lockprobe.interventions.condition import read_condition
 from lockprobe.prose.doses import at_dose, cause_first
+from lockprobe.spec import Spec
 
 
 def arms(*specs):
     conditions = [read_condition(spec) for spec in specs]
-    return [SeriesArm(label=one.label, specs=one.specs, doses=one.doses, modality=one.modality) for one in conditions]
+    return [
+        SeriesArm(label=one.label, specs=tuple(map(Spec.parse, one.specs)), doses=one.doses, modality=one.modality)
+        for one in conditions
+    ]
 
 
 def test_doses_of_one_intervention_are_a_series_with_the_truth_at_0():

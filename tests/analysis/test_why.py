@@ -12,6 +12,7 @@ from lockprobe.analysis.agent_comparison.paired import block_mean
 from lockprobe.analysis.series import SeriesArm
 from lockprobe.analysis.why import ARMS, MARGIN, ON_REQUEST, arms_of, verdict, why
 from lockprobe.interventions.condition import read_condition
+from lockprobe.spec import Spec
 
 BLOCKS = 60
 
@@ -21,7 +22,10 @@ def conditions(p=0.4, arms=ARMS):
 
 
 def as_arms(found):
-    return [SeriesArm(label=one.label, specs=one.specs, doses=one.doses, modality=one.modality) for one in found]
+    return [
+        SeriesArm(label=one.label, specs=tuple(map(Spec.parse, one.specs)), doses=one.doses, modality=one.modality)
+        for one in found
+    ]
 
 
 def played(agent, arms=("truth", "lie", "retracted", "remark", "lie + remark"), blocks=BLOCKS, seed=1):

@@ -7,6 +7,7 @@ from lockprobe.analysis.series import SeriesArm
 from lockprobe.analysis.why import verdict_of, why
 from lockprobe.errors import BadValue
 from lockprobe.montecarlo.verdicts import MECHANISMS, STATED, _batch, _BlockRange, stated_rates, verdict_rates
+from lockprobe.spec import Spec
 from lockprobe.studies.single import run_trial
 from lockprobe.studies.studyfile import study
 
@@ -20,7 +21,9 @@ def test_the_pool_is_the_trials_of_a_study_and_its_verdict_that_of_the_report():
     }
     pool = _batch(_BlockRange(world="world:loop-breaker", p=0.4, seed=5, first=0, end=30))
     assert pool.tolist() == np.transpose([[trial.solved for trial in trials[one.name]] for one in arms]).tolist()
-    found = why(trials, [SeriesArm(label=one.label, specs=one.specs, doses=one.doses) for one in arms])
+    found = why(
+        trials, [SeriesArm(label=one.label, specs=tuple(map(Spec.parse, one.specs)), doses=one.doses) for one in arms]
+    )
     assert verdict_of(*pool.T.astype(float)) == found.verdict
 
 

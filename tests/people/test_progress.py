@@ -12,7 +12,7 @@ from lockprobe.people.journey import Journey, stations
 from lockprobe.people.progress import flow_of, progress_of
 from lockprobe.people.responses import Answer, Attempt, Next
 from lockprobe.people.texts import read_words
-from lockprobe.people.withdrawal import put
+from lockprobe.people.withdrawal import put, withdrawn
 from lockprobe.record import STATES
 
 STUDY = people_study(trials=3)
@@ -90,23 +90,27 @@ def ends_with(directory, line):
     diary.write(line)
 
 
+def flow_in(directory):
+    return flow_of(read_diaries(directory), withdrawn(directory))
+
+
 def counts(directory):
-    flow = flow_of(directory)
+    flow = flow_in(directory)
     return flow.joined, flow.finished, flow.left_open, flow.withdrawn
 
 
 def test_where_nobody_took_part_there_is_none(tmp_path):
-    assert flow_of(tmp_path) is None
+    assert flow_in(tmp_path) is None
 
 
 def test_boxes_are_counted_by_condition(directory):
     assert counts(directory) == (2, 1, 1, 0)
-    boxes = flow_of(directory).boxes
+    boxes = flow_in(directory).boxes
     assert [(one.modality, one.p, one.given, one.left_open) for one in boxes] == [
         ("symbolic?tell=state", 0.0, 2, 0),
         ("symbolic?tell=state", 0.4, 2, 1),
     ]
-    assert (flow_of(directory).checks, flow_of(directory).right) == (1, 1)
+    assert (flow_in(directory).checks, flow_in(directory).right) == (1, 1)
 
 
 def test_a_box_that_was_given_to_others_is_left_open(directory):

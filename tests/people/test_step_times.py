@@ -44,12 +44,12 @@ def test_boxes_are_trials_of_the_study_and_the_practice_is_none(directory):
 
 def test_response_times_are_those_of_the_page(directory):
     trials = load(directory)
-    times = times_of_steps(directory, trials)
+    times = times_of_steps(STUDY, trials, read_diaries(directory), directory)
     assert times == {(trial.key, step.step): 1000.5 + step.step for trial in trials for step in trial.steps}
 
 
 def test_where_nobody_takes_part_there_are_none(tmp_path):
-    assert times_of_steps(tmp_path, []) == {}
+    assert times_of_steps(STUDY, [], [], tmp_path) == {}
 
 
 def test_a_trial_that_somebody_else_played_has_no_acts_of_this_person(directory, tmp_path):

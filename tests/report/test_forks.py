@@ -6,7 +6,7 @@ import pytest
 from captions import too_long
 
 from lockprobe.report import write_report
-from lockprobe.report.page import results
+from lockprobe.report.results import results
 from lockprobe.studies.branch import FORKS, branching, play_forks
 from lockprobe.studies.journal import Journal
 from lockprobe.studies.runner import run_study

@@ -20,7 +20,8 @@ from lockprobe.prose.loops import LOOP_DEFINITION
 from lockprobe.report import write_report
 from lockprobe.report.figures import _STARS as STARS_OF
 from lockprobe.report.figures import CAPTIONS
-from lockprobe.report.page import _page, results
+from lockprobe.report.page import _page
+from lockprobe.report.results import results
 from lockprobe.studies.study import Study
 
 ATTACK = "<script>alert('x')</script><img src=https://evil.example/x onerror=alert(1)>"

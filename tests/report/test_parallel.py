@@ -14,7 +14,7 @@ import pytest
 from builders import small_study, write_study
 
 from lockprobe.analysis import habit_baseline
-from lockprobe.report import page, parallel, write_report
+from lockprobe.report import figures, parallel, write_report
 from lockprobe.report.parallel import shared, uncollected
 
 LARGE = parallel.LARGE
@@ -119,8 +119,8 @@ def test_several_processes_change_no_byte(tmp_path, monkeypatch, drawn):
     one, two = (write_study(tmp_path / name, study) for name in ("one", "two"))
     monkeypatch.setattr(parallel, "LARGE", 0)
     monkeypatch.setattr(habit_baseline, "SIMULATED", SIMULATED)  # as in a process that starts afresh
-    every, few = page.drawings, ("courses", "fig5a", "fig3", "overview")  # of each kind of picture one
-    monkeypatch.setattr(page, "drawings", lambda summary: {name: every(summary)[name] for name in few})
+    every, few = figures.drawings, ("courses", "fig5a", "fig3", "overview")  # of each kind of picture one
+    monkeypatch.setattr(figures, "drawings", lambda summary: {name: every(summary)[name] for name in few})
     with drawn():
         write_report(one, processes=1)
         write_report(two, processes=2)

@@ -7,7 +7,7 @@ from builders import write_study
 from captions import too_long
 
 from lockprobe.report import write_report
-from lockprobe.report.page import results
+from lockprobe.report.results import results
 from lockprobe.studies.journal import load
 from lockprobe.studies.studyfile import study
 

@@ -6,7 +6,7 @@ import pytest
 
 from lockprobe.errors import BadFile
 from lockprobe.pictures.picture import Picture
-from lockprobe.studies.picture_store import Album
+from lockprobe.studies.picture_store import ALBUM, Album, read_picture
 
 ONE, TWO = Picture(kind="rgb", png=b"one"), Picture(kind="depth16", png=b"two", shown=False)
 
@@ -17,6 +17,13 @@ def test_every_picture_is_kept_under_its_name(tmp_path):
         album.keep(picture)
     kept = {path.name: path.read_bytes() for path in (tmp_path / "pictures").iterdir()}
     assert kept == {ONE.name: b"one", TWO.name: b"two"}
+
+
+def test_a_picture_is_read_by_its_name(tmp_path):
+    Album(tmp_path / ALBUM).keep(ONE)
+    assert read_picture(tmp_path, ONE.name) == b"one"
+    with pytest.raises(BadFile):
+        read_picture(tmp_path, TWO.name)
 
 
 def test_a_picture_that_is_there_is_not_written_again(tmp_path):

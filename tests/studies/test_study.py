@@ -219,6 +219,15 @@ def test_a_shuffled_trial_records_its_own_panel():
     assert not all(replace(SHUFFLED, layout="fixed").asks_for(trial) for trial in trials)
 
 
+def test_the_own_trials_of_a_study_keep_their_order_and_sort_as_it_plans():
+    asked = small_study(["random", "round-robin"], p=[0.0, 0.4], trials=2)
+    trials = play_study(asked)[::-1]
+    foreign = [replace(trials[0], seed=9), replace(trials[1], agent="human-inspired")]
+    assert asked.own_trials([*foreign, *trials]) == trials
+    ordered = [(t.agent, t.p, t.repetition, t.trial) for t in sorted(trials, key=asked.place_of)]
+    assert ordered == sorted(ordered, key=lambda one: (asked.agents.index(one[0]), one[1:]))
+
+
 def test_a_layout_is_one_of_two():
     with pytest.raises(BadValue, match="layout: got 'round', expected one of fixed, shuffled"):
         replace(STUDY, layout="round")

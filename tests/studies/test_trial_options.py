@@ -147,7 +147,7 @@ class TestBoxesOfStudies:
     @pytest.mark.parametrize(
         ("change", "why"),
         [
-            ({"name": "my box"}, "one that a file can hold .my box: name: expected a name"),
+            ({"name": "my box"}, "one that a file can hold .name: expected a name"),
             ({"interlock": {name: ({"b": True},) for name in "t"} | {"b": ({"t": True},)}}, "one that can be played"),
         ],
     )

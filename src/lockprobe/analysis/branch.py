@@ -8,7 +8,7 @@ alone. Forks also measure the first lie in a truthful world, which the records o
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
@@ -91,23 +91,34 @@ def fork_steps(trial: Trial, rule: str) -> tuple[int, ...]:
     last = len(trial.steps) - 1
     if rule == "every":
         return tuple(range(1, last + 1))
-    if rule == "first-lie":
-        found = next((n for n in range(1, last + 1) if flipped(trial, n - 1)), 0)
-    elif rule == "onset":
-        found = _onset(trial)
-    elif rule == "before-onset":
-        end = min(_onset(trial) or last, last)
-        draw = trial_stream(trial.seed, trial.repetition, trial.trial, rule).random()
-        found = _EARLIEST + int(draw * (end - _EARLIEST + 1)) if end >= _EARLIEST else 0
-    else:
-        found = int(rule)
+    found = _STEP_OF_RULE[rule](trial) if rule in _STEP_OF_RULE else int(rule)
     return (found,) if 1 <= found <= last else ()
+
+
+def _first_lie(trial: Trial) -> int:
+    """The step with the first false report; 0 without one."""
+    return next((n for n in range(1, len(trial.steps)) if flipped(trial, n - 1)), 0)
+
+
+def _before_onset(trial: Trial) -> int:
+    """A random step up to the first loop, or up to the end; 0 if the loop comes too early."""
+    last = len(trial.steps) - 1
+    end = min(_onset(trial) or last, last)
+    draw = trial_stream(trial.seed, trial.repetition, trial.trial, "before-onset").random()
+    return _EARLIEST + int(draw * (end - _EARLIEST + 1)) if end >= _EARLIEST else 0
 
 
 def _onset(trial: Trial) -> int:
     """The step that completes the first loop; 0 without a loop."""
     actions = trial.actions
     return next((n for n in range(1, len(actions) + 1) if continuation(actions[:n]) is not None), 0)
+
+
+_STEP_OF_RULE: Mapping[str, Callable[[Trial], int]] = {
+    "onset": _onset,
+    "first-lie": _first_lie,
+    "before-onset": _before_onset,
+}
 
 
 def branch_effects(
@@ -130,8 +141,8 @@ def branch_effects(
     """
     known = chances or {}
     placed: dict[tuple[str, str, bool], dict[tuple[str, int], dict[str, dict[int, Trial]]]] = {}
-    for fork in forks:
-        name = ForkName.parse(fork.key)
+    names = map(ForkName.parse, [fork.key for fork in forks])
+    for fork, name in zip(forks, names, strict=True):
         if name is None or fork.ending == "error" or (parent := parents.get(name.parent)) is None:
             continue
         cell = placed.setdefault((parent.group, _condition(parent), name.truthful), {})

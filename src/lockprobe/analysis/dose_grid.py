@@ -21,7 +21,6 @@ from lockprobe.analysis.axis import Axis
 from lockprobe.analysis.outcomes import Outcomes
 from lockprobe.analysis.proportions import ALPHA, Proportion, proportion
 from lockprobe.analysis.series import SeriesArm
-from lockprobe.spec import spec_name
 
 __all__ = ["Grid", "GridCell", "GridSummary", "contrast", "grid_summary", "grids"]
 
@@ -128,7 +127,7 @@ def _grid(members: Sequence[tuple[SeriesArm, int, int]], known: Mapping[tuple[st
     neither = known.get((shown, first.without(i, j)))
     if neither and any(row == 0 for row, _ in found) and any(column == 0 for _, column in found):
         found.setdefault((0.0, 0.0), neither)
-    rows, columns = (Axis(kind=spec_name(first.specs[at]), dose=first.doses[at], rest=rest) for at in (i, j))
+    rows, columns = (Axis(kind=first.specs[at].full_name, dose=first.doses[at], rest=rest) for at in (i, j))
     return Grid(
         rows=rows,
         columns=columns,

@@ -8,7 +8,7 @@ from itertools import combinations
 
 from lockprobe.analysis.axis import AGENT, Axis
 from lockprobe.record import STATES
-from lockprobe.spec import Spec, spec_name
+from lockprobe.spec import Spec
 
 __all__ = ["Crossing", "Series", "SeriesArm", "control_of", "crossings", "series_of", "series_of_agents"]
 
@@ -18,7 +18,7 @@ _FEWEST = 3
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SeriesArm:
-    """A condition as specs, for the search for dose series.
+    """A condition as its specs, for the search for dose series.
 
     Attributes:
         label: Its name.
@@ -28,18 +28,18 @@ class SeriesArm:
     """
 
     label: str
-    specs: tuple[str, ...]
+    specs: tuple[Spec, ...]
     doses: tuple[str, ...]
     modality: str = STATES
 
     @property
     def acting(self) -> tuple[int, ...]:
         """The places of interventions with an effect. At dose 0 there is none, unless other options change reports."""
-        return tuple(i for i in range(len(self.specs)) if self._dose(i) != 0 or "outcome-only" in self.specs[i])
+        return tuple(i for i in range(len(self.specs)) if self._dose(i) != 0 or "outcome-only" in str(self.specs[i]))
 
     def without(self, *places: int) -> tuple[str, ...]:
         """The specs of interventions with an effect, except at these places."""
-        return tuple(self.specs[i] for i in self.acting if i not in places)
+        return tuple(str(self.specs[i]) for i in self.acting if i not in places)
 
     def dose(self, place: int) -> float:
         """The dose of the intervention at a place; NaN without a dose."""
@@ -47,12 +47,12 @@ class SeriesArm:
         return float("nan") if found is None else found
 
     def _dose(self, place: int) -> float | None:
-        dose, options = self.doses[place], Spec.parse(self.specs[place], "intervention").options
+        dose, options = self.doses[place], self.specs[place].options
         return float(options[dose]) if dose and dose in options else None
 
     def family(self, place: int) -> tuple[str, str, tuple[tuple[str, str], ...], tuple[str, ...], str]:
         """A key that is equal for conditions that differ only in the dose at a place."""
-        spec = Spec.parse(self.specs[place], "intervention")
+        spec = self.specs[place]
         others = tuple(sorted(spec.without([self.doses[place]]).options.items()))
         return spec.full_name, self.doses[place], others, self.without(place), self.modality
 
@@ -105,7 +105,7 @@ def series_of(arms: Sequence[SeriesArm]) -> tuple[Series, ...]:
         if 0.0 not in doses.values():
             doses |= {one.label: 0.0 for one in zero[:1]}
         if len(doses) >= _FEWEST:
-            name, rest = spec_name(first.specs[place]), " + ".join(first.without(place))
+            name, rest = first.specs[place].full_name, " + ".join(first.without(place))
             axis = Axis(kind=name, dose=first.doses[place], rest=rest)
             ascending = dict(sorted(doses.items(), key=lambda both: both[1]))
             found.append(Series(axis=axis, doses=ascending, modality=first.modality))
@@ -115,8 +115,7 @@ def series_of(arms: Sequence[SeriesArm]) -> tuple[Series, ...]:
 def series_of_agents(agents: Sequence[str]) -> tuple[Series, ...]:
     """Every series of at least three agents that differ only in one number, such as their temperature."""
     families: dict[tuple[str, str], dict[str, float]] = {}
-    for agent in agents:
-        spec = Spec.parse(agent)
+    for agent, spec in zip(agents, map(Spec.parse, agents), strict=True):
         for option, value in spec.options.items():
             if (number := _number(value)) is not None:
                 families.setdefault((str(spec.without([option])), option), {})[agent] = number

@@ -213,8 +213,8 @@ def _entrant(trials: Sequence[Trial]) -> Entrant:
         counted=outcomes(trials),
         broken=broken_off(trials),
         budget=max(trial.budget for trial in trials),
-        head=spec_kind(first.group),
-        reference=is_reference(first.group),
+        head=first.kind,
+        reference=first.kind in _REFERENCES,
     )
 
 
@@ -272,7 +272,7 @@ def _agent(
         agent=first.group,
         modality=first.modality,
         shown=", ".join(filter(None, (_shown(first.modality, several=several), axis.rest))),
-        reference=is_reference(first.group),
+        reference=first.kind in _REFERENCES,
         blind=blind,
         conditions=conditions,
         success_fit=trend_fit(shares, "success", draws.success),

@@ -12,7 +12,7 @@ The paper compares success curves and loop rates only (Sec. 3.2 and 3.3), which 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
@@ -48,6 +48,9 @@ ON_REQUEST: Mapping[str, str] = {
 }
 """Two more arms, which are named as conditions: a report is inverted only where the agent is in an action loop; as many
 reports of the same agent are inverted at random steps. They tell the least of all arms (``docs/why.md``)."""
+
+_Acting = tuple[tuple[str, tuple[tuple[str, str], ...]], ...]
+"""Interventions, each as its name and its options by name."""
 
 MARGIN = 0.1
 """Equivalence margin: changes of success up to 10 percentage points count as none. The value is a convention."""
@@ -132,26 +135,31 @@ def arms_of(conditions: Sequence[SeriesArm]) -> tuple[float, dict[str, str]] | N
     """
     found = {_acting_interventions(one.specs): one.label for one in conditions}
     for one in conditions:
-        if len(one.specs) == 1 and (spec := Spec.parse(one.specs[0])).full_name == "flip":
+        if len(one.specs) == 1 and (spec := one.specs[0]).full_name == "flip":
             rate = float(spec.options["p"])
-            wanted = {
-                arm: _acting_interventions(_spec_list(spec.format(p=rate)))
-                for arm, spec in {**ARMS, **ON_REQUEST}.items()
-            }
+            wanted = {arm: _at_rate(template, rate) for arm, template in _TEMPLATES.items()}
             there = {arm: found[acting] for arm, acting in wanted.items() if acting in found}
             if rate > 0 and there.keys() >= {"truth", "lie", "retracted"}:
                 return rate, there
     return None
 
 
-def _spec_list(condition: str) -> tuple[str, ...]:
-    return () if condition == ARMS["truth"] else tuple(split_specs(condition))
-
-
-def _acting_interventions(specs: Sequence[str]) -> tuple[tuple[str, tuple[tuple[str, str], ...]], ...]:
+def _acting_interventions(specs: Iterable[Spec]) -> _Acting:
     """Specs in a form that does not depend on the order of options, without those of dose 0."""
-    parsed = [Spec.parse(spec, "intervention") for spec in specs]
-    return tuple((one.full_name, tuple(sorted(one.options.items()))) for one in parsed if one.options.get("p") != "0")
+    return tuple((one.full_name, tuple(sorted(one.options.items()))) for one in specs if one.options.get("p") != "0")
+
+
+_TEMPLATES = {
+    arm: _acting_interventions(map(Spec.parse, split_specs(text)) if text != "truth" else ())
+    for arm, text in {**ARMS, **ON_REQUEST}.items()
+}
+
+
+def _at_rate(template: _Acting, rate: float) -> _Acting:
+    """The interventions of an arm at a rate."""
+    return tuple(
+        (name, tuple((option, value.format(p=rate)) for option, value in options)) for name, options in template
+    )
 
 
 def why(

@@ -12,10 +12,10 @@ import typer
 from lockprobe.errors import BadFile, BadValue, Conflict
 from lockprobe.export.hub_dataset import write_hub_dataset
 from lockprobe.export.send_traces import endpoint_of, send_traces
-from lockprobe.export.table_files import TableName, rows_of, write_rows, write_table
+from lockprobe.export.table_files import Rows, TableName, rows_of, write_rows, write_table
 from lockprobe.export.traces import EPOCH, requests, write_traces
 from lockprobe.export.write_dataset import write_dataset
-from lockprobe.people.diary import PEOPLE_DIRECTORY
+from lockprobe.people.diary import PEOPLE_DIRECTORY, read_diaries
 from lockprobe.people.step_times import times_of_steps
 from lockprobe.studies.call_log import ASKED, CALLS, read_calls
 from lockprobe.studies.journal import load, read_timings
@@ -81,8 +81,7 @@ def export(
     if out is None or str(out) == "-":
         if format not in ("csv", "jsonl"):
             raise BadValue("--out", None, f"a file or a directory to write, because {format} is not text")
-        trials = load(directory)
-        write_rows(rows_of(table, trials, times_of_steps(directory, trials)), sys.stdout, format)
+        write_rows(_rows(table, directory), sys.stdout, format)
         return
     refuse_study_file(out, directory)
     if format == "psych-ds":
@@ -92,8 +91,7 @@ def export(
     elif format == "eval":
         written = _write_logs(directory, out)
     else:
-        trials = load(directory)
-        written = write_table(rows_of(table, trials, times_of_steps(directory, trials)), out, format)
+        written = write_table(_rows(table, directory), out, format)
     for path in written:
         print(path)
 
@@ -115,6 +113,13 @@ def _refuse_elsewhere(format_: Format, of: Format, **given: str | None) -> None:
     if format_ != of and any(value is not None for value in given.values()):
         names = " and ".join(f"--{name}" for name in given)
         raise BadValue("--format", format_, f"{of} with {names}")
+
+
+def _rows(table: TableName, directory: Path) -> Rows:
+    """A table of the trials in a directory, with the response times of its participants."""
+    trials, diaries = load(directory), read_diaries(directory)
+    times = times_of_steps(read_study(directory), trials, diaries, directory) if diaries else {}
+    return rows_of(table, trials, times)
 
 
 def _export_traces(directory: Path, out: Path | None, endpoint: str | None, start: str | None) -> None:

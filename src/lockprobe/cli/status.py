@@ -48,7 +48,7 @@ def status(directory: Directory, json: AsJson = False) -> None:
 def _status(directory: Path, *, json: bool) -> None:
     study = read_study(directory)
     everything, left_out = read_records(directory)
-    trials = [trial for trial in everything if study.asks_for(trial)]
+    trials = study.own_trials(everything)
     over = {trial.key for trial in trials if not trial.owed_again}
     ledger, begun = Ledger(study), Counter[str]()
     waiting = unanswered(directory)

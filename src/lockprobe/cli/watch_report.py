@@ -60,7 +60,7 @@ def owed_trials(directory: Path) -> int:
         BadFile: If the directory is not a study's, or a record is damaged.
     """
     study = read_study(directory)
-    return study.size - sum(not trial.owed_again for trial in load(directory) if study.asks_for(trial))
+    return study.size - sum(not trial.owed_again for trial in study.own_trials(load(directory)))
 
 
 def _state(directory: Path) -> tuple[tuple[int, int], ...]:

@@ -33,11 +33,10 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from lockprobe.errors import BadFile, BadValue
+from lockprobe.errors import BadFile, UserMistake
 from lockprobe.inputs import read_toml
 from lockprobe.lockbox.box import Clause, Joint, Lockbox, bits
 from lockprobe.lockbox.check import fault_of
-from lockprobe.terminal_text import printable
 from lockprobe.validation import plain
 
 __all__ = ["box_from_data", "read_box", "toml_of"]
@@ -74,7 +73,7 @@ def read_box(path: Path) -> Lockbox:
     Raises:
         BadFile: If the file has another form, or its box cannot be played (:class:`lockprobe.lockbox.check.Fault`).
     """
-    box = box_from_data(read_toml(path), path)
+    box = _box_of(read_toml(path), path)
     fault = fault_of(box)
     if fault:
         raise BadFile(path, fault.reason)
@@ -87,7 +86,7 @@ def toml_of(box: Lockbox) -> str:
     Raises:
         BadFile: If a name or a size is not allowed in a file.
     """
-    box_from_data(box.as_data(), Path(box.name))
+    _box_of(box.as_data(), box.name)
     joints = (
         f'[[joints]]\nname = "{joint.name}"\nkind = "{joint.kind}"\nplace = [{joint.place[0]}, {joint.place[1]}]\n'
         for joint in box.joints
@@ -102,15 +101,18 @@ def _inline(clause: Clause) -> str:
     return f"{{ {positions} }}" if clause else "{}"
 
 
-def box_from_data(data: object, path: Path) -> Lockbox:
-    """Build a box from parsed tables; the inverse of ``Lockbox.as_data``.
+def _box_of(data: object, source: Path | str) -> Lockbox:
+    try:
+        return box_from_data(data)
+    except UserMistake as error:
+        raise BadFile(source, str(error)) from None
 
-    Args:
-        data: Tables of the form above.
-        path: Their file, for the message.
+
+def box_from_data(data: object) -> Lockbox:
+    """Build a box from parsed tables of the form above; the inverse of ``Lockbox.as_data``.
 
     Raises:
-        BadFile: If they describe no box.
+        UserMistake: If they describe no box.
     """
     try:
         table = _BoxTable.model_validate(data)
@@ -127,6 +129,4 @@ def box_from_data(data: object, path: Path) -> Lockbox:
     except ValidationError as error:
         first = error.errors()[0]
         said = _PATTERNS.get(first.get("ctx", {}).get("pattern", ""), plain(first["msg"]))
-        raise BadFile(path, printable(f"{'.'.join(map(str, first['loc']))}: {said}")) from None
-    except BadValue as error:
-        raise BadFile(path, str(error)) from None
+        raise UserMistake(f"{'.'.join(map(str, first['loc']))}: {said}") from None

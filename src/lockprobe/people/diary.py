@@ -238,13 +238,14 @@ def without_identity(diary: Diary, *, platform: bool = False) -> Diary:
     return Diary(joined, tuple(lines))
 
 
-def read_diaries(directory: Path) -> list[Diary]:
+def read_diaries(directory: Path | str) -> list[Diary]:
     """The diaries of a study in the order in which the participants joined.
 
     Raises:
         BadFile: If a diary is damaged or a link, or the name of its file is not its participant.
     """
-    return sorted(_diaries(directory), key=lambda diary: (diary.joined.at, diary.identity))
+    people = Path(directory) / PEOPLE_DIRECTORY
+    return sorted(_diaries(people), key=lambda diary: (diary.joined.at, diary.identity))
 
 
 def read_diary(path: Path) -> list[Entry]:
@@ -266,8 +267,7 @@ def read_diary(path: Path) -> list[Entry]:
     return found
 
 
-def _diaries(directory: Path) -> Iterator[Diary]:
-    people = directory / PEOPLE_DIRECTORY
+def _diaries(people: Path) -> Iterator[Diary]:
     if people.is_symlink():
         raise BadFile(people, "a link, not a directory")
     for path in sorted(people.glob("*.jsonl")):

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Literal
 
 from lockprobe.people.assignment import conditions_of
-from lockprobe.people.diary import Slot, read_diaries
+from lockprobe.people.diary import Diary, Slot
 from lockprobe.people.journey import Journey
-from lockprobe.people.withdrawal import withdrawn
 from lockprobe.studies.study import Study
 
 __all__ = ["BoxesAt", "ConditionProgress", "Flow", "ParticipantProgress", "PeopleProgress", "flow_of", "progress_of"]
@@ -129,13 +127,9 @@ def progress_of(study: Study, journeys: Sequence[Journey], finished: Collection[
     )
 
 
-def flow_of(directory: Path) -> Flow | None:
-    """How many participants reached the end; None where nobody has taken part.
-
-    Raises:
-        BadFile: If a diary is damaged.
-    """
-    journeys, gone = [Journey.of(diary) for diary in read_diaries(directory)], withdrawn(directory)
+def flow_of(diaries: Iterable[Diary], gone: int) -> Flow | None:
+    """How many participants reached the end; None where nobody has taken part. ``gone``: number of withdrawals."""
+    journeys = [Journey.of(diary) for diary in diaries]
     if not journeys and not gone:
         return None
     given: Counter[tuple[str, float]] = Counter()

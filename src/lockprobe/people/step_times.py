@@ -6,10 +6,9 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from lockprobe.errors import BadFile
-from lockprobe.people.diary import Diary, Did, diary_path, read_diaries
+from lockprobe.people.diary import Diary, Did, diary_path
 from lockprobe.people.responses import Attempt
 from lockprobe.record import Trial
-from lockprobe.studies.settings import read_study
 from lockprobe.studies.study import Study
 
 __all__ = ["acts_of_steps", "key_of", "times_of_steps"]
@@ -54,14 +53,13 @@ def acts_of_steps(
     return found
 
 
-def times_of_steps(directory: Path, trials: Iterable[Trial]) -> dict[tuple[str, int], float]:
-    """Response times of people in ms, by key of the trial and step from 1; empty without participants.
+def times_of_steps(
+    study: Study, trials: Iterable[Trial], diaries: Iterable[Diary], directory: Path
+) -> dict[tuple[str, int], float]:
+    """Response times of people in ms, by key of the trial and step from 1. ``directory`` is named in messages.
 
     Raises:
-        BadFile: If a diary is damaged, or a diary and a record disagree.
+        BadFile: If a diary and a record disagree, or a diary belongs to another study.
     """
-    if not (diaries := read_diaries(directory)):
-        return {}
-    by_key = {trial.key: trial for trial in trials}
-    acts = acts_of_steps(read_study(directory), by_key, diaries, directory)
+    acts = acts_of_steps(study, {trial.key: trial for trial in trials}, diaries, directory)
     return {place: act.act.rt for place, act in acts.items() if isinstance(act.act, Attempt)}

@@ -21,23 +21,25 @@ _UNDER_WAY = "withdrawing.json"
 _COUNT = "withdrawn.json"
 
 
-def withdrawn(directory: Path) -> int:
+def withdrawn(directory: Path | str) -> int:
     """The number of withdrawals from the study in a directory.
 
     Raises:
         BadFile: If the count is damaged.
     """
-    found = _read(directory / PEOPLE_DIRECTORY / _COUNT)
+    path = Path(directory) / PEOPLE_DIRECTORY / _COUNT
+    found = _read(path)
     return 0 if found is None else int(str(found["withdrawn"]))
 
 
-def withdrawing(directory: Path) -> str | None:
+def withdrawing(directory: Path | str) -> str | None:
     """The participant whose deletion is noted and not finished; None if there is none.
 
     Raises:
         BadFile: If the note is damaged.
     """
-    note = _read(directory / PEOPLE_DIRECTORY / _UNDER_WAY)
+    path = Path(directory) / PEOPLE_DIRECTORY / _UNDER_WAY
+    note = _read(path)
     return None if note is None else str(note.get("participant"))
 
 

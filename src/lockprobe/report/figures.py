@@ -14,19 +14,18 @@ from lockprobe.analysis.suite_scores import SuiteScore
 from lockprobe.analysis.summary import StudySummary
 from lockprobe.analysis.why import Why
 from lockprobe.lockbox.box import Lockbox
+from lockprobe.report.results import StudyNumbers
 
 __all__ = [
     "CAPTIONS",
     "CONDITION_CAPTIONS",
     "Caption",
     "Pictures",
-    "box_picture",
     "captions_of",
     "comparison_picture",
-    "condition_pictures",
     "drawings",
-    "fork_pictures",
     "series_captions",
+    "study_drawings",
     "suite_picture",
 ]
 
@@ -210,7 +209,18 @@ def series_captions(dose: str) -> dict[str, Caption]:
     }
 
 
-def fork_pictures(found: Sequence[BranchEffect]) -> dict[str, Callable[[], dict[str, bytes]]]:
+def study_drawings(numbers: StudyNumbers, box: Lockbox) -> dict[str, Callable[[], dict[str, bytes]]]:
+    """Every figure of a study by name, as a function that draws it as PNG and SVG."""
+    found = numbers.trials
+    pictures = (
+        drawings(found)
+        if isinstance(found, StudySummary)
+        else _condition_pictures(found.effects, [summary for _, summary in found.series], found.whys)
+    )
+    return pictures | {"box": partial(_draw_box, box)} | (_fork_pictures(numbers.forks) if numbers.forks else {})
+
+
+def _fork_pictures(found: Sequence[BranchEffect]) -> dict[str, Callable[[], dict[str, bytes]]]:
     """The figure of forks by name, as a function that draws it as PNG and SVG; none without numbered steps."""
     from lockprobe import figures
 
@@ -242,11 +252,6 @@ def suite_picture(entries: Sequence[tuple[str, SuiteScore]]) -> dict[str, bytes]
     return {"png": figures.render(figure, "png"), "svg": figures.render(figure, "svg")}
 
 
-def box_picture(box: Lockbox) -> dict[str, Callable[[], dict[str, bytes]]]:
-    """The figure of a box by name, as a function that draws it as PNG and SVG."""
-    return {"box": partial(_draw_box, box)}
-
-
 def _draw_box(box: Lockbox) -> dict[str, bytes]:
     from lockprobe import figures
     from lockprobe.figures.boxes import box_figure
@@ -268,7 +273,7 @@ def drawings(summary: StudySummary) -> dict[str, Callable[[], dict[str, bytes]]]
     return {name: partial(_draw, summary, name) for name in names}
 
 
-def condition_pictures(
+def _condition_pictures(
     effects: Sequence[Effects], series: Sequence[StudySummary], whys: Sequence[Why] = ()
 ) -> dict[str, Callable[[], dict[str, bytes]]]:
     """Every figure of a study of conditions by name, as a function that draws it as PNG and SVG."""

@@ -6,14 +6,13 @@ from collections.abc import Sequence
 
 from pydantic import Field
 
-from lockprobe.analysis.branch import BranchEffect, branch_effects
+from lockprobe.analysis.branch import BranchEffect
 from lockprobe.formatting import NONE, bracketed, p_cell, percent
 from lockprobe.prose.branch import value_said
 from lockprobe.report.described import Counted, DescribedResult, FiniteNumber, Share
 from lockprobe.report.format import TextTable
-from lockprobe.report.opened import OpenedStudy
 
-__all__ = ["ForkResult", "fork_effects", "fork_rows", "fork_table"]
+__all__ = ["ForkResult", "fork_rows", "fork_table"]
 
 
 class ForkResult(DescribedResult):
@@ -32,11 +31,6 @@ class ForkResult(DescribedResult):
     p_value: Share = Field(description="Exchange of signs of trials; of solved corrected per agent (Holm).")
     trials: Counted = Field(description="Trials that were forked there.")
     forks: Counted = Field(description="Pairs of forks.")
-
-
-def fork_effects(opened: OpenedStudy) -> list[BranchEffect]:
-    """The effects that the forks on record of a study give."""
-    return branch_effects(opened.forks, {trial.key: trial for trial in opened.trials}, chances=opened.choices)
 
 
 def fork_rows(effects: Sequence[BranchEffect]) -> list[ForkResult]:

@@ -16,16 +16,11 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any
 
-from lockprobe.analysis.branch import BranchEffect
 from lockprobe.analysis.inference.association import LENGTH_CAVEAT
-from lockprobe.analysis.summary import summarise
-from lockprobe.errors import BadFile, BadValue
 from lockprobe.parallel import Each
-from lockprobe.prose.branch import found_said
 from lockprobe.prose.hypothesis_tests import QUESTIONS
 from lockprobe.prose.loops import LOOP_DEFINITION
 from lockprobe.report import leaderboard_tables, tables
-from lockprobe.report.conditions import condition_results, condition_study
 from lockprobe.report.details import AuditedRate
 from lockprobe.report.dose_grids import grid_table, trend_table
 from lockprobe.report.excursions import excursion_table
@@ -35,26 +30,22 @@ from lockprobe.report.figures import (
     CONDITION_CAPTIONS,
     Caption,
     Pictures,
-    box_picture,
     captions_of,
-    condition_pictures,
-    drawings,
-    fork_pictures,
     series_captions,
+    study_drawings,
 )
-from lockprobe.report.forks import fork_effects, fork_rows, fork_table
+from lockprobe.report.forks import fork_table
 from lockprobe.report.format import TextTable, as_csv, as_tex
 from lockprobe.report.installed_measures import measure_table
 from lockprobe.report.opened import OpenedStudy, open_study
-from lockprobe.report.parallel import one_thread
 from lockprobe.report.people import people_steps_table, people_table, positions_table
 from lockprobe.report.rendering import image, rendered
-from lockprobe.report.results import flip_results
+from lockprobe.report.results import StudyNumbers, results_of, study_numbers
 from lockprobe.report.sample_pictures import embedded
 from lockprobe.report.schema import Results
 from lockprobe.report.why import arm_table, estimate_table
 
-__all__ = ["File", "report_files", "results"]
+__all__ = ["File", "report_files"]
 
 File = tuple[str, str | bytes | None]
 """A file by its path in the directory, with its content; None for one that is removed."""
@@ -77,19 +68,20 @@ def report_files(directory: Path, *, tell: Callable[[str], None], each: Each) ->
     opened = open_study(directory)
     if not opened.finished:
         tell("no trial has ended yet")
-    numbers, draw = _summarised(opened, directory, tell=tell, each=each)
+    tell(f"testing {len(opened.trials)} trial{'s' * (len(opened.trials) != 1)}")
+    numbers = study_numbers(opened, each=each)
     tell("drawing the figures")
-    others = partial(_without_figures, opened, numbers)
-    (content, files, trials), *done = each(operator.call, [others, *draw.values()])
+    draw = study_drawings(numbers, opened.study.box)
+    (content, files, trials), *done = each(operator.call, [partial(_without_figures, opened, numbers), *draw.values()])
     found = dict(zip(draw, done, strict=True))
     drawn = {name: found[name] for name in (CAPTIONS if content.of_flips else draw) if name in found}
     yield from files
     yield from _with_figures(content, drawn, embedded(directory, content.seen), trials)
 
 
-def _without_figures(opened: OpenedStudy, numbers: Callable[[], Results]) -> tuple[Results, list[File], str]:
+def _without_figures(opened: OpenedStudy, numbers: StudyNumbers) -> tuple[Results, list[File], str]:
     """The results, the files that need no figure, and the explorer's data."""
-    content = numbers()
+    content = results_of(opened, numbers)
     files: list[File] = [
         ("results.json", json.dumps(content.plain(), indent=1, ensure_ascii=False, allow_nan=False) + "\n")
     ]
@@ -111,55 +103,6 @@ def _with_figures(content: Results, drawn: Pictures, photographs: Mapping[str, s
     why = ["why"] if content.why and not content.of_flips else []
     for name in (*why, *(["forks"] if content.forks else []), "report"):
         yield f"{name}.html", _page(name, content, drawn, photographs, trials)
-
-
-def results(directory: Path | str) -> Results:
-    """The numbers of a study, from its records; equal records give equal results.
-
-    Args:
-        directory: The directory of a study.
-
-    Raises:
-        BadFile: If it is none.
-    """
-    with one_thread():
-        numbers, _ = _summarised(open_study(Path(directory)), Path(directory))
-        return numbers()
-
-
-def _summarised(
-    opened: OpenedStudy, directory: Path, *, tell: Callable[[str], None] = lambda said: None, each: Each = map
-) -> tuple[Callable[[], Results], dict[str, Callable[[], Any]]]:
-    """The values of a study: what makes its results of them, and what draws each figure."""
-    numbers, pictures = _of_trials(opened, directory, tell=tell, each=each)
-    pictures |= box_picture(opened.study.box)
-    if not opened.forks:
-        return numbers, pictures
-    forks = fork_effects(opened)
-    return partial(_with_forks, numbers, forks), pictures | fork_pictures(forks)
-
-
-def _with_forks(numbers: Callable[[], Results], forks: Sequence[BranchEffect]) -> Results:
-    """The results with what one report did."""
-    said = found_said([one for one in forks if one.outcome == "solved"])
-    return numbers().model_copy(update={"forks": fork_rows(forks), "forks_said": said})
-
-
-def _of_trials(
-    opened: OpenedStudy, directory: Path, *, tell: Callable[[str], None], each: Each
-) -> tuple[Callable[[], Results], dict[str, Callable[[], Any]]]:
-    """The trials of a study: what gives their results, and what draws each figure."""
-    trials = opened.trials
-    tell(f"testing {len(trials)} trial{'s' * (len(trials) != 1)}")
-    if not opened.study.of_flips:
-        played = condition_study(opened, each=each)
-        pictures = condition_pictures(played.effects, [summary for _, summary in played.series], played.whys)
-        return partial(condition_results, played), pictures
-    try:
-        summary = summarise(trials, opened.study.box, each=each)
-    except BadValue as error:
-        raise BadFile(directory / "trials.jsonl", str(error)) from error
-    return partial(flip_results, opened, summary), drawings(summary)
 
 
 def _tables(content: Results) -> dict[str, TextTable]:

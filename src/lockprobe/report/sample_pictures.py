@@ -8,11 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from lockprobe.errors import BadFile, BadValue, Missing
-from lockprobe.inputs import read_input
 from lockprobe.pictures.picture import PICTURE_NAME, PictureKind
 from lockprobe.pictures.png import from_png, to_png
 from lockprobe.record import Trial
-from lockprobe.studies.picture_store import ALBUM
+from lockprobe.studies.picture_store import read_picture
 
 __all__ = ["SeenModality", "SeenMoment", "embedded", "seen"]
 
@@ -78,9 +77,7 @@ def embedded(directory: Path, rows: Sequence[SeenModality]) -> dict[str, str]:
     Those that are not there or damaged are left out, and all where the package that reads pictures is missing.
     """
     files = {item for row in rows for moment in row.moments for item in moment.files.items()}
-    small = {
-        name: _small(directory / ALBUM / name, kind) for kind, name in sorted(files) if PICTURE_NAME.fullmatch(name)
-    }
+    small = {name: _small(directory, name, kind) for kind, name in sorted(files) if PICTURE_NAME.fullmatch(name)}
     return {
         name: "data:image/png;base64," + base64.b64encode(png).decode()
         for name, png in small.items()
@@ -88,10 +85,11 @@ def embedded(directory: Path, rows: Sequence[SeenModality]) -> dict[str, str]:
     }
 
 
-def _small(path: Path, kind: PictureKind) -> bytes | None:
+def _small(directory: Path, name: str, kind: PictureKind) -> bytes | None:
     """Of colours, the mean of every block; of depth, one pixel of it: the mean of two codes is the code of neither."""
     try:
-        pixels = from_png(read_input(path))
+        png = read_picture(directory, name)
+        pixels = from_png(png)
     except (BadFile, BadValue, Missing):
         return None
     step = -(-pixels.shape[1] // _WIDE)

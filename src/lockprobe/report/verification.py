@@ -22,7 +22,7 @@ from lockprobe.plan import Plan
 from lockprobe.protocols import Agent
 from lockprobe.record import Decision, Fact, Situation, Step, Trial
 from lockprobe.report.opened import OpenedStudy, open_study
-from lockprobe.report.page import results
+from lockprobe.report.results import results
 from lockprobe.storage.jsonl import has_checksum, whole_lines
 from lockprobe.studies.call_log import read_calls
 from lockprobe.studies.directory import RECORDS

@@ -5,10 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 from lockprobe.errors import BadFile
+from lockprobe.inputs import read_input
 from lockprobe.pictures.picture import Picture
 from lockprobe.storage.atomic_file import write_file
 
-__all__ = ["ALBUM", "Album"]
+__all__ = ["ALBUM", "Album", "read_picture"]
 
 ALBUM = "pictures"
 """Name of the directory of pictures in the directory of a study."""
@@ -37,3 +38,13 @@ class Album:
         except OSError as error:
             raise BadFile(path, f"cannot be written ({error.strerror or error})") from error
         write_file(path, picture.png)
+
+
+def read_picture(directory: Path | str, name: str) -> bytes:
+    """The content of a picture in the directory of a study.
+
+    Raises:
+        BadFile: If it cannot be read.
+    """
+    path = Path(directory) / ALBUM / name
+    return read_input(path)

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from lockprobe.errors import BadFile, BadValue, UnknownName
+from lockprobe.errors import BadFile, UserMistake
 from lockprobe.interventions.condition import Condition, Recorded, flips
 from lockprobe.lockbox.boxfile import box_from_data
 from lockprobe.studies.directory import read_settings
@@ -90,11 +90,11 @@ def study_from(settings: Mapping[str, object], path: Path) -> Study:
         return Study(
             name=found.study,
             agents=tuple(found.agents),
-            box=box_from_data(found.box, path),
+            box=box_from_data(found.box),
             conditions=_conditions(found),
             **found.model_dump(include=_AS_THEY_STAND),
         )
-    except (BadValue, UnknownName) as error:
+    except UserMistake as error:
         raise BadFile(path, str(error)) from None
 
 

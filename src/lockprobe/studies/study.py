@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise, product
 from typing import Literal, get_args
@@ -247,6 +247,11 @@ class Study:
         """Trials per repetition and condition that an agent plays."""
         return self.strategy_trials if self.strategy_trials is not None and is_strategy(agent) else self.trials
 
+    @property
+    def _played(self) -> dict[str, tuple[tuple[str, ...], int]]:
+        """Of each agent the modalities that it plays, and its trials per repetition and condition."""
+        return {agent: (self.modalities_of(agent), self.trials_of(agent)) for agent in self.agents}
+
     def plans(self, agent: str) -> Iterator[Plan]:
         """The trials of one agent: repetitions outermost, conditions innermost, so that a part is balanced."""
         conditions = self.conditions_of(agent)
@@ -306,12 +311,22 @@ class Study:
 
     def asks_for(self, trial: Trial) -> bool:
         """Whether a trial on record is one of this study: its key, its place, its settings and its panel agree."""
+        return bool(self.own_trials([trial]))
+
+    def own_trials(self, trials: Iterable[Trial]) -> list[Trial]:
+        """Those trials on record that are of this study, in their order; see :meth:`asks_for`.
+
+        Raises:
+            UnknownName: If there is no such agent as one of the study's.
+        """
+        played = self._played
+        return [trial for trial in trials if trial.group in played and self._is_own(trial, *played[trial.group])]
+
+    def _is_own(self, trial: Trial, modalities: Sequence[str], trials: int) -> bool:
         condition = self.condition_of(trial)
-        if condition is None or trial.group not in self.agents:
+        if condition is None or not (1 <= trial.repetition <= self.repetitions and 1 <= trial.trial <= trials):
             return False
-        if not (1 <= trial.repetition <= self.repetitions and 1 <= trial.trial <= self.trials_of(trial.agent)):
-            return False
-        if trial.modality != condition.modality or trial.modality not in self.modalities_of(trial.agent):
+        if trial.modality != condition.modality or trial.modality not in modalities:
             return False
         plan = self.plan(trial.agent, condition, trial.repetition, trial.trial)
         return (
@@ -320,6 +335,14 @@ class Study:
             and trial.joints == plan.box.names
             and trial.assessment == self.assessment
         )
+
+    def place_of(self, trial: Trial) -> tuple[int, float, float, int, int]:
+        """A sort key of this study's trials: by agent, then by condition; flip rates ascend in each modality."""
+        agent = self.agents.index(trial.group)
+        if self.of_flips:
+            return agent, self.modalities.index(trial.modality), trial.dose, trial.repetition, trial.trial
+        condition = next(i for i, one in enumerate(self.conditions) if one.label == trial.condition)
+        return agent, condition, 0, trial.repetition, trial.trial
 
     @property
     def run_agents(self) -> tuple[str, ...]:

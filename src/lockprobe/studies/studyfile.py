@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.errors import BadFile, BadValue, UnknownName
+from lockprobe.errors import BadValue, UnknownName, UserMistake
 from lockprobe.interventions.catalogue import spec_of
 from lockprobe.interventions.condition import (
     Condition,
@@ -147,8 +147,8 @@ def _flip(request: StudyOptions) -> FlipKind:
 def _check_kept(box: Lockbox) -> None:
     """Refuse a box that cannot be played, or that the settings of a study on disk could not hold."""
     try:
-        box_from_data(box.as_data(), Path(box.name))
-    except BadFile as error:
+        box_from_data(box.as_data())
+    except UserMistake as error:
         raise BadValue("box", box.name, f"one that a file can hold ({error})") from None
     if fault := fault_of(box):
         raise BadValue("box", box.name, f"one that can be played ({fault.reason})")

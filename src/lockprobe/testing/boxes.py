@@ -35,7 +35,7 @@ def check_box(box: str | Path | Lockbox | Callable[[], Lockbox]) -> None:
     fault = fault_of(found)
     assert fault is None, f"{found.name} is {fault and fault.reason}"
     try:
-        read = box_from_data(json.loads(json.dumps(found.as_data())), Path(found.name))
+        read = box_from_data(json.loads(json.dumps(found.as_data())))
         toml_of(found)
     except UserMistake as mistake:
         raise AssertionError(f"{found.name} cannot be written down: {mistake}") from mistake

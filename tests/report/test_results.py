@@ -16,7 +16,8 @@ from lockprobe.report import write_report
 from lockprobe.report.explorer import explorer_data
 from lockprobe.report.figures import CAPTIONS
 from lockprobe.report.opened import open_study
-from lockprobe.report.page import _page, _tables, results
+from lockprobe.report.page import _page, _tables
+from lockprobe.report.results import results
 from lockprobe.report.schema import Results
 from lockprobe.trial_json import trial_to_json
 

@@ -1,0 +1,149 @@
+"""All numbers of a study of any conditions: each against its control, crossed ones, doses and causes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from operator import call
+
+from lockprobe.analysis.condition import ConditionSummary, condition_summary
+from lockprobe.analysis.dose_grid import grids
+from lockprobe.analysis.effects import Effects, effects
+from lockprobe.analysis.reference import Reference, reference_of
+from lockprobe.analysis.series import Series, SeriesArm, control_of, crossings, series_of, series_of_agents
+from lockprobe.analysis.summary import StudySummary, is_reference, summarise
+from lockprobe.analysis.why import Why, why
+from lockprobe.lockbox.box import Lockbox
+from lockprobe.parallel import Each
+from lockprobe.record import Trial
+
+__all__ = ["ConditionStudySummary", "summarise_conditions"]
+
+_Cells = Mapping[tuple[str, str], Sequence[Trial]]
+"""The trials of every agent under every condition."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ConditionStudySummary:
+    """The numbers of a study of conditions.
+
+    Attributes:
+        agents: Its agents.
+        arms: Its conditions as their specs tell them.
+        conditions: Every agent under every condition -> its numbers, under (agent, condition).
+        effects: Every agent's conditions against their control.
+        series: Conditions that differ in one dose alone, each with the numbers over that dose.
+        whys: Of a study of controls: why false reports change each agent's success.
+        reference: What blind agents and the shortest plan reach on the box.
+    """
+
+    agents: tuple[str, ...]
+    arms: tuple[SeriesArm, ...]
+    conditions: Mapping[tuple[str, str], ConditionSummary]
+    effects: tuple[Effects, ...]
+    series: tuple[tuple[Series, StudySummary], ...]
+    whys: tuple[Why, ...]
+    reference: Reference
+
+    @property
+    def subjects(self) -> tuple[str, ...]:
+        """The agents that the study is about: those that are no reference, or all if all are."""
+        return tuple(agent for agent in self.agents if not is_reference(agent)) or self.agents
+
+
+def summarise_conditions(
+    trials: Sequence[Trial],
+    arms: Sequence[SeriesArm],
+    *,
+    agents: tuple[str, ...],
+    box: Lockbox,
+    budget: int,
+    each: Each = map,
+) -> ConditionStudySummary:
+    """Compute all numbers of a study of conditions.
+
+    Args:
+        trials: Its trials.
+        arms: Its conditions.
+        agents: Its agents.
+        box: Its box.
+        budget: Most steps of a trial.
+        each: A map function over agents, sequential or parallel.
+    """
+    reference = reference_of(box, budget)
+    cells = _cells(trials)
+    jobs = [partial(condition_summary, members, reference) for members in cells.values()]
+    return ConditionStudySummary(
+        agents=agents,
+        arms=tuple(arms),
+        conditions=dict(zip(cells, each(call, jobs), strict=True)),
+        effects=_effects(cells, arms, agents),
+        series=_series(trials, arms, agents, box, each),
+        whys=_whys(cells, arms, agents),
+        reference=reference,
+    )
+
+
+def _cells(trials: Sequence[Trial]) -> dict[tuple[str, str], list[Trial]]:
+    """The trials of every agent under every condition, without a place on an axis."""
+    cells: dict[tuple[str, str], list[Trial]] = {}
+    for trial in trials:
+        cells.setdefault((trial.group, trial.condition), []).append(replace(trial, placed=0.0))
+    return cells
+
+
+def _effects(cells: _Cells, arms: Sequence[SeriesArm], agents: Sequence[str]) -> tuple[Effects, ...]:
+    """Each modality's conditions against its control; the first modality is also compared with the others' controls."""
+    found = []
+    modalities = list(dict.fromkeys(arm.modality for arm in arms))
+    others = [control_of(arms, modality) for modality in modalities[1:]]
+    for agent in agents:
+        for modality in modalities:
+            beside = others if modality == modalities[0] else []
+            own = {
+                arm.label: cells[agent, arm.label]
+                for arm in arms
+                if (arm.modality == modality or arm in beside) and (agent, arm.label) in cells
+            }
+            control = control_of(arms, modality)
+            shown = [arm for arm in arms if arm.modality == modality]
+            if control is not None and (one := effects(own, control.label, crossings(shown), grids(shown))):
+                found.append(one)
+    return tuple(found)
+
+
+def _whys(cells: _Cells, arms: Sequence[SeriesArm], agents: Sequence[str]) -> tuple[Why, ...]:
+    """Why false reports change each agent's success, in each modality that has the arms for it."""
+    found = []
+    for agent in agents:
+        for modality in dict.fromkeys(arm.modality for arm in arms):
+            shown = [arm for arm in arms if arm.modality == modality]
+            own = {arm.label: cells[agent, arm.label] for arm in shown if (agent, arm.label) in cells}
+            if one := why(own, shown):
+                found.append(one)
+    return tuple(found)
+
+
+def _series(
+    trials: Sequence[Trial], arms: Sequence[SeriesArm], agents: Sequence[str], box: Lockbox, each: Each
+) -> tuple[tuple[Series, StudySummary], ...]:
+    found = []
+    for series in series_of(arms):
+        placed = [
+            replace(trial, placed=series.doses[trial.condition], modality=series.modality)
+            for trial in trials
+            if trial.condition in series.doses
+        ]
+        if placed:
+            found.append((series, summarise(placed, box, each=each, axis=series.axis)))
+    control = control_of(arms, arms[0].modality)
+    for series in series_of_agents(agents):
+        placed = [
+            replace(trial, agent=series.agent, placed=series.doses[trial.agent])
+            for trial in trials
+            if trial.agent in series.doses and control is not None and trial.condition == control.label
+        ]
+        if placed:
+            found.append((series, summarise(placed, box, each=each, axis=series.axis)))
+    return tuple(found)

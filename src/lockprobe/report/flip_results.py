@@ -1,0 +1,231 @@
+"""A study of flips as the numbers of ``results.json``; equal records give equal numbers."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from importlib.metadata import version
+from itertools import chain
+from typing import Any
+
+from lockprobe.analysis.response_times import response_times
+from lockprobe.analysis.summary import StudySummary
+from lockprobe.audit.rates import shipped
+from lockprobe.people.progress import flow_of
+from lockprobe.people.step_times import times_of_steps
+from lockprobe.prose.agent_comparison import comparison_said, ranking_said
+from lockprobe.prose.hypothesis_tests import conclusions
+from lockprobe.prose.loops import loop_finding
+from lockprobe.prose.modalities import modality_finding
+from lockprobe.prose.panel import panel_said
+from lockprobe.prose.robot import verdicts_said
+from lockprobe.prose.section_answers import section_answers
+from lockprobe.prose.subject import subject_of
+from lockprobe.prose.success import baselines_said, courses_said, finding
+from lockprobe.record import Fact, Trial
+from lockprobe.report.claims import claim_rows
+from lockprobe.report.details import AuditedRate, AuditResult, BrokenTrials, LeftOutResult
+from lockprobe.report.examples import examples
+from lockprobe.report.excursions import LieResult, lie_rows, lies_answer
+from lockprobe.report.installed_measures import measure_rows
+from lockprobe.report.leaderboard import comparison_rows, interaction_rows, leaderboard_rows
+from lockprobe.report.opened import OpenedStudy
+from lockprobe.report.overview import flip_overview
+from lockprobe.report.people import PeopleResult, people_row
+from lockprobe.report.rows import (
+    claim_row,
+    condition_row,
+    contrast_row,
+    course_row,
+    detector_row,
+    fit_row,
+    judged,
+    modality_row,
+    pace_row,
+    rationality_rows,
+    test_rows,
+)
+from lockprobe.report.sample_pictures import seen
+from lockprobe.report.schema import Results, StudyProgress
+from lockprobe.studies.records import LeftOut
+from lockprobe.studies.study import Study
+
+__all__ = [
+    "RESULTS_VERSION",
+    "agent_facts",
+    "audit_result",
+    "broken_rows",
+    "flip_results",
+    "left_out_row",
+    "plant_facts",
+]
+
+RESULTS_VERSION = 3
+"""Version of the layout of ``results.json``."""
+
+
+MANY = 8
+"""Values of a fact beyond which they are counted."""
+
+
+def flip_results(opened: OpenedStudy, summary: StudySummary) -> Results:
+    """The results of a study of flips, and all that its pages are made from.
+
+    Args:
+        opened: The study.
+        summary: The numbers of its trials.
+    """
+    study, trials, agents = opened.study, opened.trials, summary.agents
+    by_people = sum(not trial.owed_again for trial in trials if trial.player)
+    planned, finished = study.size - study.invited, opened.finished - by_people  # participants owe no trials
+    names = {(agent.agent, agent.modality): agent.name for agent in agents}
+    lies = lie_rows(trials, [(a.agent, a.modality, subject_of(a)) for a in summary.subjects if not a.blind])
+    return Results(
+        schema_version=RESULTS_VERSION,
+        lockprobe=version("lockprobe"),
+        study=dict(opened.settings),
+        joints=len(opened.settings.get("box", {}).get("joints", [])),
+        overview=flip_overview(summary, opened.settings),
+        progress=StudyProgress(planned=planned, finished=finished, partial=finished < planned),
+        left_out=left_out_row(trials, opened.journal, opened.foreign),
+        panel_said=_panel(study),
+        **_sentences(summary, lies),
+        box=summary.reference,
+        conditions=[condition_row(c, a.name, blind=a.blind) for a in agents for c in a.conditions],
+        leaderboard=leaderboard_rows(summary, trials),
+        comparisons=comparison_rows(summary.comparisons, names),
+        interactions=interaction_rows(summary.comparisons, names),
+        rationality=[row for a in agents for c in a.conditions for row in rationality_rows(c, a.name, blind=a.blind)],
+        judged=judged(summary),
+        lies=lies,
+        paces=[pace_row(compared, names) for compared in summary.paces],
+        modalities=[modality_row(effect) for effect in summary.modalities],
+        people=_people(opened, summary, by_people),
+        verdicts=summary.verdicts,
+        verdicts_said=verdicts_said(summary.verdicts) if summary.verdicts else "",
+        fits=[fit_row(agent) for agent in agents],
+        tests=[row for agent in agents if not agent.blind for row in test_rows(agent)],
+        contrasts=[contrast_row(agent, agent.contrast) for agent in agents if agent.contrast],
+        courses=[row for agent in agents if (row := course_row(agent))],
+        claims=[claim_row(row) for row in claim_rows(summary)],
+        detectors=[
+            detector_row(condition, trials, agent.name)
+            for agent in summary.subjects
+            for condition in agent.conditions
+            if condition.success.n
+        ],
+        examples=examples(summary, trials),
+        measures=measure_rows(trials),
+        errors=broken_rows(trials),
+        agents=agent_facts(trials),
+        plants=plant_facts(trials, opened.settings),
+        seen=seen(trials),
+        subjects=list(dict.fromkeys(agent.agent for agent in summary.subjects)),
+        audit=audit_result(),
+    )
+
+
+def _people(opened: OpenedStudy, summary: StudySummary, finished: int) -> PeopleResult | None:
+    """What people did, of whom ``finished`` trials are on record."""
+    flow = flow_of(opened.diaries, opened.withdrawn)
+    times = times_of_steps(opened.study, opened.trials, opened.diaries, opened.directory)
+    return people_row(summary, opened.study.invited, finished, flow, response_times(opened.trials, times))
+
+
+def _sentences(summary: StudySummary, lies: Sequence[LieResult]) -> dict[str, Any]:
+    """What the results say in words."""
+    return {
+        "answers": section_answers(summary) | ({"lies": said} if (said := lies_answer(lies)) else {}),
+        "modality_findings": [modality_finding(effect, summary) for effect in summary.modalities],
+        "findings": [finding(agent) for agent in summary.subjects],
+        "loop_findings": [loop_finding(agent) for agent in summary.subjects],
+        "conclusions": [conclusions(agent) for agent in summary.subjects],
+        "ranking_said": ranking_said(summary),
+        "comparisons_said": [comparison_said(one, summary) for one in summary.comparisons],
+        "beside": baselines_said(summary),
+        "courses_said": courses_said(summary),
+    }
+
+
+def _panel(study: Study) -> str:
+    """What pictures show of the panel, in words; empty without pictures."""
+    if not study.has_pictures:
+        return ""
+    return panel_said(study.box, dealt=study.layout == "shuffled", listed_anew=study.shuffle)
+
+
+def left_out_row(trials: Sequence[Trial], journal: LeftOut, not_asked_for: int) -> LeftOutResult:
+    """What is on record and in no number, and what was played twice.
+
+    Args:
+        trials: Those that the settings ask for.
+        journal: What the journal leaves out.
+        not_asked_for: Trials that the settings do not ask for.
+    """
+    return LeftOutResult(
+        errors=sum(trial.ending == "error" for trial in trials),
+        replayed_on_request=sum(trial.replays > 0 for trial in trials),
+        replaced_after_an_error=journal.replaced,
+        repeated=journal.repeated,
+        unfinished_lines=journal.unfinished_lines,
+        not_asked_for=not_asked_for,
+        foreign=journal.foreign,
+    )
+
+
+def agent_facts(trials: Iterable[Trial]) -> dict[str, dict[str, str]]:
+    """What every agent was, as it says itself."""
+    return _facts(chain.from_iterable(_told(trial) for trial in trials))
+
+
+def plant_facts(trials: Iterable[Trial], settings: Mapping[str, Any]) -> dict[str, dict[str, str]]:
+    """What the plant was, as it says itself."""
+    return _facts((str(settings.get("plant")), _known(trial.plant)) for trial in trials)
+
+
+def _facts(told: Iterable[tuple[str, Mapping[str, Fact]]]) -> dict[str, dict[str, str]]:
+    """What every agent was, or the plant; where trials differ, all values are labelled, or how many there are."""
+    found: dict[str, dict[str, dict[str, None]]] = {}
+    for what, facts in told:
+        for name, value in facts.items():
+            found.setdefault(what, {}).setdefault(name, {})[str(value)] = None
+    return {
+        what: {
+            name: "; ".join(values) if len(values) <= MANY else f"{len(values)} different values"
+            for name, values in facts.items()
+        }
+        for what, facts in found.items()
+    }
+
+
+def _told(trial: Trial) -> Iterator[tuple[str, Mapping[str, Fact]]]:
+    """What the agent said it was, and which models answered in its place, as their provider names them."""
+    yield trial.group, trial.facts
+    for served in dict.fromkeys(step.decision.served for step in trial.steps):
+        if served:
+            yield trial.group, {"answered by": served}
+
+
+def _known(facts: Mapping[str, Fact]) -> dict[str, Fact]:
+    """Without what a plant does not have, as a renderer where nobody looks."""
+    return {name: value for name, value in facts.items() if value is not None}
+
+
+def broken_rows(trials: Sequence[Trial]) -> list[BrokenTrials]:
+    """Broken trials by agent and boundary, with the first message, and whether they are owed again."""
+    broken = [(trial, trial.error) for trial in trials if trial.error is not None]
+    counts = Counter((trial.group, str(error.boundary)) for trial, error in broken)
+    first = {(trial.group, str(error.boundary)): (error.message, trial.owed_again) for trial, error in reversed(broken)}
+    return [
+        BrokenTrials(agent=agent, boundary=boundary, trials=count, message=message, owed_again=owed_again)
+        for (agent, boundary), count in sorted(counts.items())
+        for message, owed_again in (first[agent, boundary],)
+    ]
+
+
+def audit_result() -> AuditResult:
+    """The shipped audit."""
+    audit = shipped()
+    return AuditResult(
+        seed=audit["seed"], worlds=audit["worlds"], rates=[AuditedRate(**rate) for rate in audit["rates"]]
+    )

@@ -1,0 +1,73 @@
+"""The numbers of a study of conditions: each cell, each change from the control, each dose, and no pooling."""
+
+import pytest
+from builders import play_study
+
+from lockprobe.analysis.condition_study import summarise_conditions
+from lockprobe.report.condition_results import arms_of
+from lockprobe.studies.studyfile import study
+
+PLAYED = study(
+    "flips",
+    agent=["cognitive:perseverant", "random"],
+    p=[0, 0.3],
+    sweep="tremble?p=0.1,0.2",
+    condition=["nudge"],
+    trials=6,
+    repetitions=2,
+    strategy_trials=6,
+)
+
+
+@pytest.fixture(scope="module")
+def trials():
+    return play_study(PLAYED)
+
+
+def numbers(trials, agents=PLAYED.agents):
+    return summarise_conditions(
+        trials, arms_of(PLAYED.conditions), agents=agents, box=PLAYED.box, budget=PLAYED.max_steps
+    )
+
+
+def solved(trials, agent, label):
+    return [trial.solved for trial in trials if (trial.agent, trial.condition) == (agent, label)]
+
+
+def test_every_agent_has_numbers_under_every_condition(trials):
+    found = numbers(trials)
+    labels = [one.label for one in PLAYED.conditions]
+    assert list(found.conditions) == [(agent, label) for agent in PLAYED.agents for label in labels]
+    for (agent, label), summary in found.conditions.items():
+        own = solved(trials, agent, label)
+        assert (summary.success.n, summary.success.count) == (len(own), sum(own)) == (12, sum(own))
+
+
+def test_effects_are_changes_from_the_control(trials):
+    for one in numbers(trials).effects:
+        assert one.control == "truth"
+        assert [effect.condition for effect in one.effects] == [
+            c.label for c in PLAYED.conditions if c.label != "truth"
+        ]
+        for effect in one.effects:
+            change = sum(solved(trials, one.agent, effect.condition)) - sum(solved(trials, one.agent, "truth"))
+            assert effect.difference.value == pytest.approx(change / 12)
+
+
+def test_a_series_takes_its_zero_from_the_control_and_pools_no_other_condition(trials):
+    (both,) = numbers(trials).series
+    series, summary = both
+    assert series.doses == {"truth": 0.0, "tremble?p=0.1": 0.1, "tremble?p=0.2": 0.2}
+    assert {condition.success.n for agent in summary.agents for condition in agent.conditions} == {12}
+
+
+def test_subjects_are_the_agents_that_are_no_baseline(trials):
+    assert numbers(trials).subjects == ("cognitive:perseverant",)
+    alone = [trial for trial in trials if trial.agent == "random"]
+    assert numbers(alone, agents=("random",)).subjects == ("random",)
+
+
+def test_an_agent_without_trials_has_no_numbers(trials):
+    found = numbers([trial for trial in trials if trial.agent == "random"])
+    assert {agent for agent, _ in found.conditions} == {one.agent for one in found.effects} == {"random"}
+    assert found.whys == ()
