@@ -4,6 +4,8 @@ import json
 import shutil
 
 import pytest
+from builders import small_study, with_right_checksums
+from taking_part import take_part
 from typed import typed
 
 from lockprobe import run_study, study
@@ -104,6 +106,19 @@ def test_another_seed_is_found(directory):
     settings = json.loads(path.read_text("utf-8"))
     path.write_text(json.dumps(settings | {"seed": settings["seed"] + 1}), "utf-8")
     assert "settings" in failing(directory)
+
+
+def test_a_diary_that_disagrees_with_its_record_is_found_without_a_report(tmp_path):
+    take_part(tmp_path, small_study(["participant"], p=[0.0], trials=1), "aaaa01", [(0.0, 1, 1)])
+    assert failing(tmp_path) == {}
+    path = tmp_path / "people" / "aaaa01.jsonl"
+    lines = [json.loads(line) for line in path.read_bytes().splitlines()]
+    next(line for line in lines if line.get("box") == 1)["act"]["claimed"] = "moved"
+    path.write_text("".join(json.dumps(line) + "\n" for line in lines))
+    with_right_checksums(path)
+    (check,) = verify(tmp_path)
+    assert (check.name, check.holds) == ("records", False)
+    assert "trials.jsonl" in check.said
 
 
 def test_an_altered_result_is_named(directory):

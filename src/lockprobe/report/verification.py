@@ -18,6 +18,7 @@ import numpy as np
 
 from lockprobe.agents.catalogue import recomputes, resolve
 from lockprobe.errors import LockprobeError, ModelFault, UserMistake
+from lockprobe.people.step_times import times_of_steps
 from lockprobe.plan import Plan
 from lockprobe.protocols import Agent
 from lockprobe.record import Decision, Fact, Situation, Step, Trial
@@ -66,6 +67,7 @@ def verify(directory: Path | str, *, tell: Callable[[int, int], None] = lambda d
     try:
         lines = sum(1 for _ in whole_lines(directory / RECORDS))
         opened = open_study(directory)
+        times_of_steps(opened.study, opened.trials, opened.diaries, directory)  # diaries and records agree
         calls = len(list(read_calls(directory)))
     except LockprobeError as error:
         return (Check(name="records", holds=False, said=str(error)),)
