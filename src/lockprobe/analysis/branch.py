@@ -8,7 +8,7 @@ alone. Forks also measure the first lie in a truthful world, which the records o
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
@@ -122,7 +122,7 @@ _STEP_OF_RULE: Mapping[str, Callable[[Trial], int]] = {
 
 
 def branch_effects(
-    forks: Iterable[Trial],
+    forks: Sequence[Trial],
     parents: Mapping[str, Trial],
     rules: Sequence[str] | None = None,
     chances: Chances | None = None,
