@@ -311,7 +311,8 @@ class Study:
 
     def asks_for(self, trial: Trial) -> bool:
         """Whether a trial on record is one of this study: its key, its place, its settings and its panel agree."""
-        return bool(self.own_trials([trial]))
+        agent = trial.group
+        return agent in self.agents and self._is_own(trial, self.modalities_of(agent), self.trials_of(agent))
 
     def own_trials(self, trials: Iterable[Trial]) -> list[Trial]:
         """Those trials on record that are of this study, in their order; see :meth:`asks_for`.
