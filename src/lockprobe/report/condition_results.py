@@ -20,20 +20,13 @@ from lockprobe.record import Trial
 from lockprobe.report.described import filled
 from lockprobe.report.dose_grids import grid_rows
 from lockprobe.report.examples import ExampleTrial, example, told_twice
-from lockprobe.report.flip_results import (
-    RESULTS_VERSION,
-    agent_facts,
-    audit_result,
-    broken_rows,
-    left_out_row,
-    plant_facts,
-)
 from lockprobe.report.installed_measures import measure_rows
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.overview import condition_overview
 from lockprobe.report.rows import condition_row, contrast_row, course_row, fit_row, test_rows
 from lockprobe.report.sample_pictures import seen
 from lockprobe.report.schema import (
+    RESULTS_VERSION,
     ConditionResult,
     CrossingResult,
     EffectResult,
@@ -41,6 +34,7 @@ from lockprobe.report.schema import (
     SeriesResult,
     StudyProgress,
 )
+from lockprobe.report.study_rows import agent_facts, audit_result, broken_rows, left_out_row, plant_facts
 from lockprobe.report.why import WhyResult, why_row
 from lockprobe.spec import Spec, spec_name
 from lockprobe.studies.study import Study

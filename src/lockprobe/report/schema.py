@@ -36,6 +36,7 @@ from lockprobe.report.sample_pictures import SeenModality
 from lockprobe.report.why import WhyResult
 
 __all__ = [
+    "RESULTS_VERSION",
     "ConditionResult",
     "CrossingResult",
     "EffectResult",
@@ -48,6 +49,9 @@ __all__ = [
     "StudyProgress",
     "plain_json",
 ]
+
+RESULTS_VERSION = 3
+"""Version of the layout of ``results.json``."""
 
 
 class StudyProgress(DescribedResult):
