@@ -1,10 +1,13 @@
 """``lockprobe audit`` and ``lockprobe power``, as typed."""
 
 import json
+from functools import partial
 
 import pytest
 from typed import typed
 
+from lockprobe.montecarlo.interval_rates import interval_rates
+from lockprobe.montecarlo.verdicts import verdict_rates
 from lockprobe.prose.hypothesis_tests import QUESTIONS
 
 
@@ -52,10 +55,54 @@ def test_blocks_of_a_study_of_controls():
     assert "Arms share no luck here" in said
 
 
+@pytest.fixture
+def few(monkeypatch):
+    """Audits play fewer blocks and forks than the thousands that they take by themselves."""
+    played = partial(interval_rates, agents=(("random", 0.4), ("world:loop-breaker", 0.1)), trials=20, forked=30)
+    monkeypatch.setattr("lockprobe.montecarlo.interval_rates.interval_rates", played)
+    monkeypatch.setattr(
+        "lockprobe.montecarlo.verdicts.verdict_rates",
+        lambda worlds, **asked: verdict_rates(worlds, **asked | {"pool": 60}),
+    )
+
+
+def test_an_audit_of_verdicts(few, lockprobe):
+    asked = ("audit", "why", "--studies", 5, "--blocks", "30,60", "--world", "irrelevant", "--workers", 1)
+    status, said, _ = lockprobe(*asked)
+    assert status == 0
+    rows = [line.split() for line in said.splitlines() if line.startswith("world:irrelevant")]
+    assert [row[3] for row in rows] == ["30", "60"]
+    found = json.loads(lockprobe(*asked, "--json")[1])
+    assert found["seed"] == 1
+    for row, one in zip(rows, found["rates"], strict=True):
+        assert (one["truth"], one["studies"], sum(one["verdicts"].values())) == ("no change", 5, 5)
+        assert row[4:6] == [f"{one['right']:.3f}", f"{one['wrong']:.3f}"]
+        assert one["right"] + one["wrong"] <= 1
+
+
+def test_an_audit_of_one_lie_has_a_dash_where_no_study_has_an_estimate(few, lockprobe):
+    asked = ("audit", "lie", "--studies", 2, "--workers", 1)
+    status, said, _ = lockprobe(*asked)
+    assert status == 0
+    rates = json.loads(lockprobe(*asked, "--json")[1])["rates"]
+    rows = [line for line in said.splitlines() if line.startswith(("random", "world:"))]
+    assert [(one["agent"], one["estimate"]) for one in rates] == [
+        (agent, source) for agent in ("random", "world:loop-breaker") for source in ("records", "forks")
+    ]
+    assert any(not one["shown"] for one in rates)  # too few trials of either outcome
+    for line, one in zip(rows, rates, strict=True):
+        assert line.endswith(f"{one['shown']} of 2")
+        assert ("%" in line) == (one["shown"] > 0)
+        assert 0 <= one["covered"] <= one["shown"] <= one["studies"] == 2
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
         (("power", "what"), "why, or nothing"),
+        (("audit", "what"), "why, lie, or nothing"),
+        (("audit", "why", "--world", "irelevant"), "did you mean 'irrelevant'?"),
+        (("audit", "lie", "--world", "irrelevant"), "always audits the agents random"),
         (("power", "why", "--success", "0.2,0.5"), "three shares from 0 to 1"),
         (("audit", "--world", "no-efect"), "did you mean 'no-effect'?"),
         (("audit", "--studies", "0"), "--studies"),

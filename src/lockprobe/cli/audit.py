@@ -111,7 +111,7 @@ def _audit_lie(names: list[str] | None, studies: int, seed: int, workers: Pool, 
     if names:
         agents = ", ".join(name for name, _ in AUDITED)
         raise Conflict("--world", "audit lie", f"it always audits the agents {agents}")
-    rates = interval_rates(studies=studies, seed=seed, workers=workers, progress=time_left("studies of records"))
+    rates = interval_rates(studies=studies, seed=seed, workers=workers, progress=time_left("studies"))
     if json:
         print(json_.dumps({"seed": seed, "rates": [asdict(one) for one in rates]}, indent=1))
         return
@@ -127,7 +127,7 @@ def _audit_lie(names: list[str] | None, studies: int, seed: int, workers: Pool, 
     ):
         table.add_column(name)
     for one in rates:
-        shares = (f"{100 * share:.1f} %" if one.shown else "-" for share in (one.held, one.detected))
+        shares = ("-" if share is None else f"{100 * share:.1f} %" for share in (one.held, one.detected))
         size = (f"{100 * one.exact:.1f}", "-" if one.mean is None else f"{100 * one.mean:.1f}")
         table.add_row(one.agent, f"{one.p:g}", one.estimate, *size, *shares, f"{one.shown} of {one.studies}")
     print_table(table)

@@ -72,14 +72,14 @@ class IntervalRates:
     found: int
 
     @property
-    def held(self) -> float:
-        """Coverage: share of the intervals that hold the exact effect, [0, 1]."""
-        return self.covered / self.shown
+    def held(self) -> float | None:
+        """Coverage: share of the intervals that hold the exact effect, [0, 1]; None without an estimate."""
+        return self.covered / self.shown if self.shown else None
 
     @property
-    def detected(self) -> float:
-        """Share of the estimates whose test rejects, [0, 1]: power, or size if the exact effect is 0."""
-        return self.found / self.shown
+    def detected(self) -> float | None:
+        """Share of the estimates whose test rejects, [0, 1]: power, or size if the effect is 0; None without any."""
+        return self.found / self.shown if self.shown else None
 
 
 class _StudyRange(NamedTuple):
@@ -121,7 +121,7 @@ def interval_rates(
         forked: Forked trials per agent, at least 2.
         seed: Seed of everything; the number of workers changes nothing.
         workers: The pool of processes that simulates the studies.
-        progress: Called with the number of studies done and their total.
+        progress: Called with the number of studies done, from records and from forks, and their total.
 
     Raises:
         BadValue: If a number is too small.
@@ -137,11 +137,11 @@ def interval_rates(
         for first in range(0, studies, BATCH)
     ]
     found: dict[tuple[str, float], list[_Estimate]] = {}
-    done = 0
+    done, of = 0, 2 * studies * len(effects)  # from records and from forks
     for job, estimates in zip(jobs, workers.map(_of_records, jobs), strict=True):
         found.setdefault((job.agent, job.p), []).extend(estimates)
         done += job.end - job.first
-        progress(done, studies * len(effects))
+        progress(done, of)
     pools = [
         _StudyRange(agent, p, effect.by_step[FORK_STEP - 1], trials, seed, 0, studies, forked)
         for (agent, p), effect in effects.items()
@@ -151,6 +151,8 @@ def interval_rates(
         records = found[job.agent, job.p]
         rates.append(_rates(job, "records", effects[job.agent, job.p].mean, records))
         rates.append(_rates(job, "forks", job.exact, from_forks))
+        done += job.end
+        progress(done, of)
     return rates
 
 
