@@ -7,15 +7,17 @@ import statistics
 from types import SimpleNamespace
 
 import pytest
+import strangers
 from builders import play_study, played_by_people, small_study, write_study
 from captions import too_long
 from taking_part import take_part
 
 from lockprobe.analysis.relative_steps import RelativeSteps
+from lockprobe.analysis.summary import summarise
 from lockprobe.people.progress import Flow
 from lockprobe.people.withdrawal import put
 from lockprobe.report import write_report
-from lockprobe.report.people import flow_said, people_steps_table
+from lockprobe.report.people import flow_said, people_said, people_steps_table
 from lockprobe.studies.journal import load
 
 STUDY = small_study(("participant", "random", "round-robin"), (0.0, 0.4), 2, 5)
@@ -104,6 +106,43 @@ def test_bounds_are_written_as_bounds():
     )  # fmt: skip
     _, cells = people_steps_table(SimpleNamespace(relative=[row]), {})
     assert cells == ["llm:a", "all", "3", "beyond the budget", "8", "at least 2.62 [1.50, open]", "1.50 [1.25, 2.00]"]
+
+
+STUCK = "python:strange:First"
+"""Always the same joint: it solves nothing."""
+
+
+@pytest.mark.parametrize(
+    ("people", "agent", "median", "compared"),
+    [
+        ("human-inspired", STUCK, "Half of the boxes were open by step", f"{STUCK} needs at least "),
+        (STUCK, "human-inspired", "They opened fewer than half of the boxes, so", "human-inspired needs at most "),
+        (
+            STUCK,
+            STUCK,
+            "They opened fewer than half of the boxes, so",
+            f"Neither {STUCK} nor people solved half of the 6",
+        ),
+        (
+            "round-robin",
+            "round-robin",
+            "Half of the boxes were open by step",
+            "round-robin needs 1.00 times (95 % interval 1.00 to 1.00) the human median",
+        ),
+    ],
+)
+def test_where_a_median_is_beyond_the_budget_the_sentence_has_a_bound(
+    tmp_path, monkeypatch, people, agent, median, compared
+):
+    strangers.install(tmp_path, monkeypatch)
+    study = small_study(("participant", agent), (0.0,), 1, 6)
+    trials = [*play_study(small_study((agent,), (0.0,), 1, 6)), *played_by_people(study, 1, people)]
+    _, steps, ratio, _ = people_said(summarise(trials))
+    assert steps.startswith(median)
+    assert ratio.startswith(compared)
+    assert "on the 6 trials that both played" in ratio or "of the 6 trials that both played" in ratio
+    assert ("since it solved fewer than half" in ratio) == ("at least" in ratio)
+    assert ("since people solved fewer than half" in ratio) == ("at most" in ratio)
 
 
 def test_before_anybody_came_the_report_says_so(tmp_path):
