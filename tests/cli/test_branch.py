@@ -3,7 +3,12 @@
 import json
 
 import pytest
+from provider_server import failure, truthful
 from typed import typed as run
+
+from lockprobe.cli.format_cost import money
+from lockprobe.cli.run_study import ALL_BROKE, BUDGET_REACHED
+from lockprobe.studies.journal import load
 
 STUDY = ["--agent", "cognitive:insistent", "--p", "0,0.4", "--trials", "4", "--repetitions", "1", "--no-report"]
 
@@ -73,3 +78,79 @@ def test_status_counts_the_forks(directory):
     facts = json.loads(run("status", directory, "--json").stdout)
     assert facts["forks"] >= 16
     assert facts["done"] == 8
+
+
+SPEC = "llm:openai-api/fake/model"
+A_CALL = (11 * 100 + 5 * 1000) / 1e6
+"""US dollars of each call, as the server counts tokens."""
+
+
+@pytest.fixture
+def model_study(lockprobe, provider, prices, tmp_path):
+    """Plays the study of a model of known prices at a flip rate; gives the command that forks its trials."""
+
+    def play(p):
+        prices(100, 1000)
+        study = ("run", "flips", "--agent", SPEC, "--p", p, "--trials", 3, "--repetitions", 1, "--max-steps", 6)
+        assert lockprobe(*study, "--out", tmp_path / "study")[0] == 0
+        return "branch", tmp_path / "study", "--at", "1", "--connections", 1, "--retries", 0
+
+    return play
+
+
+def owed(asked):
+    """Of six forks, those that are not on record."""
+    return 6 - sum(trial.ending != "error" for trial in load(asked[1] / "forks"))
+
+
+def test_a_budget_stops_forks_cleanly_and_a_larger_one_goes_on(lockprobe, model_study, provider):
+    server, _ = provider
+    asked = (*model_study(1), "--then", "truth")  # later reports were false: no arm repeats the calls of the study
+    before = server.account()["replied"]
+    status, said, _ = lockprobe(*asked, "--budget", 0.4)
+    assert status == BUDGET_REACHED
+    left, spent = owed(asked), (server.account()["replied"] - before) * A_CALL
+    assert 0 < left < 6
+    assert 0 < spent <= 0.4
+    ended = f"{money(spent)} of $0.40 spent, too little is left for a call; {left} of 6 trials are owed"
+    assert ended in said
+    status, said, _ = lockprobe(*asked, "--budget", 50)
+    assert (status, owed(asked)) == (0, 0)
+    assert f"{6 - left} of 6 forks are done already" in said
+
+
+def test_forks_that_all_break_end_with_status_1_and_are_owed_again(lockprobe, model_study, provider):
+    asked = (*model_study(1), "--then", "truth")
+    _, answer = provider
+    answer(lambda request: failure(401, "no such key"))
+    status, said, _ = lockprobe(*asked)
+    assert status == ALL_BROKE
+    assert "6 broke, the first at model: the provider answered 401" in said
+    assert "No effect can be estimated: that takes at least two trials forked at the same step." in said
+    assert owed(asked) == 6
+    answer(truthful)
+    assert (lockprobe(*asked)[0], owed(asked)) == (0, 0)
+
+
+def test_an_interrupt_says_that_the_same_command_goes_on(lockprobe, model_study, monkeypatch):
+    asked = model_study(0)
+
+    def interrupted(*given, **more):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("lockprobe.cli.branch.play_forks", interrupted)
+    status, said, _ = lockprobe(*asked)
+    assert status == 130
+    assert f"Every finished trial is in {asked[1]}/forks; run the same command again to go on." in said
+
+
+def test_the_estimate_of_a_model_is_in_dollars(lockprobe, model_study):
+    asked = model_study(0)
+    status, said, _ = lockprobe(*asked, "--estimate")
+    assert status == 0
+    assert f"{SPEC}: 6 forks, at most " in said
+    assert "; about $" in said
+    assert said.endswith("estimated from the recorded calls\n")
+    (found,) = json.loads(lockprobe(*asked, "--estimate", "--json")[1])
+    assert (found["agent"], found["forks"], found["hosted"]) == (SPEC, 6, True)
+    assert 0 < found["dollars"] <= found["most_dollars"]
