@@ -5,7 +5,11 @@ from dataclasses import replace
 
 import pytest
 
-from lockprobe.studies.suites import SUITES
+from lockprobe.cli.run_study import BUDGET_REACHED
+from lockprobe.record import STATES
+from lockprobe.studies.estimate import most_of_one_call
+from lockprobe.studies.journal import load
+from lockprobe.studies.suites import SUITES, suite_study
 
 
 @pytest.fixture(autouse=True)
@@ -70,3 +74,36 @@ def test_a_suite_and_a_study_do_not_share_a_directory(lockprobe, tmp_path):
     assert (status, "it holds a study" in said) == (2, True)
     status, _, said = lockprobe("report", "a", "--watch")
     assert (status, len(said.splitlines())) == (2, 1)
+
+
+MODEL = "llm:openai-api/fake/model"
+
+
+def test_a_budget_is_that_of_all_levels_together(lockprobe, provider, prices, monkeypatch, tmp_path):
+    """Without pictures, which take seconds here and cost the same tokens at this provider."""
+    server, _ = provider
+    monkeypatch.setattr("lockprobe.studies.paper.MODALITIES", (STATES,))
+    monkeypatch.setattr("lockprobe.studies.paper.ROBOT", "symbolic")
+    monkeypatch.setitem(SUITES, "suite-1", replace(SUITES["suite-1"], looks=2))
+    prices(100, 1000)
+    asked = ("run", "suite-1", "--agent", MODEL, "--connections", 1)
+
+    def cost():
+        return server.account()["replied"] * (11 * 100 + 5 * 1000) / 1e6
+
+    assert lockprobe(*asked, "--out", "a")[0] == 0
+    levels = {name: len(load(tmp_path / "a" / f"{name}-pictures")) for name in SUITES["suite-1"].boxes}
+    assert set(levels.values()) == {4}
+    whole = cost()
+    first = suite_study(SUITES["suite-1"], "fork-pictures", [MODEL])
+    allowed = round(0.4 * whole + most_of_one_call(first, MODEL), 4)
+    status, said, _ = lockprobe(*asked, "--out", "b", "--budget", allowed)
+    assert status == BUDGET_REACHED
+    assert 0 < cost() - whole <= allowed
+    assert said.count("Budget reached: ") == 1
+    assert sum(len(load(tmp_path / "b" / f"{name}-pictures")) for name in ("fork", "chain-4")) == 8
+    assert "8 of 16" in said.splitlines()[-2]
+    assert said.splitlines()[-1] == "Suite: b/suite.html"
+    status, said, _ = lockprobe(*asked, "--out", "b", "--budget", 500)
+    assert (status, "16" in said.splitlines()[-2].split()) == (0, True)
+    assert cost() - whole == pytest.approx(whole)  # no call was made twice
