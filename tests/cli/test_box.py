@@ -6,6 +6,7 @@ import subprocess
 import sys
 
 import pytest
+import strangers
 import typer
 from typer.testing import CliRunner
 
@@ -84,8 +85,8 @@ def test_plans():
     assert ask("solve").stdout.splitlines()[1] == "  revolute-right, slider-2, slider-1, revolute-left"
 
 
-@pytest.mark.parametrize(("ending", "start"), [("svg", b"<?xml"), ("png", b"\x89PNG")])
-def test_a_picture(tmp_path, ending, start):
+@pytest.mark.parametrize(("ending", "start"), [("svg", b"<?xml"), ("png", b"\x89PNG"), ("xml", b"<mujoco")])
+def test_a_picture_or_a_model(tmp_path, ending, start):
     path = tmp_path / f"box.{ending}"
     assert ask("show", "fork", "--out", path).stdout == f"{path}\n"
     assert path.read_bytes().startswith(start)
@@ -156,6 +157,23 @@ def test_a_drilling_template_says_when_it_exceeds_a3(name, size, warned, tmp_pat
     assert done.stdout == f"{tmp_path / 'box.svg'}\n"
     assert ("larger than A3" in done.stderr) == warned
     assert f'width="{size}"' in (tmp_path / "box.svg").read_text()
+
+
+def test_a_drilling_template_as_pdf(tmp_path):
+    ask("show", "chain-2", "--out", tmp_path / "box.pdf", "--scale", "1:1")
+    assert (tmp_path / "box.pdf").read_bytes().startswith(b"%PDF")
+
+
+def test_the_list_has_boxes_of_packages_and_why_one_cannot_be_used(tmp_path, monkeypatch):
+    strangers.install(tmp_path, monkeypatch, points={"boxes": {"gate": "gate", "stuck": "STUCK", "broken": "breaks"}})
+    found = {line["name"]: line for line in objects(ask("list", "--json"))}
+    said = {line.split()[0]: " ".join(line.split()) for line in ask("list").stdout.splitlines()}
+    assert (found["gate"]["optimum"], found["gate"]["package"]) == (3, "strange-things 0.3")
+    assert said["gate"].startswith("gate 3 3 0 0.743 0.973")
+    for name, why in (("stuck", "unsolvable: no sequence of attempts moves gate"), ("broken", "by nothing")):
+        assert why in found[name]["error"]
+        assert said[name] == f"{name} {found[name]['error']}"
+        assert said[name].startswith(f"{name} Cannot be used. ")
 
 
 def test_a_generated_box_is_played_on_shuffled_panels(tmp_path, monkeypatch):

