@@ -71,3 +71,18 @@ def test_an_agent_without_trials_has_no_numbers(trials):
     found = numbers([trial for trial in trials if trial.agent == "random"])
     assert {agent for agent, _ in found.conditions} == {one.agent for one in found.effects} == {"random"}
     assert found.whys == ()
+
+
+def test_agents_that_differ_in_one_number_are_a_series_under_the_control():
+    agents = [f"human-inspired?lapse={lapse}" for lapse in (0.3, 0, 0.1)]
+    planned = study("flips", agent=agents, condition=["truth", "nudge"], trials=4, repetitions=1, strategy_trials=4)
+    played = play_study(planned)
+    found = summarise_conditions(
+        played, arms_of(planned.conditions), agents=planned.agents, box=planned.box, budget=planned.max_steps
+    )
+    ((series, summary),) = found.series
+    assert (series.agent, series.axis.dose, list(series.doses.values())) == ("human-inspired", "lapse", [0.0, 0.1, 0.3])
+    (agent,) = summary.agents
+    for name, at in zip(series.doses, agent.conditions, strict=True):
+        own = solved(played, name, "truth")
+        assert (at.p, at.success.n, at.success.count) == (series.doses[name], 4, sum(own))

@@ -42,5 +42,7 @@ def test_strategies_play_as_in_truth():
 
 
 def test_what_it_corrects_is_one_of_two():
+    with pytest.raises(BadValue, match="at: got 0, expected a step from 1"):
+        Correction(at=(3, 0))
     with pytest.raises(BadValue, match="of: got 'half', expected one of lie, truth"):
         Correction(of="half")

@@ -2,6 +2,8 @@
 
 import pytest
 
+from lockprobe.errors import BadValue
+from lockprobe.interventions.delay import Delay
 from lockprobe.studies.single import run_trial
 
 
@@ -24,3 +26,8 @@ def test_it_forgets_what_was_before_it_and_keeps_what_comes_after():
     assert [step.told for step in before.steps] == [step.told for step in plain.steps]
     told = [step.told_moved for step in plain.steps[1:]]
     assert [step.told_moved for step in after.steps[1:]] == [not moved for moved in told]
+
+
+def test_it_is_not_early():
+    with pytest.raises(BadValue, match="lag: got -1, expected a whole number from 0"):
+        Delay(lag=-1)

@@ -60,12 +60,12 @@ def test_an_agent_without_an_ended_trial_stands_last_and_unranked():
     assert (first.agent, last.agent, last.ranks, last.success.n) == ("llm:a", "llm:b", None, 0)
 
 
-def with_broken(agent, solved, broken=(), n=40):
+def with_broken(agent, solved, broken=(), n=40, p=0.0):
     """Trials at one p: those of the given numbers solved or broken, all others failed."""
     return [
-        make_trial((0, 1, 2), agent=agent, trial=i, broken="reply")
+        make_trial((0, 1, 2), agent=agent, trial=i, p=p, broken="reply")
         if i in broken
-        else make_trial(SOLUTION if i in solved else (0,) * 20, agent=agent, trial=i)
+        else make_trial(SOLUTION if i in solved else (0,) * 20, agent=agent, trial=i, p=p)
         for i in range(n)
     ]
 
@@ -103,3 +103,18 @@ def test_without_broken_trials_nothing_is_bounded():
     found, summary = compared(with_broken("llm:b", some(36, 2)), with_broken("llm:a", some(4, 1)))
     assert (found.bounded, found.verdict) == (False, 1)
     assert "broken" not in comparison_said(found, summary)[0]
+
+
+def interaction(broken, harm=22):
+    """Of an agent that false reports help and one that they harm; of the first, so many trials break at 0.4."""
+    helped = [*with_broken("llm:a", some(8, 1)), *with_broken("llm:a", some(30, 3), broken, p=0.4)]
+    harmed = [*with_broken("llm:b", some(30, 2)), *with_broken("llm:b", some(30 - harm, 4), p=0.4)]
+    return compared(helped, harmed)[0].interaction
+
+
+def test_an_interaction_has_the_largest_p_value_of_both_ends():
+    whole, few = interaction(()), interaction(some(3, 5))
+    assert whole.p_value <= few.p_value < 0.05  # it holds however the three ended
+    assert few.clearest.p == whole.clearest.p == 0.4
+    assert interaction((), harm=0).p_value < 0.05
+    assert interaction(some(36, 5), harm=0).p_value == 1.0  # if all 36 failed, false reports harm the first more
