@@ -49,6 +49,19 @@ def test_a_line_that_is_no_trial_is_refused_with_the_place(old, new, where):
         trial_from_json(line.replace(old, new))
 
 
+@pytest.mark.parametrize(
+    ("odd", "where"),
+    [
+        ({"p": None}, "p: got None, expected a number from 0 to 1, or the name of another condition"),
+        ({"placed": 0.4}, "placed', expected no dose on an axis"),
+        ({"replays": -1}, "replays: got -1, expected 0 or more"),
+    ],
+)
+def test_a_value_that_no_trial_has_is_refused(odd, where):
+    with pytest.raises(BadValue, match=where):
+        trial_from_json(trial_to_json(replace(run_trial(agent="random"), **odd)))
+
+
 @pytest.mark.parametrize("name", ["../../secret.png", "A" * 20 + ".png", "a" * 20 + ".png\n", ""])
 def test_a_record_names_no_file_outside_its_directory(name):
     trial = run_trial(agent="human-inspired")

@@ -144,6 +144,16 @@ def test_a_level_that_is_missing_or_has_other_agents_is_found(directory):
     assert first.failed == ("the levels have different agents: random; random human-inspired",)
 
 
+def test_a_suite_without_a_study_or_with_one_that_cannot_be_read_is_no_suite(directory, tmp_path):
+    (directory / "reset" / "study.json").write_text("{")
+    (first, *_) = verify_suite(directory)
+    assert not first.holds
+    assert "reset/study.json" in first.failed[0]
+    begin_suite(tmp_path / "empty", SMALL)
+    (first, *_) = verify_suite(tmp_path / "empty")
+    assert (first.holds, first.failed) == (False, ("there is no study",))
+
+
 def test_what_cannot_be_read_ends_in_a_line(directory):
     (directory / "suite.json").write_text("{")
     (only,) = verify_suite(directory)

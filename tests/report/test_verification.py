@@ -129,6 +129,15 @@ def test_an_altered_result_is_named(directory):
     assert failing(directory) == {"results": ("conditions[3].solved",)}
 
 
+def test_results_of_another_release_are_written_again_first(directory):
+    path = directory / "results.json"
+    path.write_text(json.dumps(json.loads(path.read_text("utf-8")) | {"lockprobe": "0.0.1"}), "utf-8")
+    (check,) = [check for check in verify(directory) if not check.holds]
+    assert (check.name, check.said) == ("results", "results.json is of release 0.0.1: lockprobe report first")
+    write_report(directory)
+    assert failing(directory) == {}
+
+
 def test_the_command_ends_with_one_and_names_what_fails(directory):
     assert typed("verify", directory).returncode == 0
     (directory / "results.json").write_text("{", "utf-8")
