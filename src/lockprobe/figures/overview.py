@@ -55,7 +55,7 @@ def _by_p(axes: Axes, result: StudySummary, shown: Sequence[tuple[AgentSummary, 
         for place in stars:
             side = 1 if place[0] < middle else -1
             axes.annotate(
-                "Zenkri & Brock", place, (6 * side, 0), textcoords="offset points", va="center",
+                "Zenkri\n& Brock", place, (6 * side, 0), textcoords="offset points", va="center",
                 ha="left" if side > 0 else "right", fontsize=SMALL, color=FAINT, zorder=6,
                 bbox={"facecolor": "white", "alpha": 0.75, "linewidth": 0, "pad": 0.4},
             )  # fmt: skip
