@@ -1,4 +1,4 @@
-"""The first screen of a report: its question, the answer in one sentence, one figure, and three numbers an agent."""
+"""The first screen of a report: its question, the answer in one sentence, one figure, and key numbers."""
 
 from __future__ import annotations
 
