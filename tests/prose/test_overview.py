@@ -1,6 +1,7 @@
 """The answer of a report: one sentence of at most 30 words, of what the tests bear out."""
 
 import re
+from dataclasses import replace
 from types import SimpleNamespace as Some
 
 import pytest
@@ -144,6 +145,16 @@ def test_conditions_are_named_by_what_they_do(found, said):
 def test_trials_needed_of_conditions_are_those_of_the_widest_interval():
     assert effects_needed([effects(("x", 0.1, False))]) == (
         "Estimating the change to ±10 points takes about 200 trials per condition; this study has 50."
+    )
+
+
+def test_of_several_agents_the_one_with_the_widest_interval_is_named():
+    """The second has an interval twice as wide."""
+    other = replace(effects(("x", 0.1, False)), agent="b")
+    wide = Some(value=0.1, low=-0.3, high=0.5, first=Some(n=50))
+    other = replace(other, effects=(Some(condition="x", detectable=False, difference=wide),))
+    assert effects_needed([effects(("x", 0.1, False)), other]) == (
+        "Estimating the change of b to ±10 points takes about 800 trials per condition; it has 50."
     )
 
 

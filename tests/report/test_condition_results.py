@@ -1,6 +1,7 @@
 """A study of conditions end to end: each against the control, crossed ones, doses, and nothing pooled with the truth."""
 
 import json
+import re
 
 import pytest
 from builders import write_study
@@ -8,6 +9,7 @@ from captions import too_long
 
 from lockprobe.export import tidy_rows
 from lockprobe.fit.fitting import fit_agents
+from lockprobe.formatting import share
 from lockprobe.report import write_report
 from lockprobe.studies.journal import load
 from lockprobe.studies.studyfile import study
@@ -121,3 +123,16 @@ def load_part(directory, planned):
 def test_captions_are_short(reported):
     _, page, content = reported
     assert too_long(page, content) == []
+
+
+def test_the_first_screen_has_success_with_its_interval_and_says_who_does_not_exceed_chance(reported):
+    _, page, content = reported
+    overview, found = content["overview"], {row["key"]: row for row in content["conditions"]}
+    own = next(row for row in found.values() if (row["agent"], row["condition"]) == ("cognitive:perseverant", "truth"))
+    first = overview["numbers"][0]
+    assert first["agent"] == "cognitive:perseverant"
+    assert first["success"] == share(own["solved"] / 16, own["success_low"], own["success_high"])
+    assert own["success_low"] < content["box"]["no_repeat"][-1]
+    assert overview["chance"].startswith("When told the truth, ")
+    assert overview["chance"].endswith(" random agents without immediate repeats (69 %).")
+    assert overview["chance"] in re.sub("<[^>]*>", "", page)

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from math import ceil
 from typing import Literal
 
 from lockprobe.analysis.axis import Axis
+from lockprobe.analysis.clustered import ClusteredProportion
 from lockprobe.analysis.condition import ConditionSummary, Contrast
 from lockprobe.analysis.effects import Effects
 from lockprobe.analysis.inference.course import CourseKind
 from lockprobe.analysis.modalities import ModalityEffect, spoken
-from lockprobe.analysis.proportions import ALPHA
+from lockprobe.analysis.proportions import ALPHA, Proportion
 from lockprobe.analysis.summary import AgentSummary, StudySummary
 from lockprobe.formatting import p_value, percent
 from lockprobe.prose.doses import at_dose, cause, cause_first
@@ -27,6 +28,7 @@ __all__ = [
     "not_above_chance",
     "smaller_budget_said",
     "trial_said",
+    "weak_said",
 ]
 
 NARROW = 0.1
@@ -225,37 +227,41 @@ def _listed(names: Sequence[str], last: str = "and") -> str:
 
 def not_above_chance(summary: StudySummary) -> str:
     """Agents without a detected advantage over random agents without immediate repeats, in their first condition."""
-    if summary.reference is None:
-        return ""
     counted = [
-        (agent, first)
+        (subject_of(agent).name, first)
         for agent in summary.subjects
         if (first := next((one for one in agent.conditions if one.success.n), None)) is not None
     ]
-    by_chance = summary.reference.no_repeat[-1]
-    weak, below = [], True
-    for agent, first in counted:
-        level = summary.reference.no_repeat[len(first.curve.share) - 1]
-        if first.success.low <= level:
-            weak.append(subject_of(agent).name)
-            below = below and first.success.high < level
-            by_chance = level
+    if summary.reference is None or not counted:
+        return ""
+    by_chance = summary.reference.no_repeat[len(counted[0][1].curve.share) - 1]
+    where = at_dose(counted[0][1].p, summary.axis)
+    return weak_said({name: first.success for name, first in counted}, where, by_chance)
+
+
+def weak_said(shares: Mapping[str, Proportion | ClusteredProportion], where: str, by_chance: float) -> str:
+    """Agents whose interval does not lie above what random agents without immediate repeats solve; empty if none.
+
+    Args:
+        shares: Agent -> its success.
+        where: Under which reports.
+        by_chance: Success of the random agents, [0, 1].
+    """
+    weak = [name for name, one in shares.items() if one.low <= by_chance]
     if not weak:
         return ""
-    where = at_dose(counted[0][1].p, summary.axis)
+    where = f"{where[0].upper()}{where[1:]}"
     than = f"random agents without immediate repeats ({percent(by_chance)})"
-    if below:
-        all_of_two = len(weak) == len(counted) == 2
-        return (
-            f"{where[0].upper()}{where[1:]}, {'both agents' if all_of_two else _listed(weak)} solved less than {than}."
-        )
+    if all(shares[name].high < by_chance for name in weak):
+        all_of_two = len(weak) == len(shares) == 2
+        return f"{where}, {'both agents' if all_of_two else _listed(weak)} solved less than {than}."
     who = f"none of {_listed(weak)} detectably exceeded"
     if len(weak) == 1:
         who = f"{weak[0]} did not detectably exceed"
     elif len(weak) == 2:
-        who = "neither agent" if len(counted) == 2 else f"neither {weak[0]} nor {weak[1]}"
+        who = "neither agent" if len(shares) == 2 else f"neither {weak[0]} nor {weak[1]}"
         who += " detectably exceeded"
-    return f"{where[0].upper()}{where[1:]}, {who} {than}."
+    return f"{where}, {who} {than}."
 
 
 def flips_needed(summary: StudySummary) -> str:
@@ -337,5 +343,11 @@ def effects_answer(found: Sequence[Effects]) -> str:
 
 def effects_needed(found: Sequence[Effects]) -> str:
     """How many trials under each condition would decide what is open; empty where nothing is."""
-    hidden = [one.difference for own in found for one in own.effects if not one.detectable]
-    return _needed(((None, one.low, one.high, one.first.n) for one in hidden), "per condition")
+    several = len({own.agent for own in found}) > 1
+    hidden = [
+        (Subject.of(own.agent) if several else None, one.difference)
+        for own in found
+        for one in own.effects
+        if not one.detectable
+    ]
+    return _needed(((who, one.low, one.high, one.first.n) for who, one in hidden), "per condition")

@@ -88,9 +88,7 @@ def condition_results(opened: OpenedStudy, found: ConditionStudySummary) -> Resu
         lockprobe=version("lockprobe"),
         study=dict(opened.settings),
         joints=len(study.box.joints),
-        overview=condition_overview(
-            [one for one in found.effects if one.agent in found.subjects], found.whys, opened.settings, found.reference
-        ),
+        overview=condition_overview(found, opened.settings),
         progress=StudyProgress(
             planned=study.size,
             finished=opened.finished,

@@ -8,11 +8,13 @@ from typing import Any
 from pydantic import Field
 
 from lockprobe.agents.catalogue import description
+from lockprobe.analysis.condition_study import ConditionStudySummary
 from lockprobe.analysis.effects import Effects
 from lockprobe.analysis.reference import Reference
 from lockprobe.analysis.summary import AgentSummary, StudySummary
 from lockprobe.analysis.why import Why
 from lockprobe.formatting import NONE, bracketed, percent, share
+from lockprobe.interventions.catalogue import TRUTH
 from lockprobe.prose.doses import at_dose
 from lockprobe.prose.overview import (
     effects_answer,
@@ -24,7 +26,9 @@ from lockprobe.prose.overview import (
     not_above_chance,
     smaller_budget_said,
     trial_said,
+    weak_said,
 )
+from lockprobe.prose.subject import Subject
 from lockprobe.prose.why import mechanism_said
 from lockprobe.report.described import DescribedResult
 
@@ -60,7 +64,10 @@ class Overview(DescribedResult):
         description="Whether a detected effect reverses within fewer steps, and whether it differs from one that "
         "was not detected; empty if neither applies.",
     )
-    needed: str = Field(description="How many trials an inconclusive study needs; empty for a conclusive one.")
+    needed: str = Field(
+        description="How many trials narrow the widest interval of an undetected effect to 10 points either way; empty "
+        "if there is none."
+    )
     figure: str = Field(description="Name of the figure that shows it; empty if there is none.")
     numbers: list[KeyNumbers]
     more: int = 0
@@ -125,36 +132,36 @@ def _chance(reference: Reference | None) -> str:
     return f"{100 * reference.random[-1]:.0f} / {percent(reference.no_repeat[-1])}"
 
 
-def condition_overview(
-    found: Sequence[Effects],
-    whys: Sequence[Why],
-    settings: Mapping[str, Any],
-    reference: Reference,
-) -> Overview:
-    """The first screen of a study of conditions.
-
-    Args:
-        found: The effects of the conditions on each agent that the study is about.
-        whys: Of a study of controls: why false reports change each agent's success.
-        settings: Of the study.
-        reference: What random agents reach.
-    """
+def condition_overview(found: ConditionStudySummary, settings: Mapping[str, Any]) -> Overview:
+    """The first screen of a study of conditions."""
     box = settings.get("box", {}).get("name", "a lockbox")
-    rows = [_condition_numbers(one, reference) for one in found if one.effects]
-    if whys:
-        rows = [_why_numbers(one, reference) for one in whys]
-        question, answer = f"Why do false reports change how agents open {box}?", mechanism_said(whys[0])
+    effects = [one for one in found.effects if one.agent in found.subjects]
+    if found.whys:
+        rows = [_why_numbers(one, found.reference) for one in found.whys]
+        question, answer = f"Why do false reports change how agents open {box}?", mechanism_said(found.whys[0])
     else:
+        rows = [_condition_numbers(one, found.reference) for one in effects if one.effects]
         question, answer = f"How do {len(settings['conditions'])} conditions affect success on {box}?", ""
     return Overview(
         question=question,
         trial=trial_said(settings.get("max_steps", 20), "conditions"),
-        answer=answer or effects_answer(found),
-        needed="" if whys else effects_needed(found),
-        figure="why" if whys else "effects" if rows else "",
+        answer=answer or effects_answer(effects),
+        chance=_weak(found, effects),
+        needed="" if found.whys else effects_needed(effects),
+        figure="why" if found.whys else "effects" if rows else "",
         numbers=rows[:_ROWS],
         more=len(rows) - len(rows[:_ROWS]),
     )
+
+
+def _weak(found: ConditionStudySummary, effects: Sequence[Effects]) -> str:
+    """Agents that do not exceed chance under the first control."""
+    shown = [one for one in effects if one.control == effects[0].control]
+    shares = {Subject.of(one.agent).name: found.conditions[one.agent, one.control].success for one in shown}
+    if not shown:
+        return ""
+    control = shown[0].control
+    return weak_said(shares, at_dose(0) if control == TRUTH else f"under {control}", found.reference.no_repeat[-1])
 
 
 def _why_numbers(found: Why, reference: Reference) -> KeyNumbers:
@@ -178,7 +185,7 @@ def _condition_numbers(found: Effects, reference: Reference) -> KeyNumbers:
     return KeyNumbers(
         agent=found.agent,
         what=description(found.agent),
-        success=percent(gap.first.value),
+        success=share(gap.first.value, gap.first.low, gap.first.high),
         where=f"of {gap.first.n} trials solved under {found.control}",
         change=f"{bracketed(gap.value, gap.low, gap.high)} points",
         against=f"{'clearest ' * (len(found.effects) > 1)}change under {clearest.condition}",
