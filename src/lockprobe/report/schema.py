@@ -88,9 +88,9 @@ class ConditionResult(DescribedResult):
     loop_rate_chance_permutation: Share
     loop_rate_chance_error: Mapping[str, float]
     loop_rate_by_symbol: Mapping[str, float]
-    coverage: Share = Field(description="Share of steps in loops.")
+    coverage: Share = Field(description="Mean over trials of the share of steps in loops.")
     redundant_share: Share = Field(
-        description="Share of steps that tried a joint again in the same true configuration."
+        description="Mean over trials of the share of steps that tried a joint again in the same true configuration."
     )
     loops_left: details.AgainstChance
     loop_escape: details.TestedAgainstChance
