@@ -171,6 +171,7 @@ def raising(error):
     ("agent", "settings", "boundary", "message"),
     [
         (raising(TimeoutError("too slow")), {}, "model", "TimeoutError: too slow"),
+        (raising(SystemExit(3)), {}, "model", "SystemExit: 3"),
         (Fake(lambda situation: Decision(joint="Z", replies=("Z!",))), {}, "reply", "'Z' is no joint"),
         (Fake(joint(0)), {"channels": (BrokenChannel(),)}, "channel", "ValueError: no light"),
         (Fake(joint(0)), {"plant": BrokenPlant(box())}, "plant", "OSError: hand off"),

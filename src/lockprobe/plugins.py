@@ -77,7 +77,7 @@ class Plugin:
             sys.path.insert(0, here)
         try:
             return reduce(getattr, path.split("."), importlib.import_module(module))
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             if self.package:
                 raise BrokenPlugin(self.kind, self.name, self.package, error) from error
             expected = f"python:module:Name of an importable class or function ({_words(error)})"
@@ -112,7 +112,7 @@ class Plugin:
             yield
         except LockprobeError:
             raise
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             raise BrokenPlugin(self.kind, self.name, self.package, error) from error
 
 

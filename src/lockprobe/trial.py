@@ -77,7 +77,7 @@ def _boundary(fault: type[TrialFault]) -> Iterator[None]:
         yield
     except LockprobeError:
         raise
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise fault(f"{type(error).__name__}: {error}") from error
 
 

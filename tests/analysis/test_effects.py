@@ -44,5 +44,11 @@ def test_a_crossing_that_was_not_played_is_left_out():
     assert effects({"o": trials([True]), "a": trials([True])}, "o", [crossing]).interplays == ()
 
 
+def test_conditions_without_a_trial_in_common_with_the_control_have_no_effects():
+    broken = [make_trial([0], trial=1, broken="model")]
+    assert effects({"truth": trials([True]), "a": broken}, "truth") is None
+    assert effects({"truth": broken, "a": trials([True])}, "truth") is None
+
+
 def test_without_the_control_there_is_nothing_to_compare_with():
     assert effects({"a": trials([True])}, "truth") is None

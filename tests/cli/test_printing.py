@@ -100,3 +100,10 @@ def test_what_does_not_fit_is_wider_and_whole(shown):
     table.add_row("x", *["123456.789012"] * 8)
     text, _ = shown(print_table, table)
     assert text.splitlines()[1].split() == ["x", *["123456.789012"] * 8]
+
+
+def test_names_with_colons_are_no_pictures(shown):
+    table = new_table("agent", "robot:robot:robot")
+    table.add_row("python:robot:Robot", "python:boom:Boom")
+    text, _ = shown(print_table, table)
+    assert text.split() == ["agent", "robot:robot:robot", "python:robot:Robot", "python:boom:Boom"]

@@ -4,7 +4,7 @@ import json
 import re
 
 import pytest
-from builders import write_study
+from builders import play_study, write_study
 from captions import too_long
 
 from lockprobe.export import tidy_rows
@@ -136,3 +136,14 @@ def test_the_first_screen_has_success_with_its_interval_and_says_who_does_not_ex
     assert overview["chance"].startswith("When told the truth, ")
     assert overview["chance"].endswith(" random agents without immediate repeats (69 %).")
     assert overview["chance"] in re.sub("<[^>]*>", "", page)
+
+
+@pytest.mark.parametrize("kept", [[], ["random"], ["random", "round-robin"]])
+def test_while_no_two_conditions_share_a_trial_the_report_says_so(tmp_path, kept):
+    """Only the control of these agents has been played."""
+    planned = study("flips", agent=["random", "round-robin"], condition=["nudge"], p=[0], trials=1, repetitions=1)
+    trials = [one for one in play_study(planned) if one.agent in kept and one.condition == "truth"]
+    write_report(write_study(tmp_path / "study", planned, trials))
+    overview = json.loads((tmp_path / "study" / "results.json").read_text())["overview"]
+    assert overview["answer"] == "No two conditions have a trial in common yet."
+    assert (overview["chance"], overview["needed"], overview["numbers"], overview["figure"]) == ("", "", [], "")

@@ -112,6 +112,8 @@ def effects(
     names = [control, *others]
     together = joined([found[name] for name in names])
     tested = any_difference(together, generator(first.seed, "analysis", first.group, first.modality, "conditions"))
+    if not tested.at:
+        return None
     summaries = (grid_summary(grid, found, len(gridded)) for grid in gridded)
     seen = [Effect(condition=names[int(one.p)], difference=one) for one in tested.at]
     return Effects(

@@ -226,7 +226,7 @@ def watch(
     elif not sys.stdout.isatty():
         yield Plain(batch=batch, budget=budget, report=report)
     else:
-        display = LiveDisplay(Console(), batch=batch, budget=budget, report=report)
+        display = LiveDisplay(Console(emoji=False), batch=batch, budget=budget, report=report)
         try:
             yield display
         finally:

@@ -102,7 +102,7 @@ def _write(report: FitReport, file: IO[str], *, json: bool) -> None:
     if json:
         print(json_.dumps(fit_row(report), indent=1, allow_nan=False), file=file)
         return
-    console = Console(file=file, highlight=False, width=None if file.isatty() else WIDTH)
+    console = Console(file=file, highlight=False, emoji=False, width=None if file.isatty() else WIDTH)
     for one in report.agents:
         _print_agent(console, one, file)
     console.print(

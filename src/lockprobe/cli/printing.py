@@ -26,7 +26,7 @@ _GAP = 2
 def plain_console(file: IO[str] | None = None) -> Console:
     """A console as wide as the terminal, on standard output by default; files and pipes get unwrapped lines."""
     file = sys.stdout if file is None else file
-    return Console(file=file, highlight=False, width=None if file.isatty() else _UNBOUNDED)
+    return Console(file=file, highlight=False, emoji=False, width=None if file.isatty() else _UNBOUNDED)
 
 
 def new_table(*columns: str) -> Table:
@@ -44,7 +44,7 @@ def print_table(table: Table, file: IO[str] | None = None) -> None:
     """
     file = sys.stdout if file is None else file
     fit_columns(table, plain_console(file).width)
-    console = Console(highlight=False, width=_UNBOUNDED, height=1, force_terminal=file.isatty())
+    console = Console(highlight=False, emoji=False, width=_UNBOUNDED, height=1, force_terminal=file.isatty())
     with console.capture() as printed:
         console.print(table)
     file.writelines(f"{line.rstrip()}\n" for line in printed.get().splitlines())
@@ -52,7 +52,7 @@ def print_table(table: Table, file: IO[str] | None = None) -> None:
 
 def fit_columns(table: Table, width: int) -> None:
     """Set the widths of the columns: the widest shrink first, until the table fits or a word would be cut."""
-    texts = [[Text.from_markup(str(cell)).plain for cell in (one.header, *one.cells)] for one in table.columns]
+    texts = [[Text.from_markup(str(cell), emoji=False).plain for cell in (one.header, *one.cells)] for one in table.columns]
     least = [max((len(word) for text in cells for word in text.split()), default=1) for cells in texts]
     widths = [max((len(line) for text in cells for line in text.splitlines()), default=1) for cells in texts]
     while sum(widths) + _GAP * (len(widths) - 1) > width:
@@ -68,7 +68,7 @@ class Screen:
     """Standard output, with colours only on a terminal and without ``NO_COLOR``."""
 
     def __init__(self) -> None:
-        self._console = Console(highlight=False, soft_wrap=True)
+        self._console = Console(highlight=False, emoji=False, soft_wrap=True)
 
     def say(self, line: str = "", style: str = "", *, end: str = "\n") -> None:
         """Print one line."""
