@@ -219,5 +219,5 @@ def _package(point: Any) -> str:
     return "another package" if point.dist is None else f"{point.dist.name} {point.dist.version}"
 
 
-def _words(error: Exception) -> str:
+def _words(error: BaseException) -> str:
     return str(error) if isinstance(error, ImportError | AttributeError) else f"{type(error).__name__}: {error}"

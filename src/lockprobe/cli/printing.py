@@ -52,7 +52,9 @@ def print_table(table: Table, file: IO[str] | None = None) -> None:
 
 def fit_columns(table: Table, width: int) -> None:
     """Set the widths of the columns: the widest shrink first, until the table fits or a word would be cut."""
-    texts = [[Text.from_markup(str(cell), emoji=False).plain for cell in (one.header, *one.cells)] for one in table.columns]
+    texts = [
+        [Text.from_markup(str(cell), emoji=False).plain for cell in (one.header, *one.cells)] for one in table.columns
+    ]
     least = [max((len(word) for text in cells for word in text.split()), default=1) for cells in texts]
     widths = [max((len(line) for text in cells for line in text.splitlines()), default=1) for cells in texts]
     while sum(widths) + _GAP * (len(widths) - 1) > width:
