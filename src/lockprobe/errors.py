@@ -89,7 +89,8 @@ class UnknownName(UserMistake):
         names = list(known)
         meant = near or next(iter(difflib.get_close_matches(asked, names, n=1)), "")
         hint = f" (did you mean {meant!r}?)" if meant else ""
-        super().__init__(f"no {kind} is called {asked!r}{hint}; there are: {', '.join(names)}")
+        there = f"there are: {', '.join(names)}" if names else "there is none"
+        super().__init__(f"no {kind} is called {asked!r}{hint}; {there}")
 
 
 class BadValue(UserMistake):

@@ -3,6 +3,7 @@
 import json
 
 import pytest
+from builders import small_study, write_study
 from provider_server import failure, truthful
 from typed import typed as run
 
@@ -71,6 +72,13 @@ def test_mistakes_are_one_line(directory, asked, said):
     assert done.returncode == 2
     assert said in done.stderr
     assert "Traceback" not in done.stderr
+
+
+def test_a_study_without_a_trial_of_two_steps_has_no_fork_point(tmp_path):
+    path = write_study(tmp_path / "none", small_study(["random"], [0.0]), [])
+    done = run("branch", path, "--at", "2")
+    assert done.returncode == 2
+    assert "at: got '2', expected a study with a trial of two steps or more: no other can be forked" in done.stderr
 
 
 def test_status_counts_the_forks(directory):

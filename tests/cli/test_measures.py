@@ -22,6 +22,12 @@ def test_the_list_has_every_measure_with_what_it_is(lockprobe):
     assert lockprobe("measures")[1].splitlines()[0].startswith("solved          Whether the target moved")
 
 
+def test_of_a_study_without_trials_it_says_so(lockprobe, tmp_path):
+    nothing = write_study(tmp_path / "none", small_study(), [])
+    for more in ([], ["--json"]):
+        assert lockprobe("measures", nothing, *more) == (0, "", f"No trial is on record in {nothing}.\n")
+
+
 def test_the_means_of_a_study_are_those_of_its_conditions(lockprobe, directory):
     rows = [json.loads(line) for line in lockprobe("measures", directory, "--json")[1].splitlines()]
     assert len(rows) == 4 * len(MEASURES)

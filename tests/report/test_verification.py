@@ -4,7 +4,7 @@ import json
 import shutil
 
 import pytest
-from builders import small_study, with_right_checksums
+from builders import play_study, small_study, with_right_checksums, write_study
 from taking_part import take_part
 from typed import typed
 
@@ -136,6 +136,27 @@ def test_results_of_another_release_are_written_again_first(directory):
     assert (check.name, check.said) == ("results", "results.json is of release 0.0.1: lockprobe report first")
     write_report(directory)
     assert failing(directory) == {}
+
+
+def test_forks_that_are_newer_than_the_report_are_said_to_be(directory):
+    assert typed("branch", directory, "flips/random/p=0.4", "--at", "2", "--told", "lie").returncode == 0
+    (check,) = [check for check in verify(directory) if not check.holds]
+    assert (check.name, check.said) == (
+        "results",
+        "forks were played after results.json was written: lockprobe report first",
+    )
+    write_report(directory)
+    assert failing(directory) == {}
+    shutil.rmtree(directory / "forks")
+    (check,) = [check for check in verify(directory) if not check.holds]
+    assert "values of results.json differ" in check.said
+
+
+def test_of_a_study_of_people_it_says_how_many_played(tmp_path):
+    planned = small_study(("participant", "random"), (0.0,), 1, 3)
+    path = write_study(tmp_path / "study", planned, [*play_study(small_study(("random",), (0.0,), 1, 3))])
+    said = {check.name: (check.holds, check.said) for check in verify(path)}
+    assert said["complete"] == (True, "every planned trial is there; of people 0 of 3, who owe none")
 
 
 def test_the_command_ends_with_one_and_names_what_fails(directory):

@@ -307,10 +307,11 @@ def _print_power(found: Sequence[Needed], target: float) -> None:
         console.print("No test has anything to detect: under this effect every question has the answer no.")
     else:
         console.print("\n* recommended. The others reject too often, or serve as comparisons.")
-        console.print(
-            "In brackets: the 95 % interval from the number of simulated studies; more --studies make it narrower.\n"
-            "Assumption: trials at different flip rates share no luck, as with a sampled model."
-        )
+        if any(one.trials is not None and not one.below for one in found):
+            console.print(
+                "In brackets: the 95 % interval from the number of simulated studies; more --studies make it narrower."
+            )
+        console.print("Assumption: trials at different flip rates share no luck, as with a sampled model.")
 
 
 def _needed(one: Needed) -> str:

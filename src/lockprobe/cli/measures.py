@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json as json_
+import sys
 from collections import defaultdict
 from dataclasses import asdict
 from pathlib import Path
@@ -44,6 +45,9 @@ def measures(
     by_condition = defaultdict(list)
     for trial in load(directory):
         by_condition[trial.key.rsplit("/rep=", 1)[0]].append(trial)
+    if not by_condition:
+        print(f"No trial is on record in {printable(str(directory))}.", file=sys.stderr)
+        return
     found = {condition: measured(trials, chosen) for condition, trials in by_condition.items()}
     if json:
         for condition, rows in found.items():

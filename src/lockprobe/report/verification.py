@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
@@ -25,6 +26,7 @@ from lockprobe.record import Decision, Fact, Situation, Step, Trial
 from lockprobe.report.opened import OpenedStudy, open_study
 from lockprobe.report.results import results
 from lockprobe.storage.jsonl import has_checksum, whole_lines
+from lockprobe.studies.branch import FORKS
 from lockprobe.studies.call_log import read_calls
 from lockprobe.studies.directory import RECORDS
 from lockprobe.studies.play import play_timed
@@ -103,6 +105,9 @@ def _complete(opened: OpenedStudy) -> Check:
         plan.key for agent in opened.study.run_agents for plan in opened.study.plans(agent) if plan.key not in there
     ]
     said = f"{len(missing)} planned trials are missing" if missing else "every planned trial is there"
+    if opened.study.invited:
+        played = sum(bool(trial.player) for trial in opened.trials)
+        said += f"; of people {played} of {opened.study.invited}, who owe none"
     return Check(name="complete", holds=not missing, said=said, failed=tuple(missing))
 
 
@@ -174,8 +179,13 @@ def _differs(trial: Trial, again: Trial) -> str | None:
 
 
 def _results(directory: Path) -> Check:
-    """Whether ``results.json`` is what the records give."""
-    return check_file("results", directory / "results.json", lambda: results(directory).plain())
+    """Whether ``results.json`` is what the records give; forks that were played after it are said to be."""
+    path, forks = directory / "results.json", directory / FORKS / RECORDS
+    check = check_file("results", path, lambda: results(directory).plain())
+    of_forks = check.failed and all(re.match(r"forks(_said)?\b", name) for name in check.failed)
+    if of_forks and forks.is_file() and forks.stat().st_mtime > path.stat().st_mtime:
+        return replace(check, said=f"forks were played after {path.name} was written: lockprobe report first")
+    return check
 
 
 def check_file(name: str, path: Path, compute: Callable[[], Mapping[str, Any]]) -> Check:

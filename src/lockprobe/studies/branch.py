@@ -309,5 +309,7 @@ def _forkable(chosen: Mapping[str, Trial], at: Sequence[str], *, named: bool) ->
     if errors:
         raise BadValue("trial", errors[0].key, "a trial that ended: this one ended as an error")
     longest = max((len(trial.steps) for trial in whole), default=0) - 1
-    expected = f"a place after which a trial goes on: after steps 1 to {longest} of the longest one here"
+    expected = "a study with a trial of two steps or more: no other can be forked"
+    if longest >= 1:
+        expected = f"a place after which a trial goes on: after steps 1 to {longest} of the longest one here"
     raise BadValue("at", ", ".join(at), expected)

@@ -12,7 +12,7 @@ from lockprobe.analysis.inference.excess import excess, grid
 from lockprobe.analysis.inference.hazard import loop_hazard, loop_landmark, naive_association
 from lockprobe.analysis.inference.logrank import loop_onset_logrank, solution_logrank
 from lockprobe.analysis.loops import onset_batch
-from lockprobe.analysis.outcomes import Outcomes
+from lockprobe.analysis.outcomes import Outcomes, outcomes
 from lockprobe.prose.hypothesis_tests import why_missing
 
 P = np.array([0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
@@ -301,6 +301,8 @@ def test_the_naive_test_is_fishers():
     naive = naive_association(found)
     assert naive.p_value == stats.fisher_exact(table).pvalue
     assert naive.odds_ratio == pytest.approx(table[0][0] * table[1][1] / (table[0][1] * table[1][0]))
+    nothing = naive_association(outcomes([]))
+    assert (nothing.p_value, nothing.odds_ratio) == (None, None)
 
 
 # ---- size and power

@@ -80,11 +80,11 @@ class NaiveAssociation:
 
     Attributes:
         odds_ratio: Odds of success with a loop over odds without; None where a cell needed is empty.
-        p_value: Two-sided Fisher's exact test.
+        p_value: Two-sided Fisher's exact test; None without trials.
     """
 
     odds_ratio: float | None
-    p_value: float
+    p_value: float | None
 
 
 def loop_hazard(outcomes: Outcomes, blind: Outcomes | None = None) -> LoopEffect:
@@ -129,7 +129,7 @@ def naive_association(outcomes: Outcomes) -> NaiveAssociation:
     c, d = int(np.sum(~looped & solved)), int(np.sum(~looped & ~solved))
     return NaiveAssociation(
         odds_ratio=a * d / (b * c) if b * c else None,
-        p_value=float(fisher_exact(np.array([[a, b], [c, d]])).pvalue),
+        p_value=float(fisher_exact(np.array([[a, b], [c, d]])).pvalue) if len(outcomes) else None,
     )
 
 

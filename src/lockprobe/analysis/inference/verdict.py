@@ -227,6 +227,7 @@ def harm_tests(
             recommended=False,
             p_value=whole.p_value,
             effect=whole.odds_ratio,
+            note="too few remain" if whole.p_value is None else "",
         ),
         *(
             TestResult(
