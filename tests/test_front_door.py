@@ -3,8 +3,12 @@
 import subprocess
 import sys
 from importlib import import_module
+from pathlib import Path
+
+import pytest
 
 import lockprobe
+from lockprobe.testing import make_trial
 
 
 def test_every_name_is_there_and_only_once_thought_of():
@@ -44,3 +48,50 @@ def test_a_box_is_had_by_name_path_or_object(tmp_path):
         assert lockprobe.box(asked) == fork
         assert lockprobe.run_trial(box=asked).box == "fork"
         assert lockprobe.propagate("human-inspired", asked, p=0.0).solved[-1] == 1.0
+
+
+MISTAKES = [
+    (
+        lambda: lockprobe.run_trial(agent="participant"),
+        "agent: got 'participant', expected one that is called: people join",
+    ),
+    (lambda: lockprobe.run_trial(agent="mcp:x"), "agent: got 'mcp:x', expected one that is called: people join"),
+    (lambda: lockprobe.run_trial(agent="random?x=1"), "no agent is called 'random.x=1' .did you mean 'random'"),
+    (lambda: lockprobe.study(3), "study: got 3, expected options, the path of a TOML file, or one of flips, "),
+    (lambda: lockprobe.study(Path("none.toml")), "none.toml: cannot be read"),
+    (
+        lambda: lockprobe.run_study("flips", "directory"),
+        "study: got 'flips', expected a study, as lockprobe.study makes",
+    ),
+    (lambda: lockprobe.tidy("directory"), "trials: got 'directory', expected a trial or several"),
+    (lambda: lockprobe.tidy(None), "trials: got None, expected a trial or several"),
+    (lambda: lockprobe.propagate(p="0.4"), "p: got '0.4', expected a number from 0 to 1"),
+    (lambda: lockprobe.propagate(p=None), "p: got None, expected a number from 0 to 1"),
+    (lambda: lockprobe.propagate(condition=None), "condition: got None, expected a spec, or a list of interventions"),
+    (lambda: lockprobe.propagate(modality=5), "modality: got 5, expected a text"),
+    (lambda: lockprobe.propagate(max_steps="20"), "max_steps: got '20', expected a whole number from 1 to 10000"),
+    (lambda: lockprobe.propagate(max_steps=10**10), "expected a whole number from 1 to 10000"),
+    (lambda: lockprobe.propagate(most_states=0), "most_states: got 0, expected a whole number from 1"),
+    (lambda: lockprobe.population(trials=1.5), "trials: got 1.5, expected a whole number from 1 to "),
+    (lambda: lockprobe.population(repetition="x"), "repetition: got 'x', expected a whole number from 1"),
+    (lambda: lockprobe.population(threads=0), "threads: got 0, expected a whole number from 1"),
+    (lambda: lockprobe.population(flip=None), "flip: got None, expected one of transient, sticky, outcome-only"),
+    (lambda: lockprobe.population(p=[0, 0.4]), "p: got \\[0, 0.4\\], expected a number from 0 to 1"),
+    (lambda: box_of(initial="00"), "initial: got '00', expected positions True \\(open\\) and False"),
+    (lambda: box_of(interlock={"a": {"b": True}}), "interlock of a: got {'b': True}, expected a tuple of clauses"),
+    (lambda: make_trial(["slider-1"]), "joint: got 'slider-1', expected a whole number from 0 to 3"),
+]
+
+
+def box_of(**wrong):
+    joints = tuple(lockprobe.Joint(name=name, kind="prismatic") for name in "ab")
+    return lockprobe.Lockbox(
+        **{"name": "x", "joints": joints, "interlock": {}, "initial": (False,) * 2, "target": "a"} | wrong
+    )
+
+
+@pytest.mark.parametrize(("ask", "said"), MISTAKES)
+def test_a_mistake_is_one_line_that_says_what_was_asked_and_what_exists(ask, said):
+    with pytest.raises(lockprobe.UserMistake, match=said) as mistake:
+        ask()
+    assert "\n" not in str(mistake.value)

@@ -77,7 +77,7 @@ class Plugin:
             sys.path.insert(0, here)
         try:
             return reduce(getattr, path.split("."), importlib.import_module(module))
-        except (Exception, SystemExit) as error:
+        except Exception as error:
             if self.package:
                 raise BrokenPlugin(self.kind, self.name, self.package, error) from error
             expected = f"python:module:Name of an importable class or function ({_words(error)})"
@@ -112,7 +112,7 @@ class Plugin:
             yield
         except LockprobeError:
             raise
-        except (Exception, SystemExit) as error:
+        except Exception as error:
             raise BrokenPlugin(self.kind, self.name, self.package, error) from error
 
 
@@ -219,5 +219,5 @@ def _package(point: Any) -> str:
     return "another package" if point.dist is None else f"{point.dist.name} {point.dist.version}"
 
 
-def _words(error: BaseException) -> str:
+def _words(error: Exception) -> str:
     return str(error) if isinstance(error, ImportError | AttributeError) else f"{type(error).__name__}: {error}"

@@ -1,13 +1,14 @@
-"""Validation messages: pydantic's sentences in plain words, and the checks of a probability and of a choice."""
+"""Validation messages: pydantic's sentences in plain words, and checks of a probability, a whole number, a choice."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterable
+from numbers import Integral, Real
 
 from lockprobe.errors import BadValue
 
-__all__ = ["check_choice", "check_probability", "plain"]
+__all__ = ["check_choice", "check_probability", "check_whole", "plain"]
 
 _WORDS = (
     (r", (unable to (parse|interpret) .*|got .*|not \d+)$", ""),
@@ -43,14 +44,25 @@ def plain(message: str) -> str:
     return message
 
 
-def check_probability(what: str, value: float) -> None:
+def check_probability(what: str, value: object) -> None:
     """Refuse a value that is not a probability.
 
     Raises:
-        BadValue: If it is not from 0 to 1.
+        BadValue: If it is not a number from 0 to 1.
     """
-    if not 0.0 <= value <= 1.0:
+    if not (isinstance(value, Real) and 0.0 <= float(value) <= 1.0):
         raise BadValue(what, value, "a number from 0 to 1")
+
+
+def check_whole(what: str, value: object, least: int, most: int | None = None) -> None:
+    """Refuse a value that is not a whole number in a range; ``most`` is None where there is no largest one.
+
+    Raises:
+        BadValue: If it is not.
+    """
+    if not (isinstance(value, Integral) and least <= int(value) and (most is None or int(value) <= most)):
+        to = "" if most is None else f" to {most}"
+        raise BadValue(what, value, f"a whole number from {least}{to}")
 
 
 def check_choice(what: str, value: str, known: Iterable[str]) -> None:

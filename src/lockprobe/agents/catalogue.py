@@ -180,7 +180,9 @@ def _meant(spec: Spec) -> str | None:
     full |= {one: f"world:{one}" for one in WORLDS} | {one: f"cognitive:{one}" for one in (*MODELS, *CHARACTERS)}
     full |= {one: f"human-inspired:{one}" for one in PRESETS} | {"local": "llm:local", "gguf": "llm:gguf:PATH"}
     near = difflib.get_close_matches(spec.full_name, full, n=1)
-    return str(Spec.parse(full[near[0]]).adding(spec.options)) if near else None
+    if not near or near[0] in _STRATEGIES:  # which have no options
+        return near[0] if near else None
+    return str(Spec.parse(full[near[0]]).adding(spec.options))
 
 
 def _human_inspired(spec: Spec) -> Agent:

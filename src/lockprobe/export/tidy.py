@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
 from types import MappingProxyType
 
 from lockprobe.analysis.loops import measure
 from lockprobe.analysis.misinterpretation import trial_claims
+from lockprobe.errors import BadValue
 from lockprobe.record import Trial
 from lockprobe.terminal_text import readable
 
@@ -117,7 +119,14 @@ def tidy(trials: Trial | Iterable[Trial]) -> list[dict[str, TidyCell]]:
 
     ``pandas.DataFrame(lockprobe.tidy(trials))``. The columns are those of :func:`tidy_rows`.
     """
-    return list(tidy_rows([trials] if isinstance(trials, Trial) else trials))
+    return list(tidy_rows(_several(trials)))
+
+
+def _several(trials: Trial | Iterable[Trial]) -> list[Trial]:
+    """One or several trials as a list."""
+    if isinstance(trials, str | Path) or not isinstance(trials, Trial | Iterable):
+        raise BadValue("trials", trials, "a trial or several, for example those of lockprobe.load(DIR)")
+    return [trials] if isinstance(trials, Trial) else list(trials)
 
 
 def _which(trial: Trial) -> dict[str, TidyCell]:
@@ -147,7 +156,7 @@ def trial_columns(trials: Sequence[Trial]) -> tuple[str, ...]:
     return (*TRIAL_COLUMNS, *(("condition",) if any(trial.condition for trial in trials) else ()))
 
 
-def trial_rows(trials: Iterable[Trial]) -> Iterator[dict[str, TidyCell]]:
+def trial_rows(trials: Trial | Iterable[Trial]) -> Iterator[dict[str, TidyCell]]:
     """One row per trial, including trials that broke before their first step.
 
     ``solved`` is 1 or 0, and empty if the trial ended as an error, which is not a failure to solve.
@@ -159,7 +168,7 @@ def trial_rows(trials: Iterable[Trial]) -> Iterator[dict[str, TidyCell]]:
     >>> row["solved"], row["budget"], row["false_reports"]
     (1, 20, 0)
     """
-    trials = list(trials)
+    trials = _several(trials)
     loops = measure([trial.actions for trial in trials])
     named = any(trial.condition for trial in trials)
     for place, trial in enumerate(trials):

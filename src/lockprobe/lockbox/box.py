@@ -77,14 +77,11 @@ class Lockbox:
             raise BadValue("target", self.target, f"one of {', '.join(names)}")
         if len(names) > MAX_JOINTS:
             raise BadValue("joints", len(names), f"at most {MAX_JOINTS}")
+        if not all(position in (True, False) for position in self.initial):
+            raise BadValue("initial", self.initial, "positions True (open) and False, in panel order")
         if len(self.initial) != len(names):
             raise BadValue("initial", bits(self.initial), f"one position for each of {len(names)} joints")
-        for joint, clauses in self.interlock.items():
-            for other in (joint, *(name for clause in clauses for name in clause)):
-                if other not in names:
-                    raise BadValue(f"interlock of {joint}", other, f"one of {', '.join(names)}")
-            if any(joint in clause for clause in clauses):
-                raise BadValue(f"interlock of {joint}", joint, "positions of other joints")
+        self._check_interlock()
         index = {name: i for i, name in enumerate(names)}
         object.__setattr__(
             self,
@@ -97,6 +94,17 @@ class Lockbox:
                 for name in names
             ),
         )
+
+    def _check_interlock(self) -> None:
+        names = self.names
+        for joint, clauses in self.interlock.items():
+            if isinstance(clauses, Mapping) or not all(isinstance(clause, Mapping) for clause in clauses):
+                raise BadValue(f"interlock of {joint}", clauses, "a tuple of clauses, each joint -> position")
+            for other in (joint, *(name for clause in clauses for name in clause)):
+                if other not in names:
+                    raise BadValue(f"interlock of {joint}", other, f"one of {', '.join(names)}")
+            if any(joint in clause for clause in clauses):
+                raise BadValue(f"interlock of {joint}", joint, "positions of other joints")
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -6,7 +6,7 @@ from collections import defaultdict
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, get_args
 
 from lockprobe.errors import BadValue
 from lockprobe.interventions.catalogue import interventions_of, place_of, spec_of
@@ -21,6 +21,7 @@ from lockprobe.interventions.tremble import Tremble
 from lockprobe.interventions.words import TextChannel
 from lockprobe.protocols import Intervention
 from lockprobe.studies.modality import shown
+from lockprobe.validation import check_choice, check_probability
 
 __all__ = ["ConditionChances", "Report", "condition_chances", "tells_states_only"]
 
@@ -110,6 +111,9 @@ def condition_chances(
         UserMistake: If a name does not exist, a value is out of range, a report is flipped twice, or an intervention
             has to be sampled.
     """
+    check_probability("flip rate p", p)
+    if not isinstance(condition, str | Sequence):
+        raise BadValue("condition", condition, "a spec, or a list of interventions")
     ones = interventions_of(condition) if isinstance(condition, str) else tuple(condition)
     flips = [one for one in ones if isinstance(one, OutcomeFlip)]
     twice = any(sum(one.falls_on(step) for one in flips) > 1 for step in range(1, budget + 1))
@@ -149,6 +153,9 @@ def tells_states_only(modality: str | None, flip: FlipKind) -> bool:
     Raises:
         UserMistake: If it tells no positions, or shows the box in pictures.
     """
+    check_choice("flip", flip, get_args(FlipKind))
+    if not isinstance(modality, str | None):
+        raise BadValue("modality", modality, "a text, such as symbolic")
     modality = modality or default_modality(flip)
     channel = shown(modality)
     if not isinstance(channel, TextChannel) or channel.tell == "outcome":

@@ -26,6 +26,7 @@ from lockprobe.errors import BadValue
 from lockprobe.interventions.flip import FlipKind, OutcomeFlip
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.families import find_box
+from lockprobe.validation import check_whole
 
 __all__ = ["BoxWorld", "PlainTrial", "heeds_order", "listed", "play_plainly", "policy_of", "reported", "world_of"]
 
@@ -131,8 +132,7 @@ def world_of(
     """
     lockbox = find_box(box)
     OutcomeFlip(p=p, persistence=flip)
-    if not 1 <= max_steps <= LONGEST:
-        raise BadValue("max_steps", max_steps, f"a whole number from 1 to {LONGEST}")
+    check_whole("max_steps", max_steps, 1, LONGEST)
     joints = range(len(lockbox.joints))
     movable = []
     for shifted in range(1 << len(joints)):

@@ -39,7 +39,7 @@ from lockprobe.montecarlo.condition_chances import tells_states_only
 from lockprobe.montecarlo.plain import BoxWorld, heeds_order, play_plainly, policy_of, world_of
 from lockprobe.montecarlo.rules import Rule
 from lockprobe.montecarlo.streams import Counted, FromTree, LuckSource
-from lockprobe.validation import check_choice
+from lockprobe.validation import check_choice, check_whole
 
 __all__ = ["Population", "Streams", "population"]
 
@@ -151,9 +151,16 @@ def population(
     >>> population("round-robin", trials=100).success
     1.0
     """
+    check_choice("streams", streams, get_args(Streams))
+    check_whole("trials", trials, 1, MOST_TRIALS)
+    check_whole("repetition", repetition, 1)
+    check_whole("seed", seed, 0)
+    if threads is not None:
+        check_whole("threads", threads, 1)
     policy, states_only = policy_of(agent), tells_states_only(modality, flip)
     world = world_of(box, p=p, flip=flip, max_steps=max_steps, states_only=states_only)
-    _check(trials, repetition, streams, threads, recorded=trials * max_steps if record else 0)
+    if record and trials * max_steps > MOST_RECORDED:
+        raise BadValue("steps to record", trials * max_steps, f"at most {MOST_RECORDED}")
     found = _empty_columns(trials, max_steps if record else 0)
     _play(policy, world, found, threads, streams=streams, seed=seed, repetition=repetition, shuffle=shuffle)
     return Population(
@@ -173,18 +180,6 @@ class _Columns(NamedTuple):
     actions: NDArray[np.int8]
     moved: NDArray[np.bool_]
     told_moved: NDArray[np.bool_]
-
-
-def _check(trials: int, repetition: int, streams: str, threads: int | None, *, recorded: int) -> None:
-    check_choice("streams", streams, get_args(Streams))
-    if not 1 <= trials <= MOST_TRIALS:
-        raise BadValue("trials", trials, f"a whole number from 1 to {MOST_TRIALS}")
-    if repetition < 1:
-        raise BadValue("repetition", repetition, "a whole number from 1")
-    if threads is not None and threads < 1:
-        raise BadValue("threads", threads, "a whole number from 1")
-    if recorded > MOST_RECORDED:
-        raise BadValue("steps to record", recorded, f"at most {MOST_RECORDED}")
 
 
 def _empty_columns(trials: int, columns: int) -> _Columns:

@@ -20,9 +20,9 @@ from lockprobe.interventions.flip import FlipKind
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.families import DEFAULT_BOX
 from lockprobe.montecarlo.condition_chances import ConditionChances, Report, condition_chances
-from lockprobe.montecarlo.plain import BoxWorld, heeds_order, listed, policy_of, reported, world_of
+from lockprobe.montecarlo.plain import LONGEST, BoxWorld, heeds_order, listed, policy_of, reported, world_of
 from lockprobe.protocols import Intervention
-from lockprobe.validation import check_choice
+from lockprobe.validation import check_choice, check_whole
 
 __all__ = ["MOST_STATES", "Listing", "Propagation", "propagate"]
 
@@ -103,6 +103,8 @@ def propagate(
     >>> round(course.steps, 9), course.by(0.8), course.by(1)
     (8.5, 9, 10)
     """
+    check_whole("max_steps", max_steps, 1, LONGEST)
+    check_whole("most_states", most_states, 1)
     chances = condition_chances(condition, p, flip, modality, budget=max_steps)
     flip = chances.flip.persistence
     policy, world = policy_of(agent), world_of(box, p=chances.flip.p, flip=flip, max_steps=max_steps)

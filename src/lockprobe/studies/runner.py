@@ -221,6 +221,8 @@ def run_study(study: Study, directory: Path | str, *, limits: Limits | None = No
         UserMistake: As :func:`run`, and if the directory holds another study.
         KeyboardInterrupt: On Ctrl-C or an interrupted notebook cell; whatever was finished is on disk.
     """
+    if not isinstance(study, Study):
+        raise BadValue("study", study, "a study, as lockprobe.study makes one")
     with Journal.open(directory, study) as journal:
         if _in_event_loop():
             _run_in_thread(study, journal, limits)

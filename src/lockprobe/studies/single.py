@@ -14,6 +14,7 @@ from lockprobe.plan import Plan
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.protocols import Agent, Closable
 from lockprobe.record import Trial
+from lockprobe.spec import MCP, PEOPLE, spec_kind
 from lockprobe.studies import paper
 from lockprobe.studies.modality import taken_in
 from lockprobe.studies.picture_store import Album
@@ -57,6 +58,8 @@ run_trial.__signature__ = inspect.Signature(  # type: ignore[attr-defined] # for
 
 
 def _check(plan: Plan, agent: str | Agent) -> None:
+    if isinstance(agent, str) and spec_kind(agent) in (PEOPLE, MCP):
+        raise BadValue("agent", agent, "one that is called: people join lockprobe serve, and clients lockprobe mcp")
     if isinstance(agent, str) and not taken_in(agent, (plan.modality,)):
         raise BadValue("modality", plan.modality, f"symbolic for {agent}, which reads reports and looks at no pictures")
     resolve_plant(plan.plant).check(plan.box)

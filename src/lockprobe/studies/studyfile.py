@@ -51,7 +51,7 @@ AGENT_SWEEP = "agent."
 _T = TypeVar("_T")
 
 
-def study(asked: StudyOptions | str = "flips", /, **options: Any) -> Study:
+def study(asked: StudyOptions | str | Path = "flips", /, **options: Any) -> Study:
     """The study that options, a TOML file, or a bare name describe.
 
     >>> [condition.label for condition in study("flips", agent="random", sweep="tremble?p=0,0.1").conditions]
@@ -69,8 +69,10 @@ def study(asked: StudyOptions | str = "flips", /, **options: Any) -> Study:
     Raises:
         UserMistake: If anything in it does not exist or is out of range.
     """
-    if isinstance(asked, str):
-        asked = read_options_file(Path(asked)) if asked.endswith(".toml") else StudyOptions(study=asked)
+    if isinstance(asked, str | Path):
+        asked = read_options_file(Path(asked)) if str(asked).endswith(".toml") else StudyOptions(study=str(asked))
+    if not isinstance(asked, StudyOptions):
+        raise BadValue("study", asked, f"options, the path of a TOML file, or one of {', '.join(STUDIES)}")
     request = asked.model_copy(update={name: getattr(study_options(options), name) for name in options})
     if request.study not in STUDIES:
         raise UnknownName("study", request.study, [*STUDIES, *SHIPPED, "FILE.toml"])

@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Any
 from lockprobe.errors import BadValue
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.lockbox.box import Lockbox
-from lockprobe.lockbox.families import DEFAULT_BOX
+from lockprobe.lockbox.families import DEFAULT_BOX, find_box
 from lockprobe.protocols import Agent, Intervention
 from lockprobe.record import Decision, Fact, Moment, Outcome, Percept, Situation, Task, Trial
 from lockprobe.studies.single import run_trial
+from lockprobe.validation import check_whole
 
 if TYPE_CHECKING:
     import numpy as np
@@ -93,6 +94,8 @@ def make_trial(
         condition: Further interventions.
         **options: Other options of :func:`lockprobe.run_trial`: ``seed``, ``repetition``, ``trial``, ``plant`` …
     """
+    for joint in joints:
+        check_whole("joint", joint, 0, len(find_box(box).joints) - 1)
     agent = ScriptedAgent(joints=tuple(joints), claims=tuple(claims), breaks=broken)
     false = (_FalseAt(steps=tuple(false_at)),) if false_at else ()
     options = {"shuffle": False, "max_steps": len(agent.joints) + broken, **options}
