@@ -77,8 +77,10 @@ def _boundary(fault: type[TrialFault]) -> Iterator[None]:
         yield
     except LockprobeError:
         raise
-    except (Exception, SystemExit) as error:
+    except Exception as error:
         raise fault(f"{type(error).__name__}: {error}") from error
+    except SystemExit as error:  # an agent's sys.exit() ends its trial, not the study
+        raise fault(f"SystemExit: {error}") from error
 
 
 async def play(

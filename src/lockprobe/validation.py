@@ -1,4 +1,4 @@
-"""Validation messages: pydantic's sentences in plain words, and checks of a probability, a whole number, a choice."""
+"""Validation: pydantic's sentences in plain words, and checks of numbers, probabilities and choices."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from numbers import Integral, Real
 
 from lockprobe.errors import BadValue
 
-__all__ = ["check_choice", "check_probability", "check_whole", "plain"]
+__all__ = ["check_choice", "check_number", "check_probability", "check_whole", "plain"]
 
 _WORDS = (
     (r", (unable to (parse|interpret) .*|got .*|not \d+)$", ""),
@@ -44,14 +44,24 @@ def plain(message: str) -> str:
     return message
 
 
-def check_probability(what: str, value: object) -> None:
+def check_probability(what: str, value: float) -> None:
     """Refuse a value that is not a probability.
 
     Raises:
-        BadValue: If it is not a number from 0 to 1.
+        BadValue: If it is not from 0 to 1.
     """
-    if not (isinstance(value, Real) and 0.0 <= float(value) <= 1.0):
+    if not 0.0 <= value <= 1.0:
         raise BadValue(what, value, "a number from 0 to 1")
+
+
+def check_number(what: str, value: object) -> None:
+    """Refuse a value that is not a number.
+
+    Raises:
+        BadValue: If it is not.
+    """
+    if not isinstance(value, Real):
+        raise BadValue(what, value, "a number")
 
 
 def check_whole(what: str, value: object, least: int, most: int | None = None) -> None:

@@ -21,7 +21,7 @@ from lockprobe.interventions.tremble import Tremble
 from lockprobe.interventions.words import TextChannel
 from lockprobe.protocols import Intervention
 from lockprobe.studies.modality import shown
-from lockprobe.validation import check_choice, check_probability
+from lockprobe.validation import check_choice, check_number
 
 __all__ = ["ConditionChances", "Report", "condition_chances", "tells_states_only"]
 
@@ -111,7 +111,7 @@ def condition_chances(
         UserMistake: If a name does not exist, a value is out of range, a report is flipped twice, or an intervention
             has to be sampled.
     """
-    check_probability("flip rate p", p)
+    check_number("flip rate p", p)
     if not isinstance(condition, str | Sequence):
         raise BadValue("condition", condition, "a spec, or a list of interventions")
     ones = interventions_of(condition) if isinstance(condition, str) else tuple(condition)

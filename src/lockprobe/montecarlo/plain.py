@@ -26,7 +26,7 @@ from lockprobe.errors import BadValue
 from lockprobe.interventions.flip import FlipKind, OutcomeFlip
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.families import find_box
-from lockprobe.validation import check_whole
+from lockprobe.validation import check_number, check_whole
 
 __all__ = ["BoxWorld", "PlainTrial", "heeds_order", "listed", "play_plainly", "policy_of", "reported", "world_of"]
 
@@ -131,6 +131,7 @@ def world_of(
         UserMistake: If there is no such box, or a value is out of range.
     """
     lockbox = find_box(box)
+    check_number("flip rate p", p)
     OutcomeFlip(p=p, persistence=flip)
     check_whole("max_steps", max_steps, 1, LONGEST)
     joints = range(len(lockbox.joints))

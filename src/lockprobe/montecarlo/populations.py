@@ -151,12 +151,7 @@ def population(
     >>> population("round-robin", trials=100).success
     1.0
     """
-    check_choice("streams", streams, get_args(Streams))
-    check_whole("trials", trials, 1, MOST_TRIALS)
-    check_whole("repetition", repetition, 1)
-    check_whole("seed", seed, 0)
-    if threads is not None:
-        check_whole("threads", threads, 1)
+    _check(trials, repetition, seed, streams, threads)
     policy, states_only = policy_of(agent), tells_states_only(modality, flip)
     world = world_of(box, p=p, flip=flip, max_steps=max_steps, states_only=states_only)
     if record and trials * max_steps > MOST_RECORDED:
@@ -172,6 +167,15 @@ def population(
         moved=found.moved if record else None,
         told_moved=found.told_moved if record else None,
     )
+
+
+def _check(trials: int, repetition: int, seed: int, streams: str, threads: int | None) -> None:
+    check_choice("streams", streams, get_args(Streams))
+    check_whole("trials", trials, 1, MOST_TRIALS)
+    check_whole("repetition", repetition, 1)
+    check_whole("seed", seed, 0)
+    if threads is not None:
+        check_whole("threads", threads, 1)
 
 
 class _Columns(NamedTuple):

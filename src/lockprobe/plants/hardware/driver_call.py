@@ -28,7 +28,7 @@ def call_driver(what: str, work: Callable[[], _T]) -> _T:
         return work()
     except LockprobeError:
         raise
-    except (Exception, SystemExit) as error:
+    except Exception as error:
         raise PlantFault(f"{what}: {type(error).__name__}: {error}") from error
 
 
