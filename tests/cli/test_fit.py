@@ -6,6 +6,8 @@ import pytest
 from builders import small_study, write_study
 from typed import typed
 
+from lockprobe.studies.studyfile import study as make_study
+
 QUICK = ("--models", "no-repeat,human-inspired,softmax-memory", "--folds", "4")
 
 
@@ -81,3 +83,12 @@ def test_mistakes_are_one_line(study, lockprobe, arguments, message):
 
 def test_a_directory_without_trials_is_named(tmp_path, lockprobe):
     assert "is it the directory of a study?" in lockprobe("fit", tmp_path)[2]
+
+
+def test_trials_under_other_conditions_are_counted_as_left_out(tmp_path):
+    planned = make_study(
+        "flips", agent="random", p=[0], condition=["nudge"], trials=3, repetitions=1, strategy_trials=3
+    )
+    done = typed("fit", write_study(tmp_path / "study", planned), "--models", "no-repeat", "--folds", 2)
+    assert done.returncode == 0
+    assert "3 of 6 trials are left out: they are under conditions other than flip rates" in done.stderr

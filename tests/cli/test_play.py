@@ -57,6 +57,23 @@ def test_it_is_the_trial_that_any_agent_plays(flip, view, tmp_path):
     assert (mine.agent, mine.facts) == ("participant:local", {"view": view, "page": "terminal"})
 
 
+@pytest.mark.parametrize(
+    ("flip", "rule", "report"),
+    [
+        ("transient", "After every step you are told which joints are at position 1.", "You attempted A."),
+        ("outcome-only", "After every step you are told whether it moved.", "A moved."),
+    ],
+)
+def test_it_says_no_outcome_that_the_report_does_not_give(flip, rule, report):
+    asked = ("--p", 0, "--seed", 1, "--flip", flip)
+    panel = play(*asked, lines="A\nm\nq\n")
+    assert report in panel.splitlines()
+    assert "A did not move." not in panel
+    text = play(*asked, "--view", "text", lines="A\nm\nq\n")
+    assert rule in text.splitlines()
+    assert any(line.startswith(report) for line in text.splitlines())
+
+
 def test_nobody_asks_what_was_done_without_assessment(tmp_path):
     shown = play("--p", 0.2, "--no-assessment", "--record", tmp_path / "a.jsonl", lines=said(BLUNT).lower() + "\n")
     assert "last action" not in shown

@@ -46,3 +46,10 @@ def test_what_it_corrects_is_one_of_two():
         Correction(at=(3, 0))
     with pytest.raises(BadValue, match="of: got 'half', expected one of lie, truth"):
         Correction(of="half")
+
+
+@pytest.mark.parametrize("later", ["drop?p=1", "delay?lag=2"])
+def test_a_report_that_is_dropped_or_late_has_no_correction(later):
+    for told, plain in zip(steps(f"correction?p=1 + {later}"), steps(later), strict=True):
+        assert (told.told, told.told_moved) == (plain.told, plain.told_moved)
+        assert "Correction" not in told.told

@@ -2,11 +2,12 @@
 
 import asyncio
 import re
+import subprocess
+import sys
 import threading
 from dataclasses import replace
 from types import SimpleNamespace
 
-import forked
 import pytest
 from builders import make_trial, strip_checksums
 from provider_server import Manner, failure, here, truthful
@@ -508,7 +509,7 @@ def test_a_study_is_played_in_a_notebook_as_anywhere_else(tmp_path):
 
 
 INTERRUPTED = """
-import _thread, asyncio, sys, time
+import asyncio, os, signal, sys, time
 from lockprobe.studies import runner
 from lockprobe.studies.studyfile import study
 
@@ -516,10 +517,11 @@ planned = study("flips", agent=["random"], p=[0, 0.4], trials=50, repetitions=1)
 step, seen = runner._Stoppable.step, set()
 
 def interrupted(self, key, at):
+    once = key not in seen
     seen.add(key)
-    if len(seen) == 5:
-        _thread.interrupt_main()
-        until = time.monotonic() + 10
+    if len(seen) == 5 and once:
+        os.kill(os.getpid(), signal.SIGINT)
+        until = time.monotonic() + 5
         while not self.stopped and time.monotonic() < until:
             time.sleep(0.01)
     step(self, key, at)
@@ -528,17 +530,23 @@ async def cell():
     runner.run_study(planned, sys.argv[1])
 
 runner._Stoppable.step = interrupted
-loop = asyncio.new_event_loop()  # asyncio.run would take Ctrl-C itself
 try:
-    loop.run_until_complete(cell())
+    if sys.argv[2] == "loop":
+        asyncio.new_event_loop().run_until_complete(cell())
+    else:
+        asyncio.run(cell())  # which handles Ctrl-C itself
 except KeyboardInterrupt:
     print("interrupted")
 """
 """In a process of its own: an interrupt that came late would end the tests."""
 
 
-def test_a_notebook_cell_that_is_interrupted_keeps_what_was_finished_and_is_resumed(tmp_path):
-    assert forked.run([tmp_path / "cell"], script=INTERRUPTED).stdout == "interrupted\n"
+@pytest.mark.parametrize("by", ["loop", "asyncio.run"])
+def test_a_notebook_cell_that_is_interrupted_keeps_what_was_finished_and_is_resumed(tmp_path, by):
+    done = subprocess.run(
+        [sys.executable, "-c", INTERRUPTED, tmp_path / "cell", by], capture_output=True, text=True, check=False
+    )
+    assert done.stdout == "interrupted\n"
     planned = study(StudyOptions(agent=["random"], p=[0, 0.4], trials=50, repetitions=1))
     assert len(load(tmp_path / "cell")) == 4
     assert in_event_loop(lambda: runner.run_study(planned, tmp_path / "cell")) == runner.run_study(

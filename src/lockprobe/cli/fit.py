@@ -56,6 +56,9 @@ def fit(
     if out is not None:
         refuse_study_file(out, directory)
     trials = load(directory)
+    if others := sum(trial.p is None for trial in trials):
+        said = "conditions other than flip rates, which no model here describes"
+        print(f"{others} of {len(trials)} trials are left out: they are under {said}.", file=sys.stderr)
     report = fit_agents(
         trials,
         agents=agent or None,

@@ -11,7 +11,7 @@ import sys
 import termios
 import tty
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import closing
+from contextlib import closing, suppress
 from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
@@ -225,7 +225,7 @@ In every step you choose one joint. If it is not locked it moves to its other
 position; if it is locked, nothing happens. The box is open as soon as the
 target joint, {target}, moves. You have {budget} steps."""
 
-_TEXT = "After every step you are told whether it moved, and which joints are at position 1."
+_OUTCOMES, _POSITIONS = "whether it moved", "which joints are at position 1"
 
 _CLAIMS: dict[str, Outcome] = {"M": "moved", "N": "blocked"}
 
@@ -261,21 +261,25 @@ class Person:
         """
         task, percept, step = situation.task, situation.percept, len(situation.past) + 1
         if step == 1:
-            self._rules(task)
+            self._rules(task, percept)
         self._screen.say()
         self._screen.say(f"Step {step} of {task.budget}", "bold")
         self._show(task, percept)
         claimed: Outcome | None = None
         if task.assessment and percept.joint is not None:
-            claimed = _CLAIMS[self._ask("What did your last action do? m it moved, n it did not move: ", "MN", task)]
+            claimed = _CLAIMS[
+                self._ask("What did your last action do? m it moved, n it did not move: ", "MN", situation)
+            ]
         joints = " ".join(label + "*" * (label == task.target) for label in task.joints)
-        return Decision(joint=self._ask(f"Which joint? {joints}: ", task.joints, task), claimed=claimed)
+        return Decision(joint=self._ask(f"Which joint? {joints}: ", task.joints, situation), claimed=claimed)
 
-    def _rules(self, task: Task) -> None:
+    def _rules(self, task: Task, percept: Percept) -> None:
         for line in _RULES.format(count=len(task.joints), target=task.target, budget=task.budget).splitlines():
             self._screen.say(line)
         legend = panel_lines(self._box, positions=[None] * len(self._labels))[-1]
-        self._screen.say(f"The panel: {legend}." if self._view == "panel" else _TEXT)
+        told = [_OUTCOMES] * (not percept.states_only) + [_POSITIONS] * (percept.positions is not None)
+        text = f"After every step you are told {', and '.join(told)}."
+        self._screen.say(f"The panel: {legend}." if self._view == "panel" else text)
         self._screen.say("Keys: the letter of a joint; ? for help; q to stop.", "dim")
 
     def _show(self, task: Task, percept: Percept) -> None:
@@ -283,15 +287,14 @@ class Person:
             self._screen.say(percept.text)
             return
         if percept.joint is not None:
-            self._screen.say(
-                f"{percept.joint} moved." if percept.outcome == "moved" else f"{percept.joint} did not move."
-            )
+            said = {"moved": f"{percept.joint} moved.", "blocked": f"{percept.joint} did not move."}
+            self._screen.say(said.get(percept.outcome or "", f"You attempted {percept.joint}."))
         told = dict(zip(task.joints, percept.positions or [None] * len(task.joints), strict=True))
         positions = [told[label] for label in self._labels]
         for line in panel_lines(self._box, labels=self._labels, positions=positions)[:-1]:
             self._screen.say(line)
 
-    def _ask(self, question: str, choices: Sequence[str], task: Task) -> str:
+    def _ask(self, question: str, choices: Sequence[str], situation: Situation) -> str:
         while True:
             self._screen.say(question, end="")
             key = self._keys.next()
@@ -301,7 +304,7 @@ class Person:
             if key == "Q":
                 raise Left("stopped")
             if key == "?":
-                self._rules(task)
+                self._rules(situation.task, situation.percept)
             elif key in choices:
                 return key
             else:
@@ -339,7 +342,8 @@ class Keys:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         if self._terminal is not None:
-            termios.tcsetattr(self._terminal, termios.TCSADRAIN, self._before)  # type: ignore[arg-type] # what was got
+            with suppress(termios.error):  # the terminal is gone
+                termios.tcsetattr(self._terminal, termios.TCSADRAIN, self._before)  # type: ignore[arg-type] # what was got
 
     def next(self) -> str | None:
         """The next key, or the first character of a line, as a capital. None at the end of input and for Ctrl-D."""

@@ -85,7 +85,7 @@ def _groups(
             if mine:
                 groups.append((agent, mine))
     if not groups:
-        raise BadValue("trials", 0, "at least one of an agent")
+        raise BadValue("trials", 0, "at least one of an agent under flip rates alone")
     return groups
 
 

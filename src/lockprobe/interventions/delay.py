@@ -40,6 +40,6 @@ class Delay:
         if percept.joint is None or self.lag == 0:
             return percept
         if len(past) - self.lag < 1:  # the first look is no report of an attempt
-            return replace(percept, joint=None, outcome=None, positions=None)
+            return replace(percept, joint=None, outcome=None, positions=None, corrects=None)
         late = past[len(past) - self.lag].was
-        return replace(percept, joint=late.joint, outcome=late.outcome, positions=late.positions)
+        return replace(percept, joint=late.joint, outcome=late.outcome, positions=late.positions, corrects=None)

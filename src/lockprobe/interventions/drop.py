@@ -26,4 +26,4 @@ class Drop(AtRandomSteps):
         """The percept, or an empty one."""
         if percept.joint is None or rng.random() >= self.p or not hits(self.at, len(past)):
             return percept
-        return replace(percept, outcome=None, positions=None)
+        return replace(percept, outcome=None, positions=None, corrects=None)

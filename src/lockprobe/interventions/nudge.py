@@ -18,7 +18,10 @@ NUDGE = "Note: you are repeating the same series of actions; consider trying ano
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Nudge:
-    """A sentence tells the agent that it repeats itself, whenever it has just completed a copy of an action loop.
+    """A sentence tells the agent that it repeats itself, when it has just completed a copy of an action loop.
+
+    With ``after=2`` that is the first loop of a trial, so it is said once at most; with more, it is said whenever the
+    last choices are that many consecutive copies.
 
     The report stays as it is, and is true. Agents that read no words ignore it. Nothing is drawn.
 
@@ -44,9 +47,10 @@ class Nudge:
 
 
 def loops_completed(past: tuple[Moment, ...], copies: int) -> bool:
-    """Whether the last choice completed this many consecutive disjoint copies of an action loop.
+    """Whether the last choice completed this many disjoint copies of an action loop.
 
-    A loop is a run of three or more choices, as in the paper (Sec. 3.3); between two copies there may be others.
+    A loop is a run of three or more choices, as in the paper (Sec. 3.3). Two copies are those of the first loop of the
+    trial, and there may be other choices between them; more copies are consecutive.
     """
     chosen = tuple(moment.chosen for moment in past[1:])
     if copies == 2:
