@@ -2,7 +2,7 @@ import { Refusal, said } from "./talk.js";
 import { FIRST_WORDS, speak } from "./words.js";
 
 const LONGEST = 64; // characters of a parameter that goes along
-const MOST = 16; // parameters that go along
+const MOST = 40; // parameters that go along, as many as the server reads
 
 /** The parameters of the URL, as recruitment platforms set them; the server keeps those that it was told to keep. */
 function platform() {

@@ -1,6 +1,7 @@
 """A study played with tools: records like any other agent's, nothing lost, and no call that is refused changes a file."""
 
 import asyncio
+import gc
 import json
 from dataclasses import replace
 
@@ -238,6 +239,34 @@ def test_a_connection_may_have_its_number_of_trials(tmp_path):
 
     asyncio.run(play())
     assert [trial.facts["position"] for trial in load(tmp_path)] == [1, 2] * 4
+
+
+def test_a_client_without_a_session_is_told_what_gives_it_more_trials(tmp_path):
+    async def play():
+        async with opened(tmp_path, transport="http", trials_each=1) as session:
+            assert await Player(calls(session, Connection(identity=""))).play() == 1
+            with pytest.raises(CallRefused, match=r"played its trials \(1\). Start the server anew for another one"):
+                await session.begin(Connection(identity=""))
+
+    asyncio.run(play())
+
+
+def test_a_refused_call_whose_client_has_gone_is_retrieved(tmp_path):
+    async def play():
+        lost = []
+        asyncio.get_running_loop().set_exception_handler(lambda loop, context: lost.append(context["message"]))
+        async with opened(tmp_path) as session:
+            await session.begin(STDIO)
+            call = asyncio.ensure_future(session.attempt(STDIO, "no joint"))
+            await asyncio.sleep(0)
+            call.cancel()
+            await asyncio.wait([call])
+            await asyncio.sleep(0.05)
+            del call
+            gc.collect()
+        return lost
+
+    assert asyncio.run(play()) == []
 
 
 def test_another_way_to_play_is_another_agent(tmp_path):

@@ -156,7 +156,9 @@ class ToolSession:
             work.close()
             raise CallRefused("Another call is being answered, so this one did nothing. Make one call at a time.")
         self._busy = True
-        return await asyncio.shield(asyncio.create_task(self._answered(work)))
+        call = asyncio.create_task(self._answered(work))
+        call.add_done_callback(_retrieve)
+        return await asyncio.shield(call)
 
     async def _answered(self, work: Coroutine[Any, Any, _T]) -> _T:
         try:
@@ -192,7 +194,8 @@ class ToolSession:
             plan = self._next()
             goes_on = self._log.under_way(plan.key)
             if not goes_on and most is not None and self._begun[connection.identity] >= most:
-                raise CallRefused(f"This connection has played its trials ({most}). Connect anew for another one.")
+                again = "Connect anew" if connection.identity else "Start the server anew"
+                raise CallRefused(f"This connection has played its trials ({most}). {again} for another one.")
             if await self._open(plan, connection):
                 return
 
@@ -324,6 +327,12 @@ def _writing() -> Iterator[None]:
         yield
     except (BadFile, BadValue) as error:
         raise CallRefused("The server cannot write or read its records, so this call did nothing.") from error
+
+
+def _retrieve(call: asyncio.Task[Any]) -> None:
+    """Retrieve what a call raised, in case its client has gone: nobody else would."""
+    if not call.cancelled():
+        call.exception()
 
 
 def _joint(joint: str, situation: Situation) -> str:
