@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import signal
 import sys
-import threading
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from typing import Protocol
 
 from lockprobe.errors import PlantFault, UserMistake
+from lockprobe.interrupts import interruptible
 from lockprobe.terminal_text import printable
 
 __all__ = ["ENTER", "ConsentingOperator", "Operator", "OperatorStopped", "TerminalOperator", "ask_to_begin"]
@@ -86,7 +84,7 @@ class TerminalOperator:
         """The answer that is typed. Ctrl-C ends the run at once."""
         while True:
             _show(f"{printable(question)} ")
-            with _interruptible():
+            with interruptible():
                 line = sys.stdin.readline() if sys.stdin is not None else ""
             typed = line.strip().lower()
             if not line:
@@ -109,16 +107,3 @@ def _show(text: str) -> None:
     if sys.stderr is not None:
         sys.stderr.write(text)
         sys.stderr.flush()
-
-
-@contextmanager
-def _interruptible() -> Iterator[None]:
-    """Let Ctrl-C interrupt a wait for input; an event loop would delay it until the line is complete."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)

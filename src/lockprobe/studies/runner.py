@@ -14,12 +14,10 @@ connection stays idle.
 from __future__ import annotations
 
 import asyncio
-import signal
-import threading
 from collections import deque
 from collections.abc import Awaitable, Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
-from contextlib import contextmanager, nullcontext
+from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -29,6 +27,7 @@ from lockprobe.agents.catalogue import AgentSource, resolve
 from lockprobe.agents.model_access import Access
 from lockprobe.cluster import Cluster
 from lockprobe.errors import BadValue, BudgetReached, Missing, SettingsChanged
+from lockprobe.interrupts import interruptible
 from lockprobe.model_call import OWED_ANEW, Call
 from lockprobe.plan import Plan
 from lockprobe.plants.catalogue import resolve_plant
@@ -244,7 +243,7 @@ def _in_event_loop() -> bool:
 def _run_in_thread(study: Study, journal: Journal, limits: Limits | None) -> None:
     """Run a study in another thread and wait for it. An interrupt here ends it at its next step."""
     stoppable = _Stoppable()
-    with _interruptible(), ThreadPoolExecutor(max_workers=1, thread_name_prefix="study") as thread:
+    with interruptible(), ThreadPoolExecutor(max_workers=1, thread_name_prefix="study") as thread:
         played = thread.submit(run, study, journal, limits=limits, observer=stoppable)
         try:
             while not played.done():
@@ -252,19 +251,6 @@ def _run_in_thread(study: Study, journal: Journal, limits: Limits | None) -> Non
         finally:
             stoppable.stopped = True
         played.result()
-
-
-@contextmanager
-def _interruptible() -> Iterator[None]:
-    """Ctrl-C interrupts this thread. Under ``asyncio.run`` it would only cancel a task, which waits for this thread."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
 
 
 class _Stoppable(Silent):
