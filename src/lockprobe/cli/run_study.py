@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
-
-import typer
 
 from lockprobe.cli.display import watch
 from lockprobe.cli.format_cost import money
@@ -37,6 +36,10 @@ BUDGET_REACHED = 3
 """The exit status if the budget ended a study before its last trial."""
 
 
+class _NothingKept(Exception):
+    """Ends a run of which nothing was kept, so that its directory is not left behind."""
+
+
 def play_study(
     planned: Study,
     directory: Path,
@@ -62,6 +65,7 @@ def play_study(
     """
     status = 0
     with (
+        suppress(_NothingKept),
         Journal.open(directory, planned) as journal,
         watch(
             json=json, batch=limits.access.batch, budget=budget, report=report, attended=planned.attended
@@ -84,7 +88,9 @@ def play_study(
             status = BUDGET_REACHED
             if not journal.trials:
                 observer.reported(None)
-                raise typer.Exit(status) from None  # so that a directory in which nothing was kept is not left behind
+                raise _NothingKept from None
+    if status == BUDGET_REACHED and not journal.trials:
+        return status
     status = status or _failure(planned, journal, observer)
     if planned.size == planned.invited and not journal.trials:
         return status  # people have yet to be invited

@@ -20,7 +20,7 @@ from lockprobe.studies.call_log import read_calls
 from lockprobe.studies.runner import Limits
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.spending import Ledger
-from lockprobe.studies.study import Study, joined_agents
+from lockprobe.studies.study import joined_agents
 from lockprobe.studies.suites import Suite, begin_suite, is_suite, suite_directories, suite_studies
 from lockprobe.terminal_text import printable
 
@@ -60,38 +60,20 @@ def run_suite(
     if again is not None and not is_suite(directory):
         raise BadValue("again", again, "a suite that has been played before in this directory")
     begin_suite(directory, suite)
-    status = _play(suite, studies, directory, limits, budget=budget, again=again, json=json)
-    if report:
-        report_suite(directory, json=json)
-    if status:
-        raise typer.Exit(status)
-    return None
-
-
-def _play(
-    suite: Suite,
-    studies: Mapping[str, Study],
-    directory: Path,
-    limits: Limits,
-    *,
-    budget: float | None,
-    again: str | None,
-    json: bool,
-) -> int:
-    """Play level by level, until the budget of all levels is spent; the highest exit status."""
     status = 0
     for name, study in studies.items():
         allowed = allowed_budget(study, budget, directory / name)
         if allowed is not None:
             allowed.spent += _spent(directory, suite, without=name)
-        try:
-            found = play_study(study, directory / name, limits, allowed, again=again, report=None, json=json)
-        except typer.Exit as ended:  # the budget ended the first trial of this level
-            found = ended.exit_code
+        found = play_study(study, directory / name, limits, allowed, again=again, report=None, json=json)
         status = max(status, found)
         if found == BUDGET_REACHED:
             break
-    return status
+    if report:
+        report_suite(directory, json=json)
+    if status:
+        raise typer.Exit(status)
+    return None
 
 
 def _agents(suite: Suite, directory: Path, asked: list[str] | None) -> tuple[str, ...]:
