@@ -149,13 +149,12 @@ def condition_drawings(
         series: The numbers over one dose each.
         whys: Why false reports change the success of each agent.
     """
-    compared = [one for one in effects if one.effects]
-    rows = max((effect_rows(one) for one in compared), key=len, default=[])
+    rows = max((effect_rows(one) for one in effects), key=len, default=[])
     drawn: dict[str, Callable[[], Figure]] = {}
     if whys:
         drawn["why"] = lambda: _sheet((draw_ladder, draw_parts), whys, [], "")
     if rows:
-        drawn["effects"] = lambda: _sheet((draw_effects,), compared, [height(rows)], "")
+        drawn["effects"] = lambda: _sheet((draw_effects,), effects, [height(rows)], "")
     for number, shown_grids in enumerate(_grids(effects), 1):
         drawn[f"grid-{number}"] = partial(_sheet, (draw_grid,), shown_grids, [grid_height(shown_grids)], "")
     for number, result in enumerate(series, 1):
