@@ -25,10 +25,10 @@ __all__ = [
     "flips_needed",
     "interaction_said",
     "modality_answer",
+    "no_advantage_said",
     "not_above_chance",
     "smaller_budget_said",
     "trial_said",
-    "weak_said",
 ]
 
 NARROW = 0.1
@@ -236,10 +236,10 @@ def not_above_chance(summary: StudySummary) -> str:
         return ""
     by_chance = summary.reference.no_repeat[len(counted[0][1].curve.share) - 1]
     where = at_dose(counted[0][1].p, summary.axis)
-    return weak_said({name: first.success for name, first in counted}, where, by_chance)
+    return no_advantage_said({name: first.success for name, first in counted}, where, by_chance)
 
 
-def weak_said(shares: Mapping[str, Proportion | ClusteredProportion], where: str, by_chance: float) -> str:
+def no_advantage_said(shares: Mapping[str, Proportion | ClusteredProportion], where: str, by_chance: float) -> str:
     """Agents whose interval does not lie above what random agents without immediate repeats solve; empty if none.
 
     Args:

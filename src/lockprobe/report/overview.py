@@ -23,10 +23,10 @@ from lockprobe.prose.overview import (
     flips_needed,
     interaction_said,
     modality_answer,
+    no_advantage_said,
     not_above_chance,
     smaller_budget_said,
     trial_said,
-    weak_said,
 )
 from lockprobe.prose.subject import Subject
 from lockprobe.prose.why import mechanism_said
@@ -140,13 +140,13 @@ def condition_overview(found: ConditionStudySummary, settings: Mapping[str, Any]
         rows = [_why_numbers(one, found.reference) for one in found.whys]
         question, answer = f"Why do false reports change how agents open {box}?", mechanism_said(found.whys[0])
     else:
-        rows = [_condition_numbers(one, found.reference) for one in effects if one.effects]
+        rows = [_condition_numbers(one, found.reference) for one in effects]
         question, answer = f"How do {len(settings['conditions'])} conditions affect success on {box}?", ""
     return Overview(
         question=question,
         trial=trial_said(settings.get("max_steps", 20), "conditions"),
         answer=answer or effects_answer(effects),
-        chance=_weak(found, effects),
+        chance=_no_advantage(found, effects),
         needed="" if found.whys else effects_needed(effects),
         figure="why" if found.whys else "effects" if rows else "",
         numbers=rows[:_ROWS],
@@ -154,14 +154,16 @@ def condition_overview(found: ConditionStudySummary, settings: Mapping[str, Any]
     )
 
 
-def _weak(found: ConditionStudySummary, effects: Sequence[Effects]) -> str:
-    """Agents that do not exceed chance under the first control."""
-    shown = [one for one in effects if one.control == effects[0].control]
-    shares = {Subject.of(one.agent).name: found.conditions[one.agent, one.control].success for one in shown}
-    if not shown:
+def _no_advantage(found: ConditionStudySummary, effects: Sequence[Effects]) -> str:
+    """Agents without a detected advantage over random agents under the first control."""
+    if not effects:
         return ""
-    control = shown[0].control
-    return weak_said(shares, at_dose(0) if control == TRUTH else f"under {control}", found.reference.no_repeat[-1])
+    control = effects[0].control
+    agents = [one.agent for one in effects if one.control == control]
+    shares = {Subject.of(agent).name: found.conditions[agent, control].success for agent in agents}
+    return no_advantage_said(
+        shares, at_dose(0) if control == TRUTH else f"under {control}", found.reference.no_repeat[-1]
+    )
 
 
 def _why_numbers(found: Why, reference: Reference) -> KeyNumbers:

@@ -94,8 +94,9 @@ def make_trial(
         condition: Further interventions.
         **options: Other options of :func:`lockprobe.run_trial`: ``seed``, ``repetition``, ``trial``, ``plant`` …
     """
+    last = len(find_box(box).joints) - 1
     for joint in joints:
-        check_whole("joint", joint, 0, len(find_box(box).joints) - 1)
+        check_whole("joint", joint, 0, last)
     agent = ScriptedAgent(joints=tuple(joints), claims=tuple(claims), breaks=broken)
     false = (_FalseAt(steps=tuple(false_at)),) if false_at else ()
     options = {"shuffle": False, "max_steps": len(agent.joints) + broken, **options}
