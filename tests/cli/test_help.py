@@ -131,3 +131,37 @@ def test_a_quick_command_leaves_no_setting_behind(lockprobe, monkeypatch):
     monkeypatch.setenv("OPENBLAS_NUM_THREADS", "3")
     assert lockprobe("box", "show")[0] == 0
     assert os.environ["OPENBLAS_NUM_THREADS"] == "3"
+
+
+def _imported(*command_lines):
+    """Which modules commands have imported when they end, one after the other in a new process."""
+    code = (
+        "import sys; from lockprobe.cli import main\n"
+        f"for line in {command_lines}:\n"
+        "    sys.argv = ['lockprobe', *line.split()]\n"
+        "    try: main()\n"
+        "    except SystemExit: pass\n"
+        "sys.stderr.write('\\n' + ' '.join(sys.modules))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    return {name.removeprefix("lockprobe.") for name in done.stderr.splitlines()[-1].split()}
+
+
+REPORT = {"report.results", "scipy", "matplotlib", "statsmodels", "pandas", "jinja2", "inspect_ai", "mujoco"}
+"""What takes up to two seconds of processor."""
+
+
+def test_no_help_imports_a_report_or_its_statistics():
+    assert not REPORT & _imported(*(f"{command} --help" for command in COMMANDS))
+
+
+def test_help_and_typing_mistakes_of_run_import_no_arithmetic():
+    lines = ("run --help", "run flisp", "run flips --tirals 3", "run flips --trials many", "run tests")
+    assert not (REPORT | {"numpy", "rich", "asyncio", "agents.catalogue"}) & _imported(*lines)
+
+
+def test_an_estimate_and_mistyped_agents_import_no_statistics():
+    agent = "--agent llm:openai/gpt-4o"
+    lines = ("run flips --agent humn", "run flips --condition fip?p=0.4", f"run flips --estimate {agent}",
+             f"run suite-1 --estimate {agent}")  # fmt: skip
+    assert not REPORT & _imported(*lines)

@@ -9,6 +9,7 @@ from lockprobe.errors import BadFile, BadValue, UnknownName
 from lockprobe.lockbox.families import box
 from lockprobe.lockbox.solve import optimum, random_success
 from lockprobe.record import STATES
+from lockprobe.studies.study_options import SUITE_NAMES
 from lockprobe.studies.suites import (
     SUITES,
     begin_suite,
@@ -37,6 +38,10 @@ PUBLISHED = {
     "fork-pictures": "5e0ba771e892",
     "gray-code-4-pictures": "7b29b5472dc9",
 }
+
+
+def test_the_command_line_knows_their_names():
+    assert tuple(SUITES) == SUITE_NAMES
 
 
 def test_levels_rise_as_they_are_said_to():

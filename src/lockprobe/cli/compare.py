@@ -5,17 +5,16 @@ from __future__ import annotations
 import json as json_
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.markup import escape
 
 from lockprobe.cli.export import refuse_study_file
 from lockprobe.cli.printing import new_table, print_table
-from lockprobe.prose.study_comparison import leading
-from lockprobe.report.compare import Comparison, compare_studies
-from lockprobe.report.compare_page import difference_table, success_table, write_comparison
 from lockprobe.terminal_text import printable
+
+if TYPE_CHECKING:
+    from lockprobe.report.compare import Comparison
 
 __all__ = ["compare"]
 
@@ -41,6 +40,9 @@ def compare(directories: Directories, agent: Agents = None, out: Out = PAGE, jso
     Studies of one seed share their luck and are compared trial by trial; others are independent samples. Studies of
     different boxes, budgets of steps, plants or modalities are refused.
     """
+    from lockprobe.report.compare import compare_studies  # two seconds of imports, which --help need not wait for
+    from lockprobe.report.compare_page import write_comparison
+
     for directory in directories:
         refuse_study_file(out, directory)
     found = compare_studies(directories, agent or ())
@@ -53,6 +55,9 @@ def compare(directories: Directories, agent: Agents = None, out: Out = PAGE, jso
 
 
 def _print(found: Comparison) -> None:
+    from lockprobe.prose.study_comparison import leading
+    from lockprobe.report.compare_page import difference_table, success_table
+
     print(printable(found.said))
     for one in found.studies:
         if one.partial:
@@ -68,6 +73,8 @@ def _print(found: Comparison) -> None:
 
 
 def _print_rows(rows: Sequence[Sequence[str]]) -> None:
+    from rich.markup import escape
+
     table = new_table(*rows[0])
     for row in rows[1:]:
         table.add_row(*(escape(printable(cell)) for cell in row))

@@ -25,7 +25,7 @@ from lockprobe.cli.printing import Screen
 from lockprobe.errors import BadFile, BadValue, LockprobeError
 from lockprobe.inputs import check_regular
 from lockprobe.interventions.flip import FlipKind
-from lockprobe.lockbox.box import Lockbox
+from lockprobe.lockbox.box import LayoutKind, Lockbox
 from lockprobe.lockbox.families import DEFAULT_BOX
 from lockprobe.lockbox.sketch import interlock_lines, panel_lines
 from lockprobe.lockbox.solve import optimum, random_curve
@@ -34,7 +34,6 @@ from lockprobe.record import Decision, Fact, Outcome, Percept, Situation, Task, 
 from lockprobe.storage.jsonl import LineFile
 from lockprobe.studies.play import play_timed
 from lockprobe.studies.single import run_trial
-from lockprobe.studies.study import LayoutKind
 from lockprobe.studies.studyfile import trial_study
 from lockprobe.studies.trial_options import TrialOptions
 from lockprobe.trial_json import trial_to_json

@@ -28,8 +28,8 @@ from lockprobe.spec import PEOPLE
 from lockprobe.storage.atomic_file import write_file
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.study import Study
-from lockprobe.studies.study_options import StudyOptions, read_options_file
-from lockprobe.studies.studyfile import STUDIES, study
+from lockprobe.studies.study_options import STUDIES, StudyOptions, read_options_file
+from lockprobe.studies.studyfile import study
 
 if TYPE_CHECKING:
     from lockprobe.web.serving import RunningServer

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json as json_
 from collections.abc import Mapping
 from pathlib import Path
-from typing import cast
+from typing import TYPE_CHECKING, cast
 
 import typer
 
@@ -13,8 +13,6 @@ from lockprobe.cli.format_cost import print_estimates
 from lockprobe.cli.printing import new_table, print_table
 from lockprobe.cli.run_study import BUDGET_REACHED, allowed_budget, play_study
 from lockprobe.errors import BadValue, Conflict
-from lockprobe.report.suite import SuiteResults, suite_results
-from lockprobe.report.suite_page import score_table, write_suite
 from lockprobe.studies import paper
 from lockprobe.studies.call_log import read_calls
 from lockprobe.studies.runner import Limits
@@ -23,6 +21,9 @@ from lockprobe.studies.spending import Ledger
 from lockprobe.studies.study import joined_agents
 from lockprobe.studies.suites import Suite, begin_suite, is_suite, suite_directories, suite_studies
 from lockprobe.terminal_text import printable
+
+if TYPE_CHECKING:
+    from lockprobe.report.suite import SuiteResults
 
 __all__ = ["report_suite", "run_suite"]
 
@@ -98,6 +99,10 @@ def _spent(directory: Path, suite: Suite, *, without: str) -> float:
 
 def report_suite(directory: Path, *, json: bool) -> None:
     """Write the scores and the page of a suite, and print the scores."""
+    # the modules of the report take seconds, which --help and --estimate need not wait for
+    from lockprobe.report.suite import suite_results
+    from lockprobe.report.suite_page import write_suite
+
     found = suite_results(directory)
     page = write_suite(found, directory)
     if json:
@@ -108,6 +113,8 @@ def report_suite(directory: Path, *, json: bool) -> None:
 
 
 def _print(found: SuiteResults) -> None:
+    from lockprobe.report.suite_page import score_table
+
     rows = score_table(found)
     table = new_table(*rows[0])
     for row in rows[1:]:

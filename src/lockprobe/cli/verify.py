@@ -10,8 +10,6 @@ from typing import Annotated
 import typer
 
 from lockprobe.cli.printing import time_left
-from lockprobe.report.suite_verification import verify_suite
-from lockprobe.report.verification import verify as verify_study
 from lockprobe.studies.suites import is_suite
 from lockprobe.terminal_text import printable
 
@@ -29,6 +27,10 @@ def verify(directory: Directory, json: AsJson = False) -> None:
 
     Replies of models and people are taken from the records. Exit status 1: a check failed.
     """
+    # two seconds of imports, which --help need not wait for
+    from lockprobe.report.suite_verification import verify_suite
+    from lockprobe.report.verification import verify as verify_study
+
     check = verify_suite if is_suite(directory) else verify_study
     checks = check(directory, tell=time_left("trials"))
     holds = all(one.holds for one in checks)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import ClassVar, Literal, get_args
-
-import numpy as np
+from typing import TYPE_CHECKING, ClassVar, Literal, get_args
 
 from lockprobe.errors import BadValue
 from lockprobe.record import Moment, Outcome, Percept, Task
 from lockprobe.validation import check_choice, check_probability
+
+if TYPE_CHECKING:  # the options of a study rest on this module, and their help needs no arithmetic
+    import numpy as np
 
 __all__ = ["FlipKind", "OutcomeFlip"]
 

@@ -12,7 +12,7 @@ from typing import Literal
 
 from lockprobe.errors import BadValue
 
-__all__ = ["MAX_JOINTS", "Clause", "Configuration", "Joint", "JointKind", "Lockbox", "bits"]
+__all__ = ["MAX_JOINTS", "Clause", "Configuration", "Joint", "JointKind", "LayoutKind", "Lockbox", "bits"]
 
 Configuration = tuple[bool, ...]
 """One position per joint in panel order; False is closed."""
@@ -24,6 +24,9 @@ MAX_JOINTS = 8
 """Largest number of joints, one for each label."""
 
 JointKind = Literal["prismatic", "revolute"]
+
+LayoutKind = Literal["fixed", "shuffled"]
+"""Whether every trial has the box's own panel, or one on which the same joints are dealt anew to the same places."""
 
 
 def bits(configuration: Configuration) -> str:

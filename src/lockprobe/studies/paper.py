@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from lockprobe.lockbox.box import LayoutKind
 from lockprobe.lockbox.families import DEFAULT_BOX
 from lockprobe.record import STATES
-from lockprobe.studies.study import LayoutKind, Study
+from lockprobe.studies.study import Study
 
 __all__ = [
     "FULL",

@@ -7,13 +7,13 @@ import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise, product
-from typing import Literal, get_args
+from typing import get_args
 
 from lockprobe.agents.catalogue import is_strategy
 from lockprobe.errors import BadValue
 from lockprobe.interventions.condition import Condition
 from lockprobe.interventions.flip import FlipKind
-from lockprobe.lockbox.box import Lockbox
+from lockprobe.lockbox.box import LayoutKind, Lockbox
 from lockprobe.lockbox.layouts import redealt
 from lockprobe.plan import Plan
 from lockprobe.plants.catalogue import resolve_plant
@@ -22,10 +22,7 @@ from lockprobe.seeds import trial_stream
 from lockprobe.spec import PEOPLE, group_of, spec_name
 from lockprobe.studies.modality import check_shown, is_pictured, taken_in
 
-__all__ = ["IDENTITY_VERSION", "LARGEST_SEED", "LATER", "LayoutKind", "Study", "joined_agents", "record_identity"]
-
-LayoutKind = Literal["fixed", "shuffled"]
-"""Whether every trial has the box's own panel, or one on which the same joints are dealt anew to the same places."""
+__all__ = ["IDENTITY_VERSION", "LARGEST_SEED", "LATER", "Study", "joined_agents", "record_identity"]
 
 LATER: Mapping[str, object] = {
     "layout": "fixed",

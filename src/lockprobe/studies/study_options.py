@@ -26,12 +26,27 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, InstanceOf, 
 from lockprobe.errors import BadFile, BadValue, UnknownName
 from lockprobe.inputs import read_toml
 from lockprobe.interventions.flip import FlipKind
-from lockprobe.lockbox.box import Lockbox
+from lockprobe.lockbox.box import LayoutKind, Lockbox
 from lockprobe.plugins import refuse_python
-from lockprobe.studies.study import LayoutKind
 from lockprobe.validation import plain
 
-__all__ = ["SHIPPED", "NamedCondition", "StudyOptions", "parse_p", "read_options_file", "refusal_of", "study_options"]
+__all__ = [
+    "SHIPPED",
+    "STUDIES",
+    "SUITE_NAMES",
+    "NamedCondition",
+    "StudyOptions",
+    "parse_p",
+    "read_options_file",
+    "refusal_of",
+    "study_options",
+]
+
+STUDIES = ("flips", "modalities", "why")
+"""The studies by name."""
+
+SUITE_NAMES = ("suite-1",)
+"""The names of :data:`lockprobe.studies.suites.SUITES`."""
 
 SHIPPED = ("mechanisms.toml",)
 """Study files that come with the package. One of the same name in the working directory overrides it."""

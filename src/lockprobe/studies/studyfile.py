@@ -33,14 +33,12 @@ from lockprobe.spec import Spec, spec_name
 from lockprobe.studies import paper
 from lockprobe.studies.modality import taken_in
 from lockprobe.studies.study import Study
-from lockprobe.studies.study_options import SHIPPED, StudyOptions, read_options_file, study_options
+from lockprobe.studies.study_options import SHIPPED, STUDIES, StudyOptions, read_options_file, study_options
 from lockprobe.studies.trial_options import trial_options
 from lockprobe.studies.why import AGENTS, EXTENT, arm_conditions
 from lockprobe.studies.yoking import check_sources
 
-__all__ = ["STUDIES", "study", "trial_study"]
-
-STUDIES = ("flips", "modalities", "why")
+__all__ = ["study", "trial_study"]
 
 LONGEST_SPEC = 1000
 """Characters of the spec of an agent, a plant or a modality."""

@@ -11,9 +11,9 @@ from pydantic import ValidationError
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.interventions.condition import Condition
 from lockprobe.interventions.flip import FlipKind
-from lockprobe.lockbox.box import Lockbox
+from lockprobe.lockbox.box import LayoutKind, Lockbox
 from lockprobe.protocols import Agent, Intervention
-from lockprobe.studies.study import LIMITS, LayoutKind
+from lockprobe.studies.study import LIMITS
 from lockprobe.studies.study_options import StudyOptions, refusal_of
 
 __all__ = ["TrialOptions", "trial_options"]
