@@ -4,6 +4,8 @@ Drawing only: every number comes from a :class:`lockprobe.analysis.summary.Study
 axes to draw on; ``single`` and ``panels`` make pictures of them, ``pictures`` all of a study, ``render`` files.
 """
 
+from lockprobe.figures.settings import own_settings  # isort: skip - first of all, since it imports Matplotlib
+
 from lockprobe.figures.compose import condition_drawings, drawings, fork_drawing, panels, pictures, render, single
 from lockprobe.figures.courses import draw_course
 from lockprobe.figures.differences import draw_changes, draw_differences
@@ -48,6 +50,7 @@ __all__ = [
     "drawings",
     "fork_drawing",
     "fork_panels",
+    "own_settings",
     "panels",
     "pictures",
     "render",

@@ -15,6 +15,7 @@ from matplotlib.patches import Circle, FancyBboxPatch
 from lockprobe.figures.frame import FAINT, INK, SMALL
 from lockprobe.figures.interlock import diagram_of, draw_interlock, settable, short_name, symbols
 from lockprobe.figures.palette import TARGET, Dash
+from lockprobe.figures.settings import own_settings
 from lockprobe.lockbox.box import Lockbox
 
 __all__ = ["box_figure", "draw_panel"]
@@ -39,6 +40,7 @@ _CLOSE = 0.08
 _GHOST: Dash = (0, (2, 1.5))
 
 
+@own_settings()
 def box_figure(box: Lockbox) -> Figure:
     """The picture of a box: the panel, and below it the interlock; no wider than a printed page as far as that goes."""
     panel, interlock = _panel_size(box), diagram_of(box).size

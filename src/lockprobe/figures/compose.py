@@ -8,7 +8,6 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Literal, TypeVar
 
-import matplotlib as mpl
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -36,6 +35,7 @@ from lockprobe.figures.loops import (
 from lockprobe.figures.overview import draw_overview
 from lockprobe.figures.people import compared, draw_people, draw_relative_steps
 from lockprobe.figures.rationality import draw_optimal_actions, draw_steps_lost
+from lockprobe.figures.settings import own_settings
 from lockprobe.figures.success_by_flip_rate import draw_success_by_p, draw_success_by_p_corrected
 from lockprobe.figures.success_by_step import (
     draw_relative_success,
@@ -79,6 +79,7 @@ _OVER_P = {"fig3-by-p", "fig4", "fig4-corrected", "courses", "fig5a", "fig5b"}
 Shown = TypeVar("Shown")
 
 
+@own_settings()
 def pictures(result: StudySummary) -> dict[str, Figure]:
     """Every picture of a study by its file name: the paper's figures, each followed by its corrected companion.
 
@@ -87,6 +88,7 @@ def pictures(result: StudySummary) -> dict[str, Figure]:
     return {name: draw() for name, draw in drawings(result).items()}
 
 
+@own_settings()
 def drawings(result: StudySummary) -> dict[str, Callable[[], Figure]]:
     """The same before they are drawn."""
     subjects = result.subjects
@@ -117,7 +119,7 @@ def drawings(result: StudySummary) -> dict[str, Callable[[], Figure]]:
     left_out |= set() if result.people else {"people"}
     if len({condition.p for condition in result.conditions}) == 1:
         left_out |= _OVER_P
-    return {name: draw for name, draw in drawn.items() if name not in left_out}
+    return {name: own_settings()(draw) for name, draw in drawn.items() if name not in left_out}
 
 
 def _loop_harm(agents: Sequence[AgentSummary]) -> Figure:
@@ -139,6 +141,7 @@ def _curves_corrected(result: StudySummary) -> Figure:
     return single(draw_success_curves_corrected, result, draw_relative_success, heights=heights)
 
 
+@own_settings()
 def condition_drawings(
     effects: Sequence[Effects], series: Sequence[StudySummary], whys: Sequence[Why] = ()
 ) -> dict[str, Callable[[], Figure]]:
@@ -163,9 +166,10 @@ def condition_drawings(
         if shown:
             drawn[f"series-{number}-success"] = partial(panels, by_dose, shown)
             drawn[f"series-{number}-loops"] = partial(panels, draw_loops_with_chance, shown)
-    return drawn
+    return {name: own_settings()(draw) for name, draw in drawn.items()}
 
 
+@own_settings()
 def fork_drawing(found: Sequence[BranchEffect]) -> Figure:
     """What one report did by its step, a panel for each agent and condition; at least one step has a number."""
     return _sheet((draw_forks,), fork_panels(found), [], "")
@@ -181,6 +185,7 @@ def _grids(effects: Sequence[Effects]) -> list[list[GridPanel]]:
     return list(found.values())
 
 
+@own_settings()
 def single(
     draw: Callable[[Axes, StudySummary], None],
     result: StudySummary,
@@ -203,6 +208,7 @@ def _overview(result: StudySummary, size: tuple[float, float]) -> Figure:
     return figure
 
 
+@own_settings()
 def panels(
     draw: Callable[[Axes, AgentSummary], None],
     agents: Sequence[AgentSummary],
@@ -214,6 +220,7 @@ def panels(
     return _sheet((draw, *below), agents, heights, note)
 
 
+@own_settings()
 def render(figure: Figure, form: Literal["png", "svg"]) -> bytes:
     """The picture as a file. Equal figures give equal bytes. It is laid out once, for the first form asked for."""
     out = io.BytesIO()
@@ -222,12 +229,11 @@ def render(figure: Figure, form: Literal["png", "svg"]) -> bytes:
         figure.set_dpi(_DPI)
         engine.execute(figure)
         figure.set_layout_engine(None)  # with one, every file is drawn twice
-    with mpl.rc_context({"svg.hashsalt": "lockprobe"}):
-        if form == "svg":
-            figure.savefig(out, format=form, dpi=_DPI, metadata={"Date": None})
-        else:
-            pixels = {"compress_level": _COMPRESSION}
-            figure.savefig(out, format=form, dpi=_DPI, metadata={"Software": None}, pil_kwargs=pixels)
+    if form == "svg":
+        figure.savefig(out, format=form, dpi=_DPI, metadata={"Date": None})
+    else:
+        pixels = {"compress_level": _COMPRESSION}
+        figure.savefig(out, format=form, dpi=_DPI, metadata={"Software": None}, pil_kwargs=pixels)
     return out.getvalue()
 
 

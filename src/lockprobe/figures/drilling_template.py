@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from lockprobe.figures.frame import FAINT, INK
 from lockprobe.figures.interlock import settable
+from lockprobe.figures.settings import own_settings
 from lockprobe.figures.true_scale import A3, NOTE, POINT, draw_ruler, larger_than, sheet
 from lockprobe.plants.scene.mounted_joint import KNOB_RADIUS, PIVOT_RADIUS, TRACK_RADIUS, MountedJoint
 from lockprobe.plants.scene.panel import PanelLayout
@@ -45,6 +46,7 @@ def exceeds_a3(panel: PanelLayout) -> bool:
     return larger_than(_sheet_size(panel), A3)
 
 
+@own_settings()
 def drilling_template(panel: PanelLayout, labels: Sequence[str], tags: TagLayout, name: str) -> Figure:
     """Draw the front of a board in true scale, 1:1.
 

@@ -11,6 +11,7 @@ from lockprobe.analysis.agent_comparison.across_studies import Side, StudyDiffer
 from lockprobe.figures.forest import ForestRow, differences, height, interval, reach_of
 from lockprobe.figures.frame import FAINT, SMALL, safe_name, shortened, title
 from lockprobe.figures.palette import ACCENT, SUBJECTS
+from lockprobe.figures.settings import own_settings
 
 __all__ = ["SHOWN", "comparison_drawing", "pair_rows"]
 
@@ -60,6 +61,7 @@ def _row(one: StudyDifference) -> ForestRow:
     )
 
 
+@own_settings()
 def comparison_drawing(found: Sequence[StudyDifference], names: Mapping[Side, str]) -> Figure:
     """The first pairs one below the other, each as a forest around none.
 

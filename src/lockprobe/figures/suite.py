@@ -12,6 +12,7 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from lockprobe.analysis.suite_scores import Rational, Score, SuiteScore
 from lockprobe.figures.frame import FAINT, INK, SMALL, safe_name, shortened, title
 from lockprobe.figures.palette import SUBJECTS
+from lockprobe.figures.settings import own_settings
 from lockprobe.formatting import minus
 
 __all__ = ["SHOWN", "suite_drawing"]
@@ -48,6 +49,7 @@ _PANELS = (
 )
 
 
+@own_settings()
 def suite_drawing(entries: Sequence[tuple[str, SuiteScore]]) -> Figure:
     """Five panels with 95 % intervals, agents from top to bottom.
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from lockprobe.errors import BadValue
 from lockprobe.figures.frame import FAINT, INK
+from lockprobe.figures.settings import own_settings
 from lockprobe.figures.true_scale import A4, NOTE, draw_ruler, sheet
 
 __all__ = ["tag_sheet"]
@@ -21,6 +22,7 @@ _MARGIN, _FOOT, _GAP = 15.0, 30.0, 12.0
 """Around the tags, below them for the ruler, and between them for their names, millimetres."""
 
 
+@own_settings()
 def tag_sheet(bits: NDArray[np.bool_], numbers: Sequence[int], side: float) -> Figure:
     """Draw tags on a sheet of A4 in upright format.
 

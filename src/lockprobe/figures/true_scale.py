@@ -6,11 +6,11 @@ import io
 import re
 from typing import Any, Literal
 
-import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from lockprobe.figures.frame import INK
+from lockprobe.figures.settings import own_settings
 
 __all__ = ["A3", "A4", "NOTE", "POINT", "RULER", "draw_ruler", "larger_than", "sheet", "true_scale_file"]
 
@@ -72,6 +72,7 @@ def larger_than(size: tuple[float, float], paper: tuple[float, float]) -> bool:
     return max(size) > max(paper) or min(size) > min(paper)
 
 
+@own_settings()
 def true_scale_file(figure: Figure, form: Literal["svg", "pdf"]) -> bytes:
     """The sheet as a file in true scale; an SVG file has its width and height in millimetres.
 
@@ -79,8 +80,7 @@ def true_scale_file(figure: Figure, form: Literal["svg", "pdf"]) -> bytes:
     """
     out = io.BytesIO()
     metadata = {"Date": None} if form == "svg" else {"CreationDate": None}
-    with mpl.rc_context({"svg.hashsalt": "lockprobe"}):
-        figure.savefig(out, format=form, metadata=metadata)
+    figure.savefig(out, format=form, metadata=metadata)
     if form == "pdf":
         return out.getvalue()
     width, height = (side * _INCH for side in figure.get_size_inches())

@@ -1,0 +1,50 @@
+"""Figures are drawn under Lockprobe's settings alone, so that they are the same bytes on every machine.
+
+Matplotlib reads a user's ``matplotlibrc`` and the variable ``MPLBACKEND`` when it is imported. Neither may change or
+prevent a figure; both stay as they are for the user's own figures in the same process.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from types import ModuleType
+
+from lockprobe.errors import BadFile
+
+__all__ = ["own_settings"]
+
+_BACKEND = "MPLBACKEND"
+
+
+def _import_matplotlib() -> ModuleType:
+    """Matplotlib, also where a notebook names a backend that is not installed here: figures need none.
+
+    Raises:
+        BadFile: If the user's ``matplotlibrc`` cannot be read.
+    """
+    backend = os.environ.pop(_BACKEND, None)
+    try:
+        import matplotlib as mpl
+    except (OSError, UnicodeError) as error:
+        raise BadFile("matplotlibrc", f"Matplotlib, which draws the figures, cannot read it ({error})") from error
+    finally:
+        if backend is not None:
+            os.environ[_BACKEND] = backend
+    if backend:
+        with suppress(ValueError):
+            mpl.rcParams["backend"] = backend  # as Matplotlib does itself
+    return mpl
+
+
+_MPL = _import_matplotlib()
+
+
+@contextmanager
+def own_settings() -> Iterator[None]:
+    """A context, or a decorator of a function, in which Matplotlib has its defaults instead of the user's settings."""
+    with _MPL.rc_context():
+        _MPL.rcdefaults()
+        _MPL.rcParams["svg.hashsalt"] = "lockprobe"  # equal figures give equal bytes
+        yield
