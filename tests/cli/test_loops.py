@@ -72,6 +72,18 @@ def test_empty_lines_are_counted():
     assert (ask(stdin="").stdout, ask(stdin="").stderr) == ("", "")
 
 
+@pytest.mark.parametrize(
+    "line", ['["A","B","C","A","B","C"]', "A;B;C;A;B;C", "A->B->C->A->B->C", "A | B | C | A | B | C"]
+)
+def test_usual_separators_and_json_are_read(line):
+    assert json.loads(ask("--json", stdin=line).stdout)["words"] == [["A", "B", "C"]]
+
+
+def test_a_line_whose_separator_would_be_an_action_is_named():
+    with pytest.raises(BadFile, match=r"-: line 2: sequence: got 'A/B/C', expected one with blanks, commas, .*: '/' would"):
+        ask(stdin="ABC\nA/B/C\n")
+
+
 def test_what_editors_write_is_read(tmp_path):
     (tmp_path / "bom.txt").write_bytes(b"\xef\xbb\xbfABCABC\r\n\r\n")
     assert json.loads(ask(tmp_path / "bom.txt", "--json").stdout)["coverage"] == 6

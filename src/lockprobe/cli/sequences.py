@@ -38,10 +38,17 @@ def numbered_sequences(file: str) -> list[tuple[int, tuple[str, ...]]]:
         raise BadFile(file, "not text in UTF-8") from None
     if not lines[-1]:
         lines.pop()
-    found = [(number, sequence) for number, line in enumerate(lines, 1) if (sequence := parse_sequence(line))]
+    found = [(number, sequence) for number, line in enumerate(lines, 1) if (sequence := _parsed(file, number, line))]
     if empty := len(lines) - len(found):
         print(f"{empty} empty line{'s' * (empty > 1)} skipped", file=sys.stderr)
     return found
+
+
+def _parsed(file: str, number: int, line: str) -> tuple[str, ...]:
+    try:
+        return parse_sequence(line)
+    except BadValue as error:
+        raise BadFile(file, f"line {number}: {error}") from None
 
 
 def read_sequences(file: str) -> list[tuple[str, ...]]:

@@ -242,21 +242,6 @@ def test_an_empty_trial_has_no_share() -> None:
     assert any_loop_batch(np.zeros((2, 0), dtype=int)).tolist() == [False, False]
 
 
-@pytest.mark.parametrize(
-    ("line", "actions"),
-    [
-        ("A B C A", ("A", "B", "C", "A")),
-        ("ABCA\n", ("A", "B", "C", "A")),
-        ("left, right,up\tdown", ("left", "right", "up", "down")),
-        ("slider1,", ("slider1",)),
-        ("A", ("A",)),
-        ("  \n", ()),
-    ],
-)
-def test_a_line_is_read_as_actions(line: str, actions: tuple[str, ...]) -> None:
-    assert parse_sequence(line) == actions
-
-
 @pytest.mark.parametrize("rule", ["repeat", "whole"])
 def test_trials_too_long_for_a_search_are_refused_with_a_way_out(rule: Rule) -> None:
     assert cover("ABC" * (LONGEST_SEARCH // 3), rule=rule).share == 1.0

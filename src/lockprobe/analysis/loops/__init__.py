@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 from lockprobe.analysis.loops.choices import Rule, Solver
 
 if TYPE_CHECKING:
-    from lockprobe.analysis.loops.alphabet import Symbol, parse_sequence, symbols
+    from lockprobe.analysis.loops.alphabet import Symbol, symbols
     from lockprobe.analysis.loops.covering import LONGEST_ILP, LoopCover, cover
     from lockprobe.analysis.loops.exact_search import LONGEST_SEARCH
     from lockprobe.analysis.loops.measures import LoopMeasures, measure
+    from lockprobe.analysis.loops.sequence_line import parse_sequence
     from lockprobe.analysis.loops.words import any_loop, any_loop_batch, longest_loop, onset, onset_batch
 
 __all__ = [
@@ -37,7 +38,8 @@ _HOMES = {
     "covering": ("LONGEST_ILP", "LoopCover", "cover"),
     "measures": ("LoopMeasures", "measure"),
     "exact_search": ("LONGEST_SEARCH",),
-    "alphabet": ("Symbol", "parse_sequence", "symbols"),
+    "alphabet": ("Symbol", "symbols"),
+    "sequence_line": ("parse_sequence",),
     "words": ("any_loop", "any_loop_batch", "longest_loop", "onset", "onset_batch"),
 }
 

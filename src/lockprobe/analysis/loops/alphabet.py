@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Collection, Hashable, Sequence
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
@@ -14,7 +13,7 @@ from lockprobe.errors import BadValue
 if TYPE_CHECKING:
     from lockprobe.record import Trial
 
-__all__ = ["Codes", "Symbol", "actions_of", "letters", "numbered", "parse_sequence", "refuse_nan", "symbols"]
+__all__ = ["Codes", "Symbol", "actions_of", "letters", "numbered", "refuse_nan", "symbols"]
 
 Symbol = Literal["action", "action-outcome", "state-action"]
 """What has to come back for a trial to loop.
@@ -37,21 +36,6 @@ def symbols(trial: Trial, symbol: Symbol) -> tuple[Hashable, ...]:
     if symbol == "state-action":
         return tuple((step.state, step.joint) for step in trial.steps)
     raise BadValue("symbol", symbol, f"one of {', '.join(get_args(Symbol))}")
-
-
-def parse_sequence(line: str) -> tuple[str, ...]:
-    """Read one trial from a line of text.
-
-    Actions are separated by blanks or commas. A line without any separator is read one action per character:
-    ``ABCABC`` is six actions (and ``slider1`` seven: write ``slider1,`` for a trial of that one action).
-
-    >>> parse_sequence("left, right up")
-    ('left', 'right', 'up')
-    """
-    text = line.strip()
-    if not re.search(r"[\s,]", text):
-        return tuple(text)
-    return tuple(re.findall(r"[^\s,]+", text))
 
 
 def actions_of(sequence: Sequence[Hashable] | NDArray[Any]) -> Sequence[Hashable]:
