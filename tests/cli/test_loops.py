@@ -80,7 +80,9 @@ def test_usual_separators_and_json_are_read(line):
 
 
 def test_a_line_whose_separator_would_be_an_action_is_named():
-    with pytest.raises(BadFile, match=r"-: line 2: sequence: got 'A/B/C', expected one with blanks, commas, .*: '/' would"):
+    with pytest.raises(
+        BadFile, match=r"-: line 2: sequence: got 'A/B/C', expected one with blanks, commas, .*: '/' would"
+    ):
         ask(stdin="ABC\nA/B/C\n")
 
 

@@ -18,7 +18,9 @@ __all__ = ["loops"]
 
 
 def loops(
-    file: Annotated[str, typer.Argument(metavar="[FILE|-]", help="One action sequence per line, also as a JSON array.")] = "-",
+    file: Annotated[
+        str, typer.Argument(metavar="[FILE|-]", help="One action sequence per line, also as a JSON array.")
+    ] = "-",
     json: Annotated[bool, typer.Option("--json", help="One JSON object per line.")] = False,
     solver: Annotated[Solver, typer.Option(help="dp: exact and fast; ilp: the paper's ILP.")] = "dp",
     rule: Annotated[Rule, typer.Option("--cover", help="Occurrences that a cover may select.")] = "free",

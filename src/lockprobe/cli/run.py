@@ -9,9 +9,11 @@ import os
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
+from typing import cast
 
 import typer
 
+from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.model_access import Access
 from lockprobe.cli import options
 from lockprobe.errors import BadValue, UnknownName
@@ -55,7 +57,7 @@ def run(
     """
     if estimate and again is not None:
         raise BadValue("again", again, "no --estimate with it: that plays nothing and writes nothing")
-    _check_name(what)
+    _check_names(what, asked)
     from lockprobe.cli.cluster import reached
     from lockprobe.studies.runner import Limits
     from lockprobe.studies.shard import Shard
@@ -89,11 +91,12 @@ def run(
     return None
 
 
-def _check_name(name: str) -> None:
-    if name in {*STUDIES, *SUITE_NAMES}:
-        return
-    if Path(name).is_dir():
+def _check_names(name: str, asked: Mapping[str, object]) -> None:
+    """Refuse mistyped studies and agents before anything is imported that plays them."""
+    if name not in STUDIES and name not in SUITE_NAMES and Path(name).is_dir():
         known = ", ".join([*STUDIES, *SUITE_NAMES])
         raise BadValue("study", name, f"one of {known}, or FILE.toml; to go on, the same command with --out {name}")
-    if not name.endswith(".toml"):
+    if name not in STUDIES and name not in SUITE_NAMES and not name.endswith(".toml"):
         raise UnknownName("study", name, [*STUDIES, *SUITE_NAMES, *SHIPPED, "FILE.toml"])
+    for agent in cast("list[str]", asked.get("agent", [])):
+        resolve(agent)

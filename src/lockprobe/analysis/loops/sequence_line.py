@@ -41,7 +41,9 @@ def parse_sequence(line: str) -> tuple[str, ...]:
         parts = [part.strip() for part in re.split(_MARKS[marks[0]], text)]
         for part in parts:
             if re.search(r"\s", part):
-                raise BadValue("sequence", _short(part), f'one action between two "{marks[0]}"; a JSON array can hold it')
+                raise BadValue(
+                    "sequence", _short(part), f'one action between two "{marks[0]}"; a JSON array can hold it'
+                )
         actions = [part for part in parts if part]
     else:
         found = " and ".join(f'"{mark}"' for mark in ([","] * ("," in text) + marks))
