@@ -1,8 +1,7 @@
 """Records of trials: the truth and the reports of every step.
 
-A :class:`Trial` is one closed loop of one agent on one box. Every step holds the true configuration, the true
-outcome, what the agent was told, and what the agent said had happened. Clock readings are not part of a record:
-the same seed gives the same bytes. How a record is written is :mod:`lockprobe.trial_json`.
+A :class:`Trial` is one closed loop of one agent on one box. Every step holds the truth, what the agent was told, and
+what it said had happened. Clock readings are not part of a record: the same seed gives the same bytes.
 """
 
 from __future__ import annotations
@@ -104,8 +103,7 @@ class Snapshot:
         outcome: The true outcome of that attempt.
         sensed: A robot's measurements of it, including its own verdict; they may be wrong.
         look: Takes a picture now; must be called before the next attempt. None without a camera.
-        render: Draws the picture of another configuration, and changes nothing; must be called before the next attempt.
-            None if a camera can show only the true configuration.
+        render: Draws the picture of another configuration, also before the next attempt; None if that cannot be shown.
     """
 
     configuration: tuple[bool, ...]
@@ -224,8 +222,7 @@ class Moment:
         told: The final report or picture for the agent.
         chosen: Label of the joint that the agent chose; None for the first look.
         attempted: Label of the joint that was attempted; None for the first look.
-        facts: The facts of the report before they became words or pictures, which may leave some out; None if ``told``
-            holds them.
+        facts: The facts of the report before they became words or pictures; None if ``told`` holds them.
     """
 
     was: Percept
@@ -274,13 +271,12 @@ class Step:
         moved: Whether it really moved.
         told_moved: The reported outcome of the attempt; None if nothing was reported. If positions are told or pictured
             without an outcome, it follows from comparing them with the positions before.
-        told_state: The reported configuration after the step, a bit string in panel order; None if not told. For
-            pictures, the configuration that they show if it is false, else None.
+        told_state: The reported configuration after the step, in panel order; None if not told, or truly pictured.
         told: The report after the step as the agent saw it.
         decision: The agent's answer; ``decision.claimed`` is about the *previous* step.
         sensed: A robot's measurements, including its own verdict (moved, blocked, failed); empty without a robot.
         pictures: File names of the pictures taken afterwards, by kind.
-        chosen: The joint that the agent chose, by its name in the box, if another one was attempted; else None.
+        chosen: The joint that the agent chose, by its name, if another one was attempted; else None.
         remark: The remark to the agent with the report before this step.
     """
 
@@ -309,7 +305,7 @@ class TrialError:
 
     Attributes:
         boundary: The part of the loop that broke.
-        message: The error message, without secrets.
+        message: The error message.
         step: The step that could not be played, from 1.
         replies: Raw malformed replies, if that was the reason.
         usage: Their usage.
@@ -355,6 +351,8 @@ class Trial:
         assessment: Whether the agent was asked what its last action did.
         interventions: The other interventions (asked, remembered, done), in order, each with its settings.
         condition: The name of its condition, if the study has others than flip rates; else empty.
+        changed: Spec of every intervention -> steps at which it changed what was told, asked, remembered or done.
+        changed_steps: Steps at which all of them together did.
         replays: How often it was replayed on request after an error of its agent; the earlier records stay.
         schema: Version of this layout.
         placed: The dose that an analysis assigns to it instead of its flip rate. It is never recorded.
@@ -386,6 +384,8 @@ class Trial:
     assessment: bool = True
     interventions: tuple[Mapping[str, Fact], ...] = ()
     condition: str = ""
+    changed: Mapping[str, int] = field(default_factory=dict)
+    changed_steps: int = 0
     replays: int = 0
     schema: int = 1
     placed: float | None = None

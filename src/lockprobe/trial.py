@@ -12,8 +12,9 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
 from dataclasses import is_dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
+from lockprobe.changes import Acting, Changes, pass_through, whole
 from lockprobe.decision_check import why_unusable
 from lockprobe.errors import (
     ChannelFault,
@@ -136,6 +137,8 @@ async def play(
         error=error,
         plant=_facts({"plant": plan.plant, **plant.facts}) if plant.facts else {},
         opening_pictures=loop.opening_pictures,
+        changed=loop.changes.by_intervention,
+        changed_steps=loop.changes.steps,
     )
 
 
@@ -247,6 +250,7 @@ class _Loop:
         self._plant = plant
         self._agent = agent
         self._plan, self._acting = plan, tuple(interventions)
+        self.changes = Changes(self._acting)
         self._on_record = plan.fork is not None
         self._rng = plan.stream("agent")
         self._deal_streams(plan)
@@ -258,12 +262,16 @@ class _Loop:
 
     def _deal_streams(self, plan: Plan) -> None:
         """Give every intervention its random stream."""
-        streams = list(zip(self._acting, streams_of(plan, self._acting), strict=True))
-        self._channels = [(one, rng) for one, rng in streams if isinstance(one, Channel)]
-        others = [(one, rng) for one, rng in streams if not isinstance(one, Channel)]
-        self._prompts = [(one, rng) for one, rng in others if isinstance(one, Prompt)]
-        self._memories = [(one, rng) for one, rng in others if isinstance(one, Memory)]
-        self._actuators = [(one, rng) for one, rng in others if isinstance(one, Actuator)]
+        dealt = zip(self._acting, streams_of(plan, self._acting), strict=True)
+        streams: list[Acting[Any]] = [Acting(number, one, rng) for number, (one, rng) in enumerate(dealt)]
+        told = [acting for acting in streams if isinstance(acting.one, Channel)]
+        others = [acting for acting in streams if not isinstance(acting.one, Channel)]
+        last = max((at for at, acting in enumerate(told) if getattr(acting.one, "shows", False)), default=len(told))
+        self._channels, self._showing, self._after = told[:last], told[last : last + 1], told[last + 1 :]
+        self._shown = next((acting.one.shown for acting in self._showing if hasattr(acting.one, "shown")), whole)
+        self._prompts = [acting for acting in others if isinstance(acting.one, Prompt)]
+        self._memories = [acting for acting in others if isinstance(acting.one, Memory)]
+        self._actuators = [acting for acting in others if isinstance(acting.one, Actuator)]
 
     async def open(self) -> None:
         """Look at the box for the first time."""
@@ -281,15 +289,20 @@ class _Loop:
             was = replace(percept, look=None)
             percept = replace(percept, look=partial(_look, percept.look))
         with _boundary(ChannelFault):
-            for channel, rng in self._channels:
-                before, percept = percept, channel.perceive(percept, self._moments, self._task, rng)
-                if self._replaced(channel):
-                    percept = before
-                elif getattr(channel, "shows", False):
-                    facts = _unlooked(before)
-                elif (percept.outcome, percept.positions) != (before.outcome, before.positions):
-                    facts = None  # it changed what is told: that holds the facts now
+            if self._channels:
+                percept = self.changes.note_report(pass_through(self._channels, percept, self._perceived, self._shown))
+            for acting in self._showing:
+                facts, percept = _unlooked(percept), self._perceived(acting, percept)
+            if self._after:
+                passed = pass_through(self._after, percept, self._perceived)
+                if (passed.value.outcome, passed.value.positions) != (percept.outcome, percept.positions):
+                    facts = None  # something after the words changed what is told: that holds the facts now
+                percept = self.changes.note_report(passed)
         return Moment(was=was, told=_unlooked(percept), chosen=chosen, attempted=attempted, facts=facts)
+
+    def _perceived(self, acting: Acting[Channel], percept: Percept) -> Percept:
+        made = acting.one.perceive(percept, self._moments, self._task, acting.rng)
+        return percept if self._replaced(acting.one) else made
 
     def _replaced(self, channel: Channel) -> bool:
         """Whether the arm of a fork acts in place of this channel; what makes words and pictures goes on acting."""
@@ -308,26 +321,34 @@ class _Loop:
         """What the agent may use now: the remembered turns, the last percept, and what it is asked."""
         turns, briefing = self._turns, _NOTHING_SAID
         with _boundary(ChannelFault) if self._memories or self._prompts else nullcontext():
-            for memory, rng in self._memories:
-                turns = memory.recall(turns, self._task, rng)
-            for prompt, rng in self._prompts:
-                briefing = prompt.brief(briefing, self._moments, self._task, rng)
+            if self._memories:
+                turns = self.changes.note(pass_through(self._memories, turns, self._recalled))
+            if self._prompts:
+                briefing = self.changes.note(pass_through(self._prompts, briefing, self._briefed))
         return Situation(task=self._task, past=turns, percept=self._moments[-1].told, briefing=briefing)
+
+    def _recalled(self, acting: Acting[Memory], turns: tuple[Turn, ...]) -> tuple[Turn, ...]:
+        return acting.one.recall(turns, self._task, acting.rng)
+
+    def _briefed(self, acting: Acting[Prompt], briefing: Briefing) -> Briefing:
+        return acting.one.brief(briefing, self._moments, self._task, acting.rng)
+
+    def _acted(self, acting: Acting[Actuator], joint: str) -> str:
+        return acting.one.act(joint, self._moments, self._task, acting.rng)
 
     def _attempted(self, chosen: str) -> str:
         """The label of the joint that is really attempted."""
-        joint = chosen
         if not self._actuators:
-            return joint
+            return chosen
         with _boundary(ChannelFault):
-            for actuator, rng in self._actuators:
-                joint = actuator.act(joint, self._moments, self._task, rng)
+            joint = self.changes.note(pass_through(self._actuators, chosen, self._acted))
             if joint not in self._names.labels:
                 raise ChannelFault(f"{joint!r} is not a joint")
         return joint
 
     async def step(self) -> Step:
         """Ask the agent, attempt a joint, tell it what happened."""
+        self.changes.begin()
         situation = self._situation()
         with _boundary(ModelFault):
             decision = await self._decision(situation)
@@ -345,6 +366,7 @@ class _Loop:
         moment = await self._at(partial(self._tell, snapshot, decision.joint, label))
         step = self._written(decision, joint, snapshot, moment, situation.briefing.remark)
         self.steps.append(step)
+        self.changes.end()
         told = Turn(percept=self._moments[-1].told, decision=decision, remark=situation.briefing.remark)
         self._turns, self._moments = (*self._turns, told), (*self._moments, moment)
         self._configuration = snapshot.configuration

@@ -88,6 +88,9 @@ def _check(trial: Trial) -> None:
     if trial.replays < 0:
         raise BadValue("trial record, replays", trial.replays, "0 or more")
     _check_pictures("trial record", trial.opening_pictures)
+    for spec, count in (*trial.changed.items(), ("changed_steps", trial.changed_steps)):
+        if not 0 <= count <= len(trial.steps):
+            raise BadValue(f"trial record, changed, {spec}", count, f"0 to {len(trial.steps)}, its steps")
     for number, step in enumerate(trial.steps, 1):
         _check_step(trial, step, number)
         _check_pictures(f"trial record, step {number}", step.pictures)

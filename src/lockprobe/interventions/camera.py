@@ -88,6 +88,13 @@ class CameraChannel:
             handles=tuple(((zero[0], zero[1]), (one[0], one[1])) for zero, one in places),
         )
 
+    def shown(self, percept: Percept) -> object:
+        """What the pictures and their text show of a percept: positions and the attempted joint, as a look gives them.
+
+        Without positions there is neither picture nor text.
+        """
+        return None if percept.positions is None else (percept.positions, percept.joint, percept.look)
+
     def _damage(self) -> Damage:
         return Damage(blur=self.blur, noise=self.noise, occlude=self.occlude)
 

@@ -73,6 +73,16 @@ class TextChannel:
             text = f"{first}{_BETWEEN[self.form]}{CORRECTION} {text}"
         return replace(told, text=text)
 
+    def shown(self, percept: Percept) -> object:
+        """What agents get of a percept: the joint, the facts that are told, and pictures that were there before."""
+        return (
+            percept.joint,
+            None if self.tell == "state" else percept.outcome,
+            None if self.tell == "outcome" else percept.positions,
+            None if percept.corrects is None else self.shown(percept.corrects),
+            percept.pictures,
+        )
+
 
 def rows_of(task: Task) -> list[list[str]]:
     """The labels on the panel in rows from top to bottom, each from left to right; empty if the panel is not shown.

@@ -63,7 +63,8 @@ def _check_nothing_happens(none: Intervention) -> None:
 
 def _unnamed(trial: Trial) -> bytes:
     """The record without the name of the condition."""
-    return trial_to_json(replace(trial, key="", p=0.0, flip="", channels=(), interventions=(), condition="", schema=1))
+    nothing = {"key": "", "p": 0.0, "flip": "", "channels": (), "interventions": (), "condition": "", "changed": {}}
+    return trial_to_json(replace(trial, **nothing, schema=1))  # type: ignore[arg-type]
 
 
 def _calls(place: str) -> list[tuple[object, ...]]:
