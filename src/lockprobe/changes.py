@@ -1,7 +1,7 @@
 """What interventions change: values passed from one to the next, and the steps at which each had an effect.
 
-An intervention changes a step if those after it, acting without it and those before it, would have given something
-else. So what a later one hides is no change, and a step that none changed is as in truth.
+An intervention changes a step if it changed what it was given, and the agent would have got something else without it:
+what no report shows, or a later intervention hides, is no change.
 """
 
 from __future__ import annotations
@@ -71,52 +71,53 @@ def pass_through(
         apply: What one of them makes of a value.
         shown: The part of a value that the agent gets.
     """
-    value, first, states = _run(acting, given, apply)
-    if first is None:
-        return Passed(value, (), False)
-    before, changed, without, start = shown(given), [], value, 0
-    while first is not None:
-        result, number = without, acting[start + first].number
-        start += first + 1
-        without, first, states = _again(acting[start:], states, given, apply) if states else (given, None, [])
-        if shown(result) != shown(without):
-            changed.append(number)
-    return Passed(value, tuple(changed), before != shown(value))
-
-
-_Run = tuple[_V, int | None, list[Any]]
-"""The value that came out; the place of the first intervention that changed it; the states of the streams after that
-place, before they were drawn from."""
-
-
-def _run(acting: Sequence[Acting[_One]], given: _V, apply: Callable[[Acting[_One], _V], _V]) -> _Run[_V]:
-    value, first, states = given, None, []
-    for place, one in enumerate(acting):
-        if first is not None:
-            states.append(one.rng.bit_generator.state)
+    value, changers = given, list[_Changer[_One, _V]]()
+    for one in acting:
+        state = one.rng.bit_generator.state if changers else None
         before, value = value, apply(one, value)
-        if first is None and value is not before and whole(before) != whole(value):
-            first = place
-    return value, first, states
+        if value is not before and whole(value) != whole(before):
+            changers.append(_Changer(one, before, state))
+    if not changers:
+        return Passed(value, (), False)
+    end = shown(value)
+    changed = tuple(
+        changer.acting.number
+        for at, changer in enumerate(changers)
+        if _shown_without(changer.before, changers[at + 1 :], apply, shown) != end
+    )
+    return Passed(value, changed, shown(given) != end)
 
 
-def _again(
-    acting: Sequence[Acting[_One]], states: Sequence[Any], given: _V, apply: Callable[[Acting[_One], _V], _V]
-) -> _Run[_V]:
-    """Run interventions again without those before; afterwards their streams are where they are now.
+class _Changer(NamedTuple, Generic[_One, _V]):
+    """An intervention that changed a value: the value before, and the state of its stream before if it is needed."""
 
-    One that breaks needs what those before it do: then these changed something.
+    acting: Acting[_One]
+    before: _V
+    state: Any
+
+
+def _shown_without(
+    value: _V,
+    later: Sequence[_Changer[_One, _V]],
+    apply: Callable[[Acting[_One], _V], _V],
+    shown: Callable[[_V], object],
+) -> object:
+    """What the agent would have got without an intervention: ``later`` act again, on the value before it.
+
+    Their streams are drawn from as before, and are afterwards where they are now. One that breaks needs what was
+    changed before it.
     """
-    now = [one.rng.bit_generator.state for one in acting]
-    for one, state in zip(acting, states, strict=True):
-        one.rng.bit_generator.state = state
+    now = [changer.acting.rng.bit_generator.state for changer in later]
     try:
-        return _run(acting, given, apply)
+        for changer in later:
+            changer.acting.rng.bit_generator.state = changer.state
+            value = apply(changer.acting, value)
+        return shown(value)
     except Exception:  # noqa: BLE001  anybody's code runs here, and the trial has gone on without this
-        return given, None, []
+        return object()
     finally:
-        for one, state in zip(acting, now, strict=True):
-            one.rng.bit_generator.state = state
+        for changer, state in zip(later, now, strict=True):
+            changer.acting.rng.bit_generator.state = state
 
 
 class Changes:

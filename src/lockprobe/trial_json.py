@@ -88,9 +88,7 @@ def _check(trial: Trial) -> None:
     if trial.replays < 0:
         raise BadValue("trial record, replays", trial.replays, "0 or more")
     _check_pictures("trial record", trial.opening_pictures)
-    for spec, count in (*trial.changed.items(), ("changed_steps", trial.changed_steps)):
-        if not 0 <= count <= len(trial.steps):
-            raise BadValue(f"trial record, changed, {spec}", count, f"0 to {len(trial.steps)}, its steps")
+    _check_changes(trial)
     for number, step in enumerate(trial.steps, 1):
         _check_step(trial, step, number)
         _check_pictures(f"trial record, step {number}", step.pictures)
@@ -102,6 +100,13 @@ def _check_pictures(where: str, pictures: Mapping[PictureKind, str]) -> None:
     for kind, name in pictures.items():
         if not PICTURE_NAME.fullmatch(name):
             raise BadValue(f"{where}, {kind} picture", name, "twenty hexadecimal digits and .png")
+
+
+def _check_changes(trial: Trial) -> None:
+    """Check that no intervention changed more steps than there are."""
+    for spec, count in (*trial.changed.items(), ("all together", trial.changed_steps)):
+        if not 0 <= count <= len(trial.steps):
+            raise BadValue(f"trial record, steps changed by {spec}", count, f"0 to {len(trial.steps)}, its steps")
 
 
 def _check_ending(trial: Trial) -> None:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from lockprobe.analysis.behaviour import Behaviour, behaviour
 from lockprobe.analysis.clustered import share_of
 from lockprobe.analysis.curves import Relative, SuccessCurve, relative, success_curve
+from lockprobe.analysis.idle import StepsChanged, steps_changed
 from lockprobe.analysis.inference.difference import AnyDifference, DifferenceAt
 from lockprobe.analysis.misinterpretation import Misinterpretations, misinterpretations
 from lockprobe.analysis.outcomes import Point, ended, outcomes, points
@@ -16,6 +17,8 @@ from lockprobe.analysis.persistence import Persistence, persistence
 from lockprobe.analysis.proportions import ALPHA, Proportion, difference
 from lockprobe.analysis.rationality import Rationality, rationality
 from lockprobe.analysis.reference import Reference
+from lockprobe.analysis.rules import RuleBreaks, rule_breaks
+from lockprobe.lockbox.box import Lockbox
 from lockprobe.record import Trial
 
 __all__ = ["ConditionSummary", "Contrast", "condition_summary", "contrast"]
@@ -34,7 +37,8 @@ class ConditionSummary:
         success: Share solved of the trials that ended as solved or out of budget; players are clusters.
         errors: Trials that ended as error, by boundary; no other number counts them.
         curve: Success by step.
-        relative: The curve's area on a scale from a random agent (0) to the optimum (1); None if the box is not known.
+        relative: The curve's area on a scale from a random agent (0) to the optimum (1); None if the box is not known,
+            or attempts broke its rules.
         behaviour: Loops, redundancy, entropy.
         persistence: Whether the agent leaves loops and retries blocked joints.
         claims: Misinterpretations.
@@ -42,6 +46,9 @@ class ConditionSummary:
         points: One point per repetition.
         distinct_sequences: Different sequences of actions among the ended trials. A deterministic agent told the truth
             plays one for each order of labels, however many trials there are.
+        changed: The steps that its interventions changed; None if the records do not say.
+        rules: Attempts against the rules of the box; None if the box is not known.
+        never_acted: Whether its interventions changed nothing, or it has a flip rate above 0 and no report was false.
     """
 
     key: str
@@ -59,6 +66,9 @@ class ConditionSummary:
     rationality: tuple[Rationality, ...]
     points: tuple[Point, ...]
     distinct_sequences: int
+    changed: StepsChanged | None = None
+    rules: RuleBreaks | None = None
+    never_acted: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -93,9 +103,13 @@ class Contrast:
         return compared == (self.baseline.success.n, self.other.success.n)
 
 
-def condition_summary(trials: Sequence[Trial], reference: Reference | None) -> ConditionSummary:
-    """The results of one agent's trials in one modality at one p."""
-    first = trials[0]
+def condition_summary(
+    trials: Sequence[Trial], reference: Reference | None, box: Lockbox | None = None
+) -> ConditionSummary:
+    """The results of one agent's trials in one modality at one p; rules and reference are those of the box."""
+    first, rules = trials[0], rule_breaks(trials, box) if box else None
+    changed, claims = steps_changed(trials), misinterpretations(trials)
+    truthful = bool(first.p) and claims.false_reports.n > 0 and not claims.false_reports.count
     curve, found = success_curve(trials), outcomes(trials)
     budget = len(curve.share)
     return ConditionSummary(
@@ -107,13 +121,18 @@ def condition_summary(trials: Sequence[Trial], reference: Reference | None) -> C
         success=share_of(found.solved, found.player, found.luck),
         errors=dict(sorted(Counter(trial.error.boundary for trial in trials if trial.error).items())),
         curve=curve,
-        relative=relative(curve, reference.random[:budget], reference.optimum) if reference else None,
+        relative=relative(curve, reference.random[:budget], reference.optimum)
+        if reference and not (rules and rules.against)
+        else None,
         behaviour=behaviour(trials),
         persistence=persistence(trials),
-        claims=misinterpretations(trials),
+        claims=claims,
         rationality=rationality(trials),
         points=tuple(points(found)),
         distinct_sequences=len({trial.actions for trial in ended(trials)}),
+        changed=changed,
+        rules=rules,
+        never_acted=truthful or (changed is not None and changed.nothing),
     )
 
 

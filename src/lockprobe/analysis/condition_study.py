@@ -10,6 +10,7 @@ from operator import call
 from lockprobe.analysis.condition import ConditionSummary, condition_summary
 from lockprobe.analysis.dose_grid import grids
 from lockprobe.analysis.effects import Effects, effects
+from lockprobe.analysis.idle import Idle, Unheeded, idle_interventions, unheeded
 from lockprobe.analysis.reference import Reference, reference_of
 from lockprobe.analysis.series import Series, SeriesArm, control_of, crossings, series_of, series_of_agents
 from lockprobe.analysis.summary import StudySummary, is_reference, summarise
@@ -36,6 +37,9 @@ class ConditionStudySummary:
         series: Conditions that differ in one dose alone, each with the numbers over that dose.
         whys: Of a study of controls: why false reports change each agent's success.
         reference: What blind agents and the shortest plan reach on the box.
+        idle: Conditions, other than controls, in which nothing was changed, and interventions that changed nothing in a
+            whole condition. No comparison has the former, and no interaction or series has either.
+        unheeded: Conditions under which an agent chose as under the control, although steps were changed.
     """
 
     agents: tuple[str, ...]
@@ -45,6 +49,8 @@ class ConditionStudySummary:
     series: tuple[tuple[Series, StudySummary], ...]
     whys: tuple[Why, ...]
     reference: Reference
+    idle: tuple[Idle, ...] = ()
+    unheeded: tuple[Unheeded, ...] = ()
 
     @property
     def subjects(self) -> tuple[str, ...]:
@@ -73,16 +79,52 @@ def summarise_conditions(
     """
     reference = reference_of(box, budget)
     cells = _cells(trials)
-    jobs = [partial(condition_summary, members, reference) for members in cells.values()]
+    jobs = [partial(condition_summary, members, reference, box) for members in cells.values()]
+    conditions = dict(zip(cells, each(call, jobs), strict=True))
+    idle = _idle(conditions, arms)
+    acting = {cell: members for cell, members in cells.items() if cell not in _names(idle, whole=True)}
     return ConditionStudySummary(
         agents=agents,
         arms=tuple(arms),
-        conditions=dict(zip(cells, each(call, jobs), strict=True)),
-        effects=_effects(cells, arms, agents),
-        series=_series(trials, arms, agents, box, each),
-        whys=_whys(cells, arms, agents),
+        conditions=conditions,
+        effects=_effects(acting, arms, agents, _names(idle)),
+        series=_series(trials, arms, agents, box, each, _names(idle)),
+        whys=_whys(acting, arms, agents),
         reference=reference,
+        idle=idle,
+        unheeded=_unheeded(acting, arms),
     )
+
+
+_Names = frozenset[tuple[str, str]]
+"""Agents and conditions."""
+
+
+def _idle(conditions: Mapping[tuple[str, str], ConditionSummary], arms: Sequence[SeriesArm]) -> tuple[Idle, ...]:
+    """What changed nothing, in the order of the conditions; a control is to change nothing."""
+    controls = {control.label for arm in arms if (control := control_of(arms, arm.modality))}
+    acting = {arm.label: [str(arm.specs[place]) for place in arm.acting] for arm in arms}
+    return tuple(
+        one
+        for (agent, label), summary in conditions.items()
+        if label not in controls
+        for one in idle_interventions(agent, label, summary.changed, acting.get(label, []))
+    )
+
+
+def _unheeded(cells: _Cells, arms: Sequence[SeriesArm]) -> tuple[Unheeded, ...]:
+    controls = {arm.label: control for arm in arms if (control := control_of(arms, arm.modality))}
+    return tuple(
+        one
+        for (agent, label), members in cells.items()
+        if label in controls and label != controls[label].label
+        if (one := unheeded(members, cells.get((agent, controls[label].label), ())))
+    )
+
+
+def _names(idle: Sequence[Idle], *, whole: bool = False) -> _Names:
+    """The conditions in which something changed nothing; with ``whole`` only those in which all of it did not."""
+    return frozenset((one.agent, one.condition) for one in idle if not (whole and one.intervention))
 
 
 def _cells(trials: Sequence[Trial]) -> dict[tuple[str, str], list[Trial]]:
@@ -93,7 +135,7 @@ def _cells(trials: Sequence[Trial]) -> dict[tuple[str, str], list[Trial]]:
     return cells
 
 
-def _effects(cells: _Cells, arms: Sequence[SeriesArm], agents: Sequence[str]) -> tuple[Effects, ...]:
+def _effects(cells: _Cells, arms: Sequence[SeriesArm], agents: Sequence[str], idle: _Names) -> tuple[Effects, ...]:
     """Each modality's conditions against its control; the first modality is also compared with the others' controls."""
     found = []
     modalities = list(dict.fromkeys(arm.modality for arm in arms))
@@ -108,7 +150,10 @@ def _effects(cells: _Cells, arms: Sequence[SeriesArm], agents: Sequence[str]) ->
             }
             control = control_of(arms, modality)
             shown = [arm for arm in arms if arm.modality == modality]
-            if control is not None and (one := effects(own, control.label, crossings(shown), grids(shown))):
+            if control is None:
+                continue
+            names = {label for name, label in idle if name == agent}
+            if one := effects(own, control.label, crossings(shown), grids(shown), names):
                 found.append(one)
     return tuple(found)
 
@@ -126,7 +171,12 @@ def _whys(cells: _Cells, arms: Sequence[SeriesArm], agents: Sequence[str]) -> tu
 
 
 def _series(
-    trials: Sequence[Trial], arms: Sequence[SeriesArm], agents: Sequence[str], box: Lockbox, each: Each
+    trials: Sequence[Trial],
+    arms: Sequence[SeriesArm],
+    agents: Sequence[str],
+    box: Lockbox,
+    each: Each,
+    idle: _Names,
 ) -> tuple[tuple[Series, StudySummary], ...]:
     found = []
     for series in series_of(arms):
@@ -134,6 +184,7 @@ def _series(
             replace(trial, placed=series.doses[trial.condition], modality=series.modality)
             for trial in trials
             if trial.condition in series.doses
+            and not (series.doses[trial.condition] and (trial.group, trial.condition) in idle)
         ]
         if placed:
             found.append((series, summarise(placed, box, each=each, axis=series.axis)))

@@ -6,7 +6,7 @@ use the trials that both conditions have, and are corrected for the number of co
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -92,6 +92,7 @@ def effects(
     control: str,
     crossed: Sequence[Crossing] = (),
     gridded: Sequence[Grid] = (),
+    idle: Collection[str] = (),
 ) -> Effects | None:
     """Compare the conditions of one agent in one modality with the control.
 
@@ -100,6 +101,7 @@ def effects(
         control: The condition that the others are compared with; a key of ``trials``.
         crossed: Crossings of four conditions each; incomplete ones are left out.
         gridded: Grids of crossed doses; those without a trial are left out.
+        idle: Conditions in which an intervention changed nothing: they are in no crossing and in no grid.
 
     Returns:
         None if no two conditions share a trial.
@@ -114,14 +116,15 @@ def effects(
     tested = any_difference(together, generator(first.seed, "analysis", first.group, first.modality, "conditions"))
     if not tested.at:
         return None
-    summaries = (grid_summary(grid, found, len(gridded)) for grid in gridded)
+    acting = {name: one for name, one in found.items() if name not in idle}
+    summaries = (grid_summary(grid, acting, len(gridded)) for grid in gridded)
     seen = [Effect(condition=names[int(one.p)], difference=one) for one in tested.at]
     return Effects(
         agent=first.group,
         modality=first.modality,
         control=control,
         effects=tuple(seen),
-        interplays=tuple(one for crossing in crossed if (one := _interaction(crossing, found))),
+        interplays=tuple(one for crossing in crossed if (one := _interaction(crossing, acting))),
         grids=tuple(one for one in summaries if one.cells),
     )
 

@@ -60,7 +60,7 @@ class AgentSummary:
         shown: The modality (unless it is the default and the only one) and ``axis.rest``, in words.
         reference: Whether it is a baseline.
         blind: Whether it ignores reports, so that its conditions are copies of each other.
-        conditions: The results by dose, ascending.
+        conditions: The results by dose, ascending. Those that never acted are in no fit, test or contrast.
         success_fit: Trend of success over p (Fig. 4).
         loop_fit: Trend of the loop rate over p (Fig. 5b).
         correlation: Loop rate against success (Fig. 5a).
@@ -88,6 +88,11 @@ class AgentSummary:
     def name(self) -> str:
         """Its spec, and ``shown`` in brackets."""
         return f"{self.agent} ({self.shown})" if self.shown else self.agent
+
+    @property
+    def idle(self) -> tuple[ConditionSummary, ...]:
+        """Its conditions above the lowest dose under which nothing was changed, or no report was false."""
+        return tuple(one for one in self.conditions[1:] if one.never_acted)
 
     @property
     def invited(self) -> bool:
@@ -251,10 +256,10 @@ def _agent(
     """One agent in one modality; ``several`` if other trials of it have another."""
     first = trials[0]
     conditions = tuple(
-        condition_summary(list(members), reference) for _, members in groupby(trials, key=lambda trial: trial.dose)
+        condition_summary(list(members), reference, box) for _, members in groupby(trials, key=lambda trial: trial.dose)
     )
     blind = ignores_reports(trials)
-    distinct = conditions[:1] if blind else conditions
+    distinct = conditions[:1] if blind else (conditions[0], *(one for one in conditions[1:] if not one.never_acted))
     shares = [point for condition in distinct for point in condition.points]
     shown = {condition.p for condition in distinct}
     looked_at = [trial for trial in trials if trial.dose in shown]

@@ -70,7 +70,11 @@ def grid_said(one: GridSummary) -> str:
     first, second = grid.rows.name, grid.columns.name
     under = f" under {grid.rows.rest}" if grid.rows.rest else ""
     if change is None:
-        why = "no trial has ended under every combination" if grid.complete else "some combinations were not played"
+        why = "no trial has ended under every combination"
+        if not grid.complete:
+            why = "some combinations were not played"
+        elif len(one.cells) < len(grid.conditions):
+            why = "under some combinations no trial has ended, or an intervention changed nothing"
         return f"The interaction between {first} and {second}{under} is not estimated: {why}."
     interval = (
         ""

@@ -1,11 +1,12 @@
-"""The sentence on a robot's own verdicts: how often they were wrong."""
+"""Sentences on a robot: how often its own verdicts were wrong, and how often it broke the rules of the box."""
 
 from __future__ import annotations
 
 from lockprobe.analysis.robot import Verdicts
+from lockprobe.analysis.rules import RuleBreaks
 from lockprobe.formatting import percent
 
-__all__ = ["verdicts_said"]
+__all__ = ["judging_nobody", "rules_said", "verdicts_said"]
 
 
 def verdicts_said(found: Verdicts) -> str:
@@ -23,5 +24,34 @@ def verdicts_said(found: Verdicts) -> str:
     return (
         f"The robot's own verdict, from force and distance, was wrong at {wrong.count} of {wrong.n} attempts "
         f"({percent(wrong.value, 1)}, 95 % interval {100 * wrong.low:.1f} to {percent(wrong.high, 1)}){kinds}{failed}. "
-        "Agents are not told this verdict, and no number below depends on it."
+        "Agents are not told this verdict."
     )
+
+
+def rules_said(found: RuleBreaks) -> str:
+    """How many attempts broke the rules of the box, and how; empty if none did."""
+    if not found.against:
+        return ""
+    kinds = [
+        f"{count} {what}"
+        for count, what in (
+            (found.missed, f"of {found.free} at free joints moved nothing"),
+            (found.forced, f"of {found.attempts - found.free} at locked joints moved them"),
+            (found.others, "moved another joint"),
+        )
+        if count
+    ]
+    share = percent(found.against / found.attempts, 1)
+    return (
+        f"{found.against} of {found.attempts} attempts ({share}) broke the rules of the box: {', '.join(kinds)}. "
+        "The plant did that, not the agent. Success, steps and loops count these attempts as they were; nothing "
+        "computed from the rules, such as success by chance, is compared with them."
+    )
+
+
+def judging_nobody(answer: str, found: RuleBreaks | None) -> str:
+    """An answer that says how many attempts broke the rules, if any did: it judges no agent then."""
+    if found is None or not found.against:
+        return answer
+    broke = f"{found.against} of {found.attempts} attempts broke the rules of the box"
+    return f"{answer.removesuffix('.')}, but {broke}, so no agent is judged by it."

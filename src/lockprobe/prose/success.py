@@ -9,6 +9,7 @@ from lockprobe.analysis.proportions import Proportion
 from lockprobe.analysis.summary import AgentSummary, StudySummary
 from lockprobe.formatting import first_three, p_value, percent, points
 from lockprobe.prose.doses import at_dose, cause
+from lockprobe.prose.idle import idle_doses_said
 from lockprobe.prose.subject import subject_of
 
 __all__ = ["baselines_said", "course_said", "courses_said", "finding", "of_trials"]
@@ -32,7 +33,8 @@ def finding(agent: AgentSummary) -> str:
         return _blind_said(agent, counted)
     if agent.contrast is None:
         return _one_condition(agent, counted)
-    said = (_broken_said(agent), _contrast_said(agent, agent.contrast), _copies_said(agent, counted[0]))
+    copies = _copies_said(agent, counted[0])
+    said = (_broken_said(agent), _contrast_said(agent, agent.contrast), idle_doses_said(agent), copies)
     return " ".join(filter(None, said))
 
 
@@ -56,7 +58,7 @@ def _blind_said(agent: AgentSummary, counted: list[ConditionSummary]) -> str:
 
 def _one_condition(agent: AgentSummary, counted: list[ConditionSummary]) -> str:
     share = counted[0].success
-    why = "No trial has been played under two conditions yet."
+    why = idle_doses_said(agent) or "No trial has been played under two conditions yet."
     if len(counted) == 1:
         single = agent.axis.name if agent.shown else "condition"
         why = f"With a single {single} there is no difference to test."

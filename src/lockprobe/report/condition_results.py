@@ -14,6 +14,7 @@ from lockprobe.analysis.summary import StudySummary
 from lockprobe.interventions.condition import Condition, modality_doses
 from lockprobe.prose.effects import effects_said
 from lockprobe.prose.hypothesis_tests import conclusions
+from lockprobe.prose.idle import idle_said, unheeded_said
 from lockprobe.prose.loops import loop_finding
 from lockprobe.prose.success import courses_said, finding
 from lockprobe.record import Trial
@@ -34,7 +35,7 @@ from lockprobe.report.schema import (
     SeriesResult,
     StudyProgress,
 )
-from lockprobe.report.study_rows import agent_facts, audit_result, broken_rows, left_out_row, plant_facts
+from lockprobe.report.study_rows import agent_facts, audit_result, broken_rows, left_out_row, plant_facts, rules_said_of
 from lockprobe.report.why import WhyResult, why_row
 from lockprobe.spec import Spec, spec_name
 from lockprobe.studies.study import Study
@@ -96,12 +97,8 @@ def condition_results(opened: OpenedStudy, found: ConditionStudySummary) -> Resu
         ),
         left_out=left_out_row(opened.trials, opened.journal, opened.foreign),
         subjects=list(found.subjects),
-        findings=[
-            sentence
-            for one in found.effects
-            if one.agent in found.subjects
-            for sentence in effects_said(one, found.conditions)
-        ],
+        findings=_findings(found),
+        rules_said=rules_said_of(found.conditions.values()),
         conditions=[
             _condition_row(study, agent, label, summary, said[label])
             for (agent, label), summary in found.conditions.items()
@@ -120,6 +117,16 @@ def condition_results(opened: OpenedStudy, found: ConditionStudySummary) -> Resu
         examples=_examples(found.subjects[0], opened.trials),
         audit=audit_result(),
     )
+
+
+def _findings(found: ConditionStudySummary) -> list[str]:
+    """What changed nothing, and the effects of what did."""
+    effects = [one for one in found.effects if one.agent in found.subjects]
+    return [
+        *idle_said(found.idle, found.subjects),
+        *unheeded_said(found.unheeded, found.subjects),
+        *(sentence for one in effects for sentence in effects_said(one, found.conditions)),
+    ]
 
 
 def _condition_row(study: Study, agent: str, label: str, summary: ConditionSummary, acts: str) -> ConditionResult:

@@ -42,7 +42,7 @@ from lockprobe.report.rows import (
 )
 from lockprobe.report.sample_pictures import seen
 from lockprobe.report.schema import RESULTS_VERSION, Results, StudyProgress
-from lockprobe.report.study_rows import agent_facts, audit_result, broken_rows, left_out_row, plant_facts
+from lockprobe.report.study_rows import agent_facts, audit_result, broken_rows, left_out_row, plant_facts, rules_said_of
 from lockprobe.studies.study import Study
 
 __all__ = ["flip_results"]
@@ -81,6 +81,7 @@ def flip_results(opened: OpenedStudy, summary: StudySummary) -> Results:
         paces=[pace_row(compared, names) for compared in summary.paces],
         modalities=[modality_row(effect) for effect in summary.modalities],
         people=_people(opened, summary, by_people),
+        rules_said=rules_said_of(summary.conditions),
         verdicts=summary.verdicts,
         verdicts_said=verdicts_said(summary.verdicts) if summary.verdicts else "",
         fits=[fit_row(agent) for agent in agents],

@@ -11,11 +11,13 @@ from lockprobe.agents.catalogue import description
 from lockprobe.analysis.condition_study import ConditionStudySummary
 from lockprobe.analysis.effects import Effects
 from lockprobe.analysis.reference import Reference
+from lockprobe.analysis.rules import together
 from lockprobe.analysis.summary import AgentSummary, StudySummary
 from lockprobe.analysis.why import Why
 from lockprobe.formatting import NONE, bracketed, percent, share
 from lockprobe.interventions.catalogue import TRUTH
 from lockprobe.prose.doses import at_dose
+from lockprobe.prose.idle import idle_doses_said, idle_said, unheeded_said
 from lockprobe.prose.overview import (
     effects_answer,
     effects_needed,
@@ -28,6 +30,7 @@ from lockprobe.prose.overview import (
     smaller_budget_said,
     trial_said,
 )
+from lockprobe.prose.robot import judging_nobody
 from lockprobe.prose.subject import Subject
 from lockprobe.prose.why import mechanism_said
 from lockprobe.report.described import DescribedResult
@@ -56,6 +59,11 @@ class Overview(DescribedResult):
     question: str = Field(description="What the study asks.")
     trial: str = Field(description="What happens in a trial, and what is varied.")
     answer: str = Field(description="What it found, in one sentence.")
+    changed_nothing: str = Field(
+        default="",
+        description="Interventions that changed nothing in a whole condition, unless that is the answer, and "
+        "conditions under which the only agent chose as under the control; empty if there are none.",
+    )
     chance: str = Field(
         default="", description="Agents without a detected advantage over random agents; empty if there are none."
     )
@@ -78,7 +86,7 @@ def flip_overview(summary: StudySummary, settings: Mapping[str, Any]) -> Overvie
     box, several = settings.get("box", {}).get("name", "a lockbox"), len({one.p for one in summary.conditions}) > 1
     modal = bool(summary.modalities) and not several
     subjects = [agent for agent in summary.subjects if any(one.success.n for one in agent.conditions)]
-    budget = settings.get("max_steps", 20)
+    budget, rules = settings.get("max_steps", 20), together(one.rules for one in summary.conditions)
     if modal:
         question = f"Does what agents see change how they open {box}?"
         seeing = [one for one in summary.modalities if one.agent in {agent.agent for agent in subjects}]
@@ -92,8 +100,9 @@ def flip_overview(summary: StudySummary, settings: Mapping[str, Any]) -> Overvie
     return Overview(
         question=question,
         trial=trial_said(budget, "modalities" if modal else "flips", settings.get("flip", "transient")),
-        answer=answer or flips_answer(summary),
-        chance=not_above_chance(summary),
+        answer=judging_nobody(answer or flips_answer(summary), rules),
+        changed_nothing=" ".join(filter(None, map(idle_doses_said, subjects))),
+        chance="" if rules and rules.against else not_above_chance(summary),
         interaction=" ".join(filter(None, (smaller_budget_said(summary), interaction_said(summary)))),
         needed=flips_needed(summary),
         figure="overview" if subjects else "",
@@ -142,11 +151,17 @@ def condition_overview(found: ConditionStudySummary, settings: Mapping[str, Any]
     else:
         rows = [_condition_numbers(one, found.reference) for one in effects]
         question, answer = f"How do {len(settings['conditions'])} conditions affect success on {box}?", ""
+    idle, rules = idle_said(found.idle, found.subjects), together(one.rules for one in found.conditions.values())
+    if not effects and not answer and idle:
+        answer, idle = idle[0], idle[1:]
+    if len(found.subjects) == 1:
+        idle += unheeded_said(found.unheeded, found.subjects)
     return Overview(
         question=question,
         trial=trial_said(settings.get("max_steps", 20), "conditions"),
-        answer=answer or effects_answer(effects),
-        chance=_no_advantage(found, effects),
+        answer=judging_nobody(answer or effects_answer(effects), rules),
+        changed_nothing=" ".join(idle),
+        chance="" if rules and rules.against else _no_advantage(found, effects),
         needed="" if found.whys else effects_needed(effects),
         figure="why" if found.whys else "effects" if rows else "",
         numbers=rows[:_ROWS],

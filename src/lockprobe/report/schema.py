@@ -20,10 +20,12 @@ from pydantic import (
 
 from lockprobe.analysis.clustered import ClusteredProportion
 from lockprobe.analysis.curves import Relative
+from lockprobe.analysis.idle import StepsChanged
 from lockprobe.analysis.incidence import Area
 from lockprobe.analysis.misinterpretation import ClaimCount
 from lockprobe.analysis.reference import Reference
 from lockprobe.analysis.robot import Verdicts
+from lockprobe.analysis.rules import RuleBreaks
 from lockprobe.report import details
 from lockprobe.report.described import Change, Counted, DescribedResult, FiniteNumber, Share
 from lockprobe.report.examples import ExampleTrial
@@ -126,6 +128,16 @@ class ConditionResult(DescribedResult):
     relative: Relative | None
     errors: Mapping[str, int]
     broken: Counted = Field(description="Trials that ended as error; excluded from all other numbers.")
+    changed: StepsChanged | None = Field(
+        description="Of the steps of these trials, those that interventions changed; null if the records do not say."
+    )
+    never_acted: bool = Field(
+        description="Whether nothing was changed, or no report was false at a flip rate above 0. Then nothing is "
+        "concluded from it, unless it is the control."
+    )
+    rules: RuleBreaks | None = Field(
+        description="Attempts against the rules of the box, in broken trials too; null if the box is not known."
+    )
     curve: details.CurveResult
     repetitions: Sequence[details.RepetitionResult]
     distinct_sequences: Counted = Field(description="Different sequences of actions among the trials that ended.")
@@ -284,6 +296,7 @@ class Results(DescribedResult):
     paces: list[details.PaceResult] = []
     modalities: list[details.ModalityResult] = []
     people: PeopleResult | None = None
+    rules_said: str = Field(default="", description="Attempts against the rules of the box; empty if there are none.")
     verdicts: Verdicts | None = None
     verdicts_said: str = ""
     fits: list[details.FitResult] = []
@@ -348,6 +361,7 @@ _CONDITION_KEYS = (
         "left_out",
         "subjects",
         "findings",
+        "rules_said",
         "conditions",
     ),
     *("effects", "crossings", "grids", "series", "why", "forks", "forks_said", "box", "measures", "errors", "agents"),

@@ -7,12 +7,15 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import chain
 from typing import Any
 
+from lockprobe.analysis.condition import ConditionSummary
+from lockprobe.analysis.rules import together
 from lockprobe.audit.rates import shipped
+from lockprobe.prose.robot import rules_said
 from lockprobe.record import Fact, Trial
 from lockprobe.report.details import AuditedRate, AuditResult, BrokenTrials, LeftOutResult
 from lockprobe.studies.records import LeftOut
 
-__all__ = ["agent_facts", "audit_result", "broken_rows", "left_out_row", "plant_facts"]
+__all__ = ["agent_facts", "audit_result", "broken_rows", "left_out_row", "plant_facts", "rules_said_of"]
 
 _MANY = 8
 """Values of a fact beyond which they are counted."""
@@ -73,6 +76,12 @@ def _told(trial: Trial) -> Iterator[tuple[str, Mapping[str, Fact]]]:
 def _known(facts: Mapping[str, Fact]) -> dict[str, Fact]:
     """Without what a plant does not have, as a renderer where nobody looks."""
     return {name: value for name, value in facts.items() if value is not None}
+
+
+def rules_said_of(conditions: Iterable[ConditionSummary]) -> str:
+    """How many attempts broke the rules of the box; empty if none did."""
+    found = together(one.rules for one in conditions)
+    return rules_said(found) if found else ""
 
 
 def broken_rows(trials: Sequence[Trial]) -> list[BrokenTrials]:

@@ -31,6 +31,8 @@ __all__ = [
     "table_of_conditions",
 ]
 
+_AGAINST = "against the rules"
+
 
 def table1(conditions: Sequence[ConditionResult]) -> TextTable:
     """The paper's Table 1, one row per condition.
@@ -169,7 +171,7 @@ def detector_table(rows: Sequence[details.DetectorResult]) -> TextTable:
 def condition_table(conditions: Sequence[ConditionResult]) -> TextTable:
     """One row per condition. Intervals are 95 % Wilson; chance is for trials of exactly those lengths."""
     head = ["agent", "modality", "flip rate", "trials", "solved", "success", "loop rate", "by chance", "coverage"]
-    table = [[*head, "redundant", "errors"]]
+    table = [[*head, "redundant", _AGAINST, "errors"]]
     table += [
         [
             row.agent,
@@ -182,10 +184,12 @@ def condition_table(conditions: Sequence[ConditionResult]) -> TextTable:
             f"{percent(row.loop_rate_chance, 0)} to {percent(row.loop_rate_chance_no_repeat, 0)}",
             percent(row.coverage, 0),
             percent(row.redundant_share, 0),
+            _against(row),
             str(row.broken),
         ]
         for row in conditions
     ]
+    table = _without_empty(table, _AGAINST)
     return table if len({row[1] for row in table[1:]}) > 1 else [[row[0], *row[2:]] for row in table]
 
 
@@ -332,7 +336,7 @@ def table_of_conditions(conditions: Sequence[ConditionResult]) -> TextTable:
         "loop rate",
         "by chance",
     ]
-    table = [[*head, "misread", "false reports", "errors"]]
+    table = [[*head, "misread", "false reports", "changed steps", _AGAINST, "errors"]]
     table += [
         [
             row.agent,
@@ -346,6 +350,8 @@ def table_of_conditions(conditions: Sequence[ConditionResult]) -> TextTable:
             f"{percent(row.loop_rate_chance, 0)} to {percent(row.loop_rate_chance_no_repeat, 0)}",
             percent(row.misread.value, 1) if row.claims else NONE,
             percent(row.false_report_of_all_steps.value, 1),
+            f"{row.changed.changed} of {row.changed.steps}" if row.changed else NONE,
+            _against(row),
             str(row.broken),
         ]
         for row in conditions
@@ -354,7 +360,18 @@ def table_of_conditions(conditions: Sequence[ConditionResult]) -> TextTable:
     kept = [i for i in range(len(table[0])) if _says_something(table, i) or i not in (2, 3)]
     if said <= {row[1] for row in table[1:]}:
         kept = [i for i in kept if i != 2]  # unnamed conditions are called by their interventions
-    return [[row[i] for i in kept] for row in table]
+    return _without_empty([[row[i] for i in kept] for row in table], _AGAINST)
+
+
+def _without_empty(table: TextTable, name: str) -> TextTable:
+    """The table without a column that says nothing."""
+    at = table[0].index(name)
+    return table if {row[at] for row in table[1:]} - {NONE} else [[*row[:at], *row[at + 1 :]] for row in table]
+
+
+def _against(row: ConditionResult) -> str:
+    """How many attempts broke the rules of the box, if any did."""
+    return f"{row.rules.against} of {row.rules.attempts}" if row.rules and row.rules.against else NONE
 
 
 def _says_something(table: TextTable, column: int) -> bool:
