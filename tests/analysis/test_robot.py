@@ -17,6 +17,7 @@ def test_wrong_verdicts_are_counted_by_kind_and_failures_apart():
     said = verdicts_said(found)
     assert "was wrong at 2 of 4 attempts (50.0 %, 95 % interval " in said
     assert "; it could not decide at 1 more" in said
+    assert said.endswith("Agents are not told this verdict.")  # a hand that fails to move a joint is in every number
 
 
 def test_trials_that_share_their_luck_are_one_cluster():

@@ -2,6 +2,8 @@
 
 import json
 import re
+from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import pytest
 from builders import play_study, write_study
@@ -10,6 +12,8 @@ from captions import too_long
 from lockprobe.export import tidy_rows
 from lockprobe.fit.fitting import fit_agents
 from lockprobe.formatting import share
+from lockprobe.plants.symbolic import SymbolicPlant
+from lockprobe.record import Snapshot
 from lockprobe.report import write_report
 from lockprobe.studies.journal import load
 from lockprobe.studies.studyfile import study
@@ -147,3 +151,59 @@ def test_while_no_two_conditions_share_a_trial_the_report_says_so(tmp_path, kept
     overview = json.loads((tmp_path / "study" / "results.json").read_text())["overview"]
     assert overview["answer"] == "No two conditions have a trial in common yet."
     assert (overview["chance"], overview["needed"], overview["numbers"], overview["figure"]) == ("", "", [], "")
+
+
+@dataclass(frozen=True, kw_only=True)
+class OutcomeAlone:
+    """Says the opposite outcome, and leaves positions as they are: no report of states shows that."""
+
+    def perceive(self, percept, past, task, rng):
+        return percept if percept.joint is None else replace(percept, outcome="moved")
+
+
+def test_a_condition_that_changed_nothing_is_named_and_has_no_effect(tmp_path):
+    acts = f"python:{__name__}:OutcomeAlone"
+    planned = study("flips", agent=["human-inspired", "round-robin"], condition=acts, p=[0], trials=6, repetitions=1)
+    directory = write_study(tmp_path / "study", planned)
+    page, content = write_report(directory).read_text(), json.loads((directory / "results.json").read_text())
+    (row, _) = [one for one in content["conditions"] if one["condition"] == acts]
+    assert (row["changed_steps"], row["changed"], row["never_acted"]) == (0, {acts: 0}, True)
+    steps = sum(one["steps"] for one in content["conditions"] if one["condition"] == acts)
+    said = f"{acts} changed nothing for any agent (0 of {steps} steps), so nothing is concluded from it."
+    assert content["overview"]["answer"] == content["findings"][0] == said
+    assert content["effects"] == []
+    assert "No effect" not in page
+    assert "No difference" not in page
+
+
+class Clumsy(SymbolicPlant):
+    """The rules, except that the first attempts move nothing."""
+
+    facts: ClassVar = {"misses": 3}
+
+    def __init__(self, *, box, labels, rng):
+        super().__init__(box)
+        self._attempts = 0
+
+    def attempt(self, joint):
+        self._attempts += 1
+        if self._attempts <= self.facts["misses"]:
+            return Snapshot(configuration=self._configuration, joint=joint, outcome="blocked")
+        return super().attempt(joint)
+
+
+@pytest.mark.parametrize("acts", [None, "tremble?p=0.5"])
+def test_attempts_against_the_rules_stand_in_the_first_sentence(tmp_path, acts):
+    more = {"condition": acts} if acts else {}
+    clumsy = f"python:{__name__}:Clumsy"
+    planned = study("flips", agent="round-robin", p=[0], trials=4, repetitions=1, plant=clumsy, max_steps=4, **more)
+    directory = write_study(tmp_path / "study", planned)
+    page, content = write_report(directory).read_text(), json.loads((directory / "results.json").read_text())
+    against = sum(row["against_rules"] for row in content["conditions"])
+    attempts = sum(row["rules"]["attempts"] for row in content["conditions"])
+    assert 0 < against < attempts
+    assert f"but {against} of {attempts} attempts broke the rules of the box" in content["overview"]["answer"]
+    assert content["overview"]["chance"] == ""
+    assert content["rules_said"].startswith(f"{against} of {attempts} attempts (")
+    assert content["rules_said"] in page
+    assert "against the rules" in (directory / "tables" / "conditions.csv").read_text()

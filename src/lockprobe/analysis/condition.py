@@ -46,6 +46,7 @@ class ConditionSummary:
         points: One point per repetition.
         distinct_sequences: Different sequences of actions among the ended trials. A deterministic agent told the truth
             plays one for each order of labels, however many trials there are.
+        steps: The steps of ended trials.
         changed: The steps that its interventions changed; None if the records do not say.
         rules: Attempts against the rules of the box; None if the box is not known.
         never_acted: Whether its interventions changed nothing, or it has a flip rate above 0 and no report was false.
@@ -66,6 +67,7 @@ class ConditionSummary:
     rationality: tuple[Rationality, ...]
     points: tuple[Point, ...]
     distinct_sequences: int
+    steps: int = 0
     changed: StepsChanged | None = None
     rules: RuleBreaks | None = None
     never_acted: bool = False
@@ -109,7 +111,7 @@ def condition_summary(
     """The results of one agent's trials in one modality at one p; rules and reference are those of the box."""
     first, rules = trials[0], rule_breaks(trials, box) if box else None
     changed, claims = steps_changed(trials), misinterpretations(trials)
-    truthful = bool(first.p) and claims.false_reports.n > 0 and not claims.false_reports.count
+    truthful = bool(first.p) and not claims.false_reports.count
     curve, found = success_curve(trials), outcomes(trials)
     budget = len(curve.share)
     return ConditionSummary(
@@ -130,9 +132,10 @@ def condition_summary(
         rationality=rationality(trials),
         points=tuple(points(found)),
         distinct_sequences=len({trial.actions for trial in ended(trials)}),
+        steps=sum(len(trial.steps) for trial in ended(trials)),
         changed=changed,
         rules=rules,
-        never_acted=truthful or (changed is not None and changed.nothing),
+        never_acted=changed is not None and changed.known and (truthful or not changed.changed),
     )
 
 

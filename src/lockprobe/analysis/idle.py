@@ -29,9 +29,9 @@ class StepsChanged:
     by_intervention: Mapping[str, int]
 
     @property
-    def nothing(self) -> bool:
-        """Whether there were interventions, and nothing was changed at any step."""
-        return self.steps > 0 and bool(self.by_intervention) and not self.changed
+    def known(self) -> bool:
+        """Whether there were interventions and steps that they could have changed."""
+        return self.steps > 0 and bool(self.by_intervention)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -111,9 +111,9 @@ def idle_interventions(agent: str, condition: str, found: StepsChanged | None, a
         found: What its interventions changed, if it is known.
         acting: Specs of the interventions whose dose is not 0.
     """
-    if found is None or not found.steps:
+    if found is None or not found.known:
         return []
-    if found.nothing:
+    if not found.changed:
         return [Idle(agent=agent, condition=condition, intervention="", steps=found.steps)]
     return [
         Idle(agent=agent, condition=condition, intervention=spec, steps=found.steps)

@@ -18,6 +18,7 @@ from lockprobe.record import Trial
 from lockprobe.studies.branch import read_forks
 from lockprobe.studies.call_log import read_calls, unanswered
 from lockprobe.studies.directory import added_agents
+from lockprobe.studies.idle_conditions import idle_conditions
 from lockprobe.studies.journal import read_timings
 from lockprobe.studies.records import read_records
 from lockprobe.studies.settings import read_study
@@ -64,10 +65,13 @@ def _status(directory: Path, *, json: bool) -> None:
     facts |= {"foreign": left_out.foreign, "first_foreign": left_out.first_foreign, "added": added_agents(directory)}
     invalid = invalid_conditions(study, {trial.key: trial for trial in trials})
     facts |= {"without_valid_trial": [one.condition for one in invalid]}
+    unchanged = idle_conditions(study, {trial.key: trial for trial in trials})
+    facts |= {"changed_nothing": unchanged}
     facts["in_progress"] = len({*begun, *(call.key for call in waiting)} - over)
     facts |= {"in_progress_calls": begun.total(), "unanswered_calls": len(waiting)}
     if not json:
-        _show([*_lines(directory, facts), *(("invalid", said) for said in _invalid(invalid))], ledger)
+        idle = [("idle", f"{cell}: no intervention has changed anything so far") for cell in unchanged]
+        _show([*_lines(directory, facts), *(("invalid", said) for said in _invalid(invalid)), *idle], ledger)
         if foreign := foreign_in_words(left_out):
             _print_named([("left out", foreign)])
         return

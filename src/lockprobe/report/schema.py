@@ -20,7 +20,6 @@ from pydantic import (
 
 from lockprobe.analysis.clustered import ClusteredProportion
 from lockprobe.analysis.curves import Relative
-from lockprobe.analysis.idle import StepsChanged
 from lockprobe.analysis.incidence import Area
 from lockprobe.analysis.misinterpretation import ClaimCount
 from lockprobe.analysis.reference import Reference
@@ -128,16 +127,21 @@ class ConditionResult(DescribedResult):
     relative: Relative | None
     errors: Mapping[str, int]
     broken: Counted = Field(description="Trials that ended as error; excluded from all other numbers.")
-    changed: StepsChanged | None = Field(
-        description="Of the steps of these trials, those that interventions changed; null if the records do not say."
+    steps: Counted = Field(description="Steps of these trials.")
+    changed_steps: int | None = Field(
+        description="Of these, steps at which the agent was told, asked or remembered something else than without "
+        "interventions, or another joint than the chosen one was attempted; null if the records do not say."
     )
+    changed: dict[str, int] = Field(description="Spec of every intervention: the steps that it changed.")
     never_acted: bool = Field(
         description="Whether nothing was changed, or no report was false at a flip rate above 0. Then nothing is "
         "concluded from it, unless it is the control."
     )
-    rules: RuleBreaks | None = Field(
-        description="Attempts against the rules of the box, in broken trials too; null if the box is not known."
+    against_rules: int | None = Field(
+        description="Attempts against the rules of the box, in broken trials too: a free joint did not move, a locked "
+        "one did, or another one moved; null if the box is not known."
     )
+    rules: RuleBreaks | None
     curve: details.CurveResult
     repetitions: Sequence[details.RepetitionResult]
     distinct_sequences: Counted = Field(description="Different sequences of actions among the trials that ended.")

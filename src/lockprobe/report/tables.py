@@ -350,7 +350,7 @@ def table_of_conditions(conditions: Sequence[ConditionResult]) -> TextTable:
             f"{percent(row.loop_rate_chance, 0)} to {percent(row.loop_rate_chance_no_repeat, 0)}",
             percent(row.misread.value, 1) if row.claims else NONE,
             percent(row.false_report_of_all_steps.value, 1),
-            f"{row.changed.changed} of {row.changed.steps}" if row.changed else NONE,
+            NONE if row.changed_steps is None else f"{row.changed_steps} of {row.steps}",
             _against(row),
             str(row.broken),
         ]

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import is_dataclass, replace
+from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from lockprobe.interventions.catalogue import PLACES, interventions_of, place_of, spec_of
 from lockprobe.protocols import Intervention
-from lockprobe.record import Trial
+from lockprobe.record import STATES, Percept, Trial
 from lockprobe.spec import settings_of
+from lockprobe.studies.modality import shown
 from lockprobe.studies.single import run_trial
 from lockprobe.trial_json import trial_to_json
 
@@ -22,16 +23,18 @@ AGENTS = ("random", "human-inspired", "cognitive:perseverant")
 """Who plays where a whole trial is looked at."""
 
 
-def check_intervention(one: Intervention, *, doses: Sequence[object] = (0, 1)) -> None:
+def check_intervention(one: Intervention, *, doses: Sequence[object] = (0, 1), modality: str = STATES) -> None:
     """Check that an intervention fulfils its contract.
 
     It is a frozen dataclass that acts at exactly one place. A spec can name it, and its settings survive JSON. It keeps
     nothing between calls and draws equally often whatever its dose. At dose 0 every agent plays as in truth, byte for
-    byte.
+    byte. If it changes reports, it changes something that they show: the default report (``symbolic?tell=state``) shows
+    ``joint`` and ``positions`` of a percept, and no ``outcome``.
 
     Args:
         one: The intervention, with the settings to test.
         doses: Doses between which draws are compared; unused where it has no dose.
+        modality: How reports are shown: ``symbolic`` shows ``outcome`` too.
 
     Raises:
         AssertionError: If it breaks one of these; the message says which.
@@ -50,8 +53,33 @@ def check_intervention(one: Intervention, *, doses: Sequence[object] = (0, 1)) -
         assert first == again, f"{spec_of(other)} answers differently when it is asked again: it keeps something"
         states.add(state)
     assert len(states) == 1, f"{name} does not draw equally often at every dose"
+    if place == "told" and not getattr(kind, "after_words", False):
+        _check_shown(one, calls, modality)
     if dose is not None:
         _check_nothing_happens(replace(one, **{dose: 0}))  # type: ignore[type-var]
+
+
+def _check_shown(one: Intervention, calls: Sequence[tuple[object, ...]], modality: str) -> None:
+    """Check that a report shows some of what it changes, if it changes anything in these calls."""
+    given: Sequence[Any] = [call[0] for call in calls]
+    answers, _ = _answers(one, "told", calls)
+    changed = {
+        field.name
+        for before, after in zip(given, answers, strict=True)
+        for field in fields(Percept)
+        if field.compare and getattr(before, field.name) != getattr(after, field.name)
+    }
+    words: Any = shown(modality)
+    unseen = all(words.shown(before) == words.shown(after) for before, after in zip(given, answers, strict=True))
+    assert not (changed and unseen), (
+        f"{type(one).__name__} changes {', '.join(sorted(changed))}, and no report in {modality} shows that: {_SHOWN}"
+    )
+
+
+_SHOWN = (
+    "symbolic?tell=state shows joint and positions, symbolic (modality=) outcome too, and text is written afterwards "
+    "(after_words = True)"
+)
 
 
 def _check_nothing_happens(none: Intervention) -> None:

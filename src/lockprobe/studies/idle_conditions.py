@@ -1,0 +1,22 @@
+"""Finds the conditions of a study in which nothing was changed, although they have interventions with an effect."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from lockprobe.analysis.idle import steps_changed
+from lockprobe.record import Trial
+from lockprobe.studies.study import Study
+
+__all__ = ["idle_conditions"]
+
+
+def idle_conditions(study: Study, trials: Mapping[str, Trial]) -> list[str]:
+    """The names of these conditions, for example ``flips/random/nudge``, in the order of the study."""
+    played: dict[str, list[Trial]] = {}
+    for agent in study.agents:
+        for plan in study.plans(agent):
+            if not plan.condition.does_nothing and (trial := trials.get(plan.key)) is not None:
+                played.setdefault(trial.cell, []).append(trial)
+    found = {cell: steps_changed(members) for cell, members in played.items()}
+    return [cell for cell, steps in found.items() if steps and steps.known and not steps.changed]
