@@ -9,6 +9,8 @@ import pytest
 WORKING = '''
 """What a stranger writes."""
 
+import os
+import subprocess
 from dataclasses import dataclass, field, replace
 
 from lockprobe import Agent, BadValue, Decision, Joint, Lockbox, Policy, Snapshot
@@ -72,6 +74,16 @@ def untold(trial, weight: float = 1.0):
 def hasty(trial):
     """Whether it was solved in five steps."""
     return trial.solved and len(trial.steps) <= 5
+
+class Quits(First):
+    """Ends the process when it is made."""
+
+    def __init__(self):
+        raise SystemExit("it quits")
+
+def falls(box, labels, rng):
+    """Ends the process when it is called."""
+    raise SystemExit("it falls")
 
 def breaks(*given, **options):
     """Breaks when it is called."""

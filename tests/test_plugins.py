@@ -7,6 +7,7 @@ import sys
 import pytest
 import strangers
 
+from lockprobe import plugins
 from lockprobe.agents.catalogue import resolve
 from lockprobe.analysis.measures import find_measure
 from lockprobe.cli import main
@@ -14,7 +15,7 @@ from lockprobe.errors import BadFile, BadValue, BrokenPlugin, UnknownName, UserM
 from lockprobe.interventions.catalogue import interventions_of, kinds, spec_of
 from lockprobe.lockbox.families import box, find_box
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.plugins import GROUPS, find_plugin, plugin_name_of, plugin_names
+from lockprobe.plugins import GROUPS, allow, allowed, find_plugin, no_foreign_code, plugin_name_of, plugin_names
 from lockprobe.studies.single import run_trial
 from lockprobe.studies.study_options import read_options_file
 from lockprobe.trial_json import trial_from_json, trial_to_json
@@ -29,10 +30,16 @@ USES = {
 """What is added -> how a spec of it is used."""
 
 
+@pytest.fixture(autouse=True)
+def fresh(monkeypatch):
+    """Nothing has been named yet."""
+    monkeypatch.setattr(plugins, "_permission", plugins._Permission())
+
+
 @pytest.fixture
 def lockprobe(capsys, monkeypatch):
     def run(*arguments):
-        monkeypatch.setattr("sys.argv", ["lockprobe", *arguments])
+        monkeypatch.setattr("sys.argv", ["lockprobe", *map(str, arguments)])
         with pytest.raises(SystemExit) as ended:
             main()
         out, err = capsys.readouterr()
@@ -71,6 +78,7 @@ def test_the_same_stands_behind_python_without_an_entry_point():
 
 @pytest.mark.usefixtures("strange")
 def test_a_condition_is_written_with_the_name_of_its_package():
+    allow("python:strange:Hush?steps=2")
     (hush,) = interventions_of("python:strange:Hush?steps=2")
     assert spec_of(hush) == "hush?steps=2"
     assert plugin_name_of("intervention", type(resolve("first").make())) == "python:strange:First"
@@ -83,26 +91,38 @@ def test_a_condition_is_written_with_the_name_of_its_package():
         ("agent", "first?plaice=1", "no option of first is called 'plaice' (did you mean 'place'?)"),
         ("agent", "first?place=one", "place: got 'one', expected a whole number"),
         ("agent", "frist", "no agent is called 'frist' (did you mean 'first'?)"),
-        ("agent", "python:strange:breaks", "agent 'python:strange:breaks' does not work (ZeroDivisionError: by nothing)"),
+        ("agent", "python:strange:Quits", "agent 'python:strange:Quits' does not work (SystemExit: it quits)"),
+        ("agent", "python:strange:breaks", "expected a class with `facts`"),
+        ("agent", "python:strange:Plain", "expected a class with `facts`"),
+        ("agent", "python:os:system?command=false", "expected a module of your own: os is one of Python"),
+        ("agent", "python:strange:os.system?command=false", "expected a module of your own: posix is one of Python"),
+        ("agent", "python:strange:subprocess.Popen?args=false", "subprocess is one of Python"),
         ("agent", "python:strange:gate", "expected a class with `facts`"),
         ("box", "python:strange:hasty", "box 'python:strange:hasty' does not work (TypeError: "),
+        ("box", "python:os:system?command=false", "os is one of Python"),
+        ("box", "python:strange:breaks", "box 'python:strange:breaks' does not work (ZeroDivisionError: by nothing)"),
         ("box", "python:strange:First", "expected a Lockbox, or a function that returns one"),
         ("box", "python:strange:GATE?size=3", "expected no options: it is a Lockbox"),
         ("box", "gate?size=9", "joints: got 9, expected at most 8"),
         ("box", "python:strange:STUCK", "expected one that can be played (unsolvable: no sequence"),
         ("box", "gat", "no box is called 'gat'"),
-        ("plant", "python:strange:First", "plant 'python:strange:First' does not work (TypeError: "),
-        ("plant", "python:strange:breaks", "plant 'python:strange:breaks' does not work (ZeroDivisionError: by nothing)"),
+        ("plant", "python:strange:First", "expected a class with `facts`, `observe()`"),
+        ("plant", "python:strange:breaks", "expected a class with `facts`, `observe()`"),
+        ("plant", "python:strange:falls", "plant 'python:strange:falls' does not work (SystemExit: it falls)"),
+        ("plant", "python:subprocess:run?args=false", "subprocess is one of Python"),
         ("plant", "plan", "no plant is called 'plan' (did you mean 'plain'?)"),
         ("plant", "plain?box=3", "no option of plain is called 'box'"),
         ("intervention", "hush?steps=few", "steps: got 'few', expected a whole number"),
         ("intervention", "python:strange:First", "expected a frozen dataclass"),
         ("measure", "untold?trial=1", "no option of untold is called 'trial'"),
         ("measure", "python:strange:GATE", "expected a function of a trial"),
+        ("measure", "python:strange:First", "expected a function of a trial"),
+        ("measure", "python:strange:subprocess.Popen?args=false", "subprocess is one of Python"),
         ("measure", "solved?x=1", "expected solved without options"),
     ],
 )  # fmt: skip
 def test_what_is_wrong_is_one_line(kind, spec, said):
+    allow(spec)
     with pytest.raises(UserMistake) as mistake:
         USES[kind](spec)
     assert said in str(mistake.value)
@@ -184,6 +204,51 @@ def test_nothing_of_a_package_is_imported_before_it_is_used(tmp_path, monkeypatc
     assert find_plugin("box", "gate").package == "strange-things 0.3"
     with pytest.raises(UnknownName, match="gate"):
         box("gate")  # what a record names is a box of Lockprobe's own, or none
+
+
+@pytest.mark.usefixtures("strange")
+@pytest.mark.parametrize(
+    ("kind", "spec"),
+    [
+        ("agent", "python:strange:First?place=1"),
+        ("intervention", "python:strange:Hush?steps=2"),
+        ("plant", "python:strange:Plain"),
+    ],
+)
+def test_what_no_person_has_named_is_not_imported(kind, spec):
+    sys.modules.pop("strange", None)
+    for named in ((), (f"{spec}1",) if kind == "agent" else ("python:strange:GATE",)):
+        allow(*named)
+        with pytest.raises(BadValue, match="expected --allow with it in this command: what a file or a directory names"):
+            USES[kind](spec)
+    assert "strange" not in sys.modules
+    allow(f"tremble?p=0.1 + {spec}" if kind == "intervention" else spec)
+    USES[kind](spec)
+    assert spec in allowed()
+
+
+@pytest.mark.usefixtures("strange")
+def test_nothing_of_others_runs_where_none_may():
+    allow("python:strange:First")
+    with no_foreign_code():
+        for kind, spec in {"agent": "python:strange:First", "intervention": "hush", "plant": "plain"}.items():
+            with pytest.raises(BadValue, match="no other code runs here"):
+                USES[kind](spec)
+    assert USES["agent"]("python:strange:First").facts == {"place": 0}
+
+
+@pytest.mark.parametrize("way_out", ["raise SystemExit('it ran')", "raise BaseException('it ran')", "import sys; sys.exit()"])
+def test_a_module_that_ends_the_process_is_one_line(tmp_path, monkeypatch, lockprobe, way_out):
+    strangers.install(tmp_path, monkeypatch, text=way_out)
+    status, _, err = lockprobe("run", "flips", "--agent", "python:strange:First", "--out", tmp_path / "d")
+    assert (status, err.count("\n")) == (2, 1), err
+    assert err.startswith("lockprobe: agent: got 'python:strange:First', expected python:module:Name")
+    for kind, (command, names) in zip(("agent", "plant"), list(strangers.POINTS.items())[::4], strict=True):
+        (name,) = names
+        with pytest.raises(BrokenPlugin, match=r"of strange-things 0\.3 does not work"):
+            USES[kind](name)
+        status, out, _ = lockprobe(command)
+        assert (status, "Cannot be used." in out) == (0, True)
 
 
 @pytest.mark.parametrize("setting", ["agent", "plant", "box"])

@@ -140,7 +140,7 @@ class BrokenPlugin(UserMistake):
     ``package`` is the distribution with its version; empty where it is not known.
     """
 
-    def __init__(self, kind: str, name: str, package: str, error: Exception) -> None:
+    def __init__(self, kind: str, name: str, package: str, error: BaseException) -> None:
         owner = f" of {package}" if package else ""
         super().__init__(f"{kind} {name!r}{owner} does not work ({type(error).__name__}: {error})")
 

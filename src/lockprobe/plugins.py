@@ -2,8 +2,11 @@
 
 A package adds an agent, a plant, a box, an intervention or a measure by an entry point in the group of that kind
 (:data:`GROUPS`); the entry point's name is the spec's. ``python:module:Name?option=value`` names a class or a function
-directly, on the command line and in Python, never in a file. Nothing is imported before it is used. An error in it
-becomes one line that names the package.
+directly. Nothing is imported before it is used. An error in it becomes one line that names the package.
+
+What a file or a directory says is data. A ``python:`` spec runs only in a process in which a person has named it, on
+the command line or as an argument in Python (:func:`allow`); where it was read is never enough. What is found is held
+against what its kind needs before it is called.
 """
 
 from __future__ import annotations
@@ -15,10 +18,11 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import lru_cache, reduce
 from pathlib import Path
+from types import BuiltinFunctionType, FunctionType
 from typing import TYPE_CHECKING, Any, Literal
 
 from lockprobe.errors import BadFile, BadValue, BrokenPlugin, LockprobeError, UserMistake
-from lockprobe.spec import arguments_from, spec_kind, split_specs
+from lockprobe.spec import arguments_from, spec_kind, spec_name, split_specs
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoints
@@ -28,8 +32,13 @@ __all__ = [
     "Kind",
     "Listed",
     "Plugin",
+    "allow",
+    "allowed",
     "find_plugin",
+    "has_methods",
+    "is_own_function",
     "listed_plugins",
+    "no_foreign_code",
     "plugin_name_of",
     "plugin_names",
     "refuse_python",
@@ -49,6 +58,48 @@ GROUPS: Mapping[Kind, str] = {
 _DIRECT = "python:"
 
 
+class _Permission:
+    """What code of others may run in this process: nothing of ``python:`` at the start.
+
+    Attributes:
+        specs: The ``python:`` specs that a person has named.
+        closed: Whether nothing may run, also of installed packages.
+    """
+
+    def __init__(self) -> None:
+        self.specs: set[str] = set()
+        self.closed = False
+
+
+_permission = _Permission()
+
+
+def allow(*specs: str) -> None:
+    """Let the ``python:`` specs in these texts run in this process, because a person has named them in this command.
+
+    Call it with what a command line or a caller in Python gives, never with what a file or a directory says. Of agents,
+    plants, boxes and measures the spec counts with its options, of interventions the class. Others are left alone.
+    """
+    for part in (part for spec in specs for part in (spec, *split_specs(spec))):
+        if part.startswith(_DIRECT):
+            _permission.specs |= {part, f"{spec_name(part)}?"}
+
+
+def allowed() -> tuple[str, ...]:
+    """The specs that may run here, for :func:`allow` in a process that works for this one."""
+    return tuple(sorted(_permission.specs))
+
+
+@contextmanager
+def no_foreign_code() -> Iterator[None]:
+    """Let nothing of other packages and of the user run meanwhile; what needs it is refused in one line."""
+    before, _permission.closed = _permission.closed, True
+    try:
+        yield
+    finally:
+        _permission.closed = before
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Plugin:
     """A class, function or object of another package, not imported yet.
@@ -58,43 +109,78 @@ class Plugin:
         name: Its name in a spec: that of the entry point, or ``python:module:Name``.
         value: Where it is, ``module:Name``.
         package: The distribution with its version; empty for ``python:``.
+        spec: The spec that names it, with its options.
     """
 
     kind: Kind
     name: str
     value: str
     package: str = ""
+    spec: str = ""
 
     def load(self) -> Any:
         """Import it.
 
         Raises:
-            BadValue: If ``python:module:Name`` names nothing that can be imported.
+            BadValue: If no person has named it, or ``python:module:Name`` names nothing that can be imported.
             BrokenPlugin: If the package's module breaks, or does not have it.
         """
+        self._check_permission()
         module, _, path = self.value.partition(":")
         if not self.package and (here := str(Path.cwd())) not in sys.path:
             sys.path.insert(0, here)
         try:
-            return reduce(getattr, path.split("."), importlib.import_module(module))
-        except Exception as error:
+            found = reduce(getattr, path.split("."), importlib.import_module(module))
+        except (KeyboardInterrupt, GeneratorExit):
+            raise
+        except BaseException as error:  # also the SystemExit of a module that is a program
             if self.package:
                 raise BrokenPlugin(self.kind, self.name, self.package, error) from error
             expected = f"python:module:Name of an importable class or function ({_words(error)})"
             raise BadValue(self.kind, self.name, expected) from error
+        if not self.package and isinstance(found, type | FunctionType | BuiltinFunctionType):
+            self._refuse_standard(str(found.__module__))
+        return found
 
-    def make(self, options: Mapping[str, str], **given: object) -> Any:
+    def _check_permission(self) -> None:
+        """Refuse what no person has named, and modules of Python's own, some of which act when they are imported."""
+        if _permission.closed:
+            raise BadValue(self.kind, self.name, "one that ships with Lockprobe: no other code runs here")
+        if self.package:
+            return
+        named = f"{self.name}?" if self.kind == "intervention" else self.spec or self.name
+        if named not in _permission.specs:
+            expected = "--allow with it in this command: what a file or a directory names is data, and is not run"
+            raise BadValue(self.kind, self.spec or self.name, expected)
+        self._refuse_standard(self.value)
+
+    def _refuse_standard(self, where: str) -> None:
+        module = where.replace(":", ".").partition(".")[0]
+        if module in sys.stdlib_module_names:
+            raise BadValue(self.kind, self.name, f"a module of your own: {module} is one of Python")
+
+    def make(self, options: Mapping[str, str], *, is_one: Callable[[Any], bool], expected: str, **given: object) -> Any:
         """Call it with options as text, read by the annotation or the default of each argument, and with ``given``.
 
         An object that cannot be called is returned as it is.
 
+        Args:
+            options: Option -> value as text.
+            is_one: Whether what was found, which is not called yet, is of the kind.
+            expected: What it should be, in words.
+            given: Further arguments.
+
         Raises:
             UnknownName: If it has no such option; the message lists those that exist.
-            BadValue: If an option has an invalid value, or as :meth:`load`.
+            BadValue: If it is none of its kind, an option has an invalid value, or as :meth:`load`.
             BrokenPlugin: If it breaks.
         """
         found = self.load()
-        if not callable(found):
+        with self.guarded():
+            fits, called = is_one(found), callable(found)
+        if not fits:
+            raise BadValue(self.kind, self.name, expected)
+        if not called:
             if options:
                 raise BadValue(self.kind, self.name, f"no options: it is a {type(found).__name__}")
             return found
@@ -106,13 +192,13 @@ class Plugin:
         """Run code of the plug-in, and turn its errors into one line.
 
         Raises:
-            BrokenPlugin: If it breaks. Lockprobe's own errors pass unchanged.
+            BrokenPlugin: If it breaks, or wants to end the process. Lockprobe's own errors pass unchanged.
         """
         try:
             yield
-        except LockprobeError:
+        except (LockprobeError, KeyboardInterrupt, GeneratorExit):
             raise
-        except Exception as error:
+        except BaseException as error:
             raise BrokenPlugin(self.kind, self.name, self.package, error) from error
 
 
@@ -138,18 +224,31 @@ def plugin_names(kind: Kind) -> tuple[str, ...]:
     return tuple(sorted({point.name for point in _points(kind)}))
 
 
-def find_plugin(kind: Kind, name: str) -> Plugin | None:
-    """Find ``python:module:Name`` or an entry point by its name, without an import; None if it does not exist.
+def has_methods(found: object, *names: str) -> bool:
+    """Whether something is a class with these methods."""
+    return isinstance(found, type) and all(callable(getattr(found, name, None)) for name in names)
+
+
+def is_own_function(found: object) -> bool:
+    """Whether something is a function that somebody wrote in Python, no class and no function of Python itself."""
+    return callable(found) and not isinstance(found, type | BuiltinFunctionType)
+
+
+def find_plugin(kind: Kind, spec: str) -> Plugin | None:
+    """Find ``python:module:Name`` or an entry point by its spec, without an import; None if it does not exist.
 
     Raises:
         BadValue: If several packages have it.
     """
+    name = spec_name(spec)
     if name.startswith(_DIRECT):
-        return Plugin(kind=kind, name=name, value=name.removeprefix(_DIRECT))
+        return Plugin(kind=kind, name=name, value=name.removeprefix(_DIRECT), spec=spec)
     points = [point for point in _points(kind) if point.name == name]
     if len({point.value for point in points}) > 1:
         raise BadValue(kind, name, f"a name from only one package, not from {' and '.join(map(_package, points))}")
-    return Plugin(kind=kind, name=name, value=points[0].value, package=_package(points[0])) if points else None
+    if not points:
+        return None
+    return Plugin(kind=kind, name=name, value=points[0].value, package=_package(points[0]), spec=spec)
 
 
 def listed_plugins(
@@ -219,5 +318,5 @@ def _package(point: Any) -> str:
     return "another package" if point.dist is None else f"{point.dist.name} {point.dist.version}"
 
 
-def _words(error: Exception) -> str:
+def _words(error: BaseException) -> str:
     return str(error) if isinstance(error, ImportError | AttributeError) else f"{type(error).__name__}: {error}"

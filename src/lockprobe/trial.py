@@ -6,6 +6,7 @@ into what is *done*; the plant acts; channels decide what is *told*.
 
 from __future__ import annotations
 
+import asyncio
 import math
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -76,12 +77,10 @@ def _boundary(fault: type[TrialFault]) -> Iterator[None]:
     """Attribute any error inside to one boundary. Lockprobe's own errors pass unchanged."""
     try:
         yield
-    except LockprobeError:
+    except (LockprobeError, KeyboardInterrupt, GeneratorExit, asyncio.CancelledError):
         raise
-    except Exception as error:
+    except BaseException as error:  # an agent's sys.exit() ends its trial, not the study
         raise fault(f"{type(error).__name__}: {error}") from error
-    except SystemExit as error:  # an agent's sys.exit() ends its trial, not the study
-        raise fault(f"SystemExit: {error}") from error
 
 
 async def play(
@@ -127,15 +126,23 @@ async def play(
                 break
     except TrialFault as fault:
         ending, error = "error", _error(fault, len(loop.steps) + 1)
+    facts, made = dict[str, Fact](), dict[str, Fact]()
+    try:
+        with _boundary(ModelFault):
+            facts = _facts(agent.facts)
+        with _boundary(PlantFault):
+            made = _facts({"plant": plan.plant, **plant.facts}) if plant.facts else {}
+    except TrialFault as fault:
+        ending, error = "error", error or _error(fault, len(loop.steps) + 1)
     return replace(
         _blank(plan, names, ending),
-        facts=_facts(agent.facts),
+        facts=facts,
         channels=tuple(_facts_of(one) for one in interventions if isinstance(one, Channel)),
         interventions=tuple(_facts_of(one, "intervention") for one in interventions if not isinstance(one, Channel)),
         opening=loop.opening,
         steps=tuple(loop.steps),
         error=error,
-        plant=_facts({"plant": plan.plant, **plant.facts}) if plant.facts else {},
+        plant=made,
         opening_pictures=loop.opening_pictures,
         changed=loop.changes.by_intervention,
         changed_steps=loop.changes.steps,

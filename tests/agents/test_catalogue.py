@@ -9,6 +9,7 @@ import pytest
 from lockprobe.agents.catalogue import description, known_specs, resolve
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.learner.network_file import SHIPPED, shipped
+from lockprobe.plugins import allow
 
 
 @pytest.mark.parametrize("spec", ["random", "random-no-repeat", "round-robin", "human-inspired:target-first"])
@@ -104,6 +105,7 @@ def test_your_own_class(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(tmp_path)
     from lockprobe import run_trial
 
+    allow("python:mine:NoAgent", "python:mine:Nobody")
     trial = run_trial(agent="python:mine:First")
     assert len(set(trial.actions)) == 1
     with pytest.raises(BadValue, match="^agent: got 'python:mine:NoAgent', expected a class with"):
@@ -117,7 +119,10 @@ def test_to_say_what_your_own_class_can_take_in_runs_none_of_its_code(tmp_path, 
     (tmp_path / "trap.py").write_text("raise SystemExit('it ran')")
     monkeypatch.syspath_prepend(tmp_path)
     assert resolve("python:trap:Agent").senses == "pictures"
-    with pytest.raises(SystemExit, match="it ran"):
+    with pytest.raises(BadValue, match="expected --allow with it in this command"):
+        resolve("python:trap:Agent").make()
+    allow("python:trap:Agent")
+    with pytest.raises(BadValue, match="it ran"):
         resolve("python:trap:Agent").make()
 
 

@@ -11,6 +11,7 @@ import pytest
 
 from lockprobe.errors import UserMistake
 from lockprobe.interventions.catalogue import interventions_of, place_of, shipped, spec_of
+from lockprobe.plugins import allow
 from lockprobe.spec import spec_name
 from lockprobe.studies.single import run_trial
 from lockprobe.testing import check_intervention
@@ -65,12 +66,15 @@ def test_a_condition_is_read_in_order_and_written_again():
         ("nudge?after=1", "expected a number of copies from 2"),
         ("burst?p=0.9&length=2", "at most 0.666667 in runs of 2"),
         ("python:nowhere:Nothing", "importable class"),
-        ("python:json:JSONDecoder", "a frozen dataclass"),
+        ("python:json:JSONDecoder", "json is one of Python"),
+        (f"python:{__name__}:Both", "exactly one of perceive, brief, recall, act"),
+        (f"python:{__name__}:pytest.Item", "a frozen dataclass"),
         ("history?last=-1", "a whole number from 0"),
         ("flip?p=0.1 +", "no intervention is called ''"),
     ],
 )
 def test_what_is_none_is_refused_in_one_line(spec, said):
+    allow(spec)
     with pytest.raises(UserMistake, match=said.replace("?", r"\?")) as refused:
         interventions_of(spec)
     assert "\n" not in str(refused.value)
@@ -98,6 +102,7 @@ class Both:
 
 
 def test_a_stranger_s_class_is_named_by_its_module(monkeypatch):
+    allow(f"python:{__name__}:Louder")
     (made,) = interventions_of(f"python:{__name__}:Louder?marks=3")
     assert made == Louder(marks=3)
     assert spec_of(made) == f"python:{__name__}:Louder?marks=3"

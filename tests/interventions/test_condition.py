@@ -110,9 +110,9 @@ def test_a_name_can_stand_in_the_key_of_a_record(name):
 
 
 def test_settings_import_nothing_until_a_trial_is_played():
-    stranger = Condition(interventions=(Recorded(spec="python:os:getcwd?x=1", dose="x"),))
-    assert (stranger.label, stranger.doses) == ("python:os:getcwd?x=1", ("x",))
-    with pytest.raises(BadValue, match="settings import no code"):
+    stranger = Condition(interventions=(Recorded(spec="python:mine:Hush?x=1", dose="x"),))
+    assert (stranger.label, stranger.doses) == ("python:mine:Hush?x=1", ("x",))
+    with pytest.raises(BadValue, match="what a file or a directory names is data, and is not run"):
         stranger.made()
     known = Condition(interventions=(Recorded(spec="tremble?p=0.1", dose="p"),))
     assert known == Condition(interventions=(Tremble(p=0.1),))

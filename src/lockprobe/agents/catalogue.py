@@ -32,7 +32,7 @@ from lockprobe.agents.strategies import RandomAgent, RandomNoRepeat, RoundRobin
 from lockprobe.agents.viewer import Eyesight, Viewer
 from lockprobe.agents.worlds import WORLDS
 from lockprobe.errors import BadValue, UnknownName, UserMistake
-from lockprobe.plugins import Plugin, find_plugin, plugin_names
+from lockprobe.plugins import Plugin, find_plugin, has_methods, plugin_names
 from lockprobe.protocols import Agent
 from lockprobe.spec import MCP, PEOPLE, Spec, spec_kind, with_options
 from lockprobe.terminal_text import printable
@@ -147,7 +147,7 @@ def resolve(spec: str | Spec, access: Access = _ACCESS) -> AgentSource:
         return AgentSource(spec=text, engine="inline", make=lambda: agent)
     if spec.kind in _SOURCES:
         return _SOURCES[spec.kind](spec, access)
-    if (plugin := find_plugin("agent", spec.full_name)) is not None:
+    if (plugin := find_plugin("agent", text)) is not None:
         return _of_another_package(spec, plugin)
     raise UnknownName("agent", text, [*known_specs(), *plugin_names("agent")], near=_meant(spec))
 
@@ -299,15 +299,21 @@ _SOURCES: dict[str, Callable[[Spec, Access], AgentSource]] = {
 """The other kinds of Lockprobe's own agents."""
 
 
+def _is_agent(found: object) -> bool:
+    """Whether it is a class of agents, or an agent."""
+    return has_methods(found, "decide") or (not isinstance(found, type) and isinstance(found, Agent))
+
+
 def _of_another_package(spec: Spec, plugin: Plugin) -> AgentSource:
     """An agent of another package. Nothing of it is imported before it is made or checked."""
+    expected = "a class with `facts` and `async decide(situation, rng)`"
 
     def make() -> Agent:
-        found = plugin.make(spec.options)
+        found = plugin.make(spec.options, is_one=_is_agent, expected=expected)
         with plugin.guarded():
             is_one = isinstance(found, Agent)
         if not is_one:
-            raise BadValue("agent", str(spec), "a class with `facts` and `async decide(situation, rng)`")
+            raise BadValue("agent", str(spec), expected)
         agent: Agent = found
         return agent
 

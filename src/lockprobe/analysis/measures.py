@@ -22,7 +22,7 @@ from lockprobe.analysis.clustered import clustered_proportion, crossed_proportio
 from lockprobe.analysis.outcomes import ended
 from lockprobe.analysis.proportions import LEVEL, proportion
 from lockprobe.errors import BadValue, UnknownName
-from lockprobe.plugins import Plugin, find_plugin, plugin_names
+from lockprobe.plugins import Plugin, allow, find_plugin, is_own_function, plugin_names
 from lockprobe.record import Trial
 from lockprobe.spec import Spec, arguments_from
 
@@ -167,16 +167,21 @@ def find_measure(measure: str | Measure | NamedMeasure) -> NamedMeasure:
         if options:
             raise BadValue("measure", measure, f"{name} without options")
         return NamedMeasure(name=name, what=_first_line(MEASURES[name]), of=MEASURES[name])
-    if (plugin := find_plugin("measure", name)) is None:
+    allow(measure)
+    if (plugin := find_plugin("measure", measure)) is None:
         raise UnknownName("measure", name, [*MEASURES, *plugin_names("measure")])
-    found = plugin.load()
+    found, expected = plugin.load(), "a function of a trial"
     if isinstance(found, type):
-        made = plugin.make(options)
-    else:
+        made = plugin.make(options, is_one=_is_class_of_measures, expected=expected)
+    elif is_own_function(found):
         made = found if not options else partial(found, **_bound(plugin, found, options))
-    if not callable(made):
-        raise BadValue("measure", measure, "a function of a trial")
+    else:
+        raise BadValue("measure", measure, expected)
     return NamedMeasure(name=measure, what=_first_line(found), of=made, plugin=plugin)
+
+
+def _is_class_of_measures(found: object) -> bool:
+    return isinstance(found, type) and any("__call__" in vars(kind) for kind in found.__mro__)
 
 
 def _bound(plugin: Plugin, found: Callable[..., object], options: Mapping[str, str]) -> dict[str, object]:

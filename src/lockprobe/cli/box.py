@@ -27,6 +27,7 @@ from lockprobe.lockbox.state_space import space_of
 from lockprobe.lockbox.structures import FAMILIES
 from lockprobe.plugins import listed_plugins
 from lockprobe.storage.atomic_file import write_file
+from lockprobe.storage.links import refuse_links
 
 __all__ = ["app", "generate", "list_boxes", "show", "solve"]
 
@@ -193,6 +194,7 @@ def _write(box: Lockbox, directory: Path) -> Path:
     """Write the box to a file named after it; refuse to replace a file with other content."""
     from lockprobe.lockbox.boxfile import toml_of
 
+    refuse_links(directory)
     directory.mkdir(parents=True, exist_ok=True)
     path, text = directory / f"{box.name}.toml", toml_of(box)
     if path.exists() and read_input(path) != text.encode():

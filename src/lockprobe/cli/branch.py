@@ -63,6 +63,7 @@ def branch(
     act: Annotated[str, typer.Option(help=_ACT)] = "",
     then: Annotated[Literal["parent", "truth"], typer.Option(help=_THEN)] = "parent",
     times: Annotated[int, typer.Option(min=1, help="Continuations of each arm.")] = 1,
+    allow: options.Allow = None,
     workers: options.Workers = None,
     connections: options.Connections = 10,
     timeout: options.Timeout = 120.0,
@@ -78,6 +79,7 @@ def branch(
     at p = 0 the effect is that of the first lie among true reports. Exit status 3: the budget ended the run; 1: every
     fork broke.
     """
+    options.permit(allow)
     study = read_study(directory)
     asked = branching(
         study,

@@ -12,10 +12,13 @@ import typer
 
 from lockprobe.errors import BadValue
 from lockprobe.interventions.flip import FlipKind
+from lockprobe.plugins import allow
+from lockprobe.spec import spec_kind
 from lockprobe.studies.study_options import StudyOptions, parse_p
 
 __all__ = [
     "Again",
+    "Allow",
     "AsJson",
     "Batch",
     "Budget",
@@ -30,6 +33,7 @@ __all__ = [
     "Timeout",
     "Workers",
     "WriteReport",
+    "permit",
     "with_study_options",
 ]
 
@@ -43,6 +47,7 @@ _RETRIES = "How often a request without an answer is made again."
 _SHARD = "Play only part i of n of the trials, for example 3/16; `lockprobe import` joins the directories (all)."
 _CLUSTER = "A Ray cluster on whose processors agents and plants that ship are played; see docs/cluster.md (none)."
 _CAMERA = "For --plant manual: pictures tell the truth; a folder in which you save them, or webcam (a person tells it)."
+_ALLOW = "Code of yours that the directory names, as python:MODULE:NAME; it runs only if named; may be repeated (none)."
 _WORKERS = "Processes for local models and simulated plants (one per core)."
 
 
@@ -68,6 +73,19 @@ WriteReport = Annotated[bool, typer.Option("--report/--no-report", help=_REPORT)
 EstimateOnly = Annotated[bool, typer.Option("--estimate", help=_ESTIMATE)]
 Again = Annotated[str | None, typer.Option(metavar="reply", help=_AGAIN)]
 AsJson = Annotated[bool, typer.Option("--json", help="One JSON object a line.")]
+Allow = Annotated[list[str] | None, typer.Option("--allow", metavar="SPEC", help=_ALLOW)]
+
+
+def permit(specs: Iterable[str] | None) -> None:
+    """Let code of ``--allow`` run.
+
+    Raises:
+        BadValue: If it names none.
+    """
+    for spec in specs or ():
+        if spec_kind(spec) != "python":
+            raise BadValue("allow", spec, "python:MODULE:NAME")
+        allow(spec)
 
 
 def with_study_options(*, without: Iterable[str] = ()) -> Callable[[Callable[..., None]], Callable[..., None]]:

@@ -32,6 +32,7 @@ from lockprobe.lockbox.solve import optimum, random_curve
 from lockprobe.plan import Names, Plan
 from lockprobe.record import Decision, Fact, Outcome, Percept, Situation, Task, Trial
 from lockprobe.storage.jsonl import LineFile
+from lockprobe.storage.links import refuse_links
 from lockprobe.studies.play import play_timed
 from lockprobe.studies.single import run_trial
 from lockprobe.studies.studyfile import trial_study
@@ -123,6 +124,7 @@ def _check_record(path: Path) -> None:
     """Refuse a file that cannot be appended to, before the trial; create no file."""
     if not path.absolute().parent.is_dir():
         raise BadFile(path, "its directory does not exist")
+    refuse_links(path)
     check_regular(path)
     there = path.exists()
     try:

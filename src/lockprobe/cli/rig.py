@@ -85,7 +85,9 @@ def dry_run(
     from lockprobe.plants.catalogue import resolve_plant
     from lockprobe.plants.hardware.driver_call import call_driver
     from lockprobe.plants.hardware.rig import Rig
+    from lockprobe.plugins import allow
 
+    allow(plant)
     asked, source = find(box), resolve_plant(plant)
     with _fault_in_one_line():
         rig = call_driver("the rig", lambda: source.make(asked, asked.names, np.random.default_rng(0)))

@@ -37,6 +37,7 @@ def run(
     batch: options.Batch = False,
     budget: options.Budget = None,
     again: options.Again = None,
+    allow: options.Allow = None,
     estimate: options.EstimateOnly = False,
     report: options.WriteReport = True,
     json: options.AsJson = False,
@@ -55,6 +56,7 @@ def run(
     Another --agent with --out and settings of a study is added to it, with the same luck. Exit status 3: a budget ended
     it; 1: every trial broke, or a condition has no valid trial.
     """
+    options.permit(allow)
     if estimate and again is not None:
         raise BadValue("again", again, "no --estimate with it: that plays nothing and writes nothing")
     _check_names(what, asked)

@@ -89,6 +89,7 @@ def serve(
     require_id: RequireId = None,
     join_code: JoinCode = None,
     out: options.Out = None,
+    allow: options.Allow = None,
     host: Host = "127.0.0.1",
     port: Port = 8765,
     public_url: Public = "",
@@ -105,6 +106,7 @@ def serve(
     if write_texts or write_people:
         _write(write_texts, write_people, texts)
         return
+    options.permit(allow)
     if not host:
         raise BadValue("host", host, "a name or IP address of this machine")
     name = _named(what)

@@ -27,6 +27,7 @@ from lockprobe.errors import PlantFault, TrialFault, UserMistake
 from lockprobe.lockbox.box import Configuration, Lockbox
 from lockprobe.pictures.frame import Frame
 from lockprobe.plants.catalogue import resolve_plant
+from lockprobe.plugins import allow
 from lockprobe.protocols import Plant
 from lockprobe.record import Fact, Snapshot
 
@@ -201,6 +202,7 @@ class _Served:
     def make(
         self, number: int, spec: str, box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator
     ) -> dict[str, Fact]:
+        allow(spec)  # whose process has checked it
         self._plants[number] = resolve_plant(spec).make(box, labels, rng)
         return self.facts(number)
 

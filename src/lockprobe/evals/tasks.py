@@ -20,7 +20,7 @@ from lockprobe.interventions.words import TextChannel
 from lockprobe.plan import Names, Plan
 from lockprobe.studies.modality import shown
 from lockprobe.studies.study import Study
-from lockprobe.studies.study_options import StudyOptions, parse_p, study_options
+from lockprobe.studies.study_options import StudyOptions, parse_p
 from lockprobe.studies.studyfile import study
 
 with needing("Inspect tasks", "providers"):
@@ -107,7 +107,7 @@ def _planned(name: str, asked: Mapping[str, Any]) -> Study:
         given["p"] = parse_p(p) if isinstance(p, str) else [p]
     if isinstance(swept := given.get("sweep"), list):
         given["sweep"] = ",".join(map(str, swept))  # Inspect takes what has commas for a list
-    return study(study_options(given))
+    return study(**given)
 
 
 def _refuse_yes_or_no(asked: Mapping[str, object]) -> None:

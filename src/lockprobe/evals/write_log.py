@@ -19,6 +19,7 @@ from lockprobe.evals.scoring import SCORER, metrics_header, score_of, step_as_ma
 from lockprobe.model_call import Usage
 from lockprobe.record import Trial
 from lockprobe.storage.atomic_file import atomic_files
+from lockprobe.storage.links import refuse_links
 from lockprobe.studies.study import Study
 
 with needing("Inspect logs", "providers"):
@@ -75,6 +76,7 @@ def write_logs(
             out / f"{study.name}_{name}.eval": [trial for trial in trials if trial.group == agent]
             for agent, name in zip(agents, _file_names(agents), strict=True)
         }
+    refuse_links(next(iter(groups)))
     try:
         next(iter(groups)).parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:

@@ -1,8 +1,8 @@
 """The interventions by spec: ``flip?p=0.4``; plus signs join several, in the order in which they act.
 
 What ships is every class of this package with a ``name``. An installed package adds to it by an entry point in the
-group ``lockprobe.interventions``, whose name is the spec's; ``python:module:Name?lag=1`` names a class directly, from
-code or from the command line, never from a file.
+group ``lockprobe.interventions``, whose name is the spec's; ``python:module:Name?lag=1`` names a class directly, in
+Python or on the command line.
 """
 
 from __future__ import annotations
@@ -110,7 +110,7 @@ def _made(spec: Spec) -> Intervention:
     if name in shipped():
         own: Intervention = with_options(shipped()[name], name, options)
         return own
-    if (plugin := find_plugin("intervention", name)) is None:
+    if (plugin := find_plugin("intervention", str(spec))) is None:
         raise UnknownName("intervention", name, [*shipped(), *plugin_names("intervention")])
     kind = _checked(name, plugin.load())
     with plugin.guarded():

@@ -14,7 +14,7 @@ from lockprobe.interventions.catalogue import TRUTH, interventions_of, spec_of
 from lockprobe.interventions.flip import FlipKind, OutcomeFlip
 from lockprobe.protocols import Intervention
 from lockprobe.record import STATES
-from lockprobe.spec import Spec, spec_kind, spec_name, split_specs
+from lockprobe.spec import Spec, spec_name, split_specs
 
 __all__ = [
     "MODALITIES",
@@ -120,7 +120,7 @@ class Condition:
         """The interventions; those named in settings are constructed.
 
         Raises:
-            UserMistake: If there is no such intervention here, or settings name a class to import.
+            UserMistake: If there is no such intervention here, or settings name a class that no person has named.
         """
         return tuple(_made(one) for one in self.interventions)
 
@@ -139,8 +139,6 @@ def _flip_alone(specs: Sequence[str]) -> OutcomeFlip | None:
 def _made(one: Intervention | Recorded) -> Intervention:
     if not isinstance(one, Recorded):
         return one
-    if spec_kind(one.spec) == "python":
-        raise BadValue("intervention", one.spec, "an intervention named on the command line: settings import no code")
     (made,) = interventions_of(one.spec)
     return made
 

@@ -16,7 +16,7 @@ from lockprobe.errors import BadValue, UnknownName
 from lockprobe.lockbox.box import MAX_JOINTS, Lockbox
 from lockprobe.lockbox.generate import random_box
 from lockprobe.lockbox.structures import STRUCTURES
-from lockprobe.plugins import Plugin, find_plugin, plugin_names
+from lockprobe.plugins import Plugin, allow, find_plugin, is_own_function, plugin_names
 from lockprobe.spec import Spec, spec_kind, spec_name
 
 __all__ = ["DEFAULT_BOX", "box", "find_box", "named_boxes", "sized"]
@@ -73,18 +73,24 @@ def find_box(asked: str | Path | Lockbox = DEFAULT_BOX) -> Lockbox:
         from lockprobe.lockbox.boxfile import read_box  # pydantic: not for a box by name
 
         return read_box(Path(asked))
+    allow(asked)  # who asks names it: the box of a study on disk is data
     name = spec_name(asked)
-    if name in STRUCTURES or name.startswith("random-") or (plugin := find_plugin("box", name)) is None:
+    if name in STRUCTURES or name.startswith("random-") or (plugin := find_plugin("box", asked)) is None:
         return box(asked)
     return _of_another_package(asked, plugin)
+
+
+def _is_box(found: object) -> bool:
+    return isinstance(found, Lockbox) or is_own_function(found)
 
 
 def _of_another_package(asked: str, plugin: Plugin) -> Lockbox:
     from lockprobe.lockbox.check import fault_of
 
-    found = plugin.make(Spec.parse(asked, "box").options)
+    expected = "a Lockbox, or a function that returns one"
+    found = plugin.make(Spec.parse(asked, "box").options, is_one=_is_box, expected=expected)
     if not isinstance(found, Lockbox):
-        raise BadValue("box", asked, "a Lockbox, or a function that returns one")
+        raise BadValue("box", asked, expected)
     if fault := fault_of(found):
         raise BadValue("box", asked, f"one that can be played ({fault.reason})")
     return found

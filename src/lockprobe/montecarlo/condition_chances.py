@@ -19,6 +19,7 @@ from lockprobe.interventions.force import Force
 from lockprobe.interventions.reword import Reword
 from lockprobe.interventions.tremble import Tremble
 from lockprobe.interventions.words import TextChannel
+from lockprobe.plugins import allow
 from lockprobe.protocols import Intervention
 from lockprobe.studies.modality import shown
 from lockprobe.validation import check_choice, check_number
@@ -114,6 +115,8 @@ def condition_chances(
     check_number("flip rate p", p)
     if not isinstance(condition, str | Sequence):
         raise BadValue("condition", condition, "a spec, or a list of interventions")
+    if isinstance(condition, str):
+        allow(condition)
     ones = interventions_of(condition) if isinstance(condition, str) else tuple(condition)
     flips = [one for one in ones if isinstance(one, OutcomeFlip)]
     twice = any(sum(one.falls_on(step) for one in flips) > 1 for step in range(1, budget + 1))

@@ -26,6 +26,7 @@ from lockprobe.errors import BadValue
 from lockprobe.interventions.flip import FlipKind, OutcomeFlip
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.families import find_box
+from lockprobe.plugins import allow
 from lockprobe.validation import check_number, check_whole
 
 __all__ = ["BoxWorld", "PlainTrial", "heeds_order", "listed", "play_plainly", "policy_of", "reported", "world_of"]
@@ -157,6 +158,8 @@ def policy_of(agent: str | Policy[Any]) -> Policy[Any]:
     Raises:
         UserMistake: If there is no such agent, or its memory is not one value.
     """
+    if isinstance(agent, str):
+        allow(agent)
     found = resolve(agent).make() if isinstance(agent, str) else agent
     if not isinstance(found, Policy):
         raise BadValue("agent", agent, "one whose whole memory is one value: a strategy or a cognitive model")

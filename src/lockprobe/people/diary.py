@@ -24,6 +24,7 @@ from lockprobe.plan import Plan
 from lockprobe.record import Ending
 from lockprobe.storage.atomic_file import sync_directory, write_private
 from lockprobe.storage.jsonl import LineFile, state_of, whole_lines, with_checksum, without_checksum
+from lockprobe.storage.links import make_directory
 from lockprobe.studies.directory import PEOPLE_DIRECTORY
 from lockprobe.studies.study import Study
 
@@ -164,7 +165,7 @@ class DiaryFile:
             raise BadFile(self.path, "does not exist")
         try:
             if new:
-                self.path.parent.mkdir(mode=0o700, exist_ok=True)
+                make_directory(self.path.parent, mode=0o700)
             with closing(LineFile(self.path, left=self._left, rescue=False)) as file:
                 file.check()
                 file.cut_torn_tail()

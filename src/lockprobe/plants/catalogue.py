@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from functools import partial
+from inspect import signature
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +23,7 @@ from lockprobe.lockbox.box import Lockbox
 from lockprobe.plants.simulation import FilmHook, require_mujoco
 from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.plants.twin_settings import CameraSettings, SceneSettings, TwinSettings, UserModelSettings
-from lockprobe.plugins import Plugin, find_plugin, plugin_names
+from lockprobe.plugins import Plugin, find_plugin, has_methods, is_own_function, plugin_names
 from lockprobe.protocols import Plant
 from lockprobe.spec import Spec, arguments_from, with_options
 
@@ -51,6 +52,7 @@ class PlantSource:
         painted_labels: Whether its pictures show labels that are painted on a real box, the same in every trial.
         is_attended: Whether somebody answers its questions at the terminal, so that trials run in this process one at a
             time. A plant of another package declares this by an attribute ``attended = True``.
+        ships: Whether it is one of Lockprobe's own.
     """
 
     spec: str
@@ -61,6 +63,7 @@ class PlantSource:
     photographs: bool = False
     painted_labels: bool = False
     is_attended: Callable[[], bool] = lambda: False
+    ships: bool = True
 
     @property
     def has_camera(self) -> bool:
@@ -114,7 +117,7 @@ def resolve_plant(spec: str | Spec) -> PlantSource:
         return _by_hand(spec)
     if spec.full_name == "rig":
         return _rehearsed(spec)
-    if (plugin := find_plugin("plant", spec.full_name)) is not None:
+    if (plugin := find_plugin("plant", str(spec))) is not None:
         return _of_another_package(spec, plugin)
     raise UnknownName("plant", spec.full_name, [*PLANTS, *plugin_names("plant")])
 
@@ -196,12 +199,24 @@ def _by_hand(spec: Spec) -> PlantSource:
     )
 
 
+_EXPECTED = "a class with `facts`, `observe()`, `attempt(joint)` and `close()`, or a function of box, labels and rng"
+
+
+def _makes_plants(found: Callable[..., object], given: Mapping[str, object]) -> bool:
+    """Whether it is a class of plants, or a function of what a plant is made from; it is not called yet."""
+    if not is_own_function(found):
+        return has_methods(found, "observe", "attempt", "close")
+    return given.keys() <= signature(found).parameters.keys()
+
+
 def _of_another_package(spec: Spec, plugin: Plugin) -> PlantSource:
     """A plant from another package, which is imported when the plant is made or checked."""
 
     def make(box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator) -> Plant:
         # not guarded: an error here breaks one trial, not the study
         kind, given = plugin.load(), {"box": box, "labels": labels, "rng": rng}
+        if not _makes_plants(kind, given):
+            raise BadValue("plant", str(spec), _EXPECTED)
         made: Plant = kind(**given, **arguments_from(kind, plugin.name, spec.options, given))
         return made
 
@@ -212,10 +227,14 @@ def _of_another_package(spec: Spec, plugin: Plugin) -> PlantSource:
             if is_one:
                 plant.close()
         if not is_one:
-            raise BadValue("plant", str(spec), "a class with `facts`, `observe()`, `attempt(joint)` and `close()`")
+            raise BadValue("plant", str(spec), _EXPECTED)
 
     return PlantSource(
-        spec=str(spec), make=make, check=check, is_attended=lambda: getattr(plugin.load(), "attended", False) is True
+        spec=str(spec),
+        make=make,
+        check=check,
+        is_attended=lambda: getattr(plugin.load(), "attended", False) is True,
+        ships=False,
     )
 
 

@@ -2,13 +2,14 @@
 
 What a record says of the box and of the reports has to follow from its actions, from the rules of the box and from the
 random streams of its seed. So every trial is played again with the recorded choices. Strategies that ship are asked
-again too. No code of a user or of another package runs, and no model is asked.
+again too. No code of a user or of another package runs, no model is asked, and no robot or person moves a joint: trials
+that need one of these are counted and not played again.
 """
 
 from __future__ import annotations
 
 import asyncio
-import json
+import os
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
@@ -19,8 +20,11 @@ import numpy as np
 
 from lockprobe.agents.catalogue import recomputes, resolve
 from lockprobe.errors import LockprobeError, ModelFault, UserMistake
+from lockprobe.inputs import parse_json, read_input
 from lockprobe.people.step_times import times_of_steps
 from lockprobe.plan import Plan
+from lockprobe.plants.catalogue import resolve_plant
+from lockprobe.plugins import no_foreign_code
 from lockprobe.protocols import Agent
 from lockprobe.record import Decision, Fact, Situation, Step, Trial
 from lockprobe.report.opened import OpenedStudy, open_study
@@ -29,6 +33,7 @@ from lockprobe.storage.jsonl import has_checksum, whole_lines
 from lockprobe.studies.branch import FORKS
 from lockprobe.studies.call_log import read_calls
 from lockprobe.studies.directory import RECORDS
+from lockprobe.studies.modality import interventions_for
 from lockprobe.studies.play import play_timed
 from lockprobe.studies.yoking import bound
 from lockprobe.trial_json import trial_to_json
@@ -65,7 +70,11 @@ def verify(directory: Path | str, *, tell: Callable[[int, int], None] = lambda d
     Returns:
         The checks in order. After settings or records that cannot be read there are no others.
     """
-    directory = Path(directory)
+    with no_foreign_code():
+        return _checks(Path(directory), tell)
+
+
+def _checks(directory: Path, tell: Callable[[int, int], None]) -> tuple[Check, ...]:
     try:
         lines = sum(1 for _ in whole_lines(directory / RECORDS))
         opened = open_study(directory)
@@ -113,10 +122,14 @@ def _complete(opened: OpenedStudy) -> Check:
 
 def _replayed(opened: OpenedStudy, tell: Callable[[int, int], None]) -> Iterator[Check]:
     """Whether truth and reports follow from the choices, and choices from the agents that ship."""
-    wrong, other, asked = list[str](), list[str](), 0
+    wrong, other, asked, left = list[str](), list[str](), 0, 0
     by_key = {trial.key: trial for trial in opened.trials}
     for done, trial in enumerate(opened.trials, 1):
         plan, again = _plan(opened, trial, by_key), None
+        if not _can_be_played(plan):
+            left += 1
+            tell(done, len(opened.trials))
+            continue
         if recomputes(trial.agent):
             asked += 1
             again = replace(asyncio.run(_played(plan, resolve(plan.agent).make())), replays=trial.replays)
@@ -125,11 +138,13 @@ def _replayed(opened: OpenedStudy, tell: Callable[[int, int], None]) -> Iterator
             why = _differs(trial, asyncio.run(_played(plan, _Recorded(trial))))
             wrong += [f"{trial.key}: {why}"] if why else []
         tell(done, len(opened.trials))
-    said = f"{len(wrong)} trials do not follow" if wrong else f"all {len(opened.trials)} trials follow"
+    played = len(opened.trials) - left
+    said = f"{len(wrong)} trials do not follow" if wrong else f"all {played} trials follow"
+    unplayed = f"; {left} more need a plant or an intervention that does not ship, and are not played" if left else ""
     yield Check(
         name="luck",
         holds=not wrong,
-        said=f"{said} from their choices, the box and the seed",
+        said=f"{said} from their choices, the box and the seed{unplayed}",
         failed=tuple(wrong),
     )
     rest = len(opened.trials) - asked
@@ -147,6 +162,16 @@ def _plan(opened: OpenedStudy, trial: Trial, trials: Mapping[str, Trial]) -> Pla
     assert condition is not None  # only trials that the settings ask for are opened
     plan = opened.study.plan(trial.agent, condition, trial.repetition, trial.trial)
     return bound(plan, opened.study, trials) or plan
+
+
+def _can_be_played(plan: Plan) -> bool:
+    """Whether plant and interventions ship with Lockprobe, and nobody has to move the joints."""
+    plant = resolve_plant(plan.plant)
+    try:
+        interventions_for(plan.condition)
+    except UserMistake:
+        return False
+    return plant.ships and not plant.is_attended()
 
 
 class _Recorded:
@@ -190,13 +215,10 @@ def _results(directory: Path) -> Check:
 
 def check_file(name: str, path: Path, compute: Callable[[], Mapping[str, Any]]) -> Check:
     """Whether a file of results, if there is one, holds what is computed from the records."""
-    try:
-        written = json.loads(path.read_text("utf-8"))
-    except FileNotFoundError:
+    if not os.path.lexists(path):
         return Check(name=name, holds=True, said=f"there is no {path.name} to compare")
-    except ValueError as error:
-        return Check(name=name, holds=False, said=f"{path.name} is damaged ({error})")
     try:
+        written = parse_json(read_input(path), path)
         found = compute()
     except UserMistake as error:
         return Check(name=name, holds=False, said=str(error))

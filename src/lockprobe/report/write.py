@@ -7,7 +7,8 @@ from pathlib import Path
 
 from lockprobe.parallel import Pool
 from lockprobe.report.parallel import one_thread, shared, uncollected
-from lockprobe.storage.atomic_file import write_file
+from lockprobe.storage.atomic_file import remove_file, write_file
+from lockprobe.storage.links import make_directory
 
 __all__ = ["write_report"]
 
@@ -47,8 +48,8 @@ def write_report(
             for name, content in report_files(directory, tell=tell, each=each):
                 path = directory / name
                 if content is None:
-                    path.unlink(missing_ok=True)
+                    remove_file(path)
                 else:
-                    path.parent.mkdir(exist_ok=True)
+                    make_directory(path.parent)
                     write_file(path, content)
     return directory / "report.html"

@@ -9,8 +9,9 @@ the next writer of the file deletes it.
 
 A directory is written the same way where there was none, or an empty one.
 
-Only regular files are replaced. A link is followed: the file that it leads to is replaced, and the link stays. Devices,
-pipes, sockets and directories are refused, because a rename would put a file where they were.
+Only regular files are replaced. A link is followed, except inside the directory of a study (:mod:`~.links`): the file
+that it leads to is replaced, and the link stays. Devices, pipes, sockets and directories are refused, because a rename
+would put a file where they were.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from pathlib import Path
 
 from lockprobe.errors import BadFile
 from lockprobe.inputs import irregular
+from lockprobe.storage.links import refuse_links
 
 __all__ = [
     "NewDirectory",
@@ -135,6 +137,7 @@ def write_private(path: Path, content: str | bytes, *, mode: int = 0o666) -> Non
     Raises:
         BadFile: If it is no regular file, or cannot be written.
     """
+    refuse_links(path)
     with _writing(path):
         path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
     write_file(path, content, alone=True, mode=mode)
@@ -144,8 +147,10 @@ def remove_file(path: Path) -> None:
     """Delete a file that one process writes alone, if it is there, and the draft of it that a killed process left.
 
     Raises:
+        BadFile: If a link inside the directory of a study leads to it; a link itself is deleted.
         OSError: If that is not possible.
     """
+    refuse_links(path.parent)
     _own_draft(path).unlink(missing_ok=True)
     path.unlink(missing_ok=True)
 
@@ -175,6 +180,7 @@ class NewDirectory:
         self._path = path
         self._target = Path(os.path.realpath(path))
         self.draft = self._target.parent / f".{secrets.token_hex(6)}.draft"
+        refuse_links(path)
         with _writing(path):
             self.draft.mkdir(parents=True)
 
@@ -228,6 +234,7 @@ def _sync(path: Path) -> None:
 
 def _target(path: Path) -> Path:
     """The regular file that a path names, or where a new one belongs."""
+    refuse_links(path)
     with _writing(path, (OSError, ValueError)):
         kind = irregular(path)
         found = Path(os.path.realpath(path))

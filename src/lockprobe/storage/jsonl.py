@@ -22,6 +22,7 @@ from typing import IO
 
 from lockprobe.errors import BadFile, BadValue
 from lockprobe.inputs import check_regular, read_lines
+from lockprobe.storage.links import refuse_links
 
 __all__ = [
     "LineFile",
@@ -66,6 +67,7 @@ def whole_lines(path: Path) -> Iterator[tuple[int, bytes]]:
 
 def state_of(path: Path) -> State | None:
     """A file as it is now; None where there is none."""
+    check_regular(path)
     with suppress(OSError), path.open("rb", buffering=0) as file:
         return _state(file.fileno())
     return None
@@ -86,16 +88,23 @@ class LineFile:
         used: Whether a line was to be appended since it was opened.
 
     Raises:
-        BadFile: If it cannot be opened.
+        BadFile: If it cannot be opened, a link inside the directory of a study leads to it, or it has a second name (a
+            hard link), since what is appended would change that file too.
     """
 
     def __init__(self, path: Path, *, left: State | None = None, rescue: bool = True) -> None:
         self.path, self.used = path, False
+        refuse_links(path)
         check_regular(path)
         try:
             self._file: IO[bytes] = path.open("a+b", buffering=0)  # what did not reach the disk is not tried again
         except OSError as error:
             raise BadFile(path, f"cannot be written ({error.strerror})") from error
+        if os.fstat(self.fileno()).st_nlink > 1:
+            self._file.close()
+            raise BadFile(
+                path, "has a second name elsewhere (a hard link), which would be written too: put a copy here"
+            )
         self._left = left or _state(self.fileno())
         self._rescue = _Rescue(self) if rescue else None
 

@@ -42,7 +42,7 @@ def can_travel(study: Study, source: AgentSource) -> bool:
     changes = [type(change) for one in study.conditions for change in one.made()]
     return (
         source.engine in ("inline", "process")
-        and find_plugin("agent", Spec.parse(source.spec).full_name) is None
+        and find_plugin("agent", source.spec) is None
         and Spec.parse(study.plant, "plant").full_name in _SIMULATED
         and all(change.__module__.startswith("lockprobe.interventions.") for change in changes)
     )

@@ -21,6 +21,7 @@ from lockprobe.inputs import parse_json, read_input
 from lockprobe.interventions.catalogue import TRUTH
 from lockprobe.interventions.condition import default_modality
 from lockprobe.storage.atomic_file import write_file
+from lockprobe.storage.links import refuse_links
 from lockprobe.studies.call_log import ASKED, CALLS
 from lockprobe.studies.study import LATER, Study, joined_agents
 
@@ -64,7 +65,7 @@ class StudyDirectory:
         used: Whether something was played or asked; set it to True, and an error removes nothing.
 
     Raises:
-        BadFile: On entering, if it cannot be made.
+        BadFile: On entering, if it cannot be made, or a link inside it leads elsewhere.
         DirectoryBusy: On entering, if another process writes there.
     """
 
@@ -74,6 +75,9 @@ class StudyDirectory:
         self._new = [one for one in (path, *path.parents) if not one.exists()]
 
     def __enter__(self) -> Self:
+        refuse_links(self._path)
+        for name in (*_MADE, ATTEMPTS, PEOPLE_DIRECTORY):  # it may have no settings yet by which it is known
+            refuse_links(self._path / name, within=self._path)
         try:
             self._path.mkdir(parents=True, exist_ok=True)
             self._handle = os.open(self._path, os.O_RDONLY)

@@ -8,6 +8,7 @@ from lockprobe.errors import BadFile
 from lockprobe.inputs import read_input
 from lockprobe.pictures.picture import Picture
 from lockprobe.storage.atomic_file import write_file
+from lockprobe.storage.links import make_directory
 
 __all__ = ["ALBUM", "Album", "read_picture"]
 
@@ -34,7 +35,7 @@ class Album:
         try:
             if path.is_file() and path.stat().st_size == len(picture.png):
                 return
-            self._directory.mkdir(exist_ok=True)  # a study that was deleted does not come back
+            make_directory(self._directory)  # a study that was deleted does not come back
         except OSError as error:
             raise BadFile(path, f"cannot be written ({error.strerror or error})") from error
         write_file(path, picture.png)

@@ -170,6 +170,15 @@ class StudyOptions(BaseModel):
         return [one if isinstance(one, str) else one.spec for one in self.condition or ()]
 
     @property
+    def specs(self) -> dict[str, list[str]]:
+        """The specs that can name code, by option."""
+        named = {"agent": self.agent, "condition": self.acting, "sweep": self.sweep, "plant": [self.plant]}
+        return {
+            what: [spec for spec in specs or () if isinstance(spec, str)]
+            for what, specs in {**named, "box": [self.box]}.items()
+        }
+
+    @property
     def conditions_named(self) -> list[NamedCondition]:
         """Its conditions, those without a name too."""
         return [NamedCondition(spec=one) if isinstance(one, str) else one for one in self.condition or ()]
@@ -215,9 +224,8 @@ def read_options_file(path: Path) -> StudyOptions:
         where = ".".join(map(str, first["loc"]))
         known = f"; keys are {', '.join(StudyOptions.model_fields)}" if first["type"] == "extra_forbidden" else ""
         raise BadFile(path, f"{where}: {plain(first['msg'])}{known}") from None
-    named = {"agent": options.agent, "condition": options.acting, "sweep": options.sweep}
-    for what, specs in {**named, "plant": [options.plant], "box": [options.box]}.items():
-        refuse_python(path, what, specs or ())
+    for what, specs in options.specs.items():
+        refuse_python(path, what, specs)
     return options
 
 

@@ -28,6 +28,7 @@ from lockprobe.lockbox.boxfile import box_from_data
 from lockprobe.lockbox.check import fault_of
 from lockprobe.lockbox.families import find_box
 from lockprobe.plants.catalogue import PlantSource, resolve_plant
+from lockprobe.plugins import allow
 from lockprobe.protocols import Intervention
 from lockprobe.spec import Spec, spec_name
 from lockprobe.studies import paper
@@ -71,7 +72,9 @@ def study(asked: StudyOptions | str | Path = "flips", /, **options: Any) -> Stud
         asked = read_options_file(Path(asked)) if str(asked).endswith(".toml") else StudyOptions(study=str(asked))
     if not isinstance(asked, StudyOptions):
         raise BadValue("study", asked, f"options, the path of a TOML file, or one of {', '.join(STUDIES)}")
-    request = asked.model_copy(update={name: getattr(study_options(options), name) for name in options})
+    named = study_options(options)
+    allow(*(spec for specs in named.specs.values() for spec in specs))
+    request = asked.model_copy(update={name: getattr(named, name) for name in options})
     if request.study not in STUDIES:
         raise UnknownName("study", request.study, [*STUDIES, *SHIPPED, "FILE.toml"])
     modal = request.study == "modalities"
@@ -85,6 +88,8 @@ def study(asked: StudyOptions | str | Path = "flips", /, **options: Any) -> Stud
     for spec in request.sweep or ():
         if spec.startswith(AGENT_SWEEP):
             agents = _swept_agents(agents, spec)
+    if "agent" in options:
+        allow(*agents)
     planned = _planned(request, plant, agents, _conditions(request, extent, modalities), extent)
     planned.check_agents()
     check_sources(planned.conditions)
@@ -106,6 +111,7 @@ def trial_study(given: Mapping[str, Any], *, agent: str, name: str = "trial") ->
     Raises:
         UserMistake: If anything in it does not exist or is out of range.
     """
+    allow(*(spec for option in ("agent", "plant", "condition") if isinstance(spec := given.get(option), str)))
     request = trial_options(given).model_copy(update={"name": name})
     _check_lengths(request)
     condition = _one_condition(given.get("condition"), request)

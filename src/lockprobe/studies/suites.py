@@ -22,6 +22,7 @@ from lockprobe.lockbox.families import box
 from lockprobe.record import STATES
 from lockprobe.spec import PEOPLE
 from lockprobe.storage.atomic_file import write_file
+from lockprobe.storage.links import refuse_links
 from lockprobe.studies import paper
 from lockprobe.studies.directory import SETTINGS
 from lockprobe.studies.study import Study
@@ -172,6 +173,7 @@ def begin_suite(directory: Path, suite: Suite) -> None:
         if (there := read_suite(directory)) != suite:
             raise BadFile(directory, f"it holds {there.name}, not {suite.name}")
         return
+    refuse_links(directory)
     try:
         directory.mkdir(parents=True, exist_ok=True)
         write_file(directory / SCORES, json.dumps({"suite": suite.name}) + "\n")

@@ -20,6 +20,7 @@ from typing import cast
 from lockprobe.agents.catalogue import resolve
 from lockprobe.errors import Missing, ModelFault, PlantFault, UserMistake
 from lockprobe.plan import Plan
+from lockprobe.plugins import allow, allowed
 from lockprobe.record import Step, Trial
 from lockprobe.studies.journal import Timing
 from lockprobe.studies.picture_store import Album
@@ -78,7 +79,7 @@ class _Pool:
         context = multiprocessing.get_context("spawn")
         for _ in range(count):
             ours, theirs = context.Pipe()
-            process = context.Process(target=_work, args=(self._agent, self._pictures, theirs), daemon=True)
+            process = context.Process(target=_work, args=(self._agent, self._pictures, allowed(), theirs), daemon=True)
             process.start()
             theirs.close()
             self._workers[ours] = _Worker(process, ours)
@@ -132,9 +133,10 @@ class _Pool:
             worker.process.join()
 
 
-def _work(spec: str, pictures: Path | None, pipe: Connection) -> None:
+def _work(spec: str, pictures: Path | None, code: tuple[str, ...], pipe: Connection) -> None:
     """The worker's side. It leaves Ctrl-C to the parent, and exits when the parent is gone."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    allow(*code)
     try:
         agent = resolve(spec).make()
         keep = None if pictures is None else Album(pictures).keep

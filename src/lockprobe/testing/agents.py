@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.lockbox.box import Lockbox
+from lockprobe.plugins import allow
 from lockprobe.protocols import Agent
 from lockprobe.record import Decision, Fact, Situation, Trial
 from lockprobe.studies.modality import is_pictured
@@ -45,6 +46,8 @@ def check_agent(
     Raises:
         AssertionError: If it breaks one of these; the message says which.
     """
+    if isinstance(agent, str):
+        allow(agent)
     player = resolve(agent).make() if isinstance(agent, str) else agent
     name = agent if isinstance(agent, str) else type(agent).__name__
     assert isinstance(player, Agent), f"{name} has no `facts` or no `decide`"

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from lockprobe.interventions.catalogue import PLACES, interventions_of, place_of, spec_of
+from lockprobe.plugins import allow
 from lockprobe.protocols import Intervention
 from lockprobe.record import STATES, Percept, Trial
 from lockprobe.spec import settings_of
@@ -42,6 +43,7 @@ def check_intervention(one: Intervention, *, doses: Sequence[object] = (0, 1), m
     kind: Any = type(one)
     name, place = kind.__name__, place_of(kind)
     assert is_dataclass(kind) and getattr(kind, "__dataclass_params__").frozen, f"{name} is no frozen dataclass"  # noqa: B009, PT018
+    allow(spec_of(one))
     assert interventions_of(spec_of(one)) == (one,), f"{name} is not made again by its spec {spec_of(one)!r}"
     settings = settings_of(one)
     assert json.loads(json.dumps(settings)) == settings, f"the settings of {name} do not survive JSON"

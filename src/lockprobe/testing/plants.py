@@ -11,6 +11,7 @@ from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.families import find_box
 from lockprobe.plan import LABELS
 from lockprobe.plants.catalogue import resolve_plant
+from lockprobe.plugins import allow
 from lockprobe.protocols import Plant
 from lockprobe.studies.single import run_trial
 from lockprobe.testing.records import check_facts, check_record
@@ -56,6 +57,7 @@ def check_plant(
 def _made(plant: str | Callable[..., Plant], box: Lockbox) -> Plant:
     rng, labels = np.random.default_rng(7), tuple(LABELS[: len(box.joints)])
     if isinstance(plant, str):
+        allow(plant)
         return resolve_plant(plant).make(box, labels, rng)
     return plant(box=box, labels=labels, rng=rng)
 

@@ -13,6 +13,7 @@ from typing import IO, Any
 
 from lockprobe.errors import BadFile
 from lockprobe.people.open_study import LOG
+from lockprobe.storage.links import refuse_links
 from lockprobe.terminal_text import printable
 
 __all__ = ["A_MINUTE", "LOGGED", "ServerLog"]
@@ -44,6 +45,7 @@ class ServerLog(logging.Handler):
             BadFile: If it cannot be written.
         """
         path = directory / LOG
+        refuse_links(path)
         try:
             descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_NOFOLLOW, 0o600)
         except OSError as error:
