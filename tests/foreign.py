@@ -1,0 +1,89 @@
+"""Directories and files as somebody else may send them: every name in them that can name code names code.
+
+The code is a canary: a module of the working directory that leaves a file when it is imported, and a shell command that
+leaves one when it is called.
+"""
+
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from builders import play_study, write_study
+from strangers import WORKING
+
+from lockprobe.interventions.condition import Condition, Recorded, flips
+from lockprobe.interventions.drop import Drop
+from lockprobe.lockbox.families import box
+from lockprobe.storage.jsonl import with_checksum
+from lockprobe.studies.study import Study
+from lockprobe.trial_json import trial_to_json
+
+MODULE = "canary"
+
+SUNG = "it-ran"
+"""The file that any code of the canary leaves in the working directory."""
+
+CALL = f"python:os:system?command=touch%20{SUNG}"
+
+AGENTS = (CALL, f"python:{MODULE}:First?place=1")
+PLANT = f"python:{MODULE}:Plain"
+ACTING = f"python:{MODULE}:Hush?steps=1"
+
+KINDS = ("agents", "plant", "condition", "suite")
+"""What of a directory names code."""
+
+
+def hatch(here: Path) -> None:
+    """Put the module into the working directory."""
+    text = f"import pathlib\npathlib.Path({str(here / SUNG)!r}).touch()\n{WORKING}"
+    (here / f"{MODULE}.py").write_text(text, "utf-8")
+
+
+def directory(path: Path, kind: str) -> Path:
+    """The directory of a finished study, or of a suite, that names code."""
+    if kind == "suite":
+        path.mkdir()
+        (path / "suite.json").write_text(json.dumps({"suite": "suite-1"}))
+        return directory(path / "chain-4", "agents").parent
+    played = Study(name="flips", agents=("random",), box=box("chain-4"), conditions=flips((0.0, 0.4)), trials=2)
+    if kind == "condition":
+        played = replace(played, conditions=(Condition(), Condition(interventions=(Drop(p=0.5),), name="x")))
+    trials = play_study(played)
+    named, lines = played, []
+    if kind == "condition":
+        named = replace(played, conditions=(Condition(), Condition(interventions=(Recorded(spec=ACTING),), name="x")))
+    if kind == "plant":
+        named = replace(played, plant=PLANT)
+        trials = [replace(trial, plant={"plant": PLANT}) for trial in trials]
+    if kind == "agents":
+        named = replace(played, agents=AGENTS)
+        trials = [
+            replace(trial, agent=agent, key=trial.key.replace("/random/", f"/{agent}/"))
+            for agent in AGENTS
+            for trial in trials
+        ]
+    for trial in trials:
+        lines.append(with_checksum(trial_to_json(trial)[:-1] + b',"identity":"%s"}' % named.record_identity.encode()))
+    write_study(path, replace(played, agents=("random",)), [])
+    (path / "study.json").write_text(json.dumps(named.settings()))
+    (path / "trials.jsonl").write_bytes(b"".join(line + b"\n" for line in lines))
+    return path
+
+
+def study_files(here: Path) -> Sequence[Path]:
+    """Study files that name code in every setting that can."""
+    made = []
+    for i, line in enumerate(
+        [
+            f'agent = ["random", "{CALL}"]',
+            f'plant = "{PLANT}"',
+            f'box = "python:{MODULE}:gate?size=5"',
+            f'condition = "tremble?p=0.1 + {ACTING}"',
+            f'sweep = "python:{MODULE}:Hush?steps=0,1"',
+            f'[[condition]]\nname = "x"\nspec = "{ACTING}"',
+        ]
+    ):
+        made.append(here / f"foreign-{i}.toml")
+        made[-1].write_text(f"{line}\n", "utf-8")
+    return made

@@ -1,0 +1,161 @@
+"""What a directory or a file says is data: no command that takes one runs code that it names.
+
+Every command of the command line has a row here, so that a new one has to say which of its arguments come from elsewhere.
+"""
+
+import io
+import sys
+from collections.abc import Iterator
+
+import foreign
+import pytest
+import typer
+
+from lockprobe.cli import COMMANDS, build, main
+from lockprobe.web import serving
+
+NOTHING_FOREIGN = {
+    "chance", "detectors", "audit", "power", "learn", "play", "agents", "plants", "interventions", "doctor",
+    "box list", "box generate", "rig tags", "rig calibrate", "rig rehearse", "rig dry-run", "rig check",
+    "models pull", "models show",
+}  # fmt: skip
+"""Commands that take no directory of a study, no study file and no records."""
+
+KEY = "flips/random/p=0.4/rep=1/trial=1"
+
+TAKING: dict[str, list[list[str]]] = {
+    "run": [
+        ["run", "flips", "--p", "0,0.4", "--trials", "2", "--out", "DIR"],
+        ["run", "flips", "--p", "0,0.4", "--trials", "2", "--out", "DIR", "--estimate"],
+        ["run", "flips", "--p", "0,0.4", "--trials", "2", "--out", "DIR", "--agent", "round-robin"],
+        ["run", "flips", "--condition", "drop?p=0.5", "--trials", "2", "--out", "DIR", "--again", "reply"],
+        ["run", "suite-1", "--out", "DIR", "--estimate"],
+        ["run", "FILE"],
+        ["run", "FILE", "--estimate"],
+    ],
+    "status": [["status", "DIR"], ["status", "DIR", "--json"]],
+    "report": [["report", "DIR"]],
+    "compare": [["compare", "DIR", "OTHER"]],
+    "verify": [["verify", "DIR"], ["verify", "DIR", "--json"]],
+    "export": [
+        ["export", "DIR"],
+        ["export", "DIR", "--format", "jsonl", "--out", "steps.jsonl"],
+        ["export", "DIR", "--format", "eval", "--out", "log.eval"],
+        ["export", "DIR", "--format", "otel", "--out", "traces.jsonl"],
+        ["export", "DIR", "--format", "psych-ds", "--out", "dataset"],
+    ],
+    "import": [
+        ["import", "mine", "DIR"],
+        ["export", "DIR", "--format", "eval", "--out", "log.eval"],
+        ["import", "mine", "log.eval"],
+        ["run", "flips", "--p", "0,0.4", "--trials", "2", "--out", "mine"],
+        ["verify", "mine"],
+        ["branch", "--at", "2", "mine"],
+    ],
+    "replay": [["replay", "DIR", KEY], ["replay", "DIR", KEY, "--film", "trial.gif"]],
+    "branch": [
+        ["branch", "DIR", "--at", "2"],
+        ["branch", "DIR", "--at", "2", "--act", "random", "--then", "truth"],
+        ["branch", "DIR", "--at", "2", "--estimate"],
+        ["branch", "DIR", KEY, "--at", "2", "--allow", "python:canary:Other"],
+    ],
+    "serve": [["serve", "DIR", "--port", "0"], ["serve", "FILE", "--port", "0"]],
+    "mcp": [["mcp", "flips", "--p", "0,0.4", "--trials", "2", "--out", "DIR"], ["mcp", "FILE"]],
+    "loops": [["loops", "DIR/trials.jsonl"]],
+    "fit": [["fit", "DIR"]],
+    "measures": [["measures", "DIR"], ["measures", "DIR", "--json"]],
+    "box show": [["box", "show", "FILE"]],
+    "box solve": [["box", "solve", "FILE"]],
+}
+"""Command -> command lines, with DIR and OTHER for directories and FILE for a study file."""
+
+
+def leaves(command: object, above: tuple[str, ...] = ()) -> Iterator[str]:
+    for name, one in getattr(command, "commands", {"": None}).items():
+        yield from leaves(one, (*above, name)) if one is not None else [" ".join(above)]
+
+
+def test_every_command_has_its_row():
+    every = set(leaves(typer.main.get_command(build(COMMANDS))))
+    assert every == NOTHING_FOREIGN | TAKING.keys(), "say what a new command takes from elsewhere"
+    assert not NOTHING_FOREIGN & TAKING.keys()
+
+
+@pytest.fixture
+def lockprobe(tmp_path, monkeypatch, capfd):
+    """Runs a command in a directory with the canary; people's server stops as soon as people could come."""
+    foreign.hatch(tmp_path)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO()))
+
+    async def serve(directory, study, experiment, words, options, *, announce, page=None):
+        async with serving.opened(directory, study, experiment, words, options, page) as where:
+            announce(where)
+
+    monkeypatch.setattr(serving, "serve", serve)
+
+    def run(*arguments):
+        monkeypatch.setattr(sys, "argv", ["lockprobe", *arguments])
+        with pytest.raises(SystemExit) as ended:
+            main()
+        out, err = capfd.readouterr()
+        return ended.value.code or 0, out, err
+
+    yield run
+    sys.modules.pop(foreign.MODULE, None)
+
+
+@pytest.mark.parametrize("kind", foreign.KINDS)
+@pytest.mark.parametrize("command", TAKING)
+def test_no_command_runs_what_a_directory_or_a_file_names(tmp_path, lockprobe, command, kind):
+    for number, line in enumerate(TAKING[command]):
+        if line[-1] == "mine" and not (tmp_path / "mine").exists():  # it could not be imported
+            continue
+        files = foreign.study_files(tmp_path) if "FILE" in line else [tmp_path]
+        for file in files if kind == "agents" or len(files) == 1 else []:
+            names = {"FILE": str(file)}
+            for name in ("DIR", "OTHER"):
+                names[name] = str(foreign.directory(tmp_path / f"{name}-{number}", kind)) if any(name in a for a in line) else ""
+            given = [names.get(one, one.replace("DIR", names["DIR"])) for one in line]
+            status, out, err = lockprobe(*given)
+            assert not (tmp_path / foreign.SUNG).exists(), f"{' '.join(given)} ran it: {out}{err}"
+            assert "Traceback" not in err, err
+            assert foreign.MODULE not in sys.modules
+            assert str(tmp_path) not in sys.path
+            if status == 2:
+                assert err.splitlines()[-1].startswith("lockprobe: "), err
+
+
+def test_the_same_name_runs_when_it_is_named_in_the_command(tmp_path, lockprobe):
+    """So that the canary is one: it sings where a person names it, and forks need the name."""
+    there = foreign.directory(tmp_path / "there", "agents")
+    spec = foreign.AGENTS[1]
+    status, _, err = lockprobe("branch", str(there), f"flips/{spec}/p=0.4", "--at", "2")
+    assert status == 2
+    said = f"lockprobe: agent: got '{spec}', expected --allow with it in this command: what a file or a directory names"
+    assert err.startswith(said)
+    status, _, err = lockprobe("branch", str(there), f"flips/{spec}/p=0.4", "--at", "2", "--allow", spec)
+    assert (status, (tmp_path / foreign.SUNG).exists()) == (0, True), err
+
+
+@pytest.mark.parametrize(
+    ("kind", "named"), [("agents", foreign.AGENTS[1]), ("plant", foreign.PLANT), ("condition", foreign.ACTING)]
+)
+def test_one_s_own_study_is_resumed_by_the_command_that_began_it(tmp_path, lockprobe, kind, named):
+    option = {"agents": "--agent", "plant": "--plant", "condition": "--condition"}[kind]
+    rest = () if kind == "agents" else ("--agent", "random")
+    begun = ("run", "flips", option, named, *rest, "--trials", "1", "--repetitions", "1", "--no-report", "--out", "mine")
+    for _ in range(2):
+        status, _, err = lockprobe(*begun)
+        assert status == 0, err
+    for line in (["status", "mine"], ["report", "mine"], ["verify", "mine"], ["measures", "mine"], ["export", "mine"]):
+        assert lockprobe(*line)[0] == 0, line
+
+
+def test_what_is_no_class_of_agents_is_refused_on_the_command_line_too(tmp_path, lockprobe):
+    for spec in (foreign.CALL, f"python:subprocess:Popen?args=touch%20{foreign.SUNG}"):
+        status, _, err = lockprobe("run", "flips", "--agent", spec, "--p", "0", "--out", "mine")
+        assert (status, err.count("\n")) == (2, 1)
+        assert "a module of your own" in err
+    assert not (tmp_path / foreign.SUNG).exists()
