@@ -15,9 +15,8 @@ from strangers import WORKING
 from lockprobe.interventions.condition import Condition, Recorded, flips
 from lockprobe.interventions.drop import Drop
 from lockprobe.lockbox.families import box
-from lockprobe.storage.jsonl import with_checksum
 from lockprobe.studies.study import Study
-from lockprobe.trial_json import trial_to_json
+from lockprobe.trial_json import trial_to_line
 
 MODULE = "canary"
 
@@ -50,7 +49,7 @@ def directory(path: Path, kind: str) -> Path:
     if kind == "condition":
         played = replace(played, conditions=(Condition(), Condition(interventions=(Drop(p=0.5),), name="x")))
     trials = play_study(played)
-    named, lines = played, []
+    named = played
     if kind == "condition":
         named = replace(played, conditions=(Condition(), Condition(interventions=(Recorded(spec=ACTING),), name="x")))
     if kind == "plant":
@@ -63,8 +62,7 @@ def directory(path: Path, kind: str) -> Path:
             for agent in AGENTS
             for trial in trials
         ]
-    for trial in trials:
-        lines.append(with_checksum(trial_to_json(trial)[:-1] + b',"identity":"%s"}' % named.record_identity.encode()))
+    lines = [trial_to_line(trial, named.record_identity) for trial in trials]
     write_study(path, replace(played, agents=("random",)), [])
     (path / "study.json").write_text(json.dumps(named.settings()))
     (path / "trials.jsonl").write_bytes(b"".join(line + b"\n" for line in lines))

@@ -116,7 +116,9 @@ def test_no_command_runs_what_a_directory_or_a_file_names(tmp_path, lockprobe, c
         for file in files if kind == "agents" or len(files) == 1 else []:
             names = {"FILE": str(file)}
             for name in ("DIR", "OTHER"):
-                names[name] = str(foreign.directory(tmp_path / f"{name}-{number}", kind)) if any(name in a for a in line) else ""
+                names[name] = (
+                    str(foreign.directory(tmp_path / f"{name}-{number}", kind)) if any(name in a for a in line) else ""
+                )
             given = [names.get(one, one.replace("DIR", names["DIR"])) for one in line]
             status, out, err = lockprobe(*given)
             assert not (tmp_path / foreign.SUNG).exists(), f"{' '.join(given)} ran it: {out}{err}"
@@ -145,7 +147,20 @@ def test_the_same_name_runs_when_it_is_named_in_the_command(tmp_path, lockprobe)
 def test_one_s_own_study_is_resumed_by_the_command_that_began_it(tmp_path, lockprobe, kind, named):
     option = {"agents": "--agent", "plant": "--plant", "condition": "--condition"}[kind]
     rest = () if kind == "agents" else ("--agent", "random")
-    begun = ("run", "flips", option, named, *rest, "--trials", "1", "--repetitions", "1", "--no-report", "--out", "mine")
+    begun = (
+        "run",
+        "flips",
+        option,
+        named,
+        *rest,
+        "--trials",
+        "1",
+        "--repetitions",
+        "1",
+        "--no-report",
+        "--out",
+        "mine",
+    )
     for _ in range(2):
         status, _, err = lockprobe(*begun)
         assert status == 0, err

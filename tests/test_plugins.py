@@ -219,7 +219,9 @@ def test_what_no_person_has_named_is_not_imported(kind, spec):
     sys.modules.pop("strange", None)
     for named in ((), (f"{spec}1",) if kind == "agent" else ("python:strange:GATE",)):
         allow(*named)
-        with pytest.raises(BadValue, match="expected --allow with it in this command: what a file or a directory names"):
+        with pytest.raises(
+            BadValue, match="expected --allow with it in this command: what a file or a directory names"
+        ):
             USES[kind](spec)
     assert "strange" not in sys.modules
     allow(f"tremble?p=0.1 + {spec}" if kind == "intervention" else spec)
@@ -237,7 +239,9 @@ def test_nothing_of_others_runs_where_none_may():
     assert USES["agent"]("python:strange:First").facts == {"place": 0}
 
 
-@pytest.mark.parametrize("way_out", ["raise SystemExit('it ran')", "raise BaseException('it ran')", "import sys; sys.exit()"])
+@pytest.mark.parametrize(
+    "way_out", ["raise SystemExit('it ran')", "raise BaseException('it ran')", "import sys; sys.exit()"]
+)
 def test_a_module_that_ends_the_process_is_one_line(tmp_path, monkeypatch, lockprobe, way_out):
     strangers.install(tmp_path, monkeypatch, text=way_out)
     status, _, err = lockprobe("run", "flips", "--agent", "python:strange:First", "--out", tmp_path / "d")

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import json
+import os
 import stat
 import tomllib
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import IO
 
 from lockprobe.errors import BadFile
 
@@ -15,6 +18,7 @@ __all__ = [
     "LARGEST_TOML",
     "check_regular",
     "irregular",
+    "is_there",
     "parse_json",
     "read_input",
     "read_lines",
@@ -64,18 +68,41 @@ def check_regular(path: Path) -> None:
         raise BadFile(path, f"{kind}, not a regular file")
 
 
+def is_there(path: Path) -> bool:
+    """Whether a regular file is there; what is there and is none is no missing file.
+
+    Raises:
+        BadFile: If it is a pipe, a device, a socket or a directory, or cannot be examined.
+    """
+    check_regular(path)
+    return path.exists()
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[IO[bytes]]:
+    """A regular file, open for reading. Opening waits for nobody, also where a pipe took its place meanwhile.
+
+    Raises:
+        BadFile: If it is no regular file, or cannot be read.
+    """
+    check_regular(path)
+    try:
+        with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK), "rb") as file:  # noqa: PTH123 - of a number
+            if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+                raise BadFile(path, "not a regular file")
+            yield file
+    except OSError as error:
+        raise BadFile(path, f"cannot be read ({error.strerror})") from None
+
+
 def read_input(path: Path, most: int = LARGEST_INPUT) -> bytes:
     """The content of a regular file of at most ``most`` bytes.
 
     Raises:
         BadFile: If it is no regular file, is larger, or cannot be read.
     """
-    check_regular(path)
-    try:
-        with path.open("rb") as file:
-            content = file.read(most + 1)
-    except OSError as error:
-        raise BadFile(path, f"cannot be read ({error.strerror})") from None
+    with _opened(path) as file:
+        content = file.read(most + 1)
     if len(content) > most:
         raise BadFile(path, f"larger than {most} bytes")
     return content
@@ -87,17 +114,13 @@ def read_lines(path: Path, most: int = LARGEST_INPUT) -> Iterator[bytes]:
     Raises:
         BadFile: If it is no regular file, has a longer line, or cannot be read.
     """
-    check_regular(path)
-    try:
-        with path.open("rb") as file:
-            number = 0
-            while line := file.readline(most + 1):
-                number += 1
-                if len(line) > most:
-                    raise BadFile(path, f"line {number}: longer than {most} bytes")
-                yield line
-    except OSError as error:
-        raise BadFile(path, f"cannot be read ({error.strerror})") from None
+    with _opened(path) as file:
+        number = 0
+        while line := file.readline(most + 1):
+            number += 1
+            if len(line) > most:
+                raise BadFile(path, f"line {number}: longer than {most} bytes")
+            yield line
 
 
 def parse_json(content: bytes | str, path: Path) -> object:

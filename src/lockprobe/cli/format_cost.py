@@ -8,6 +8,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from lockprobe.agents.llm.model_facts import OWN_FACTS, Price
+from lockprobe.inputs import is_there
 from lockprobe.model_call import Usage
 from lockprobe.studies.call_log import read_calls
 from lockprobe.studies.estimate import Estimate, estimates, together
@@ -127,7 +128,7 @@ def print_estimates(studies: Sequence[tuple[Study, Path]], *, batch: bool, json:
 
 
 def _estimates(study: Study, directory: Path, *, batch: bool) -> list[Estimate]:
-    done = {trial.key: trial for trial in load(directory)} if (directory / "trials.jsonl").is_file() else {}
+    done = {trial.key: trial for trial in load(directory)} if is_there(directory / "trials.jsonl") else {}
     return estimates(study, done, read_calls(directory), batch=batch)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json as json_
 import time
 from pathlib import Path
+from shlex import quote
 from typing import Annotated
 
 import typer
@@ -16,6 +17,7 @@ from lockprobe.learner.network import HIDDEN
 from lockprobe.learner.network_file import load, save
 from lockprobe.learner.training import SCHEDULE, TrainingSettings, success, train
 from lockprobe.lockbox.families import box as find_box
+from lockprobe.terminal_text import printable
 
 __all__ = ["learn"]
 
@@ -75,4 +77,4 @@ def learn(
         f"Told the truth, it opens {percent(shares['greedy'])} of {_TRIALS} {what} within 20 steps if it takes the "
         f"likeliest joint (temperature=0), {percent(shares['sampled'])} if it draws."
     )
-    print(f"Play it: lockprobe run flips --agent 'learner:{out}'")
+    print(printable(f"Play it: lockprobe run flips --agent {quote(f'learner:{out}')}"))

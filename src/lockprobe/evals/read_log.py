@@ -128,6 +128,7 @@ def read_log(path: Path | str) -> MergeSource:
 
 def _check_size(path: Path) -> None:
     """Refuse a file that unpacks to far more than the few megabytes of a log."""
+    check_regular(path)
     try:
         size = path.stat().st_size
         if zipfile.is_zipfile(path):

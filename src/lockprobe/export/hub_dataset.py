@@ -10,9 +10,10 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from lockprobe.errors import BadFile, BadValue
+from lockprobe.errors import BadValue
 from lockprobe.export.data_dictionary import column
 from lockprobe.export.table_files import TableName, rows_of, write_table
+from lockprobe.inputs import read_input
 from lockprobe.record import Trial
 from lockprobe.storage.atomic_file import atomic_directory
 
@@ -99,10 +100,7 @@ class _Pictures:
     def _read(self, name: str | None) -> dict[str, bytes | str] | None:
         if name is None:
             return None
-        try:
-            return {"bytes": (self._album / name).read_bytes(), "path": name}
-        except OSError as error:
-            raise BadFile(self._album / name, f"cannot be read ({error.strerror})") from None
+        return {"bytes": read_input(self._album / name), "path": name}
 
 
 def _features(schema: Any) -> dict[str, dict[str, str]]:

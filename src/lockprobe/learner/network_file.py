@@ -14,9 +14,10 @@ from dataclasses import dataclass
 from hashlib import sha256
 from importlib.resources import files
 from pathlib import Path
+from shlex import quote
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 
 from lockprobe.errors import BadFile
 from lockprobe.inputs import read_input
@@ -46,11 +47,18 @@ class TrainedBy(BaseModel):
     schedule: int = Field(ge=1)
     box: str = Field(default="", max_length=200)
 
+    @field_validator("box")
+    @classmethod
+    def _is_seen(cls, name: str) -> str:
+        if not name.isprintable():
+            raise ValueError("a name without control characters")
+        return name
+
     @property
     def command(self) -> str:
-        """The command that trains it again, without the file name."""
+        """The command that trains it again, without the file name. The name of a box is one word, whatever is in it."""
         told = " --told-lies" if self.told_lies else ""
-        box = f" --box {self.box}" if self.box else f" --joints {self.joints}"
+        box = f" --box {quote(self.box)}" if self.box else f" --joints {self.joints}"
         return (
             f"lockprobe learn --updates {self.updates}{box} --hidden {self.hidden} --seed {self.seed}"
             f" --schedule {self.schedule}{told}"

@@ -27,7 +27,7 @@ from typing import Annotated, Literal, Self
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from lockprobe.errors import BadFile, UserMistake
-from lockprobe.inputs import parse_json, read_input, read_toml
+from lockprobe.inputs import is_there, parse_json, read_input, read_toml
 from lockprobe.people.diary import PEOPLE_DIRECTORY
 from lockprobe.people.file_errors import check_visible, first_error
 
@@ -234,7 +234,7 @@ def kept_experiment(directory: Path) -> Experiment | None:
         BadFile: If the file is damaged.
     """
     path = directory / PEOPLE_DIRECTORY / EXPERIMENT
-    if not path.is_file():
+    if not is_there(path):
         return None
     settings = parse_json(read_input(path), path)
     if not isinstance(settings, dict):

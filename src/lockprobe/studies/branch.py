@@ -16,6 +16,7 @@ from lockprobe.analysis.branch import TRUTH, check_rule, fork_steps
 from lockprobe.analysis.excursion import flipped
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.fork_name import ForkName
+from lockprobe.inputs import is_there
 from lockprobe.interventions.catalogue import interventions_of
 from lockprobe.interventions.condition import Condition
 from lockprobe.interventions.flip import OutcomeFlip
@@ -272,7 +273,7 @@ def read_forks(directory: Path | str) -> list[Trial]:
         BadFile: If a record is damaged.
     """
     forks = Path(directory) / FORKS
-    return load(forks) if (forks / RECORDS).is_file() else []
+    return load(forks) if is_there(forks / RECORDS) else []
 
 
 def _connects(agent: str) -> bool:

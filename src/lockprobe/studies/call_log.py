@@ -19,6 +19,7 @@ from pathlib import Path
 from pydantic import TypeAdapter, ValidationError
 
 from lockprobe.errors import BadFile, BadValue, Missing
+from lockprobe.inputs import is_there
 from lockprobe.model_call import BROKEN_OFF, Call, Usage
 from lockprobe.storage.jsonl import LineFile, whole_lines, with_checksum, without_checksum
 from lockprobe.studies.spending import Budget
@@ -60,7 +61,7 @@ def unanswered(directory: Path | str) -> list[Call]:
 
 
 def _read(path: Path) -> Iterator[Call]:
-    if not path.is_file():
+    if not is_there(path):
         return
     for number, line in whole_lines(path):
         try:

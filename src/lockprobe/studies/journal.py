@@ -27,6 +27,7 @@ from typing import Annotated
 from pydantic import Field, TypeAdapter, ValidationError
 
 from lockprobe.errors import BadFile, DirectoryBusy
+from lockprobe.inputs import is_there
 from lockprobe.record import Trial
 from lockprobe.storage.atomic_file import Replacement, remove_file, sync_directory, write_file
 from lockprobe.storage.jsonl import LineFile, rescued_files, whole_lines
@@ -65,7 +66,7 @@ _reading: TypeAdapter[Timing] = TypeAdapter(Timing)
 def read_timings(directory: Path | str) -> list[Timing]:
     """The durations of the trials, the last reading of each; lost and damaged readings are missing."""
     path = Path(directory) / "timings.jsonl"
-    if not path.is_file():
+    if not is_there(path):
         return []
     found = {}
     for _, line in whole_lines(path):

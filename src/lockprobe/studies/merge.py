@@ -132,15 +132,15 @@ def gather(
         _refuse_another_agent(directory, journal.trials.values(), finished)
         if joined.agents != first.agents:
             write_settings(directory, joined)
-        book = _CallMerger(journal)
-        counts = [_take(source, journal, book) for source in finished]
+        book, there = _CallMerger(journal), dict(journal.trials)
+        counts = [_take(source, journal, book, there) for source in finished]
         replies = sum(book.take_begun(source) for source in finished)
         unfinished = sum(map(journal.owes, {key for source in finished for key in source.unfinished}))
         beside(journal.trials)
-    taken, there, different, missing = (sum(column) for column in zip(*counts, strict=True))
+    taken, kept, different, missing = (sum(column) for column in zip(*counts, strict=True))
     return Gathered(
         taken=taken,
-        there=there,
+        there=kept,
         different=different,
         unfinished=unfinished,
         replies=replies,
@@ -269,15 +269,18 @@ def _by_key(calls: Iterable[Call]) -> dict[str, list[Call]]:
     return found
 
 
-def _take(source: MergeSource, journal: Journal, book: _CallMerger) -> tuple[int, int, int, int]:
+def _take(
+    source: MergeSource, journal: Journal, book: _CallMerger, there: dict[str, Trial]
+) -> tuple[int, int, int, int]:
     """Merge the finished trials; returns the counts taken, there, different and pictures missing.
 
-    A trial's calls are on disk before it counts as finished.
+    A trial's calls are on disk before it counts as finished. ``there`` holds the records with their steps, which an
+    open journal forgets; those that are taken are added to it.
     """
     album, missing = Album(journal.directory / ALBUM), 0
     owed = [trial for trial in source.trials if journal.owes(trial.key)]
     kept = [trial for trial in source.trials if not journal.owes(trial.key)]
-    different = sum(journal.trials.get(trial.key) != trial for trial in kept)
+    different = sum(_differs(there[trial.key], trial) for trial in kept)
     calls = _by_key(source.calls)
     for trial in owed:
         book.take(calls.get(trial.key, ()))
@@ -288,5 +291,11 @@ def _take(source: MergeSource, journal: Journal, book: _CallMerger) -> tuple[int
                 missing += 1
             else:
                 album.keep(picture)
+        there[trial.key] = trial
         journal.append(trial, Timing(key=trial.key, seconds=source.seconds.get(trial.key, 0.0), steps=len(trial.steps)))
     return len(owed), len(kept), different, missing
+
+
+def _differs(one: Trial, other: Trial) -> bool:
+    """Whether two records of a trial differ. How often it was replayed says what its journal held before."""
+    return replace(one, replays=0) != replace(other, replays=0)

@@ -224,6 +224,8 @@ def read_options_file(path: Path) -> StudyOptions:
         where = ".".join(map(str, first["loc"]))
         known = f"; keys are {', '.join(StudyOptions.model_fields)}" if first["type"] == "extra_forbidden" else ""
         raise BadFile(path, f"{where}: {plain(first['msg'])}{known}") from None
+    if not options.model_fields_set - {"name"}:
+        raise BadFile(path, 'says nothing to play: a study file has at least a line such as study = "flips"')
     for what, specs in options.specs.items():
         refuse_python(path, what, specs)
     return options

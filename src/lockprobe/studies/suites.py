@@ -17,6 +17,7 @@ from pathlib import Path
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.errors import BadFile, BadValue, UnknownName
+from lockprobe.inputs import parse_json, read_input
 from lockprobe.interventions.condition import flips
 from lockprobe.lockbox.families import box
 from lockprobe.record import STATES
@@ -147,14 +148,7 @@ def read_suite(directory: Path) -> Suite:
         BadFile: If it holds no suite, or one that this release does not know.
     """
     path = directory / SCORES
-    try:
-        if path.stat().st_size > _LARGEST:
-            raise BadFile(path, f"it has more than {_LARGEST} bytes")
-        found = json.loads(path.read_text("utf-8"))
-    except OSError as error:
-        raise BadFile(path, f"cannot be read ({error.strerror})") from None
-    except ValueError as error:
-        raise BadFile(path, f"it is damaged ({error})") from None
+    found = parse_json(read_input(path, _LARGEST), path)
     name = found.get("suite") if isinstance(found, dict) else None
     if not isinstance(name, str) or name not in SUITES:
         raise BadFile(path, str(UnknownName("suite", str(name)[:60], SUITES)))

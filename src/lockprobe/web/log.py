@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from lockprobe.errors import BadFile
+from lockprobe.inputs import check_regular
 from lockprobe.people.open_study import LOG
 from lockprobe.storage.links import refuse_links
 from lockprobe.terminal_text import printable
@@ -46,6 +47,7 @@ class ServerLog(logging.Handler):
         """
         path = directory / LOG
         refuse_links(path)
+        check_regular(path)
         try:
             descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_NOFOLLOW, 0o600)
         except OSError as error:
