@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+import socket
 
 import httpx
 import pytest
@@ -13,8 +14,8 @@ from mcp.client.streamable_http import create_mcp_http_client, streamable_http_c
 from mcp_wire import HELLO, served
 from tool_player import SPEC, Player, plain_records
 
-from lockprobe.errors import BadValue
-from lockprobe.mcp_server.http import LARGEST_BODY, check_token, listen
+from lockprobe.mcp_server.client_sessions import MOST_SESSIONS
+from lockprobe.mcp_server.http import LARGEST_BODY
 from lockprobe.studies.journal import load
 from lockprobe.studies.runner import run_study
 from lockprobe.studies.studyfile import study
@@ -122,14 +123,38 @@ def test_requests_that_are_hostile_change_no_file(server):
     assert post(url, headers, INITIALIZE).status_code == 200
 
 
-def test_a_token_is_long_and_plain():
-    check_token("0123456789abcdef")
-    for token in ("", "short", "0123456789 abcdef", "0123456789abcde\n"):
-        with pytest.raises(BadValue, match="LOCKPROBE_MCP_TOKEN") as refused:
-            check_token(token)
-        assert not token or token not in str(refused.value)
+def test_idle_connections_without_a_token_lock_nobody_out(server):
+    _, url, headers = server
+    place = ("127.0.0.1", httpx.URL(url).port)
+    idle = [socket.create_connection(place) for _ in range(80)]
+    half = [socket.create_connection(place) for _ in range(80)]
+    try:
+        for one in half:
+            one.sendall(b"POST /mcp HTTP/1.1\r\nhost: 127.0.0.1\r\ncontent-length: 99\r\n\r\n{")
+        assert post(url, headers, INITIALIZE).status_code == 200
+        for one in half:  # refused without a token, and closed
+            one.settimeout(10)
+            answer = b""
+            while part := one.recv(4096):
+                answer += part
+            assert answer.startswith(b"HTTP/1.1 401 ")
+    finally:
+        for one in (*idle, *half):
+            one.close()
 
 
-def test_a_port_that_is_taken_is_one_line():
-    with listen(0) as first, pytest.raises(BadValue, match="port"):
-        listen(first.getsockname()[1])
+def test_clients_that_go_without_ending_their_session_lock_nobody_out(server):
+    _, url, headers = server
+    opened = [post(url, headers, INITIALIZE) for _ in range(MOST_SESSIONS + 6)]
+    assert {answer.status_code for answer in opened} == {200}
+    ask = {"jsonrpc": "2.0", "id": 2, "method": "tools/list"}
+    sessions = [answer.headers["mcp-session-id"] for answer in opened]
+    again = [post(url, headers, ask, **{"Mcp-Session-Id": one}).status_code for one in sessions]
+    assert again == [404] * 6 + [200] * MOST_SESSIONS
+
+
+def test_a_slash_at_the_end_of_the_address_changes_nothing(tmp_path):
+    (tmp_path / "project").mkdir()
+    with served(tmp_path / "S", tmp_path / "project", OPTIONS) as (url, headers):
+        assert httpx.post(f"{url}/", json=INITIALIZE).status_code == 401
+        assert player(f"{url}/", headers, lambda one: one.play(), "legacy") == 3

@@ -95,10 +95,11 @@ def _token() -> str:
     Raises:
         BadValue: If the token from the environment is too easy to guess.
     """
-    from lockprobe.mcp_server.http import TOKEN, check_token
+    from lockprobe.http_server.listening import check_token
+    from lockprobe.mcp_server.http import TOKEN
 
     if own := os.environ.get(TOKEN, ""):
-        check_token(own)
+        check_token(TOKEN, own)
     return own or secrets.token_urlsafe(24)
 
 
@@ -113,9 +114,10 @@ async def _serve(
 
             await serve_stdio(session)
             return
-        from lockprobe.mcp_server.http import listen, serve_http
+        from lockprobe.http_server.listening import listen
+        from lockprobe.mcp_server.http import HOST, serve_http
 
-        with listen(port) as listening:
+        with listen(HOST, port) as listening:
             await serve_http(session, listening, token, lambda url: _announce(url, token, directory, json=json))
 
 

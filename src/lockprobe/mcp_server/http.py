@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-import asyncio
-import contextlib
 import hmac
-import signal
+import logging
 import socket
-from collections.abc import Awaitable, Callable, Iterator, MutableMapping
-from typing import Any
+from collections.abc import Callable
 
-from lockprobe.errors import BadValue, needing
+from lockprobe.errors import needing
+from lockprobe.mcp_server.client_sessions import App, ClientSessions, Receive, Scope, Send
 from lockprobe.mcp_server.session import ToolSession
 from lockprobe.mcp_server.tools import make_server
 
 with needing("agents with tools", "mcp"):
-    import uvicorn
+    from lockprobe.http_server.connections import ConnectionLimits, Connections, raise_file_limit
+    from lockprobe.http_server.running import running, stop_signals
 
-__all__ = ["HOST", "LARGEST_BODY", "PATH", "TOKEN", "check_token", "listen", "serve_http"]
+__all__ = ["HOST", "LARGEST_BODY", "PATH", "TOKEN", "serve_http"]
 
 HOST = "127.0.0.1"
 PATH = "/mcp"
@@ -28,74 +27,32 @@ TOKEN = "LOCKPROBE_MCP_TOKEN"  # noqa: S105 - its name
 LARGEST_BODY = 64 * 1024
 """Bytes of the largest request."""
 
-_SHORTEST_TOKEN = 16
-_MOST_CONNECTIONS = 64
+_SECONDS_UNUSED = 30 * 60
+"""The time after which a session that nobody uses ends; its client connects anew."""
+
 _SECONDS_TO_FINISH = 2
 
-Scope = MutableMapping[str, Any]
-Receive = Callable[[], Awaitable[MutableMapping[str, Any]]]
-Send = Callable[[MutableMapping[str, Any]], Awaitable[None]]
-App = Callable[[Scope, Receive, Send], Awaitable[None]]
-
-
-def check_token(token: str) -> None:
-    """Refuse a token that is short or does not fit in a header. The message does not repeat it.
-
-    Raises:
-        BadValue: If it is one.
-    """
-    if len(token) < _SHORTEST_TOKEN or not all("!" <= sign <= "~" for sign in token):
-        expected = f"{_SHORTEST_TOKEN} or more of letters, digits and signs, without spaces"
-        raise BadValue(TOKEN, f"{len(token)} characters", expected)
-
-
-def listen(port: int) -> socket.socket:
-    """A listening socket on loopback; port 0 takes any free port.
-
-    Raises:
-        BadValue: If the port is not free.
-    """
-    found = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
-    try:
-        found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        found.bind((HOST, port))
-        found.listen()
-    except OSError as error:
-        found.close()
-        raise BadValue("port", port, f"a free port of {HOST} ({error.strerror})") from None
-    return found
+_log = logging.getLogger(__name__)
 
 
 async def serve_http(
     session: ToolSession, listening: socket.socket, token: str, announce: Callable[[str], None]
 ) -> None:
     """Serve until Ctrl-C or SIGTERM. ``announce`` gets the address as soon as clients can come."""
-    server = make_server(session)
-    app = server.streamable_http_app(
-        host=HOST, streamable_http_path=PATH, json_response=True, max_request_body_size=LARGEST_BODY, max_sessions=64
+    app = make_server(session).streamable_http_app(
+        host=HOST,
+        streamable_http_path=PATH,
+        json_response=True,
+        max_request_body_size=LARGEST_BODY,
+        session_idle_timeout=_SECONDS_UNUSED,
+        max_sessions=None,  # at its own limit it locks everybody out
     )
-    running = _Uvicorn(_config(_guarded(app, token)))
-    loop = asyncio.get_running_loop()
-    for name in (signal.SIGINT, signal.SIGTERM):
-        loop.add_signal_handler(name, running.stop)
-    try:
-        announce(f"http://{HOST}:{listening.getsockname()[1]}{PATH}")
-        await running.serve(sockets=[listening])
-    finally:
-        for name in (signal.SIGINT, signal.SIGTERM):
-            loop.remove_signal_handler(name)
-
-
-class _Uvicorn(uvicorn.Server):
-    """A server whose caller handles signals."""
-
-    def stop(self) -> None:
-        self.should_exit = True
-
-    @contextlib.contextmanager
-    def capture_signals(self) -> Iterator[None]:
-        """Capture no signals."""
-        yield
+    door = _guarded(ClientSessions(app, lambda: session.player), token)
+    connections = Connections(ConnectionLimits().within(raise_file_limit()), _log.warning)
+    with stop_signals() as stopped:
+        async with running(door, listening, connections, lifespan="on", seconds_to_finish=_SECONDS_TO_FINISH):
+            announce(f"http://{HOST}:{listening.getsockname()[1]}{PATH}")
+            await stopped.wait()
 
 
 def _guarded(app: App, token: str) -> App:
@@ -106,24 +63,16 @@ def _guarded(app: App, token: str) -> App:
         if scope["type"] == "http":
             given = [value for name, value in scope["headers"] if name == b"authorization"]
             if len(given) != 1 or not hmac.compare_digest(given[0], right):
-                headers = [(b"www-authenticate", b"Bearer"), (b"content-type", b"text/plain")]
+                headers = [
+                    (b"www-authenticate", b"Bearer"),
+                    (b"content-type", b"text/plain"),
+                    (b"connection", b"close"),
+                ]
                 await send({"type": "http.response.start", "status": 401, "headers": headers})
                 await send({"type": "http.response.body", "body": b"the token is missing or wrong\n"})
                 return
+            if scope["path"] == f"{PATH}/":  # as many people write it; a redirect would lose the token
+                scope = {**scope, "path": PATH, "raw_path": PATH.encode()}
         await app(scope, receive, send)
 
     return guard
-
-
-def _config(app: App) -> uvicorn.Config:
-    return uvicorn.Config(
-        app,
-        lifespan="on",
-        ws="none",
-        log_config=None,
-        access_log=False,
-        proxy_headers=False,
-        server_header=False,
-        limit_concurrency=_MOST_CONNECTIONS,
-        timeout_graceful_shutdown=_SECONDS_TO_FINISH,
-    )

@@ -117,6 +117,11 @@ class ToolSession:
         """The number of trials left."""
         return len(self._owed)
 
+    @property
+    def player(self) -> str:
+        """The connection that plays the trial under way; empty if there is none."""
+        return "" if self._trial is None or self._player is None else self._player.identity
+
     async def begin(self, connection: Connection) -> Reply:
         """Begin the next trial, or resume the unfinished one.
 

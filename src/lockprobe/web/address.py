@@ -2,33 +2,18 @@
 
 from __future__ import annotations
 
-import ipaddress
 import re
-import socket
 from collections.abc import Sequence
 from dataclasses import dataclass
 from urllib.parse import urlsplit
 
 from lockprobe.errors import BadValue, Missing
+from lockprobe.http_server.listening import SHORTEST_TOKEN, is_loopback
 
-__all__ = [
-    "ADMIN_TOKEN",
-    "QUEUE",
-    "SHORTEST_TOKEN",
-    "Address",
-    "check_exposure",
-    "check_token",
-    "is_loopback",
-    "listen",
-]
+__all__ = ["ADMIN_TOKEN", "Address", "check_exposure"]
 
 ADMIN_TOKEN = "LOCKPROBE_ADMIN_TOKEN"  # noqa: S105 - its name
 """The variable of the environment that holds the token of the admin page."""
-
-SHORTEST_TOKEN = 16
-
-QUEUE = 2048
-"""Connections that wait to be accepted; the operating system may allow fewer."""
 
 LOOPBACK = ("127.0.0.1", "localhost", "[::1]")
 """Names under which a browser on the same machine asks, and a proxy that keeps to its own."""
@@ -117,27 +102,6 @@ def _plain_origin(url: str) -> str:
     return f"{parts.scheme}://{name}" + ("" if parts.port in (None, usual) else f":{parts.port}")
 
 
-def is_loopback(host: str) -> bool:
-    """Whether only this machine can reach the host."""
-    if host == "localhost":
-        return True
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return False
-
-
-def check_token(token: str) -> None:
-    """Refuse an admin token that is short or does not fit in a header. The message does not repeat it.
-
-    Raises:
-        BadValue: If it is one.
-    """
-    if len(token) < SHORTEST_TOKEN or not re.fullmatch(r"[!-~]+", token):
-        expected = f"{SHORTEST_TOKEN} or more of letters, digits and signs, without spaces"
-        raise BadValue(ADMIN_TOKEN, f"{len(token)} characters", expected)
-
-
 def check_exposure(host: str, token: str | None, public: str, allowed: Sequence[str]) -> None:
     """Refuse access from other machines without a token of the admin page and a name of the server.
 
@@ -151,25 +115,3 @@ def check_exposure(host: str, token: str | None, public: str, allowed: Sequence[
     if host in EVERYWHERE and not (public or allowed):
         remedy = "give --public-url https://NAME, or --allow-host NAME on a local network"
         raise Missing(f"--host {host}: which name will browsers use", remedy)
-
-
-def listen(host: str, port: int) -> socket.socket:
-    """A listening socket; port 0 takes any free port.
-
-    Raises:
-        BadValue: If the host or the port cannot be used.
-    """
-    try:
-        family, kind, protocol, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
-    except (OSError, UnicodeError):
-        raise BadValue("host", host, "a name or IP address of this machine") from None
-    found = socket.socket(family, kind, protocol)
-    try:
-        found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        found.bind(address)
-        found.listen(QUEUE)
-    except OSError as error:
-        found.close()
-        raise BadValue("port", port, f"a free port of {host} ({error.strerror})") from None
-    found.setblocking(False)
-    return found

@@ -1,29 +1,26 @@
-"""Starting and stopping the server. At Ctrl-C it finishes the requests that are under way."""
+"""The participants' server, from its directory to Ctrl-C."""
 
 from __future__ import annotations
 
 import asyncio
 import contextlib
 import secrets
-import signal
-import socket
-from collections.abc import AsyncIterator, Callable, Coroutine, Iterator
+from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
-from math import ceil
 from pathlib import Path
 
-import uvicorn
-
+from lockprobe.http_server.connections import ConnectionLimits, Connections, raise_file_limit
+from lockprobe.http_server.listening import check_token, listen
+from lockprobe.http_server.running import running, stop_signals
 from lockprobe.people.diary import PEOPLE_DIRECTORY
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.server_state import ServerState
 from lockprobe.people.texts import Words
 from lockprobe.studies.study import Study
-from lockprobe.web.address import QUEUE, Address, check_exposure, check_token, listen
+from lockprobe.web.address import ADMIN_TOKEN, Address, check_exposure
 from lockprobe.web.admin import AdminApi, AdminPage
 from lockprobe.web.app import application
-from lockprobe.web.connections import ConnectionLimits, Connections, raise_file_limit
 from lockprobe.web.files import page_version
 from lockprobe.web.log import ServerLog
 
@@ -34,9 +31,6 @@ SECONDS_BETWEEN_CHECKS = 1.0
 
 SECONDS_TO_FINISH = 10
 """Time for requests that are under way when the server stops."""
-
-_ACCEPTED_AT_ONCE = 64
-"""Connections that are accepted before one of them is looked at: each is an open file."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,7 +60,7 @@ class ServerOptions:
     def __post_init__(self) -> None:
         check_exposure(self.host, self.token, self.public, self.allowed)
         if self.token is not None:
-            check_token(self.token)
+            check_token(ADMIN_TOKEN, self.token)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -111,9 +105,8 @@ async def opened(
             with ServerLog.open(directory / PEOPLE_DIRECTORY) as log, log.hears("uvicorn.error", "asyncio"):
                 app = application(state, words, address, log, admin=AdminApi(state, token, address.url, page))
                 limits = options.limits.within(raise_file_limit())
-                server = _Server(app, Connections(limits, log, proxied=bool(options.public)))
-                async with _running(server, server.serve(sockets=[listening])):
-                    listening.listen(QUEUE)
+                connections = Connections(limits, log.say, proxied=bool(options.public))
+                async with running(app, listening, connections, lifespan="off", seconds_to_finish=SECONDS_TO_FINISH):
                     fragment = "" if options.token else f"#token={token}"
                     admin = f"{address.url}admin{fragment}"
                     state.invite()
@@ -134,69 +127,10 @@ async def serve(
 
     Calls ``announce`` as soon as participants can come.
     """
-    ended = asyncio.Event()
-    loop = asyncio.get_running_loop()
     async with opened(directory, study, experiment, words, options, page) as where:
-        for name in (signal.SIGINT, signal.SIGTERM):
-            loop.add_signal_handler(name, ended.set)
-        try:
+        with stop_signals() as ended:
             announce(where)
             while not ended.is_set():
                 where.check()
                 with contextlib.suppress(TimeoutError):
                     await asyncio.wait_for(ended.wait(), SECONDS_BETWEEN_CHECKS)
-        finally:
-            for name in (signal.SIGINT, signal.SIGTERM):
-                loop.remove_signal_handler(name)
-
-
-class _Server(uvicorn.Server):
-    """A server that reports when it is ready. Its caller handles signals."""
-
-    def __init__(self, app: object, connections: Connections) -> None:
-        super().__init__(_config(app, connections))
-        self.ready = asyncio.Event()
-        self._connections = connections
-
-    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
-        """Start to answer requests."""
-        await super().startup(sockets)
-        self.ready.set()
-
-    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
-        """Finish the requests under way; refuse new connections."""
-        self._connections.end()
-        await super().shutdown(sockets)
-
-    @contextlib.contextmanager
-    def capture_signals(self) -> Iterator[None]:
-        """Capture no signals."""
-        yield
-
-
-@asynccontextmanager
-async def _running(server: _Server, work: Coroutine[None, None, None]) -> AsyncIterator[None]:
-    task = asyncio.create_task(work)
-    await server.ready.wait()
-    try:
-        yield
-    finally:
-        server.should_exit = True
-        await task
-
-
-def _config(app: object, connections: Connections) -> uvicorn.Config:
-    return uvicorn.Config(
-        app,  # type: ignore[arg-type] # an ASGI application
-        http=connections.protocol,  # type: ignore[arg-type] # makes protocols, as the class does
-        ws="none",
-        lifespan="off",
-        log_config=None,
-        access_log=False,
-        proxy_headers=False,
-        server_header=False,
-        date_header=False,
-        timeout_keep_alive=ceil(connections.limits.idle),
-        backlog=_ACCEPTED_AT_ONCE,
-        timeout_graceful_shutdown=SECONDS_TO_FINISH,
-    )

@@ -8,9 +8,9 @@ from contextlib import asynccontextmanager, suppress
 import pytest
 from served import logged, served
 
+from lockprobe.http_server import connections
+from lockprobe.http_server.connections import FILES_KEPT_BACK, ConnectionLimits, raise_file_limit
 from lockprobe.people.server_state import ServerState
-from lockprobe.web import connections
-from lockprobe.web.connections import FILES_KEPT_BACK, ConnectionLimits, raise_file_limit
 from lockprobe.web.serving import ServerOptions
 
 

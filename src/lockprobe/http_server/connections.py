@@ -8,6 +8,7 @@ cap replaces the one that has waited longest for a request. If every other one i
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
@@ -16,8 +17,7 @@ from uvicorn.config import Config
 from uvicorn.protocols.http.h11_impl import H11Protocol
 from uvicorn.server import ServerState
 
-from lockprobe.web.address import is_loopback
-from lockprobe.web.log import ServerLog
+from lockprobe.http_server.listening import is_loopback
 
 __all__ = ["FULL", "Connection", "ConnectionLimits", "Connections", "raise_file_limit"]
 
@@ -81,11 +81,17 @@ def raise_file_limit() -> int | None:
 
 
 class Connections:
-    """The open connections of a server. With ``proxied``, addresses are not counted: a proxy hides them."""
+    """The open connections of a server.
 
-    def __init__(self, limits: ConnectionLimits, log: ServerLog, *, proxied: bool) -> None:
+    Args:
+        limits: Limits on them.
+        say: Gets one line for each connection that is refused.
+        proxied: Whether addresses are not counted: a proxy hides them.
+    """
+
+    def __init__(self, limits: ConnectionLimits, say: Callable[[str], None], *, proxied: bool = False) -> None:
         self.limits = limits
-        self.log, self._proxied = log, proxied
+        self.say, self._proxied = say, proxied
         self._open: dict[Connection, None] = {}
         """Longest waiting first."""
         self._by_address: dict[str, dict[Connection, None]] = {}
@@ -123,7 +129,7 @@ class Connections:
     def refuse(self, one: Connection) -> bool:
         """Whether a connection without a place can still be told so."""
         if not self._ended:
-            self.log.say("503 full no place for another connection")
+            self.say("503 full no place for another connection")
         if self._ended or len(self._refused) >= _REFUSED_AT_ONCE:
             return False
         self._refused.add(one)
@@ -217,7 +223,7 @@ class Connection(H11Protocol):
 
     def send_400_response(self, msg: str) -> None:
         """What came is not HTTP."""
-        self._all.log.say("400 malformed no HTTP")
+        self._all.say("400 malformed no HTTP")
         super().send_400_response(msg)
 
     def on_response_complete(self) -> None:
