@@ -131,6 +131,21 @@ def test_calls_that_are_being_answered_the_player_and_open_streams_are_spared_in
     told(do)
 
 
+def test_at_the_end_open_streams_end_and_calls_are_answered():
+    async def do(place):
+        for _ in range(3):
+            await place.ask()
+        answered, listening = place.begin("1"), place.begin("2", "GET")
+        await asyncio.sleep(0)
+        await place.sessions.close()
+        assert place.app.open == {"1"}
+        place.app.go_on.set()
+        assert await answered == 200
+        await listening
+
+    told(do)
+
+
 def test_what_is_no_request_passes():
     async def do(place):
         await place.sessions({"type": "lifespan"}, None, None)

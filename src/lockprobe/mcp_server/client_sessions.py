@@ -27,8 +27,12 @@ App = Callable[[Scope, Receive, Send], Awaitable[None]]
 
 @dataclass(slots=True)
 class _Use:
-    """What a session is being used for: calls being answered, and open streams of messages to the client."""
+    """What a session is being used for: calls being answered, and open streams of messages to the client.
 
+    ``opening`` is the request that opened it.
+    """
+
+    opening: Scope
     calls: int = 0
     streams: int = 0
 
@@ -58,10 +62,10 @@ class ClientSessions:
         async def sent(message: Message) -> None:
             nonlocal begun
             if message["type"] == "http.response.start":
-                begun = self._answered(given, message)
+                begun = self._answered(scope, given, message)
             await send(message)
 
-        use = self._use(given)
+        use = self._use(scope, given)
         streams = scope["method"] == "GET"
         use.streams, use.calls = use.streams + streams, use.calls + (not streams)
         try:
@@ -69,17 +73,22 @@ class ClientSessions:
         finally:
             use.streams, use.calls = use.streams - streams, use.calls - (not streams)
         if begun and len(self._open) > self._most:
-            await self._end(self._least_needed(besides=begun), scope)
+            await self._end(self._least_needed(besides=begun))
 
-    def _use(self, session: str) -> _Use:
+    async def close(self) -> None:
+        """End the sessions whose calls are answered, and with them the streams that would never end."""
+        for session in [one for one, use in self._open.items() if not use.calls]:
+            await self._end(session)
+
+    def _use(self, scope: Scope, session: str) -> _Use:
         """The use of a session, which becomes the last used; a use that nobody looks at where there is none."""
         found = self._open.pop(session, None)
         if found is None:
-            return _Use()
+            return _Use(scope)
         self._open[session] = found
         return found
 
-    def _answered(self, given: str, start: Message) -> str:
+    def _answered(self, scope: Scope, given: str, start: Message) -> str:
         """Keep account of a session that an answer begins or ends. Returns the one that it begins."""
         if given:
             if start["status"] == 404:
@@ -88,7 +97,7 @@ class ClientSessions:
         begun = next((value.decode("latin-1") for name, value in start["headers"] if name.lower() == _HEADER), "")
         if not begun or start["status"] >= 400:
             return ""
-        self._open[begun] = _Use()
+        self._open[begun] = _Use(scope)
         return begun
 
     def _least_needed(self, *, besides: str) -> str:
@@ -97,11 +106,11 @@ class ClientSessions:
         others = (one for one in self._open if one != besides)
         return min(others, key=lambda one: (self._open[one].calls > 0, one == playing, self._open[one].streams > 0))
 
-    async def _end(self, session: str, scope: Scope) -> None:
+    async def _end(self, session: str) -> None:
         """End a session as its client would have."""
-        self._open.pop(session)
-        headers = [(name, value) for name, value in scope["headers"] if name == b"host"]
-        asked = {**scope, "method": "DELETE", "headers": [*headers, (_HEADER, session.encode("latin-1"))]}
+        opening = self._open.pop(session).opening
+        headers = [(name, value) for name, value in opening["headers"] if name == b"host"]
+        asked = {**opening, "method": "DELETE", "headers": [*headers, (_HEADER, session.encode("latin-1"))]}
         await self._app(asked, _no_body, _ignore)
 
 

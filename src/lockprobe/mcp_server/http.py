@@ -47,12 +47,14 @@ async def serve_http(
         session_idle_timeout=_SECONDS_UNUSED,
         max_sessions=None,  # at its own limit it locks everybody out
     )
-    door = _guarded(ClientSessions(app, lambda: session.player), token)
+    sessions = ClientSessions(app, lambda: session.player)
+    door = _guarded(sessions, token)
     connections = Connections(ConnectionLimits().within(raise_file_limit()), _log.warning)
     with stop_signals() as stopped:
         async with running(door, listening, connections, lifespan="on", seconds_to_finish=_SECONDS_TO_FINISH):
             announce(f"http://{HOST}:{listening.getsockname()[1]}{PATH}")
             await stopped.wait()
+            await sessions.close()
 
 
 def _guarded(app: App, token: str) -> App:
