@@ -251,6 +251,21 @@ def blind(request):
 truthful = in_turn
 """A well-formed reply: it repeats what it was told and goes through the joints in the order listed."""
 
+
+def stubborn(request):
+    """Always the first joint of the list."""
+    return replying(request, joints(request)[0])
+
+
+def counted(request, times=1, answer=truthful):
+    """An answer with about as many tokens as a provider would count, or so many times as many."""
+    status, body = answer(request)
+    read = times * sum(len(words(message)) for message in request["messages"]) // 3
+    written = times * len(body["choices"][0]["message"]["content"]) // 3
+    body["usage"] = {"prompt_tokens": read, "completion_tokens": written, "total_tokens": read + written}
+    return status, body
+
+
 ANSWERS = {"truthful": truthful, "blind": blind}
 
 

@@ -170,16 +170,14 @@ def needing(what: str, extra: str) -> Iterator[None]:
 
 
 class BudgetReached(LockprobeError):
-    """Raised when the next call could cost more than is left. Its trial stops here and resumes from this call.
+    """Raised when less is left than what comes next could cost. A trial stops here and resumes from its next call.
 
-    All amounts are US dollars; ``next_call`` is the maximum cost of the next call and of the calls in progress.
+    All amounts are US dollars; ``needed`` is the maximum cost of the next call, or the estimate of the next trial.
     """
 
-    def __init__(self, spent: float, budget: float, next_call: float) -> None:
-        super().__init__(
-            f"${spent:.4f} of ${budget:.4f} spent; the next calls could cost ${next_call:.4f}, so none is made"
-        )
-        self.spent, self.budget = spent, budget
+    def __init__(self, spent: float, budget: float, needed: float, of: Literal["call", "trial"] = "call") -> None:
+        super().__init__(f"${spent:.4f} of ${budget:.4f} spent; the next {of} could cost ${needed:.4f}")
+        self.spent, self.budget, self.needed, self.of = spent, budget, needed, of
 
 
 class TrialFault(LockprobeError):

@@ -147,6 +147,14 @@ class CallBook(Protocol):
         """The earlier call at this step and turn with this request and a reply; None if there is none."""
         ...
 
+    async def turn(self, worst: Usage) -> None:
+        """Wait until the trial may make its next call, before a connection is taken for it.
+
+        Args:
+            worst: The maximum cost of one attempt.
+        """
+        ...
+
     async def reserve(self, worst: Usage, unanswered: int = 0) -> None:
         """Announce the maximum cost of the next call, the one just looked up; wait for calls on their way if needed.
 

@@ -8,7 +8,8 @@ from provider_server import failure, truthful
 from typed import typed as run
 
 from lockprobe.cli.format_cost import money
-from lockprobe.cli.run_study import ALL_BROKE, BUDGET_REACHED
+from lockprobe.cli.run_study import BROKE, BUDGET_REACHED
+from lockprobe.studies.call_log import read_calls
 from lockprobe.studies.journal import load
 
 STUDY = ["--agent", "cognitive:insistent", "--p", "0,0.4", "--trials", "4", "--repetitions", "1", "--no-report"]
@@ -120,8 +121,11 @@ def test_a_budget_stops_forks_cleanly_and_a_larger_one_goes_on(lockprobe, model_
     left, spent = owed(asked), (server.account()["replied"] - before) * A_CALL
     assert 0 < left < 6
     assert 0 < spent <= 0.4
-    ended = f"{money(spent)} of $0.40 spent, too little is left for a call; {left} of 6 trials are owed"
-    assert ended in said
+    ended = said.splitlines()[-1]
+    assert f"{money(spent)} of $0.40 spent, too little is left for another trial" in ended
+    assert f"; {left} of 6 trials are owed" in ended
+    begun = {call.key for call in read_calls(asked[1] / "forks")}
+    assert begun == {fork.key for fork in load(asked[1] / "forks")}
     status, said, _ = lockprobe(*asked, "--budget", 50)
     assert (status, owed(asked)) == (0, 0)
     assert f"{6 - left} of 6 forks are done already" in said
@@ -132,10 +136,24 @@ def test_forks_that_all_break_end_with_status_1_and_are_owed_again(lockprobe, mo
     _, answer = provider
     answer(lambda request: failure(401, "no such key"))
     status, said, _ = lockprobe(*asked)
-    assert status == ALL_BROKE
-    assert "6 broke, the first at model: the provider answered 401" in said
+    assert status == BROKE
+    assert "6 broke, the first at model: the provider answered 401" in said.splitlines()[-1]
     assert "No effect can be estimated: that takes at least two trials forked at the same step." in said
     assert owed(asked) == 6
+    answer(truthful)
+    assert (lockprobe(*asked)[0], owed(asked)) == (0, 0)
+
+
+def test_a_key_that_dies_between_forks_is_the_exit_status_and_the_last_line(lockprobe, model_study, provider):
+    server, answer = provider
+    asked = (*model_study(1), "--then", "truth")
+    until = server.account()["arrived"] + 7
+    answer(lambda request: failure(402, "no money") if server.account()["arrived"] > until else truthful(request))
+    status, said, _ = lockprobe(*asked)
+    left = owed(asked)
+    assert 0 < left < 6
+    assert status == BROKE
+    assert said.splitlines()[-1].startswith(f"{left} of 6 trials broke and are owed, of {SPEC}; the first at model: ")
     answer(truthful)
     assert (lockprobe(*asked)[0], owed(asked)) == (0, 0)
 

@@ -8,9 +8,10 @@ from lockprobe.agents.catalogue import resolve
 from lockprobe.cli.display import LiveDisplay, watch
 from lockprobe.model_call import Call, Usage
 from lockprobe.record import Decision, Step
+from lockprobe.studies.budget import Budget
 from lockprobe.studies.call_log import read_calls
 from lockprobe.studies.journal import Journal
-from lockprobe.studies.spending import Budget, Ledger
+from lockprobe.studies.spending import Ledger
 from lockprobe.studies.study_options import StudyOptions
 from lockprobe.studies.studyfile import study
 

@@ -26,7 +26,7 @@ def test_h_is_help_everywhere(lockprobe):
 
 def test_a_command_s_help_says_all_that_it_does(lockprobe):
     said = " ".join(lockprobe("run", "--help")[1].split())
-    assert "Exit status 3: a budget ended it; 1: every trial broke, or a condition has no valid trial." in said
+    assert "Exit status 3: a budget ended it; 1: a trial broke and is owed, or a condition has no valid trial." in said
     assert "--condition and --sweep vary anything else" in said
 
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import pytest
 import typer
-from provider_server import failure, truthful
+from provider_server import counted, failure, stubborn, truthful
 from taking_part import take_part
 from typed import typed
 
@@ -17,13 +17,14 @@ from lockprobe.agents.catalogue import resolve
 from lockprobe.cli.format_cost import money
 from lockprobe.cli.progress import Plain
 from lockprobe.cli.run import run
-from lockprobe.cli.run_study import ALL_BROKE, BUDGET_REACHED
+from lockprobe.cli.run_study import BROKE, BUDGET_REACHED
 from lockprobe.errors import BadValue
 from lockprobe.model_call import Call, Usage
+from lockprobe.studies.budget import Budget
 from lockprobe.studies.call_log import read_calls
-from lockprobe.studies.estimate import most_of_one_call
 from lockprobe.studies.journal import Journal
 from lockprobe.studies.settings import read_study
+from lockprobe.studies.spending import Ledger
 from lockprobe.studies.study_options import StudyOptions
 from lockprobe.studies.studyfile import study
 
@@ -100,79 +101,130 @@ def events(capsys):
     return [json.loads(line) for line in capsys.readouterr().out.splitlines()]
 
 
-def test_a_budget_stops_a_study_cleanly_and_a_larger_one_goes_on(tmp_path, provider, capsys):
-    server, _ = provider
-    budget = 0.4
+def spent_in(directory):
+    """US dollars, as the provider counts."""
+    return Ledger(read_study(directory), read_calls(directory)).total.dollars
+
+
+@pytest.fixture
+def honest(provider, prices):
+    """A provider that counts tokens as providers do; a trial takes about six cents, and about 30 at its estimate."""
+    prices(10, 100)
+    provider[1](counted)
+    return provider
+
+
+def test_a_budget_stops_a_study_cleanly_and_a_larger_one_goes_on(tmp_path, honest, capsys):
+    server, _ = honest
     with pytest.raises(typer.Exit) as end:
-        play(tmp_path / "s", budget=budget, connections=2)
+        play(tmp_path / "s", budget=0.45, connections=10, trials=12)
     assert end.value.exit_code == BUDGET_REACHED
     said = capsys.readouterr().out
-    assert "Budget: $0.40; it may not last: the study then stops, and goes on with a larger one" in said
+    assert "Budget: $0.45; it may not last: the study then stops, and goes on with a larger one" in said
     calls = list(read_calls(tmp_path / "s"))
-    spent = len(calls) * A_CALL
-    assert 0 < spent < budget
+    spent, done = spent_in(tmp_path / "s"), load(tmp_path / "s")
+    assert 0 < spent < 0.45
     assert server.account()["replied"] == len(calls)
-    owed = 4 - len(load(tmp_path / "s"))
-    assert owed > 0
-    ended = f"Budget reached: {money(spent)} of $0.40 spent, too little is left for a call; {owed} of 4 trials are owed"
-    assert ended in said
-    play(tmp_path / "s", budget=50.0)
+    assert 2 <= len(done) < 12
+    assert {call.key for call in calls} == {trial.key for trial in done}  # what was begun has ended
+    assert said.splitlines()[-1].startswith(
+        f"Budget reached: {money(spent)} of $0.45 spent, too little is left for another trial, which can take $0."
+    )
+    assert f"; {12 - len(done)} of 12 trials are owed; the same command with a larger --budget goes on" in said
+    play(tmp_path / "s", budget=50.0, trials=12)
     assert f"Budget: $50.00, of which {money(spent)} is spent" in capsys.readouterr().out
-    assert [trial.ending for trial in load(tmp_path / "s")] == ["solved"] * 4
+    assert [trial.ending for trial in load(tmp_path / "s")] == ["solved"] * 12
     replies = [call for call in read_calls(tmp_path / "s") if call.reply is not None]
     assert len(replies) == server.account()["replied"] == sum(len(trial.steps) for trial in load(tmp_path / "s"))
 
 
-def test_machines_get_estimate_spending_and_the_end_of_the_budget_as_events(tmp_path, provider, capsys):
+@pytest.mark.parametrize("times", [2, 3])
+def test_where_a_model_takes_more_than_estimated_the_first_trials_still_end(tmp_path, honest, times):
+    server, answer = honest
+    answer(lambda request: counted(request, times))
+    allowed = 0.3 * times
+    with pytest.raises(typer.Exit) as end:
+        play(tmp_path / "s", budget=allowed, connections=10, trials=20)
+    assert end.value.exit_code == BUDGET_REACHED
+    done, spent = load(tmp_path / "s"), spent_in(tmp_path / "s")
+    assert len(done) >= 1
+    assert spent <= allowed
+    left = {call.key for call in read_calls(tmp_path / "s")} - {trial.key for trial in done}
+    with pytest.raises(typer.Exit):  # what was begun comes first
+        play(tmp_path / "s", budget=1.6 * allowed, connections=1, trials=20)
+    assert {trial.key for trial in load(tmp_path / "s")} >= left
+    replies = [call for call in read_calls(tmp_path / "s") if call.reply is not None]
+    assert len(replies) == server.account()["replied"]
+
+
+def test_what_is_left_by_a_dear_model_is_played_by_a_cheap_one(tmp_path, honest):
+    _, cheap = honest[0], SPEC + "?temperature=0"
+    facts = tmp_path / "models.toml"
+    price = "{ input = 100, cached = 100, output = 1000, date = '2026-01-02', source = 'x' }"
+    facts.write_text(
+        f"[[model]]\nmatch = ['openai-api/fake/dear']\nmost_output = 100\nprice = {price}\n" + facts.read_text()
+    )
+    with pytest.raises(typer.Exit) as end:
+        play(tmp_path / "s", agent=["llm:openai-api/fake/dear", cheap], budget=4.2, trials=8)
+    assert end.value.exit_code == BUDGET_REACHED
+    done = load(tmp_path / "s")
+    assert {call.key for call in read_calls(tmp_path / "s")} == {trial.key for trial in done}
+    assert [trial.agent for trial in done].count(cheap) == 8
+    assert 1 <= len(done) - 8 < 8
+    assert spent_in(tmp_path / "s") <= 4.2
+
+
+def test_machines_get_estimate_spending_and_the_end_of_the_budget_as_events(tmp_path, honest, capsys):
     with pytest.raises(typer.Exit):
-        play(tmp_path / "s", budget=0.4, connections=1, json=True)
+        play(tmp_path / "s", budget=0.45, connections=1, trials=12, json=True)
     found = events(capsys)
     kinds = [event["event"] for event in found]
     assert kinds[:3] == ["begin", "estimate", "agent"]
-    assert kinds[-2:] == ["budget", "report"]
-    estimate, ended = found[1], found[kinds.index("budget")]
-    assert (estimate["budget"], estimate["spent"]) == (0.4, 0.0)
+    assert kinds[-2:] == ["report", "budget"]
+    estimate, ended = found[1], found[-1]
+    assert (estimate["budget"], estimate["spent"]) == (0.45, 0.0)
     assert estimate["agents"][0]["price"]["date"] == "2026-01-02"
-    assert ended["budget"] == 0.4
-    calls = list(read_calls(tmp_path / "s"))
-    assert ended["spent"] == pytest.approx(len(calls) * A_CALL)
-    assert (ended["owed"], ended["trials"]) == (4 - len(load(tmp_path / "s")), 4)
+    assert (ended["budget"], ended["lacking"]) == (0.45, "trial")
+    assert ended["spent"] == pytest.approx(spent_in(tmp_path / "s"))
+    assert ended["spent"] + ended["needed"] > 0.45
+    assert (ended["owed"], ended["trials"]) == (12 - len(load(tmp_path / "s")), 12)
 
 
 @pytest.mark.parametrize("machine", [False, True])
-def test_a_budget_that_ends_the_first_trial_leaves_no_report(tmp_path, provider, capsys, machine):
+def test_a_budget_that_ends_the_first_trial_leaves_no_report(tmp_path, honest, capsys, machine):
+    honest[1](lambda request: counted(request, 3, stubborn))
     with pytest.raises(typer.Exit) as end:
-        play(tmp_path / "s", budget=0.35, connections=4, trials=6, json=machine)
+        play(tmp_path / "s", budget=0.36, connections=4, trials=6, json=machine)
     said = capsys.readouterr().out.splitlines()
     assert end.value.exit_code == BUDGET_REACHED
     assert load(tmp_path / "s") == []
     assert len(list(read_calls(tmp_path / "s"))) > 0
     if machine:
-        last = json.loads(said[-1])
-        assert (last["event"], last["path"]) == ("report", None)
+        report, last = map(json.loads, said[-2:])
+        assert (report["event"], report["path"]) == ("report", None)
+        assert (last["event"], last["lacking"], last["owed"]) == ("budget", "call", 6)
     else:
-        assert said[-1] == "No report: no trial has ended"
-        assert "6 of 6 trials are owed" in said[-2]
+        assert said[-2] == "No report: no trial has ended"
+        assert "too little is left for a call; 6 of 6 trials are owed" in said[-1]
 
 
-def test_a_budget_of_less_than_one_call_is_refused_before_anything_is_made(tmp_path, provider):
-    server, _ = provider
-    with pytest.raises(
-        BadValue, match=r"budget: got '\$0\.01', expected more: one call of llm:.* can cost up to \$0\.\d+"
-    ):
-        play(tmp_path / "s", budget=0.01)
+def test_a_budget_of_less_than_one_trial_is_refused_before_anything_is_made(tmp_path, honest):
+    server, _ = honest
+    refused = r"budget: got '\$0\.20', expected more: one trial of llm:.* can take \$0\.\d+ by its estimate"
+    with pytest.raises(BadValue, match=refused):
+        play(tmp_path / "s", budget=0.2)
     assert not (tmp_path / "s").exists()
     assert server.account()["arrived"] == 0
 
 
-def test_what_one_call_can_cost_is_what_the_first_sets_aside(tmp_path, provider):
-    plan = study(StudyOptions(agent=[SPEC], p=[0], trials=1, repetitions=1))
-    most = most_of_one_call(plan, SPEC)
+def test_a_budget_of_one_trial_plays_one(tmp_path, honest):
+    plan = study(StudyOptions(agent=[SPEC], p=[0], trials=9, repetitions=1))
+    least, _ = Budget(plan, 1.0).least
     with pytest.raises(BadValue):
-        play(tmp_path / "s", trials=1, budget=most * 0.999)
+        play(tmp_path / "s", trials=9, budget=least * 0.999)
     with pytest.raises(typer.Exit):
-        play(tmp_path / "s", trials=1, budget=most * 1.001)
-    assert len(list(read_calls(tmp_path / "s"))) == 1
+        play(tmp_path / "s", trials=9, budget=least * 1.001)
+    assert 1 <= len(load(tmp_path / "s")) < 9
 
 
 @pytest.mark.parametrize("machine", [False, True])
@@ -181,19 +233,42 @@ def test_a_run_of_which_every_trial_breaks_says_so_and_fails(tmp_path, provider,
     answer(lambda request: failure(401, "no such\x1b[2Jkey"))
     with pytest.raises(typer.Exit) as end:
         play(tmp_path / "s", retries=0, trials=2, json=machine)
-    assert end.value.exit_code == ALL_BROKE
+    assert end.value.exit_code == BROKE
     said = capsys.readouterr().out
     assert "\x1b" not in said
+    last = said.splitlines()[-1]
     if machine:
-        ended = json.loads(said.splitlines()[-2])
-        assert (ended["event"], ended["trials"]) == ("broke", 2)
+        ended = json.loads(last)
+        assert (ended["event"], ended["trials"], ended["ended"], ended["agents"]) == ("broke", 2, 0, {SPEC: 2})
         assert ended["first"].startswith("model: the provider answered 401")
     else:
-        assert "No trial ended: 2 broke, the first at model: the provider answered 401" in said
-    answers = iter([failure(401, "no such key")])
-    answer(lambda request: next(answers, None) or truthful(request))
-    play(tmp_path / "s", retries=0, trials=2)  # one of two is no failure of the run
-    assert sum(not trial.owed_again for trial in load(tmp_path / "s")) == 1
+        assert last.startswith("No trial ended: 2 broke, the first at model: the provider answered 401")
+    answer(truthful)
+    play(tmp_path / "s", retries=0, trials=2)
+    assert sum(not trial.owed_again for trial in load(tmp_path / "s")) == 2
+
+
+@pytest.mark.parametrize("machine", [False, True])
+@pytest.mark.parametrize("status", [401, 402, 403, 429])
+def test_a_key_that_dies_in_mid_run_is_the_last_line_and_the_exit_status(tmp_path, provider, capsys, machine, status):
+    server, answer = provider
+    answer(lambda request: failure(status, "no more") if server.account()["arrived"] > 12 else truthful(request))
+    with pytest.raises(typer.Exit) as end:
+        play(tmp_path / "s", retries=0, connections=1, agent=["random", SPEC], json=machine)
+    assert end.value.exit_code == BROKE
+    last = capsys.readouterr().out.splitlines()[-1]
+    assert [trial.owed_again for trial in load(tmp_path / "s")].count(True) == 3
+    if machine:
+        said = json.loads(last)
+        assert (said["event"], said["trials"], said["ended"], said["agents"]) == ("broke", 3, 5, {SPEC: 3})
+    else:
+        assert last.startswith(
+            f"3 of 8 trials broke and are owed, of {SPEC}; the first at model: the provider answered"
+        )
+        assert last.endswith("; the same command plays them again")
+    answer(truthful)
+    play(tmp_path / "s", agent=["random", SPEC])
+    assert not any(trial.owed_again for trial in load(tmp_path / "s"))
 
 
 def test_an_estimate_alone_plays_nothing_and_writes_nothing(tmp_path, provider, capsys, monkeypatch):

@@ -4,11 +4,15 @@ import json
 from dataclasses import replace
 
 import pytest
+from provider_server import counted
 
 from lockprobe.cli.run_study import BUDGET_REACHED
 from lockprobe.record import STATES
-from lockprobe.studies.estimate import most_of_one_call
+from lockprobe.studies.budget import Budget
+from lockprobe.studies.call_log import read_calls
 from lockprobe.studies.journal import load
+from lockprobe.studies.settings import read_study
+from lockprobe.studies.spending import Ledger
 from lockprobe.studies.suites import SUITES, suite_study
 
 
@@ -81,29 +85,37 @@ MODEL = "llm:openai-api/fake/model"
 
 def test_a_budget_is_that_of_all_levels_together(lockprobe, provider, prices, monkeypatch, tmp_path):
     """Without pictures, which take seconds here and cost the same tokens at this provider."""
-    server, _ = provider
+    server, answer = provider
     monkeypatch.setattr("lockprobe.studies.paper.MODALITIES", (STATES,))
     monkeypatch.setattr("lockprobe.studies.paper.ROBOT", "symbolic")
     monkeypatch.setitem(SUITES, "suite-1", replace(SUITES["suite-1"], looks=2))
-    prices(100, 1000)
+    prices(10, 100)
+    answer(counted)
     asked = ("run", "suite-1", "--agent", MODEL, "--connections", 1)
 
-    def cost():
-        return server.account()["replied"] * (11 * 100 + 5 * 1000) / 1e6
+    def cost(out):
+        there = [tmp_path / out / f"{name}-pictures" for name in SUITES["suite-1"].boxes]
+        found = [Ledger(read_study(one), read_calls(one)).total for one in there if one.exists()]
+        return sum(one.dollars or 0.0 for one in found)
 
     assert lockprobe(*asked, "--out", "a")[0] == 0
     levels = {name: len(load(tmp_path / "a" / f"{name}-pictures")) for name in SUITES["suite-1"].boxes}
     assert set(levels.values()) == {4}
-    whole = cost()
+    whole = cost("a")
     first = suite_study(SUITES["suite-1"], "fork-pictures", [MODEL])
-    allowed = round(0.4 * whole + most_of_one_call(first, MODEL), 4)
+    allowed = round(0.5 * whole + Budget(first, 1.0).least[0], 4)
+    before = server.account()["replied"]
     status, said, _ = lockprobe(*asked, "--out", "b", "--budget", allowed)
     assert status == BUDGET_REACHED
-    assert 0 < cost() - whole <= allowed
+    assert 0.3 * whole < cost("b") <= allowed
     assert said.count("Budget reached: ") == 1
-    assert sum(len(load(tmp_path / "b" / f"{name}-pictures")) for name in ("fork", "chain-4")) == 8
-    assert "8 of 16" in said.splitlines()[-2]
-    assert said.splitlines()[-1] == "Suite: b/suite.html"
+    done = sum(len(load(path.parent)) for path in (tmp_path / "b").glob("*/trials.jsonl"))
+    assert 4 < done < 16
+    assert said.splitlines()[-2] == "Suite: b/suite.html"
+    ended = said.splitlines()[-1]
+    assert ended.startswith("Not finished: ")
+    assert ended.endswith("-pictures (the budget), as said above; the same command goes on")
     status, said, _ = lockprobe(*asked, "--out", "b", "--budget", 500)
     assert (status, "16" in said.splitlines()[-2].split()) == (0, True)
-    assert cost() - whole == pytest.approx(whole)  # no call was made twice
+    assert cost("b") == pytest.approx(whole)
+    assert server.account()["replied"] == 2 * before  # no call was made twice

@@ -15,11 +15,11 @@ from lockprobe.agents.model_access import Access
 from lockprobe.errors import BudgetReached
 from lockprobe.fork_name import ForkName
 from lockprobe.studies.branch import FORKS, branching, play_forks
+from lockprobe.studies.budget import Budget
 from lockprobe.studies.call_log import CALLS, read_calls, unanswered
 from lockprobe.studies.fork_costs import fork_costs
 from lockprobe.studies.journal import Journal, left_out, load
 from lockprobe.studies.runner import Limits, run_study
-from lockprobe.studies.spending import Budget
 from lockprobe.studies.study_options import StudyOptions
 from lockprobe.studies.studyfile import study
 

@@ -1,24 +1,17 @@
 """What a study has cost, by agent, and a budget that it never passes."""
 
-import asyncio
-import random
-import tempfile
-from pathlib import Path
-
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from prefixes import repeated_prefix
 
-from lockprobe.agents.llm.model_facts import OWN_FACTS, Price
+from lockprobe.agents.llm.model_facts import OWN_FACTS
 from lockprobe.agents.llm.token_bounds import tokens
 from lockprobe.agents.prompt import Message, conversation, repair
-from lockprobe.errors import BadValue, BudgetReached, ReplyFault
+from lockprobe.errors import ReplyFault
 from lockprobe.model_call import BROKEN_OFF, Call, Usage
 from lockprobe.record import Situation
-from lockprobe.studies.call_log import Calls, read_calls
+from lockprobe.studies.budget import Budget
 from lockprobe.studies.request_sizes import HYPOTHESIS, made_up_steps, reply
-from lockprobe.studies.spending import Budget, Ledger, Owners, dollars, most_dollars, price_of
+from lockprobe.studies.spending import Ledger, Owners, dollars, most_dollars, price_of
 from lockprobe.studies.study_options import StudyOptions
 from lockprobe.studies.studyfile import study
 
@@ -136,54 +129,6 @@ def test_every_attempt_whose_cost_nobody_said_counts_as_the_most_that_it_can_hav
     assert budget.spent == pytest.approx(3 + 5 * 13)
 
 
-def test_a_call_that_is_made_again_needs_the_money_once_more(tmp_path):
-    worst = usage(wrote=100_000)  # $1
-
-    async def made_again():
-        with Calls.open(tmp_path) as calls:
-            budget = Budget(planned(DEAR), 2.5)
-            calls.limit(budget)
-            page = calls.of(call().key)
-            await page.reserve(worst)
-            await page.reserve(worst, 1)
-            with pytest.raises(
-                BudgetReached, match=r"\$2\.0000 of \$2\.5000 spent; the next calls could cost \$1\.0000"
-            ):
-                await page.reserve(worst, 2)
-            page.write(call(reply=None, error=BROKEN_OFF))
-            return budget.spent
-
-    assert asyncio.run(made_again()) == pytest.approx(2)
-    assert Ledger(planned(DEAR), read_calls(tmp_path)).total.dollars_unknown == pytest.approx(2)
-
-
-@pytest.mark.parametrize(("allowed", "ends"), [(3.5, [1, 2]), (2.9, [])])
-def test_calls_that_are_made_again_do_not_wait_for_each_other(tmp_path, allowed, ends):
-    """Each had money set aside that the other would wait for."""
-    worst, done = usage(wrote=100_000), []  # $1
-
-    async def one(calls, trial, both):
-        page = calls.of(call(trial=trial).key)
-        await page.reserve(worst)
-        await both.wait()
-        try:
-            await page.reserve(worst, 1)
-        except BudgetReached:
-            calls.write(call(trial=trial, reply=None, error=BROKEN_OFF))
-            return
-        done.append(trial)
-        calls.write(call(trial=trial, unanswered=1, usage=usage(wrote=10_000)))
-
-    async def all_of_them():
-        with Calls.open(tmp_path) as calls:
-            calls.limit(Budget(planned(DEAR), allowed))
-            both = asyncio.Barrier(2)
-            await asyncio.wait_for(asyncio.gather(*(one(calls, trial, both) for trial in (1, 2))), 5)
-
-    asyncio.run(all_of_them())
-    assert sorted(done) == ends
-
-
 def test_what_was_sent_before_is_what_the_request_before_held():
     calls = [
         call(usage=usage(read=100)),
@@ -227,94 +172,6 @@ def test_what_was_sent_before_is_not_known_where_pictures_leave_the_conversation
         assert Ledger(shown, calls).total.repeated_tokens == (9 if known else None)
     told = Ledger(planned(few), [call(few, usage=usage(read=9)), call(few, step=2, usage=usage(read=9))])
     assert told.total.repeated_tokens == 9  # words stay
-
-
-@pytest.mark.parametrize("allowed", [0, -1, float("nan"), float("inf")])
-def test_a_budget_is_an_amount(allowed):
-    with pytest.raises(BadValue, match="budget: got .*, expected US dollars above 0"):
-        Budget(planned(DEAR), allowed)
-
-
-def test_a_budget_needs_the_price_of_every_hosted_agent():
-    with pytest.raises(
-        BadValue, match=r"no budget with llm:fake/unheard, whose price is not known; .* LOCKPROBE_.*toml"
-    ):
-        Budget(planned(DEAR, FREE, "random"), 5)
-
-
-def test_a_call_waits_for_those_on_their_way_and_is_refused_only_if_it_would_not_fit_without_them(tmp_path):
-    worst, cost = usage(wrote=100_000), usage(wrote=40_000)  # at most $1; really $0.40
-    began = []
-
-    async def one(calls, trial):
-        await calls.of(call(trial=trial).key).reserve(worst)
-        began.append(trial)
-        for _ in range(3):
-            await asyncio.sleep(0)
-        calls.write(call(trial=trial, usage=cost))
-
-    async def all_of_them():
-        with Calls.open(tmp_path) as calls:
-            budget = Budget(planned(DEAR), 2.5)
-            calls.limit(budget)
-            done = await asyncio.gather(*(one(calls, trial) for trial in range(1, 9)), return_exceptions=True)
-            return budget, done
-
-    budget, done = asyncio.run(all_of_them())
-    assert began == [1, 2, 3, 4]  # two at a time; with $1.60 spent none fits any more
-    assert [type(end) for end in done] == [type(None)] * 4 + [BudgetReached] * 4
-    assert budget.spent == pytest.approx(1.6)
-
-
-@settings(max_examples=40, deadline=None)
-@given(seed=st.integers(0, 2**32), allowed=st.floats(0.05, 3), lanes=st.integers(1, 8))
-def test_spending_never_passes_the_budget_whatever_is_replied_and_when(seed, allowed, lanes):
-    luck, agents = random.Random(seed), planned(DEAR, CHEAP)
-    charged = [0.0]
-
-    def charge(most: Usage, rates: Price) -> Usage:
-        """What the provider really charges for, at the moment at which it is asked."""
-        read = luck.randint(0, most.input_tokens)
-        cached = luck.randint(0, read)
-        used = usage(read, luck.randint(0, most.output_tokens), cached, luck.randint(0, read - cached))
-        charged[0] += rates.of(used)
-        assert charged[0] <= allowed + 1e-9
-        return used
-
-    async def lane(calls, number):
-        agent = luck.choice([DEAR, CHEAP])
-        for step in range(1, 15):
-            worst = usage(luck.randint(0, 60_000), luck.randint(0, 60_000))
-            try:
-                await calls.of(call(agent, number).key).reserve(worst)
-            except BudgetReached:
-                return
-            used, again = charge(worst, price_of(agent)), 0
-            while luck.random() < 0.3:  # it is charged for and never comes
-                try:
-                    await calls.of(call(agent, number).key).reserve(worst, again + 1)
-                except BudgetReached:
-                    calls.write(call(agent, number, step, reply=None, error=BROKEN_OFF))
-                    return
-                used, again = charge(worst, price_of(agent)), again + 1
-            for _ in range(luck.randint(0, 4)):
-                await asyncio.sleep(0)
-            counted = call(agent, number, step, usage=used, unanswered=again)
-            uncounted = call(agent, number, step, usage=Usage(calls=1), unanswered=again)
-            broken_off = call(agent, number, step, reply=None, error=BROKEN_OFF)
-            failed = call(agent, number, step, reply=None, error="no reply within 120 s", unanswered=again + 1)
-            calls.write(luck.choice([counted, counted, uncounted, broken_off, failed]))
-
-    async def run(directory):
-        with Calls.open(directory) as calls:
-            calls.limit(Budget(agents, allowed))
-            await asyncio.gather(*(lane(calls, number) for number in range(lanes)))
-
-    with tempfile.TemporaryDirectory() as directory:
-        for _ in range(2):  # a second run has what the first left, and no more
-            asyncio.run(run(Path(directory)))
-        ledger = Ledger(agents, read_calls(directory)).total
-        assert charged[0] - 1e-9 <= (ledger.dollars or 0) + (ledger.dollars_unknown or 0) <= allowed + 1e-9
 
 
 def test_the_most_that_tokens_cost_is_as_if_all_were_put_into_the_cache():

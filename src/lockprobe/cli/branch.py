@@ -20,18 +20,18 @@ from lockprobe.cli.display import watch
 from lockprobe.cli.format_cost import money
 from lockprobe.cli.printing import new_table, print_table
 from lockprobe.cli.progress import Plain, count
-from lockprobe.cli.run_study import ALL_BROKE, BUDGET_REACHED
+from lockprobe.cli.run_study import BROKE, BUDGET_REACHED
 from lockprobe.errors import BudgetReached
 from lockprobe.formatting import p_cell, percent
 from lockprobe.prose.branch import found_said, size_said, value_said
 from lockprobe.record import Step, Trial
 from lockprobe.studies.branch import FORKS, Branching, branching, play_forks
+from lockprobe.studies.budget import Budget
 from lockprobe.studies.fork_costs import fork_costs
 from lockprobe.studies.journal import Journal, Timing, load
 from lockprobe.studies.next_choice import write_choices
 from lockprobe.studies.runner import Limits
 from lockprobe.studies.settings import read_study
-from lockprobe.studies.spending import Budget
 from lockprobe.studies.study import Study
 from lockprobe.terminal_text import printable
 
@@ -76,8 +76,8 @@ def branch(
 
     Earlier steps come from the record; the agent is not asked again. Arms share their luck if the agent is seeded.
     Forks are written to DIR/forks and do not count as trials of the study; the same command resumes them. In trials
-    at p = 0 the effect is that of the first lie among true reports. Exit status 3: the budget ended the run; 1: every
-    fork broke.
+    at p = 0 the effect is that of the first lie among true reports. Exit status 3: the budget ended the run; 1: a
+    fork broke and is owed.
     """
     options.permit(allow)
     study = read_study(directory)
@@ -101,32 +101,33 @@ def branch(
 
 
 def _play(asked: Branching, directory: Path, limits: Limits, budget: Budget | None, *, json: bool) -> None:
-    status = 0
-    with (
-        Journal.open(directory / FORKS, asked.study) as journal,
-        watch(json=json, budget=budget, report=False, attended=asked.study.attended) as observer,
-    ):
-        if budget is not None:
-            journal.calls.limit(budget)
-        planned = {plan.key for agent in asked.agents for plan in asked.plans(agent)}
-        watched = _Watched(observer, asked, len(planned))
-        try:
-            play_forks(asked, journal, limits=limits, observer=watched)
-        except KeyboardInterrupt:
-            observer.interrupted(journal.directory)
-            raise
-        except BudgetReached as reached:
-            observer.stopped(reached, sum(map(journal.owes, planned)), len(planned))
-            status = BUDGET_REACHED
-        if not status and observer.tally.broken_in_all and not observer.tally.ended_in_all:
-            observer.broke()
-            status = ALL_BROKE
+    reached: BudgetReached | None = None
+    planned = {plan.key for agent in asked.agents for plan in asked.plans(agent)}
+    with watch(json=json, budget=budget, report=False, attended=asked.study.attended) as observer:
+        with Journal.open(directory / FORKS, asked.study) as journal:
+            if budget is not None:
+                journal.calls.limit(budget)
+            watched = _Watched(observer, asked, len(planned))
+            try:
+                play_forks(asked, journal, limits=limits, observer=watched)
+            except KeyboardInterrupt:
+                observer.interrupted(journal.directory)
+                raise
+            except BudgetReached as error:
+                reached = error
+            owed = sum(map(journal.owes, planned))
         observer.close()
-    forks = [fork for fork in load(directory / FORKS) if fork.key in planned]
-    effects = branch_effects(forks, asked.trials, asked.at, write_choices(directory, asked, planned))
-    _print_effects(effects, json=json)
-    if status:
-        raise typer.Exit(status)
+        forks = [fork for fork in load(directory / FORKS) if fork.key in planned]
+        effects = branch_effects(forks, asked.trials, asked.at, write_choices(directory, asked, planned))
+        _print_effects(effects, json=json)
+        if observer.tally.broken_in_all:
+            observer.broke()
+        if reached is not None:
+            observer.stopped(reached, owed, len(planned))
+    if reached is not None:
+        raise typer.Exit(BUDGET_REACHED)
+    if observer.tally.broken_in_all:
+        raise typer.Exit(BROKE)
 
 
 def _estimate(asked: Branching, directory: Path, *, json: bool) -> None:

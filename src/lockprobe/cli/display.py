@@ -20,9 +20,9 @@ from lockprobe.cli.progress import Plain, invalid_in_words, told
 from lockprobe.errors import BudgetReached
 from lockprobe.model_call import Call
 from lockprobe.record import Step, Trial
+from lockprobe.studies.budget import Budget
 from lockprobe.studies.estimate import Estimate
 from lockprobe.studies.journal import Journal, Timing
-from lockprobe.studies.spending import Budget
 from lockprobe.studies.study import Study
 from lockprobe.studies.valid_conditions import Invalid
 from lockprobe.terminal_text import printable
@@ -117,11 +117,26 @@ class JsonLines(Plain):
 
     def stopped(self, reached: BudgetReached, owed: int, trials: int) -> None:
         """Print that the budget is spent."""
-        self.event("budget", spent=reached.spent, budget=reached.budget, owed=owed, trials=trials)
+        self.event(
+            "budget",
+            spent=self._spent_at_last(reached),
+            budget=reached.budget,
+            lacking=reached.of,
+            needed=reached.needed,
+            owed=owed,
+            trials=trials,
+        )
 
     def broke(self) -> None:
-        """Print that every trial of the run broke."""
-        self.event("broke", trials=self.tally.broken_in_all, first=self.tally.first_error)
+        """Print how many trials of the run broke."""
+        tally = self.tally
+        self.event(
+            "broke",
+            trials=tally.broken_in_all,
+            ended=tally.ended_in_all,
+            agents=dict(tally.broken_of),
+            first=tally.first_error,
+        )
 
     def owed_anew(self, trials: int) -> None:
         """Print how many trials will be replayed on request."""

@@ -13,12 +13,13 @@ from lockprobe.errors import BudgetReached
 from lockprobe.model_call import Call
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.record import Step, Trial
+from lockprobe.studies.budget import Budget
 from lockprobe.studies.call_log import Calls, read_calls
 from lockprobe.studies.estimate import Estimate, estimates
 from lockprobe.studies.journal import Journal, Timing
 from lockprobe.studies.paper import ROBOT, is_short
 from lockprobe.studies.records import LeftOut
-from lockprobe.studies.spending import Budget, Ledger, hosted
+from lockprobe.studies.spending import Ledger, hosted
 from lockprobe.studies.study import Study
 from lockprobe.studies.valid_conditions import Invalid
 from lockprobe.terminal_text import printable
@@ -237,19 +238,28 @@ class Plain:
     def stopped(self, reached: BudgetReached, owed: int, trials: int) -> None:
         """Say that the budget is spent, how many trials of the study are owed, and how to go on."""
         self.close()
+        spent = money(self._spent_at_last(reached))
+        lacking = "a call" if reached.of == "call" else f"another trial, which can take {money(reached.needed)}"
         self.say(
-            f"Budget reached: {money(reached.spent)} of {money(reached.budget)} spent, too little is left for a call; "
+            f"Budget reached: {spent} of {money(reached.budget)} spent, too little is left for {lacking}; "
             f"{owed} of {trials} trials are owed; the same command with a larger --budget goes on"
         )
-        self.tally.ledger = None  # what was spent is said
+
+    def _spent_at_last(self, reached: BudgetReached) -> float:
+        """What is spent when the last call has returned."""
+        return reached.spent if self._budget is None else self._budget.spent
 
     def broke(self) -> None:
-        """Say that no trial of the run ended, why, and how to go on."""
+        """Say how many trials of the run broke, of which agents, why, and how to go on."""
         self.close()
-        self.say(
-            f"No trial ended: {self.tally.broken_in_all} broke, the first at {self.tally.first_error}; "
-            "the same command plays them again"
-        )
+        tally = self.tally
+        broken, played = tally.broken_in_all, tally.broken_in_all + tally.ended_in_all
+        if not tally.ended_in_all:
+            said = f"No trial ended: {broken} broke, the first at {tally.first_error}"
+        else:
+            whose = ", ".join(tally.broken_of)
+            said = f"{broken} of {played} trials broke and are owed, of {whose}; the first at {tally.first_error}"
+        self.say(f"{said}; the same command plays {'it' if broken == 1 else 'them'} again")
 
     def owed_anew(self, trials: int) -> None:
         """Say how many trials are replayed on request after an unusable reply had ended them for good."""
@@ -287,6 +297,7 @@ class Tally:
     Attributes:
         ended_in_all: Trials of this run that ended, over all agents.
         broken_in_all: Trials of this run that broke outside their agent.
+        broken_of: The agents of these, each with their number.
         tells_solved: Whether a line says what is solved under which condition.
         first_error: Boundary and message of the first of those.
         ledger: The cost of the study; None where no provider is asked.
@@ -298,6 +309,7 @@ class Tally:
         self.owed = self.played = self.steps = self.ended_in_all = self.broken_in_all = 0
         self.tells_solved = True
         self.first_error = ""
+        self.broken_of: Counter[str] = Counter()
         self.errors: Counter[str] = Counter()
         self.solved: Counter[str] = Counter()
         self.ended: Counter[str] = Counter()
@@ -332,6 +344,7 @@ class Tally:
         """A trial is on disk."""
         self.played += 1
         self.broken_in_all += trial.owed_again
+        self.broken_of.update([trial.agent] if trial.owed_again else [])
         self.ended_in_all += not trial.owed_again
         if trial.error is not None and trial.owed_again and not self.first_error:
             self.first_error = f"{trial.error.boundary}: {trial.error.message}"

@@ -54,7 +54,7 @@ def run(
     --condition and --sweep vary anything else that lockprobe interventions lists, with the truth as control.
 
     Another --agent with --out and settings of a study is added to it, with the same luck. Exit status 3: a budget ended
-    it; 1: every trial broke, or a condition has no valid trial.
+    it; 1: a trial broke and is owed, or a condition has no valid trial.
     """
     options.permit(allow)
     if estimate and again is not None:

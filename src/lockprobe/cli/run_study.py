@@ -14,20 +14,19 @@ from lockprobe.cli.live_report import LiveReport
 from lockprobe.cli.progress import Plain, foreign_in_words
 from lockprobe.errors import BadValue, BudgetReached
 from lockprobe.plan import Plan
-from lockprobe.studies.estimate import most_of_one_call
+from lockprobe.studies.budget import Budget
 from lockprobe.studies.journal import Journal
 from lockprobe.studies.runner import Limits, owe_anew
 from lockprobe.studies.runner import run as play_trials
 from lockprobe.studies.shard import Shard
-from lockprobe.studies.spending import Budget, hosted
 from lockprobe.studies.study import Study
 from lockprobe.studies.valid_conditions import invalid_conditions
 from lockprobe.terminal_text import printable
 
-__all__ = ["ALL_BROKE", "BUDGET_REACHED", "NO_VALID_TRIAL", "allowed_budget", "play_study"]
+__all__ = ["BROKE", "BUDGET_REACHED", "NO_VALID_TRIAL", "allowed_budget", "play_study"]
 
-ALL_BROKE = 1
-"""The exit status if faults outside the agents broke every trial of the run."""
+BROKE = 1
+"""The exit status if faults outside the agents broke a trial of the run, which is therefore owed."""
 
 NO_VALID_TRIAL = 1
 """The exit status if every trial of a condition ended as an error."""
@@ -64,6 +63,7 @@ def play_study(
         json: Whether to print events as JSON.
     """
     status = 0
+    reached: BudgetReached | None = None
     with (
         suppress(_NothingKept),
         Journal.open(directory, planned) as journal,
@@ -83,20 +83,19 @@ def play_study(
         except KeyboardInterrupt:
             observer.interrupted(directory)
             raise
-        except BudgetReached as reached:
+        except BudgetReached as error:
+            reached = error
+        if planned.size == planned.invited and not journal.trials:
+            return status  # people have yet to be invited
+        live.end()
+        something = journal.trials or reached is None
+        observer.reported(_report(directory, limits) if report and something else None)
+        status = _failure(planned, journal, observer)
+        if reached is not None:
             observer.stopped(reached, _owed(planned, journal), planned.size - planned.invited)
-            status = BUDGET_REACHED
             if not journal.trials:
-                observer.reported(None)
-                raise _NothingKept from None
-    if status == BUDGET_REACHED and not journal.trials:
-        return status
-    status = status or _failure(planned, journal, observer)
-    if planned.size == planned.invited and not journal.trials:
-        return status  # people have yet to be invited
-    live.end()
-    observer.reported(_report(directory, limits) if report and (journal.trials or not status) else None)
-    return status
+                raise _NothingKept
+    return BUDGET_REACHED if reached is not None else status
 
 
 def _plans(planned: Study, shard: Shard | None) -> Callable[[str], Iterable[Plan]] | None:
@@ -106,14 +105,14 @@ def _plans(planned: Study, shard: Shard | None) -> Callable[[str], Iterable[Plan
 
 
 def _failure(planned: Study, journal: Journal, observer: Plain) -> int:
-    """The exit status of a completed run: 0 unless every trial broke or a condition has no valid trial."""
-    if observer.tally.broken_in_all and not observer.tally.ended_in_all:
-        observer.broke()
-        return ALL_BROKE
-    if found := invalid_conditions(planned, journal.trials):
+    """The exit status of a run, and its last lines: 0 if no trial broke and no condition has errors alone."""
+    broken, ended = observer.tally.broken_in_all, observer.tally.ended_in_all
+    found = invalid_conditions(planned, journal.trials) if ended or not broken else []
+    if found:
         observer.invalid(found)
-        return NO_VALID_TRIAL
-    return 0
+    if broken:
+        observer.broke()
+    return BROKE if broken else NO_VALID_TRIAL if found else 0
 
 
 def _report(directory: Path, limits: Limits) -> Path:
@@ -124,13 +123,13 @@ def _report(directory: Path, limits: Limits) -> Path:
 
 
 def allowed_budget(planned: Study, budget: float | None, directory: Path) -> Budget | None:
-    """The budget of a study. At the start it has to cover at least one call."""
+    """The budget of a study. At the start it has to cover at least one trial."""
     if budget is None:
         return None
     allowed = Budget(planned, budget)
-    most, agent = min(((most_of_one_call(planned, agent), agent) for agent in hosted(planned)), default=(0.0, ""))
-    if most > budget and not (directory / "study.json").exists():
-        raise BadValue("budget", money(budget), f"more: one call of {agent} can cost up to {money(most)}")
+    least, agent = allowed.least
+    if least > budget and not (directory / "study.json").exists():
+        raise BadValue("budget", money(budget), f"more: one trial of {agent} can take {money(least)} by its estimate")
     return allowed
 
 

@@ -61,20 +61,31 @@ def run_suite(
     if again is not None and not is_suite(directory):
         raise BadValue("again", again, "a suite that has been played before in this directory")
     begin_suite(directory, suite)
-    status = 0
+    unfinished: dict[str, int] = {}
     for name, study in studies.items():
         allowed = allowed_budget(study, budget, directory / name)
         if allowed is not None:
             allowed.spent += _spent(directory, suite, without=name)
         found = play_study(study, directory / name, limits, allowed, again=again, report=None, json=json)
-        status = max(status, found)
+        if found:
+            unfinished[name] = found
         if found == BUDGET_REACHED:
             break
     if report:
         report_suite(directory, json=json)
-    if status:
-        raise typer.Exit(status)
+    if unfinished:
+        _say_unfinished(unfinished, json=json)
+        raise typer.Exit(max(unfinished.values()))
     return None
+
+
+def _say_unfinished(unfinished: Mapping[str, int], *, json: bool) -> None:
+    """Print which studies of a suite were not played to their end, and why, by their exit statuses."""
+    if json:
+        print(json_.dumps({"event": "unfinished", "studies": dict(unfinished)}), flush=True)
+        return
+    said = [f"{name} ({'the budget' if status == BUDGET_REACHED else 'errors'})" for name, status in unfinished.items()]
+    print(f"Not finished: {', '.join(said)}, as said above; the same command goes on")
 
 
 def _agents(suite: Suite, directory: Path, asked: list[str] | None) -> tuple[str, ...]:

@@ -21,8 +21,9 @@ from pydantic import TypeAdapter, ValidationError
 from lockprobe.errors import BadFile, BadValue, Missing
 from lockprobe.inputs import is_there
 from lockprobe.model_call import BROKEN_OFF, Call, Usage
+from lockprobe.plan import Plan
 from lockprobe.storage.jsonl import LineFile, whole_lines, with_checksum, without_checksum
-from lockprobe.studies.spending import Budget
+from lockprobe.studies.budget import Budget
 
 __all__ = ["ASKED", "CALLS", "Calls", "read_calls", "unanswered"]
 
@@ -120,6 +121,10 @@ class Calls:
         """Register a listener for every call that is written from now on."""
         self._listeners.append(listener)
 
+    def has_replies(self, key: str) -> bool:
+        """Whether a trial that is not finished has replies already, from which it goes on."""
+        return key in self._replied
+
     def of(self, key: str, parent: str = "") -> _TrialCalls:
         """The calls of one trial; a fork also finds those of its parent trial (:meth:`adopt`)."""
         return _TrialCalls(self, key, parent)
@@ -128,6 +133,8 @@ class Calls:
         """Also look up calls of another log, those of forked trials. They are not written and cost nothing."""
         for call in calls:
             self._note(call)
+            if self._budget is not None:
+                self._budget.learn(call)
 
     @property
     def on_their_way(self) -> int:
@@ -144,6 +151,25 @@ class Calls:
         call = self._replied.get(key, {}).get((step, turn))
         return call if call is not None and call.request == request else None
 
+    def admit(self, plan: Plan) -> bool:
+        """Open a trial; False if open ones have to end first, because the budget does not cover it beside them.
+
+        Raises:
+            BudgetReached: If no trial is open and the budget does not cover this one.
+        """
+        return self._budget is None or self._budget.admit(plan)
+
+    def end(self, key: str) -> None:
+        """Close a trial that was admitted."""
+        if self._budget is not None:
+            self._budget.end(key)
+            self._wake()
+
+    async def turn(self, key: str, worst: Usage) -> None:
+        """Wait until a trial may make its next call: earlier trials could need what the budget has left."""
+        while self._budget is not None and not self._budget.has_turn(key, worst):
+            await self._news()
+
     async def reserve(self, call: Call) -> None:
         """Write a call to disk before each attempt, and reserve the maximum cost of the attempt.
 
@@ -157,9 +183,7 @@ class Calls:
         if self._claimed is not None:
             raise _incredible(self._claimed)
         while self._budget is not None and not self._budget.reserve(call.key, call.most or Usage(), call.unanswered):
-            room = asyncio.get_running_loop().create_future()
-            self._waiting.append(room)
-            await room
+            await self._news()
         self._append(ASKED, call)
         _, began = self._on_their_way.get(call.key, (call, time.monotonic()))
         self._on_their_way[call.key] = call, began
@@ -180,12 +204,21 @@ class Calls:
         self._claimed = self._claimed or (call if call.claimed is not None else None)
         if self._budget is not None:
             self._budget.settle(call)
-        waiting, self._waiting = self._waiting, []
-        for room in waiting:
-            if not room.done():
-                room.set_result(None)
+        self._wake()
         for listener in self._listeners:
             listener(call)
+
+    async def _news(self) -> None:
+        """Wait until a call has returned or a trial has ended."""
+        news = asyncio.get_running_loop().create_future()
+        self._waiting.append(news)
+        await news
+
+    def _wake(self) -> None:
+        waiting, self._waiting = self._waiting, []
+        for news in waiting:
+            if not news.done():
+                news.set_result(None)
 
     def _append(self, name: str, call: Call) -> None:
         if name not in self._files:
@@ -229,6 +262,9 @@ class _TrialCalls:
         self._next = Call(key=self._key, step=step, turn=turn, request=request, reply=None)
         found = self._calls.recall(self._key, step, turn, request)
         return found or self._calls.recall(self._parent, step, turn, request)
+
+    async def turn(self, worst: Usage) -> None:
+        await self._calls.turn(self._key, worst)
 
     async def reserve(self, worst: Usage, unanswered: int = 0) -> None:
         await self._calls.reserve(replace(self._next, most=worst, unanswered=unanswered))

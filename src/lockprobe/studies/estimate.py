@@ -12,8 +12,8 @@ from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
-from lockprobe.agents.llm.model_facts import Price, facts_of
-from lockprobe.agents.llm.settings import read_settings
+from lockprobe.agents.llm.model_facts import ModelFacts, Price, facts_of
+from lockprobe.agents.llm.settings import ModelSettings, read_settings
 from lockprobe.lockbox.solve import random_curve
 from lockprobe.model_call import Call, Usage
 from lockprobe.record import Trial
@@ -21,7 +21,7 @@ from lockprobe.studies.request_sizes import PromptSizes, Request
 from lockprobe.studies.spending import hosted, most_dollars
 from lockprobe.studies.study import Study
 
-__all__ = ["Estimate", "estimates", "most_of_one_call", "together"]
+__all__ = ["Estimate", "assumed_output", "estimates", "together"]
 
 _REASONING = 1000
 """Assumed tokens of reasoning before a reply without history; models differ by more than tenfold."""
@@ -109,14 +109,11 @@ def _added(first: Estimate, second: Estimate) -> Estimate:
     )
 
 
-def most_of_one_call(study: Study, agent: str) -> float:
-    """Upper bound of the cost of a trial's first call, US dollars; 0 if no price is known."""
-    name, settings = read_settings(agent)
-    facts = facts_of(name)
-    if facts.price is None:
-        return 0.0
-    plans = (study.plan(agent, condition, 1, 1) for condition in study.conditions_of(agent))
-    return min(most_dollars(PromptSizes(plan, settings, facts).first(), facts.price) for plan in plans)
+def assumed_output(prompt: PromptSizes, settings: ModelSettings, facts: ModelFacts) -> float:
+    """Assumed tokens of a reply for an agent without history."""
+    reasons = facts.reasons or settings.effort not in (None, "none")
+    output = prompt.output + (_REASONING if reasons else 0)
+    return min(output, settings.most_tokens(facts) or output)
 
 
 class _AgentEstimator:
@@ -179,7 +176,7 @@ class _AgentEstimator:
             for step in range(begun + 1, self._study.max_steps + 1):
                 request, times = prompt.request(step, longer), trials * repairs
                 share = coming_to[step] / coming_to[reached] if step > reached else 1.0
-                written = self._written(prompt) if output is None else output
+                written = assumed_output(prompt, self._settings, self._facts) if output is None else output
                 expected.add(request, written, times * share)
                 full.add(request, written, times)
                 repeated += prompt.repeated(step, longer) * times * share
@@ -215,12 +212,6 @@ class _AgentEstimator:
         if self._taken:
             return self._input / self._taken, self._output / self._counted, self._counted / self._first
         return 1.0, None, 1.0
-
-    def _written(self, prompt: PromptSizes) -> float:
-        """Assumed tokens of a reply for an agent without history."""
-        reasons = self._facts.reasons or self._settings.effort not in (None, "none")
-        output = prompt.output + (_REASONING if reasons else 0)
-        return min(output, self._settings.most_tokens(self._facts) or output)
 
 
 class _UsageSum:

@@ -14,7 +14,6 @@ connection stays idle.
 from __future__ import annotations
 
 import asyncio
-from collections import deque
 from collections.abc import Awaitable, Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import nullcontext
@@ -33,9 +32,10 @@ from lockprobe.plan import Plan
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.protocols import Agent, Closable
 from lockprobe.record import Fact, Step, Trial
-from lockprobe.studies.call_log import read_calls
+from lockprobe.studies.call_log import Calls, read_calls
 from lockprobe.studies.cluster_trials import can_travel, play_on_cluster
 from lockprobe.studies.journal import Journal, Timing, load, read_timings
+from lockprobe.studies.lanes import play_in_lanes
 from lockprobe.studies.picture_store import ALBUM, Album
 from lockprobe.studies.play import own_thread, play_timed
 from lockprobe.studies.study import Study
@@ -43,7 +43,7 @@ from lockprobe.studies.workers import play_in_workers
 from lockprobe.studies.yoking import bound, is_yoked
 from lockprobe.trial import here
 
-__all__ = ["Limits", "Observer", "Silent", "owe_anew", "play_in_lanes", "run", "run_study"]
+__all__ = ["Limits", "Observer", "Silent", "owe_anew", "run", "run_study"]
 
 _GIVE_UP_AFTER = 10
 """Trials broken in a row, by something outside the agent, after which a run stops."""
@@ -132,7 +132,7 @@ def run(
 
     Raises:
         UserMistake: Before the first trial, if an agent or the plant is not available.
-        BudgetReached: If the money is spent, after all trials that cost nothing.
+        BudgetReached: If the budget ended the trials of an agent; those of the others were played as far as it went.
         KeyboardInterrupt: On Ctrl-C; whatever was finished is on disk.
     """
     limits, observer, of = limits or Limits(), observer or Silent(), plans or study.plans
@@ -140,7 +140,7 @@ def run(
     sources = [resolve(spec, limits.access) for spec in study.agents]
     study.check_agents()
     sources = _run_here(sources)
-    owed = {source.spec: [plan for plan in of(source.spec) if journal.owes(plan.key)] for source in sources}
+    owed = {source.spec: _owed(of(source.spec), journal) for source in sources}
     for source in sources:
         if owed[source.spec]:
             source.check()
@@ -149,7 +149,7 @@ def run(
     observer.begin(study, journal, sum(map(len, owed.values())))
     spent: BudgetReached | None = None
     for source in sorted(sources, key=lambda source: source.engine != "inline"):
-        if not owed[source.spec] or (spent is not None and source.engine == "network"):
+        if not owed[source.spec]:
             continue
         observer.agent(source, len(owed[source.spec]))
         try:
@@ -159,6 +159,12 @@ def run(
             spent = reached
     if spent is not None:
         raise spent
+
+
+def _owed(plans: Iterable[Plan], journal: Journal) -> list[Plan]:
+    """The plans that a journal owes; those that were begun first, so that a small budget ends them."""
+    owed = [plan for plan in plans if journal.owes(plan.key)]
+    return sorted(owed, key=lambda plan: not journal.calls.has_replies(plan.key))
 
 
 def _rounds(study: Study, plans: Sequence[Plan], journal: Journal) -> Iterator[list[Plan]]:
@@ -210,7 +216,7 @@ def _play(
     threaded = source.engine == "network" and not attended and not _light(study)
     with own_thread() if threaded else nullcontext(here) as place:
         play = partial(play_timed, on_step=observer.step, keep=Album(album).keep, calls=journal.calls, place=place)
-        asyncio.run(_play_here(plans, source, play, finish, lanes=lanes, at_the_end=at_the_end))
+        asyncio.run(_play_here(plans, source, play, finish, journal.calls, lanes=lanes, at_the_end=at_the_end))
 
 
 def run_study(study: Study, directory: Path | str, *, limits: Limits | None = None) -> list[Trial]:
@@ -342,6 +348,7 @@ async def _play_here(
     source: AgentSource,
     play: Callable[[Plan, Agent], Awaitable[tuple[Trial, Timing]]],
     finish: _TrialWriter,
+    calls: Calls,
     *,
     lanes: int,
     at_the_end: int,
@@ -350,54 +357,10 @@ async def _play_here(
     try:
         if source.engine == "network":
             finish.expect(agent.facts)
-        await play_in_lanes(plans, lambda plan: play(plan, agent), finish, lanes=lanes, at_the_end=at_the_end)
+        await play_in_lanes(plans, lambda plan: play(plan, agent), finish, calls, lanes=lanes, at_the_end=at_the_end)
     finally:
         if isinstance(agent, Closable):
             await agent.aclose()
-
-
-async def play_in_lanes(
-    plans: Sequence[Plan],
-    play: Callable[[Plan], Awaitable[tuple[Trial, Timing]]],
-    finish: Callable[[Trial, Timing], None],
-    *,
-    lanes: int = 1,
-    at_the_end: int = 0,
-) -> None:
-    """Play plans in this process, in order, with ``lanes`` at once; the last ``at_the_end`` all at once.
-
-    An error other than a broken trial ends all trials, and those under way are cancelled. If the budget is reached, no
-    trial is opened, and each open one goes on until it is refused a call itself. ``finish`` gets every finished trial.
-
-    Raises:
-        BudgetReached: If the budget is reached; once, when no trial is open any more.
-        UserMistake: As ``play`` and ``finish`` raise it.
-    """
-    queue, spent = deque(plans), list[BudgetReached]()
-
-    async def trial(plan: Plan) -> None:
-        try:
-            finish(*await play(plan))
-        except BudgetReached as reached:
-            spent.append(reached)
-
-    opened: set[asyncio.Task[None]] = set()
-    try:
-        while True:
-            while queue and not spent and (len(opened) < lanes or len(queue) <= at_the_end):
-                opened.add(asyncio.ensure_future(trial(queue.popleft())))
-            if not opened:
-                break
-            done, opened = await asyncio.wait(opened, return_when=asyncio.FIRST_COMPLETED)
-            for error in [task.exception() for task in done]:
-                if error is not None:
-                    raise error
-    finally:
-        for task in opened:
-            task.cancel()
-        await asyncio.gather(*opened, return_exceptions=True)
-    if spent:
-        raise spent[-1]
 
 
 def owe_anew(journal: Journal, study: Study, boundary: str) -> int:

@@ -1,4 +1,4 @@
-"""The cost of a study by agent, and its budget.
+"""The cost of a study by agent.
 
 Money is in US dollars: tokens times the known prices of a model (:mod:`lockprobe.agents.llm.model_facts`). If a price
 is not known, the cost is None, never 0.
@@ -13,14 +13,13 @@ from math import floor, log10
 from typing import Any
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.agents.llm.model_facts import OWN_FACTS, Price, facts_of
-from lockprobe.errors import BadValue, BudgetReached
+from lockprobe.agents.llm.model_facts import Price, facts_of
 from lockprobe.interventions.condition import MODALITIES
 from lockprobe.model_call import Call, Usage
 from lockprobe.spec import Spec, spec_name
 from lockprobe.studies.study import Study
 
-__all__ = ["Budget", "Ledger", "Owners", "Spending", "dollars", "hosted", "most_dollars", "price_of"]
+__all__ = ["Ledger", "Owners", "Spending", "dollars", "hosted", "most_dollars", "price_of", "unknown_dollars"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -78,7 +77,7 @@ def most_dollars(usage: Usage, price: Price) -> float:
     return (usage.input_tokens * dearest + usage.output_tokens * price.output) / 1e6
 
 
-def _unknown_dollars(call: Call, price: Price) -> float:
+def unknown_dollars(call: Call, price: Price) -> float:
     """Upper bound of the cost of a call's attempts without a reported usage, US dollars."""
     return call.unpriced * most_dollars(call.most or Usage(), price)
 
@@ -164,7 +163,7 @@ class _AgentSpending:
             retries=call.retries,
             seconds=call.seconds,
             dollars=None if price is None else price.of(call.usage, batch=call.batch),
-            dollars_unknown=None if price is None else _unknown_dollars(call, price),
+            dollars_unknown=None if price is None else unknown_dollars(call, price),
             claimed=call.claimed is not None,
             claimed_dollars=None if price is None else price.of(call.claimed or Usage(), batch=call.batch),
             price=price,
@@ -187,72 +186,6 @@ class _AgentSpending:
 def _drops_pictures(agent: str) -> bool:
     """Whether pictures are dropped from the middle of an agent's conversations, so that requests share no prefix."""
     return Spec.parse(agent).options.get("images", "0") != "0"
-
-
-class Budget:
-    """The budget of a study, including earlier runs. A call of unknown cost counts at its upper bound.
-
-    ``allowed`` is in US dollars.
-
-    Raises:
-        BadValue: If the amount is not above 0, or the price of a model that would be called is not known.
-    """
-
-    def __init__(self, study: Study, allowed: float) -> None:
-        if not 0 < allowed < float("inf"):
-            raise BadValue("budget", allowed, "US dollars above 0")
-        self.allowed = allowed
-        self.spent = 0.0
-        self._owners = Owners(study)
-        self._prices: dict[str, Price] = {}
-        self._reserved: dict[str, float] = {}
-        self._lost: dict[str, float] = {}
-        self._reached: BudgetReached | None = None
-        for agent in hosted(study):
-            if (price := price_of(agent)) is None:
-                raise BadValue(
-                    "budget",
-                    f"{allowed:g}",
-                    f"no budget with {agent}, whose price is not known; "
-                    f"write it into a file of your own and set {OWN_FACTS}=FILE.toml",
-                )
-            self._prices[agent] = price
-
-    def reserve(self, key: str, worst: Usage, unanswered: int = 0) -> bool:
-        """Reserve the maximum cost of a trial's next call; False if calls in flight have to return first.
-
-        When a call is repeated, its earlier attempts count as spent at ``worst`` each. A waiting call holds no
-        reservation, so there is no deadlock.
-
-        Raises:
-            BudgetReached: If it does not fit even if calls in flight cost nothing. From then on nothing fits.
-        """
-        if self._reached is not None:
-            raise self._reached
-        if (price := self._price(key)) is None:
-            return True
-        most = most_dollars(worst, price)
-        self._reserved.pop(key, None)
-        self._lost[key] = unanswered * most
-        spent = self.spent + sum(self._lost.values())
-        if spent + most > self.allowed:
-            self._reached = BudgetReached(spent, self.allowed, most)
-            raise self._reached
-        if spent + sum(self._reserved.values()) + most > self.allowed:
-            return False
-        self._reserved[key] = most
-        return True
-
-    def settle(self, call: Call) -> None:
-        """Replace a call's reservation by its cost."""
-        self._reserved.pop(call.key, None)
-        self._lost.pop(call.key, None)
-        if (price := self._price(call.key)) is not None:
-            self.spent += price.of(call.usage, batch=call.batch)
-            self.spent += _unknown_dollars(call, price)
-
-    def _price(self, key: str) -> Price | None:
-        return self._prices.get(self._owners.of(key))
 
 
 class Owners:

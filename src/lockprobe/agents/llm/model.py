@@ -126,8 +126,10 @@ class _InOneTrial:
             if (known := self._book.recall(step, turn, request)) and known.reply is not None:
                 came = {name: getattr(known, name) for name in _KEPT}
                 return ModelReply(text=known.reply, **came)
+            worst = at_most(messages, self._settings, self._facts)
+            await self._book.turn(worst)
             async with self._line.slots:
-                await self._book.reserve(worst := at_most(messages, self._settings, self._facts))
+                await self._book.reserve(worst)
                 place = Call(key=self._key, step=step, turn=turn, request=request, reply=None, batch=self._line.batch)
                 return await made(place, worst, messages, schema)
 
