@@ -144,6 +144,32 @@ def test_forks_that_all_break_end_with_status_1_and_are_owed_again(lockprobe, mo
     assert (lockprobe(*asked)[0], owed(asked)) == (0, 0)
 
 
+@pytest.mark.parametrize("later", [(), ("--then", "truth")])
+def test_status_shows_what_forks_cost_beside_their_study_and_counts_no_reply_twice(
+    lockprobe, model_study, provider, later
+):
+    server, _ = provider
+    asked = (*model_study(1), *later)
+    before = server.account()["replied"]
+    assert lockprobe(*asked)[0] == 0
+    both = server.account()["replied"]
+
+    def costs(*directory):
+        return json.loads(lockprobe("status", *directory, "--json")[1])
+
+    study, forks = costs(asked[1]), costs(asked[1] / "forks")
+    assert (study["calls"], study["dollars"]) == (before, pytest.approx(before * A_CALL))
+    assert study["spent_on_forks"]["calls"] == forks["calls"] == both - before
+    assert study["spent_on_forks"]["dollars"] == forks["dollars"] == pytest.approx((both - before) * A_CALL)
+    assert study["spent_with_forks"]["dollars"] == pytest.approx(both * A_CALL)
+    assert (forks["of_forks"], forks["done"], forks["owed"], forks["in_progress"]) == (True, 6, 0, 0)
+    rows = [line.rsplit(maxsplit=1) for line in lockprobe("status", asked[1])[1].splitlines()]
+    shown = {row[0].split("  ")[0]: row[1] for row in rows if len(row) == 2}
+    assert shown["forks"] == money(forks["dollars"])
+    assert shown["study and forks"] == money(study["spent_with_forks"]["dollars"])
+    assert "forks       6 done, 0 owed" in lockprobe("status", asked[1] / "forks")[1]
+
+
 def test_a_key_that_dies_between_forks_is_the_exit_status_and_the_last_line(lockprobe, model_study, provider):
     server, answer = provider
     asked = (*model_study(1), "--then", "truth")

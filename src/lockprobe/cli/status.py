@@ -13,16 +13,17 @@ import typer
 
 from lockprobe.cli.format_cost import money, share, spent_facts
 from lockprobe.cli.progress import count, foreign_in_words, in_boundaries, invalid_in_words
+from lockprobe.fork_name import ForkName
 from lockprobe.model_call import BROKEN_OFF, Call
 from lockprobe.record import Trial
-from lockprobe.studies.branch import read_forks
+from lockprobe.studies.branch import FORKS, read_forks
 from lockprobe.studies.call_log import read_calls, unanswered
 from lockprobe.studies.directory import added_agents
 from lockprobe.studies.idle_conditions import idle_conditions
 from lockprobe.studies.journal import read_timings
 from lockprobe.studies.records import read_records
 from lockprobe.studies.settings import read_study
-from lockprobe.studies.spending import Ledger
+from lockprobe.studies.spending import Ledger, Spending, total
 from lockprobe.studies.study import Study
 from lockprobe.studies.suites import is_suite, read_suite, suite_directories
 from lockprobe.studies.valid_conditions import Invalid, invalid_conditions
@@ -49,43 +50,60 @@ def status(directory: Directory, json: AsJson = False) -> None:
 def _status(directory: Path, *, json: bool) -> None:
     study = read_study(directory)
     everything, left_out = read_records(directory)
-    trials = study.own_trials(everything)
-    over = {trial.key for trial in trials if not trial.owed_again}
-    ledger, begun = Ledger(study), Counter[str]()
-    waiting = unanswered(directory)
-    for call in (*(replace(call, error=BROKEN_OFF) for call in waiting), *_decided(directory, everything)):
-        ledger.add(call)
-    for call in read_calls(directory):
-        ledger.add(call)
-        begun.update([call.key] if call.reply is not None and call.key not in over else [])
-        if call.owed_anew:
-            del begun[call.key]
-    facts = _played(study, trials, everything) | _took(directory, trials)
+    of_forks = bool(everything) and all(ForkName.parse(trial.key) for trial in everything)
+    trials = everything if of_forks else study.own_trials(everything)
+    ledger, forks = _ledger(directory, study, everything), _ledger(directory / FORKS, study)
+    facts = {"of_forks": of_forks, **_played(study, trials, everything, of_forks=of_forks), **_took(directory, trials)}
     facts["forks"] = sum(not fork.owed_again for fork in read_forks(directory))
     facts |= {"foreign": left_out.foreign, "first_foreign": left_out.first_foreign, "added": added_agents(directory)}
-    invalid = invalid_conditions(study, {trial.key: trial for trial in trials})
-    facts |= {"without_valid_trial": [one.condition for one in invalid]}
-    unchanged = idle_conditions(study, {trial.key: trial for trial in trials})
-    facts |= {"changed_nothing": unchanged}
-    facts["in_progress"] = len({*begun, *(call.key for call in waiting)} - over)
-    facts |= {"in_progress_calls": begun.total(), "unanswered_calls": len(waiting)}
+    keyed = {trial.key: trial for trial in trials}
+    invalid = [] if of_forks else invalid_conditions(study, keyed)
+    unchanged = [] if of_forks else idle_conditions(study, keyed)
+    facts |= {"without_valid_trial": [one.condition for one in invalid], "changed_nothing": unchanged}
+    facts |= _in_progress(directory, trials)
     if not json:
         idle = [("idle", f"{cell}: no intervention has changed anything so far") for cell in unchanged]
-        _show([*_lines(directory, facts), *(("invalid", said) for said in _invalid(invalid)), *idle], ledger)
+        _show([*_lines(directory, facts), *(("invalid", said) for said in _invalid(invalid)), *idle], ledger, forks)
         if foreign := foreign_in_words(left_out):
             _print_named([("left out", foreign)])
         return
     agents = {agent: spent_facts(spent) for agent, spent in ledger.by_agent.items()}
     dates = {str(found["price_date"]) for found in agents.values() if found["price_date"]}
     spent = spent_facts(ledger.total) | {"price_date": min(dates, default=None), "agents": agents}
+    spent |= {"spent_on_forks": spent_facts(forks.total), "spent_with_forks": spent_facts(_both(ledger, forks))}
     print(json_.dumps(facts | spent))
 
 
-def _played(study: Study, trials: Sequence[Trial], everything: Sequence[Trial]) -> dict[str, object]:
+def _ledger(directory: Path, study: Study, trials: Sequence[Trial] = ()) -> Ledger:
+    """The cost of all calls of a directory, and of the trials there without calls on disk; empty if it is missing."""
+    waiting = (replace(call, error=BROKEN_OFF) for call in unanswered(directory))
+    return Ledger(study, (*waiting, *_decided(directory, trials), *read_calls(directory)))
+
+
+def _both(ledger: Ledger, forks: Ledger) -> Spending:
+    """The cost of a study and its forks."""
+    return total([*ledger.by_agent.values(), *forks.by_agent.values()])
+
+
+def _in_progress(directory: Path, trials: Sequence[Trial]) -> dict[str, object]:
+    over = {trial.key for trial in trials if not trial.owed_again}
+    waiting, begun = unanswered(directory), Counter[str]()
+    for call in read_calls(directory):
+        begun.update([call.key] if call.reply is not None and call.key not in over else [])
+        if call.owed_anew:
+            del begun[call.key]
+    return {
+        "in_progress": len({*begun, *(call.key for call in waiting)} - over),
+        "in_progress_calls": begun.total(),
+        "unanswered_calls": len(waiting),
+    }
+
+
+def _played(study: Study, trials: Sequence[Trial], everything: Sequence[Trial], *, of_forks: bool) -> dict[str, object]:
     run, people = ([trial for trial in trials if bool(trial.player) == of] for of in (False, True))
     again = sum(trial.owed_again for trial in run)
     first = {trial.error.boundary: trial.error.message for trial in reversed(trials) if trial.error}
-    planned = study.size - study.invited
+    planned = len(run) if of_forks else study.size - study.invited
     return {
         "study": study.name,
         "trials": planned,
@@ -114,10 +132,13 @@ def _took(directory: Path, trials: Sequence[Trial]) -> dict[str, object]:
 
 
 def _decided(directory: Path, trials: Sequence[Trial]) -> Iterator[Call]:
-    """The recorded usage of trials without calls on disk: imported, or from before calls were stored."""
+    """The recorded usage of trials without calls on disk: imported, or from before calls were stored.
+
+    Forks have the decisions of their trial on record, which it paid for.
+    """
     known = {call.key for call in read_calls(directory)}
     for trial in trials:
-        if trial.key in known:
+        if trial.key in known or ForkName.parse(trial.key) is not None:
             continue
         asked = [(step.step, step.decision.usage, step.decision.served) for step in trial.steps]
         if trial.error is not None:
@@ -131,13 +152,13 @@ def _invalid(found: Sequence[Invalid]) -> list[str]:
     return [invalid_in_words(found)] if found else []
 
 
-def _show(lines: list[tuple[str, str]], ledger: Ledger) -> None:
-    if ledger.by_agent:
+def _show(lines: list[tuple[str, str]], ledger: Ledger, forks: Ledger) -> None:
+    if ledger.by_agent or forks.by_agent:
         _print_named(lines)
         print()
-        _print_columns(_table(ledger))
+        _print_columns(_table(ledger, forks))
         print()
-        lines = [*_about_calls(ledger)]
+        lines = [*_about_calls(_both(ledger, forks), [*ledger.by_agent.values(), *forks.by_agent.values()])]
     _print_named(lines)
 
 
@@ -156,7 +177,9 @@ def _print_columns(rows: Sequence[Sequence[str]]) -> None:
 def _lines(directory: Path, facts: Mapping[str, object]) -> Iterator[tuple[str, str]]:
     yield "study", f"{facts['study']} in {directory}"
     extra = f", {facts['not_asked_for']} of other settings" if facts["not_asked_for"] else ""
-    if facts["trials"] or not facts["people_trials"]:
+    if facts["of_forks"]:
+        yield "forks", f"{facts['done']} done, {facts['owed']} owed, {facts['solved']} solved"
+    elif facts["trials"] or not facts["people_trials"]:
         done = f"{facts['done']} of {facts['trials']} done, {facts['owed']} owed, {facts['solved']} solved"
         yield "trials", f"{done}{extra}"
     if facts["people_trials"]:
@@ -186,12 +209,16 @@ def _lines(directory: Path, facts: Mapping[str, object]) -> Iterator[tuple[str, 
         yield "", f"first at {boundary}: {' '.join(message.split())[:200]}"
 
 
-def _table(ledger: Ledger) -> list[tuple[str, ...]]:
+def _table(ledger: Ledger, forks: Ledger) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = [
         ("calls of", "replies", "failed", "broken off", "retries", "tokens in", "cached", "out", "reasoning", "cost")
     ]
     parts = [*ledger.by_agent.items()]
-    for agent, spent in (*parts, ("all", ledger.total)) if len(parts) > 1 else parts:
+    if len(parts) > 1:
+        parts.append(("all", ledger.total))
+    if forks.by_agent:
+        parts += [("forks", forks.total), ("study and forks", _both(ledger, forks))]
+    for agent, spent in parts:
         numbers = (
             spent.usage.calls,
             spent.failed,
@@ -207,8 +234,7 @@ def _table(ledger: Ledger) -> list[tuple[str, ...]]:
     return rows
 
 
-def _about_calls(ledger: Ledger) -> Iterator[tuple[str, str]]:
-    spent = ledger.total
+def _about_calls(spent: Spending, parts: Sequence[Spending]) -> Iterator[tuple[str, str]]:
     read = spent.usage.input_tokens
     if read:
         repeated, cached = share(spent.repeated_tokens, read), share(spent.usage.cached_tokens, read) or 0
@@ -224,7 +250,7 @@ def _about_calls(ledger: Ledger) -> Iterator[tuple[str, str]]:
         claim = "" if spent.claimed_dollars is None else f", {money(spent.claimed_dollars)}"
         more = f"{count(spent.claimed, 'call')}: the provider claims an impossible usage{claim}"
         yield "claimed", f"{more}; counted above as the possible maximum"
-    if dates := {part.price.date for part in ledger.by_agent.values() if part.price is not None}:
+    if dates := {part.price.date for part in parts if part.price is not None}:
         yield "prices", f"of {', '.join(sorted(dates))}, US dollars"
     if spent.served:
         yield "served by", ", ".join(f"{name} ({number})" for name, number in spent.served)

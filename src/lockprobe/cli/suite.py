@@ -73,19 +73,19 @@ def run_suite(
             break
     if report:
         report_suite(directory, json=json)
-    if unfinished:
-        _say_unfinished(unfinished, json=json)
-        raise typer.Exit(max(unfinished.values()))
-    return None
+    return _end(unfinished, json=json)
 
 
-def _say_unfinished(unfinished: Mapping[str, int], *, json: bool) -> None:
-    """Print which studies of a suite were not played to their end, and why, by their exit statuses."""
+def _end(unfinished: Mapping[str, int], *, json: bool) -> None:
+    """Say which studies were not played to their end, and why, by their exit statuses, and exit with the highest."""
+    if not unfinished:
+        return
     if json:
         print(json_.dumps({"event": "unfinished", "studies": dict(unfinished)}), flush=True)
-        return
+        raise typer.Exit(max(unfinished.values()))
     said = [f"{name} ({'the budget' if status == BUDGET_REACHED else 'errors'})" for name, status in unfinished.items()]
     print(f"Not finished: {', '.join(said)}, as said above; the same command goes on")
+    raise typer.Exit(max(unfinished.values()))
 
 
 def _agents(suite: Suite, directory: Path, asked: list[str] | None) -> tuple[str, ...]:

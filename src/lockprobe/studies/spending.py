@@ -19,7 +19,17 @@ from lockprobe.model_call import Call, Usage
 from lockprobe.spec import Spec, spec_name
 from lockprobe.studies.study import Study
 
-__all__ = ["Ledger", "Owners", "Spending", "dollars", "hosted", "most_dollars", "price_of", "unknown_dollars"]
+__all__ = [
+    "Ledger",
+    "Owners",
+    "Spending",
+    "dollars",
+    "hosted",
+    "most_dollars",
+    "price_of",
+    "total",
+    "unknown_dollars",
+]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -109,10 +119,10 @@ class Ledger:
     @property
     def total(self) -> Spending:
         """Total spending; the cost is None if one agent's cost is not known."""
-        return _total(list(self.by_agent.values()))
+        return total(list(self.by_agent.values()))
 
 
-def _total(parts: Sequence[Spending]) -> Spending:
+def total(parts: Sequence[Spending]) -> Spending:
     """The sum of every field; None if any part is None."""
     if not parts:
         return Spending()
@@ -168,7 +178,7 @@ class _AgentSpending:
             claimed_dollars=None if price is None else price.of(call.claimed or Usage(), batch=call.batch),
             price=price,
         )
-        self._sum = _total([self._sum, spent])
+        self._sum = total([self._sum, spent])
         if replied and call.served:
             self._served[call.served] += 1
 
