@@ -12,6 +12,7 @@ in pieces of another size.
 from __future__ import annotations
 
 import json
+import math
 import os
 import urllib.request
 from collections.abc import Sequence
@@ -41,7 +42,7 @@ class Engine:
     """One loaded model.
 
     Args:
-        path: A GGUF file.
+        path: A GGUF file, or the first part of a model in parts.
         context: Tokens that a prompt may have.
 
     Raises:
@@ -49,7 +50,7 @@ class Engine:
     """
 
     def __init__(self, path: Path, *, context: int = 4096) -> None:
-        self._context = context
+        self._path, self._context = path, context
         params = xllamacpp.CommonParams()
         params.model.path = str(path)
         params.n_ctx = context
@@ -111,6 +112,7 @@ class Engine:
         Prompt and options are tokens; no option may begin with another.
 
         Raises:
+            BadFile: If the weights give numbers that are no probabilities.
             ModelFault: If the runtime does not answer.
             BadValue: If the options cannot be told apart.
         """
@@ -147,6 +149,8 @@ class Engine:
         if "choices" not in answer:
             raise ModelFault(f"the runtime answered {json.dumps(answer)[:300]}")
         found = {entry["id"]: entry["prob"] for entry in answer["choices"][0]["logprobs"]["content"][0]["top_probs"]}
-        weights = [float(found.get(token, 0.0)) for token in allowed]
+        weights = [float(found.get(token) or 0.0) for token in allowed]
         total = sum(weights)
+        if not 0 < total < math.inf:  # NaN is neither
+            raise BadFile(self._path, "its weights give no probabilities, but numbers that are none: it is damaged")
         return [weight / total for weight in weights]

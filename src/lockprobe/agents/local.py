@@ -163,7 +163,8 @@ class LocalModel:
         first = situation.past[0].decision.probabilities if situation.past else None
         if self._calibration == "first" and first is not None:
             chances = chances / np.maximum(first, 1e-9)
-        chances = chances ** (1 / self._temperature)
+        if self._temperature != 1:
+            chances = (chances / chances.max()) ** (1 / self._temperature)  # of which one is 1, however low it is
         adjusted: list[float] = (chances / chances.sum()).tolist()
         return adjusted
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import importlib.util
 import os
+import re
 import urllib.error
 import urllib.request
 from dataclasses import dataclass
@@ -14,7 +15,7 @@ from lockprobe.errors import BadFile, Missing, UnknownName
 from lockprobe.inputs import check_regular
 from lockprobe.storage.atomic_file import atomic_file
 
-__all__ = ["EMBEDDED", "KNOWN", "ModelFile", "find", "locate", "models_directory", "pull", "sha256_of"]
+__all__ = ["EMBEDDED", "KNOWN", "ModelFile", "find", "locate", "models_directory", "parts_of", "pull", "sha256_of"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,6 +43,9 @@ class ModelFile:
         """The agent spec that plays with it."""
         return "llm:local" if self.package else f"llm:gguf:{models_directory() / self.filename}"
 
+
+_PART = re.compile(r"(?P<stem>.*)-[0-9]{5}-of-(?P<count>[0-9]{5})\.gguf", re.DOTALL)
+"""The name of a file of a model in parts, as llama.cpp writes and finds them."""
 
 EMBEDDED = ModelFile(
     name="smollm2-135m",
@@ -91,7 +95,8 @@ def locate(spec: str) -> Path:
 
     Raises:
         Missing: If the embedded model is not installed.
-        BadFile: If the file does not exist, is no GGUF file or is not the one that its name promises.
+        BadFile: If the file or one of its parts does not exist, is no GGUF file or is not the one that its name
+            promises.
     """
     if spec == "llm:local":
         path = find(EMBEDDED)
@@ -100,24 +105,49 @@ def locate(spec: str) -> Path:
         _verify(path, EMBEDDED.sha256)
         return path
     path = Path(spec.removeprefix("llm:gguf:")).expanduser()
-    check_regular(path)
-    try:
-        with path.open("rb") as file:
-            magic = file.read(4)
-    except OSError as error:
-        raise BadFile(path, f"cannot be read ({error.strerror})") from None
-    if magic != b"GGUF":
-        raise BadFile(path, "not a GGUF file")
+    for part in parts_of(path):
+        check_regular(part)
+        try:
+            with part.open("rb") as file:
+                magic = file.read(4)
+        except OSError as error:
+            raise BadFile(part, f"cannot be read ({error.strerror})") from None
+        if magic != b"GGUF":
+            raise BadFile(part, "not a GGUF file")
     for model in KNOWN.values():
         if path == models_directory() / model.filename:
             _verify(path, model.sha256)
     return path
 
 
+def parts_of(path: Path) -> list[Path]:
+    """All files of a model: those of a model in parts, which has their number in its name, or the file alone.
+
+    Raises:
+        BadFile: If it is not the first part: the runtime finds the others by the name of the first.
+    """
+    if (named := _PART.fullmatch(path.name)) is None:
+        return [path]
+    parts = [
+        path.with_name(f"{named['stem']}-{part:05d}-of-{named['count']}.gguf") for part in _numbers(named["count"])
+    ]
+    if path != parts[0]:
+        raise BadFile(path, f"not the first part of a model: give {parts[0].name}")
+    return parts
+
+
 def sha256_of(path: Path) -> str:
-    """The hash of a file, in hexadecimal digits."""
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
+    """The hash of a model's file, in hexadecimal digits; of a model in parts that of all parts, one after the other."""
+    found = hashlib.sha256()
+    for part in parts_of(path):
+        with part.open("rb") as file:
+            while block := file.read(1 << 20):
+                found.update(block)
+    return found.hexdigest()
+
+
+def _numbers(count: str) -> range:
+    return range(1, max(int(count), 1) + 1)
 
 
 def _verify(path: Path, expected: str, *, content: Path | None = None) -> None:

@@ -1,13 +1,15 @@
 """Files of learners (``.npz``): parameters as 32-bit floats, and the training settings as JSON.
 
-The same training gives the same bytes. A file may come from anywhere: no code runs from it, and its sizes are checked
-before anything is read.
+The same training gives the same bytes. A file may come from anywhere. So it is read in the one form in which it is
+written: members that are neither packed nor encrypted, and arrays behind the header that their shape has. Nothing is
+unpacked, no header is interpreted, and no code runs.
 """
 
 from __future__ import annotations
 
 import io
 import json
+import math
 import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -22,7 +24,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 from lockprobe.errors import BadFile
 from lockprobe.inputs import read_input
 from lockprobe.learner.network import MOST_HIDDEN, MOST_JOINTS, Network, shapes
-from lockprobe.learner.training import TrainingSettings
+from lockprobe.learner.training import MOST_UPDATES, TrainingSettings
 from lockprobe.storage.atomic_file import write_file
 
 __all__ = ["SHIPPED", "Learned", "TrainedBy", "load", "save", "shipped"]
@@ -31,6 +33,18 @@ SHIPPED = ("novice", "apprentice", "adept")
 """The learners that ship, by competence."""
 
 _LARGEST = 2 << 20
+_LONGEST_HEADER = 256
+_ENCRYPTED = 1
+
+_MAGIC, _FIXED = b"\x93NUMPY\x01\x00", 10
+"""How an array's file begins, and the bytes before the text of its header; the last two are its length."""
+
+_BROKEN = (
+    *(zipfile.BadZipFile, KeyError, ValueError, ValidationError, NotImplementedError),
+    *(EOFError, OSError, OverflowError, RecursionError, RuntimeError),
+)
+"""Exceptions of libraries for a damaged file."""
+
 _TRAINING = "training.json"
 
 
@@ -39,12 +53,12 @@ class TrainedBy(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    updates: int = Field(ge=1)
+    updates: int = Field(ge=1, le=MOST_UPDATES)
     joints: int = Field(ge=2, le=MOST_JOINTS)
     hidden: int = Field(ge=1, le=MOST_HIDDEN)
-    seed: int
+    seed: int = Field(ge=-(2**63), lt=2**64)
     told_lies: bool
-    schedule: int = Field(ge=1)
+    schedule: int = Field(ge=1, le=MOST_UPDATES)
     box: str = Field(default="", max_length=200)
 
     @field_validator("box")
@@ -118,7 +132,7 @@ def load(path: Path) -> Learned:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
             trained = TrainedBy.model_validate(json.loads(_member(archive, _TRAINING, 4096)))
             arrays = _arrays(archive, shapes(trained.joints, trained.hidden))
-    except (zipfile.BadZipFile, KeyError, ValueError, ValidationError, NotImplementedError, EOFError) as error:
+    except _BROKEN as error:
         raise BadFile(path, "not the file of a learner") from error
     return Learned(network=Network(**arrays), trained=trained, sha256=sha256(content).hexdigest())
 
@@ -131,15 +145,28 @@ def shipped(name: str) -> Learned:
 def _arrays(archive: zipfile.ZipFile, expected: Mapping[str, tuple[int, ...]]) -> dict[str, np.ndarray]:
     found = {}
     for name, shape in expected.items():
-        most = 4 * int(np.prod(shape)) + 256
-        array = np.lib.format.read_array(io.BytesIO(_member(archive, f"{name}.npy", most)), allow_pickle=False)
-        if array.shape != shape or array.dtype != np.dtype("<f4") or not np.isfinite(array).all():
-            raise ValueError(f"{name} is not {shape} finite 32-bit numbers")
-        found[name] = array.astype(np.float64)
+        size = 4 * math.prod(shape)
+        content = _member(archive, f"{name}.npy", size + _LONGEST_HEADER)
+        if not _is_header(content[:-size], shape):
+            raise ValueError(f"{name} is not {shape} 32-bit numbers")
+        array = np.frombuffer(content, "<f4", offset=len(content) - size).reshape(shape).astype(np.float64)
+        if not np.isfinite(array).all():
+            raise ValueError(f"{name} holds numbers that are not finite")
+        found[name] = array
     return found
 
 
+def _is_header(header: bytes, shape: tuple[int, ...]) -> bool:
+    """Whether this is NumPy's header of an array of 32-bit floats with this shape, whatever pads it."""
+    text = f"{{'descr': '<f4', 'fortran_order': False, 'shape': {shape}, }}"
+    said = header[_FIXED:].rstrip()
+    return header[:_FIXED] == _MAGIC + len(header[_FIXED:]).to_bytes(2, "little") and said == text.encode()
+
+
 def _member(archive: zipfile.ZipFile, name: str, most: int) -> bytes:
-    if archive.getinfo(name).file_size > most:
+    member = archive.getinfo(name)
+    if member.compress_type != zipfile.ZIP_STORED or member.flag_bits & _ENCRYPTED:
+        raise ValueError(f"{name} is packed or encrypted")
+    if member.file_size > most:
         raise ValueError(f"{name} is too large")
-    return archive.read(name)
+    return archive.read(member)

@@ -24,10 +24,13 @@ from lockprobe.learner.network import HIDDEN, Network, StepActivations, encoded,
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.seeds import generator
 
-__all__ = ["SCHEDULE", "PlayedTrials", "TrainingSettings", "play", "success", "train"]
+__all__ = ["MOST_UPDATES", "SCHEDULE", "PlayedTrials", "TrainingSettings", "play", "success", "train"]
 
 SCHEDULE = 900
 """Updates of the whole schedule."""
+
+MOST_UPDATES = 100_000
+"""The most updates of a schedule."""
 
 BATCH, BUDGET, RATE = 256, 20, 4e-3
 """Boxes of an update, steps of a trial, and Adam's step size before it falls."""
@@ -69,8 +72,8 @@ class TrainingSettings:
     box: Lockbox | None = None
 
     def __post_init__(self) -> None:
-        if not 1 <= self.schedule <= 100_000:
-            raise BadValue("schedule", self.schedule, "a whole number from 1 to 100000")
+        if not 1 <= self.schedule <= MOST_UPDATES:
+            raise BadValue("schedule", self.schedule, f"a whole number from 1 to {MOST_UPDATES}")
         if not 1 <= self.updates <= self.schedule:
             raise BadValue("updates", self.updates, f"a whole number from 1 to the schedule's {self.schedule}")
         if self.box is not None and len(self.box.names) != self.joints:

@@ -149,7 +149,7 @@ def _of_a_user(spec: Spec) -> PlantSource:
     if not settings.digest:
         from lockprobe.plants.user_model.mjcf_file import read_model
 
-        return _of_a_user(spec.appending("digest", read_model(Path(settings.model)).digest))
+        return _of_a_user(spec.appending("digest", read_model(Path(settings.model), settings.folder).digest))
 
     def make(box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator) -> Plant:
         from lockprobe.plants.user_model.user_model import UserModel

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, ClassVar, Literal, Protocol
 
 from lockprobe.errors import BadValue
@@ -113,6 +114,7 @@ class UserModelSettings:
 
     Attributes:
         model: The MJCF file.
+        root: Folder with the model and all files that it refers to. Empty: the folder of the model.
         digest: Digest of the file and all files that it refers to, 16 hexadecimal digits; other files are refused.
             Empty: any.
         force: Push on a sliding joint, newtons.
@@ -128,6 +130,7 @@ class UserModelSettings:
     """
 
     model: str
+    root: str = ""
     digest: str = ""
     force: float = 30.0
     torque: float = 1.8
@@ -135,6 +138,11 @@ class UserModelSettings:
     width: int = 640
     height: int = 480
     depth_noise: float = 0.0
+
+    @property
+    def folder(self) -> Path | None:
+        """The root as a path; None for the folder of the model."""
+        return Path(self.root) if self.root else None
 
     def __post_init__(self) -> None:
         if not self.model:

@@ -22,13 +22,20 @@ def test_an_error_of_mujoco_is_one_line_with_the_line_of_the_file(tmp_path):
     [
         ({"head": "<option timestep='1e-9'/>"}, "timestep is 1e-09, expected 0.0002 to 0.01"),
         ({"head": "<option iterations='2000000000'/>"}, "iterations is 2e+09, expected 1 to 1000"),
-        ({"head": "<size memory='3G'/>"}, "memory in bytes is"),
+        ({"head": "<size njmax='10000'/>"}, "memory in bytes is"),
+        (
+            {"head": "<asset><texture name='t' type='2d' builtin='flat' width='99999' height='1'/></asset>"},
+            "along a texture is",
+        ),
         ({"head": "<visual><quality numslices='100000'/></visual>"}, "numslices is 100000"),
         ({"outside": "<geom size='1'/>" * 2000}, "2001 geoms, expected at most 2000"),
         ({"inside": "<geom size='nan'/>"}, "nan size in geom"),
         ({"inside": "<geom type='mesh' mesh='gone'/>"}, "gone"),
         ({"outside": "<camera name='lockprobe' projection='orthographic'/>"}, "camera 'lockprobe' is orthographic"),
-        ({"outside": f"<body>{'<joint/>' * 3}<geom size='1'/></body>" * 70}, "degrees of freedom is 211"),
+        (
+            {"outside": f"<body>{'<joint/>' * 3}<geom size='1'/></body>" * 70},
+            "211 degrees of freedom, expected at most",
+        ),
     ],
 )
 def test_what_mujoco_refuses_or_would_take_hours_for_is_one_line(tmp_path, parts, why, capfd):

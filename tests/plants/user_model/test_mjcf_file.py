@@ -1,24 +1,16 @@
 """A user's model is read with limits; whatever is wrong with it is one line."""
 
 import os
-import struct
-import zlib
 
 import pytest
 from mjcf_models import OWN, written
+from painted_png import png
 
-from lockprobe.errors import BadFile
+from lockprobe.errors import BadFile, BadValue
 from lockprobe.plants.user_model import mjcf_file
 from lockprobe.plants.user_model.mjcf_file import read_model
 
 TETRAHEDRON = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
-
-
-def png(width, height):
-    def chunk(kind, data):
-        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
-
-    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0)) + b"rest"
 
 
 def test_the_text_for_mujoco_is_the_tags_in_order_and_its_lines_lead_back():
@@ -68,9 +60,8 @@ def test_what_is_included_and_referred_to_is_read_from_the_folder_and_is_in_the_
         ("<mujoco><worldbody><replicate count='1000000'/></worldbody></mujoco>", "<replicate> is refused"),
         ("<mujoco><worldbody><composite count='9 9 9'/></worldbody></mujoco>", "<composite> is refused"),
         ("<mujoco><asset><mesh builtin='sphere' params='9'/></asset></mujoco>", "<mesh builtin> is refused"),
-        ("<mujoco><asset><texture width='99999' height='1'/></asset></mujoco>", "width is '99999', expected a whole"),
         ("<mujoco><asset><hfield nrow='-1' ncol='1'/></asset></mujoco>", "nrow is '-1', expected a whole number"),
-        ("<mujoco><size nuserdata='2000000000'/></mujoco>", "nuserdata is '2000000000', expected a whole number"),
+        ("<mujoco><asset><hfield nrow='9' ncol='4e4'/></asset></mujoco>", "ncol is '4e4', expected a whole number"),
         ("<mujoco><include file='../other.xml'/></mujoco>", "'../other.xml' is not in the folder of the model"),
         ("<mujoco><include file='/etc/passwd'/></mujoco>", "'/etc/passwd' is not in the folder of the model"),
         ("<mujoco><include file='box.xml'/></mujoco>", "'box.xml' is included a second time"),
@@ -107,9 +98,6 @@ def test_links_out_of_the_folder_pipes_and_chains_of_includes_are_refused(tmp_pa
 
 
 def test_sizes_are_limited_in_all(tmp_path, monkeypatch):
-    (tmp_path / "wide.png").write_bytes(png(5000, 1))
-    with pytest.raises(BadFile, match="a side of more than 4096 pixels"):
-        read_model(written(tmp_path, "<mujoco><asset><texture file='wide.png'/></asset></mujoco>"))
     monkeypatch.setattr(mjcf_file, "LARGEST_XML", 100)
     with pytest.raises(BadFile, match="larger than 100 bytes"):
         read_model(written(tmp_path, f"<mujoco>{' ' * 100}</mujoco>"))
@@ -118,10 +106,49 @@ def test_sizes_are_limited_in_all(tmp_path, monkeypatch):
         read_model(written(tmp_path, "<mujoco><include file='half.xml'/></mujoco>"))
     monkeypatch.setattr(mjcf_file, "LARGEST_ASSETS", 100)
     for name in "ab":
-        (tmp_path / f"{name}.png").write_bytes(png(4, 4) + bytes(30))
+        (tmp_path / f"{name}.png").write_bytes(png(4, 4))
     with pytest.raises(BadFile, match="b.png: larger than"):
         read_model(written(tmp_path, "<mujoco><x file='a'/></mujoco>".replace("<x file='a'/>", _two("a", "b"))))
 
 
 def _two(*names):
     return "<asset>" + "".join(f"<texture file='{name}.png'/>" for name in names) + "</asset>"
+
+
+COLLECTION = "<mujoco><compiler meshdir='../assets'/><asset><mesh file='a.obj'/></asset><worldbody/></mujoco>"
+
+
+@pytest.fixture
+def collection(tmp_path):
+    """A collection of models with their meshes in a sibling folder."""
+    for folder in ("assets", "boxes"):
+        (tmp_path / folder).mkdir()
+    (tmp_path / "assets" / "a.obj").write_text(TETRAHEDRON)
+    return tmp_path
+
+
+def test_files_of_a_sibling_folder_are_refused_with_the_way_out(collection):
+    path = written(collection / "boxes", COLLECTION)
+    with pytest.raises(BadFile) as refused:
+        read_model(path)
+    assert f"with &root={collection} behind it, files of that folder are read too" in str(refused.value)
+    found = read_model(path, collection)
+    assert found.names == {"asset-0.obj": "../assets/a.obj"}
+    digest = found.digest
+    (collection / "assets" / "a.obj").write_text(TETRAHEDRON + "\n")
+    assert read_model(path, collection).digest != digest
+
+
+def test_a_root_holds_the_model_and_nothing_beyond_it_is_read(collection):
+    path = written(collection / "boxes", COLLECTION)
+    with pytest.raises(BadValue, match="root: got .*assets', expected a folder that holds .*box.xml and its files"):
+        read_model(path, collection / "assets")
+    outside = written(collection / "boxes", COLLECTION.replace("../assets", "/etc"))
+    with pytest.raises(BadFile, match=r"'/etc/a.obj' is not in .*[^d]$"):
+        read_model(outside, collection)
+
+
+def test_the_suffix_says_the_format_whatever_the_model_says(tmp_path):
+    (tmp_path / "a.obj").write_text(TETRAHEDRON)
+    head = "<asset><mesh file='a.obj' content_type='model/stl'/></asset>"
+    assert "content_type" not in read_model(written(tmp_path, f"<mujoco>{head}</mujoco>")).text

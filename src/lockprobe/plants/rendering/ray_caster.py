@@ -21,6 +21,9 @@ __all__ = ["RayCaster", "Shader"]
 _FAR = 1e3
 """Distance in metres from which the rays of a directional light are cast."""
 
+_MOST_RAYS = 640 * 480
+"""Rays that are cast at once: a larger picture is made in bands of rows, so that it takes no more memory."""
+
 _GRAZE = 2e-3
 """Metres. A geom shades a point only if it is nearer to the light by more than this."""
 
@@ -58,7 +61,14 @@ class RayCaster:
             mujoco.mju_mat2Quat(self._cast.mocap_quat[copied], seen.geom_xmat[geom])
         mujoco.mj_kinematics(self._copies, self._cast)
         eye = self._model.camera(camera).id
-        rays = self._rays(eye)
+        height, width = self._shape
+        rows = max(1, _MOST_RAYS // width)
+        bands = [self._band(eye, range(first, min(first + rows, height))) for first in range(0, height, rows)]
+        return np.concatenate([rgb for rgb, _ in bands]), np.concatenate([depth for _, depth in bands])
+
+    def _band(self, eye: int, rows: range) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
+        """Colours and depth in some rows of the picture."""
+        seen, rays = self._seen, self._rays(eye, rows)
         geoms, depth, normals = self._first_hits(seen.cam_xpos[eye], rays)
         hit = geoms >= 0
         points = seen.cam_xpos[eye] + depth[hit, None] * rays[hit]
@@ -73,9 +83,8 @@ class RayCaster:
                 pixel=depth[hit] / self._focal(eye),
                 lit=[self._lit(light, points) for light in range(self._model.nlight)],
             )
-        height, width = self._shape
-        rgb = np.rint(255 * np.clip(colours, 0, 1)).astype(np.uint8).reshape(height, width, 3)
-        return rgb, np.where(hit, depth, 0).astype(np.float32).reshape(height, width)
+        rgb = np.rint(255 * np.clip(colours, 0, 1)).astype(np.uint8).reshape(len(rows), -1, 3)
+        return rgb, np.where(hit, depth, 0).astype(np.float32).reshape(len(rows), -1)
 
     def close(self) -> None:
         """Do nothing: there are no resources to release."""
@@ -83,10 +92,10 @@ class RayCaster:
     def _focal(self, eye: int) -> float:
         return float(0.5 * self._shape[0] / np.tan(0.5 * np.radians(self._model.cam_fovy[eye])))
 
-    def _rays(self, eye: int) -> NDArray[np.float64]:
-        """One ray through the centre of every pixel, in the world, one metre long along the optical axis."""
+    def _rays(self, eye: int, rows: range) -> NDArray[np.float64]:
+        """One ray through the centre of every pixel of some rows, in the world, 1 m long along the optical axis."""
         height, width = self._shape
-        right, up = np.meshgrid(np.arange(width) - (width - 1) / 2, (height - 1) / 2 - np.arange(height))
+        right, up = np.meshgrid(np.arange(width) - (width - 1) / 2, (height - 1) / 2 - np.array(rows))
         away = np.full(right.shape, -self._focal(eye))
         rays = np.stack([right, up, away], axis=-1).reshape(-1, 3) / self._focal(eye)
         turned: NDArray[np.float64] = rays @ self._seen.cam_xmat[eye].reshape(3, 3).T

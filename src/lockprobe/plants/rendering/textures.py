@@ -11,6 +11,13 @@ __all__ = ["Textures"]
 _FLAT = frozenset(map(int, (mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_BOX, mujoco.mjtGeom.mjGEOM_CYLINDER)))
 """Shapes onto which a flat texture is projected along their z axis."""
 
+_Sums = NDArray[np.uint8] | NDArray[np.uint32]
+
+_WHITE = 255
+
+_MOST_HALVED = 12
+"""Halvings after which 4096 pixels are one, and sums still fit 32 bits."""
+
 _COLOUR = int(mujoco.mjtTextureRole.mjTEXROLE_RGB)
 
 
@@ -26,9 +33,9 @@ class Textures:
 
     def __init__(self, model: mujoco.MjModel) -> None:
         self._model = model
-        self._levels: dict[tuple[int, int], NDArray[np.float64]] = {}
+        self._levels: dict[tuple[int, int], _Sums] = {}
         skies = np.flatnonzero(model.tex_type == mujoco.mjtTexture.mjTEXTURE_SKYBOX)
-        self.background = self._texture(int(skies[0]), 0).mean(axis=(0, 1)) if skies.size else np.zeros(3)
+        self.background = self._sums(int(skies[0]), 0).mean(axis=(0, 1)) / _WHITE if skies.size else np.zeros(3)
 
     def of(self, geom: int) -> int | None:
         """Id of the texture on a geom; None without a texture that the ray caster supports."""
@@ -73,8 +80,9 @@ class Textures:
         down = scale[1] * (shift[1] + upright * local[:, 1])
         texels = pixel * max(scale[0] * model.tex_width[texture], scale[1] * model.tex_height[texture])
         # If neighbouring points skip texels, letters break up; so distant textures are sampled from a smaller copy.
-        level = max(0, round(np.log2(max(texels, 1e-9))))
-        return _between(self._texture(texture, level), across, down)
+        level = min(max(0, round(np.log2(max(texels, 1e-9)))), _MOST_HALVED)
+        colours: NDArray[np.float64] = _between(self._sums(texture, level), across, down) / (_WHITE * 4**level)
+        return colours
 
     def _cube(self, geom: int, texture: int, local: NDArray[np.float64]) -> NDArray[np.float64]:
         model = self._model
@@ -88,11 +96,11 @@ class Textures:
         across = np.choose(axis, [np.where(ahead, -z, z), x, np.where(ahead, x, -x)])
         down = np.choose(axis, [-y, np.where(ahead, z, -z), -y])
         length = np.maximum(np.abs(main), 1e-12)
-        side = self._texture(texture, 0)
+        side = self._sums(texture, 0)
         pixels = side.shape[1]
         column = np.clip((0.5 * pixels * (1 + across / length)).astype(np.intp), 0, pixels - 1)
         row = np.clip((0.5 * pixels * (1 + down / length)).astype(np.intp), 0, pixels - 1)
-        colours: NDArray[np.float64] = side[(2 * axis + ~ahead) * pixels + row, column]
+        colours: NDArray[np.float64] = side[(2 * axis + ~ahead) * pixels + row, column] / _WHITE
         return colours
 
     def _extent(self, geom: int) -> NDArray[np.float64]:
@@ -111,32 +119,34 @@ class Textures:
             return half
         return np.array([first, second, third])
 
-    def _texture(self, texture: int, level: int) -> NDArray[np.float64]:
-        """A mipmap level: a texture halved ``level`` times, shape (height, width, 3), 0 to 1."""
+    def _sums(self, texture: int, level: int) -> _Sums:
+        """A mipmap level: a texture halved ``level`` times, shape (height, width, 3).
+
+        Values are sums of 4**level values from 0 to 255, so that large textures take little memory.
+        """
         if (texture, level) not in self._levels:
             model = self._model
             if level == 0:
                 shape = (model.tex_height[texture], model.tex_width[texture], model.tex_nchannel[texture])
                 start = model.tex_adr[texture]
-                image = model.tex_data[start : start + int(np.prod(shape))].reshape(shape)
-                image = image[..., [0, 1, 2] if shape[2] >= 3 else [0, 0, 0]] / 255
+                image = model.tex_data[start : start + int(np.prod(shape, dtype=np.int64))].reshape(shape)
+                sums = image[..., :3] if shape[2] >= 3 else np.broadcast_to(image[..., :1], (*shape[:2], 3))
             else:
-                image = _halved(_halved(self._texture(texture, level - 1), 0), 1)
-            self._levels[texture, level] = image
+                sums = _halved(_halved(self._sums(texture, level - 1), 0), 1)
+            self._levels[texture, level] = sums
         return self._levels[texture, level]
 
 
-def _halved(image: NDArray[np.float64], axis: int) -> NDArray[np.float64]:
-    """The image with pairs of neighbouring pixels averaged."""
-    pairs = image.shape[axis] // 2
+def _halved(sums: _Sums, axis: int) -> _Sums:
+    """The sums with pairs of neighbouring pixels added."""
+    pairs = sums.shape[axis] // 2
     if pairs == 0:
-        return image
-    first, second = (np.take(image, np.arange(start, 2 * pairs, 2), axis) for start in (0, 1))
-    halved: NDArray[np.float64] = (first + second) / 2
-    return halved
+        return np.add(sums, sums, dtype=np.uint32)
+    first, second = (sums[(slice(None),) * axis + (slice(start, 2 * pairs, 2),)] for start in (0, 1))
+    return np.add(first, second, dtype=np.uint32)
 
 
-def _between(image: NDArray[np.float64], across: NDArray[np.float64], down: NDArray[np.float64]) -> NDArray[np.float64]:
+def _between(image: _Sums, across: NDArray[np.float64], down: NDArray[np.float64]) -> NDArray[np.float64]:
     """Bilinear samples of a periodically repeated image, in coordinates where 1 is its width or height."""
     height, width = image.shape[:2]
     column, row = across * width - 0.5, down * height - 0.5

@@ -13,6 +13,8 @@ import mujoco
 import numpy as np
 
 from lockprobe.errors import BadFile
+from lockprobe.plants.user_model.assets import LONGEST_SIDE
+from lockprobe.plants.user_model.memory import LARGEST_MEMORY, check_memory, check_reading
 from lockprobe.plants.user_model.mjcf_file import MjcfModel
 
 __all__ = ["CAMERA", "compile_model", "without_stderr"]
@@ -20,7 +22,13 @@ __all__ = ["CAMERA", "compile_model", "without_stderr"]
 CAMERA = "lockprobe"
 """Camera of the plant; a model without one gets MuJoCo's free default view."""
 
-_MOST_GEOMS = 2000
+_MOST_GEOMS, _MOST_LIGHTS = 2000, 100
+
+_MOST_NAMED = 1000
+"""Materials, and textures, that MuJoCo can draw."""
+
+_MOST_DEGREES, _DEGREES = 200, {mujoco.mjtJoint.mjJNT_FREE: 6, mujoco.mjtJoint.mjJNT_BALL: 3}
+"""Degrees of freedom of the model and of a joint that has several."""
 
 _REDIRECTING = threading.Lock()
 
@@ -62,18 +70,27 @@ def without_stderr() -> Iterator[None]:
 
 
 def _compiled(file: MjcfModel) -> mujoco.MjModel:
+    check_reading(file)
     spec = mujoco.MjSpec.from_string(file.text, assets=dict(file.assets))
-    if len(spec.geoms) > _MOST_GEOMS:
-        raise BadFile(file.path, f"{len(spec.geoms)} geoms, expected at most {_MOST_GEOMS}")
+    for what, number, most in (
+        ("geoms", len(spec.geoms), _MOST_GEOMS),
+        ("lights", len(spec.lights), _MOST_LIGHTS),
+        ("degrees of freedom", sum(_DEGREES.get(joint.type, 1) for joint in spec.joints), _MOST_DEGREES),
+    ):
+        if number > most:
+            raise BadFile(file.path, f"{number} {what}, expected at most {most}")
+    check_memory(spec, file)
+    if spec.camera(CAMERA) is not None:
+        return spec.compile()
+    spec.worldbody.add_camera(name=CAMERA)
     model = spec.compile()
-    if mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_CAMERA, CAMERA) < 0:
-        _add_camera(spec, model)
-        model = spec.compile()
+    _place_camera(model)
     return model
 
 
 def _beyond(model: mujoco.MjModel) -> Iterator[str]:
     """The limits that a model exceeds: it would simulate or render for hours, or be drawn wrongly."""
+    flat = model.tex_type == mujoco.mjtTexture.mjTEXTURE_2D
     for what, value, least, most in (
         ("timestep", model.opt.timestep, 2e-4, 0.01),
         ("iterations", model.opt.iterations, 1, 1000),
@@ -81,8 +98,11 @@ def _beyond(model: mujoco.MjModel) -> Iterator[str]:
         ("noslip_iterations", model.opt.noslip_iterations, 0, 1000),
         ("ccd_iterations", model.opt.ccd_iterations, 1, 1000),
         ("sdf_iterations", model.opt.sdf_iterations, 0, 1000),
-        ("memory in bytes", model.narena, 0, 1 << 30),
-        ("degrees of freedom", model.nv, 1, 200),
+        ("memory in bytes", model.narena, 0, LARGEST_MEMORY),
+        ("degrees of freedom", model.nv, 1, _MOST_DEGREES),
+        ("materials", model.nmat, 0, _MOST_NAMED),
+        ("textures", model.ntex, 0, _MOST_NAMED),
+        ("pixels along a texture", max([0, *model.tex_width, *model.tex_height[flat]]), 0, LONGEST_SIDE),
         ("numslices", model.vis.quality.numslices, 0, 200),
         ("numstacks", model.vis.quality.numstacks, 0, 200),
         ("numquads", model.vis.quality.numquads, 0, 200),
@@ -94,19 +114,17 @@ def _beyond(model: mujoco.MjModel) -> Iterator[str]:
         yield f"camera {CAMERA!r} is orthographic or has a sensor size, expected one with fovy only"
 
 
-def _add_camera(spec: mujoco.MjSpec, model: mujoco.MjModel) -> None:
-    """Add MuJoCo's free default view as a fixed camera."""
-    free = mujoco.MjvCamera()
+def _place_camera(model: mujoco.MjModel) -> None:
+    """Give the camera of a model without one MuJoCo's free default view."""
+    free, eye = mujoco.MjvCamera(), model.camera(CAMERA).id
     mujoco.mjv_defaultFreeCamera(model, free)
     across, up = math.radians(free.azimuth), math.radians(free.elevation)
     ahead = np.array([math.cos(up) * math.cos(across), math.cos(up) * math.sin(across), math.sin(up)])
     right = np.array([math.sin(across), -math.cos(across), 0.0])
     axes = np.array([right, np.cross(right, ahead), -ahead]).T
-    quaternion = np.empty(4)
-    mujoco.mju_mat2Quat(quaternion, np.ascontiguousarray(axes).ravel())
-    spec.worldbody.add_camera(
-        name=CAMERA, pos=free.lookat - free.distance * ahead, quat=quaternion, fovy=model.vis.global_.fovy
-    )
+    mujoco.mju_mat2Quat(model.cam_quat[eye], np.ascontiguousarray(axes).ravel())
+    model.cam_pos[eye] = free.lookat - free.distance * ahead
+    model.cam_fovy[eye] = model.vis.global_.fovy
 
 
 def _ignored(message: str) -> None:

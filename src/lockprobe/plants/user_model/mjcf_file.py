@@ -1,22 +1,25 @@
 """Reads a user's MJCF file as untrusted data, with limits.
 
 MuJoCo gets one text without includes, and the contents of the files that the text refers to. So it opens no file by
-itself, and nothing outside the folder of the model is read. Each tag of the text is one line, so that an error of
-MuJoCo can name the line of the user's file. Document types are refused, and with them XML entities.
+itself, and nothing is read outside the folder of the model, or outside a root that the user names. Each tag of the text
+is one line, so that an error of MuJoCo can name the line of the user's file. Document types are refused, and with them
+XML entities.
 """
 
 from __future__ import annotations
 
 import hashlib
 import html
+import os
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from xml.parsers import expat
 
-from lockprobe.errors import BadFile
+from lockprobe.errors import BadFile, BadValue
 from lockprobe.inputs import read_input
+from lockprobe.plants.user_model.assets import plain_png
 
 __all__ = ["LARGEST_ASSETS", "LARGEST_XML", "MjcfModel", "read_model"]
 
@@ -28,8 +31,8 @@ LARGEST_ASSETS = 1 << 24
 
 _MOST_INCLUDED = 50
 
-_LARGEST_SIDE = 4096
-"""Pixels of a texture or points of a height field along each side, and any number in ``size``."""
+_MOST_ELEMENTS = 10_000
+"""Elements of the model with all that it includes; MuJoCo takes minutes to read many more."""
 
 _REFUSED = {
     **dict.fromkeys(("extension", "plugin"), "a plugin would run code"),
@@ -37,12 +40,8 @@ _REFUSED = {
     **dict.fromkeys(("replicate", "composite", "flexcomp", "flex", "skin"), "a box needs bodies and geoms only"),
 }
 
-_SIDES = {"texture": ("width", "height"), "hfield": ("nrow", "ncol")}
-
-_MEMORY = {"memory", "njmax", "nconmax", "nstack"}
-"""Sizes that MuJoCo reserves only after the model was compared with the limits."""
-
 _FORMATS = {"mesh": (".stl", ".obj", ".msh"), "texture": (".png",), "hfield": (".png",)}
+"""Formats by kind of asset. The suffix of a file says its format, and ``content_type`` is dropped."""
 
 _FOLDERS = {"mesh": "meshdir", "texture": "texturedir", "hfield": "meshdir"}
 
@@ -94,15 +93,23 @@ class _Tag:
     line: int
 
 
-def read_model(path: Path) -> MjcfModel:
+def read_model(path: Path, root: Path | None = None) -> MjcfModel:
     """Read a model and the files that it refers to.
 
+    Args:
+        path: The file.
+        root: The folder that holds the model and all of its files; None for the folder of the model.
+
     Raises:
-        BadFile: If a file is missing, too large, not XML, outside the folder of the model or of another format, or if
-            the model holds something that is refused.
+        BadFile: If a file is missing, too large, not XML, outside the root or of another format, or if the model holds
+            something that is refused.
+        BadValue: If the model is not in the root.
     """
-    reader = _Reader(path)
+    reader = _Reader(path, root)
     tags = reader.tags(path)
+    elements = [tag for tag in tags if tag.attributes is not None]
+    if len(elements) > _MOST_ELEMENTS:
+        raise BadFile(path, f"{len(elements)} elements, expected at most {_MOST_ELEMENTS}")
     folders = reader.folders(tags)
     lines, origins = [], []
     for tag in tags:
@@ -123,8 +130,12 @@ def read_model(path: Path) -> MjcfModel:
 
 
 class _Reader:
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, root: Path | None) -> None:
         self._path, self._left, self._left_for_assets = path, LARGEST_XML, LARGEST_ASSETS
+        self._folder = path.resolve().parent
+        self._root = self._folder if root is None else root.resolve()
+        if not self._folder.is_relative_to(self._root):
+            raise BadValue("root", str(root), f"a folder that holds {path} and its files")
         self.main = b""
         self.parts: dict[str, bytes] = {}
         self.assets: dict[str, bytes] = {}
@@ -192,7 +203,8 @@ class _Reader:
         if tag.name == "compiler":
             for folder in ("assetdir", "meshdir", "texturedir", "strippath"):
                 attributes.pop(folder, None)
-        self._check_sizes(tag, attributes)
+        attributes.pop("content_type", None)
+        self._check_points(tag)
         for name in [name for name in attributes if name.startswith("file")]:
             if tag.name not in _FORMATS:
                 raise self._refusal(tag, f"<{tag.name} {name}> is refused: only meshes, textures and height fields")
@@ -202,13 +214,12 @@ class _Reader:
             attributes[name] = self._asset(tag, Path(folders[tag.name], said))
         return attributes
 
-    def _check_sizes(self, tag: _Tag, attributes: Mapping[str, str]) -> None:
-        """Refuse numbers for which MuJoCo would allocate too much memory."""
-        sizes = attributes.keys() - _MEMORY if tag.name == "size" else _SIDES.get(tag.name, ())
-        for name in sorted(sizes):
-            said = attributes.get(name, "0")
-            if not re.fullmatch(r"\s*\d{1,4}\s*", said) or int(said) > _LARGEST_SIDE:
-                raise self._refusal(tag, f"{name} is {said[:40]!r}, expected a whole number, at most {_LARGEST_SIDE}")
+    def _check_points(self, tag: _Tag) -> None:
+        """Refuse sides of height fields that cannot be multiplied before MuJoCo reads them."""
+        for side in ("nrow", "ncol"):
+            said = (tag.attributes or {}).get(side, "0")
+            if tag.name == "hfield" and not re.fullmatch(r"\s*[0-9]{1,9}\s*", said):
+                raise self._refusal(tag, f"{side} is {said[:40]!r}, expected a whole number")
 
     def _asset(self, tag: _Tag, relative: Path) -> str:
         path = self._inside(str(relative), tag.file, tag.line)
@@ -218,10 +229,10 @@ class _Reader:
         if name not in self.parts:
             content = self.parts[name] = read_input(path, self._left_for_assets)
             self._left_for_assets -= len(content)
-            if suffix == ".png" and max(_png_sides(content)) > _LARGEST_SIDE:
-                raise BadFile(path, f"a picture with a side of more than {_LARGEST_SIDE} pixels")
         given = f"asset-{list(self.parts).index(name)}{suffix}"
-        self.assets[given], self.names[given] = self.parts[name], name
+        if given not in self.assets:
+            self.assets[given] = plain_png(self.parts[name], path) if suffix == ".png" else self.parts[name]
+            self.names[given] = name
         return given
 
     def _included(self, file: str, where: str, line: int) -> Path:
@@ -233,23 +244,24 @@ class _Reader:
         return path
 
     def _inside(self, file: str, where: str, line: int) -> Path:
-        folder = self._path.resolve().parent
         try:
-            path = (folder / file).resolve()
+            path = (self._folder / file).resolve()
         except (OSError, RuntimeError, ValueError):
-            path = folder.parent
-        if not path.is_relative_to(folder):
-            raise BadFile(self._path, f"line {line} of {where}: {file!r} is not in the folder of the model")
+            raise BadFile(self._path, f"line {line} of {where}: {file!r} is not the name of a file") from None
+        if not path.is_relative_to(self._root):
+            folder = "the folder of the model" if self._root == self._folder else str(self._root)
+            raise BadFile(self._path, f"line {line} of {where}: {file!r} is not in {folder}{self._way_out(path)}")
         return path
 
+    def _way_out(self, path: Path) -> str:
+        """How a user allows a file outside the root, for a message; nobody allows all files of the machine."""
+        shared = Path(os.path.commonpath([self._folder, path]))
+        return "" if shared == shared.parent else f"; with &root={shared} behind it, files of that folder are read too"
+
     def _name(self, path: Path) -> str:
-        return path.relative_to(self._path.resolve().parent).as_posix()
+        """A file's name as seen from the folder of the model, the same for every root."""
+        return Path(os.path.relpath(path, self._folder)).as_posix()
 
     def _refusal(self, tag: _Tag, why: str) -> BadFile:
         where = "" if tag.file == self._path.name else f" of {tag.file}"
         return BadFile(self._path, f"line {tag.line}{where}: {why}")
-
-
-def _png_sides(content: bytes) -> tuple[int, int]:
-    """Width and height in the header of a PNG file."""
-    return int.from_bytes(content[16:20]), int.from_bytes(content[20:24])

@@ -179,7 +179,10 @@ class ModelJoints:
         return ends
 
     def _step(self) -> None:
-        mujoco.mj_step(self.model, self.data)
+        try:
+            mujoco.mj_step(self.model, self.data)
+        except mujoco.FatalError as error:
+            raise PlantFault(f"MuJoCo cannot simulate the model ({error})") from None
         if any(self.data.warning[kind].number for kind in _UNSTABLE):
             raise PlantFault("the simulation of the model became unstable: not a number, or a huge value")
 

@@ -138,7 +138,7 @@ class _BoardGeometry:
 
 def _load(box: Lockbox, settings: UserModelSettings) -> tuple[MjcfModel, ModelJoints]:
     path = Path(settings.model)
-    file = read_model(path)
+    file = read_model(path, settings.folder)
     if settings.digest not in ("", file.digest):
         raise BadFile(path, f"another model: its digest is {file.digest}, {settings.digest} was asked for")
     try:
