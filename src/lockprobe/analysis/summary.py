@@ -267,6 +267,7 @@ def _agent(
         broken=broken_off(looked_at),
         blind=twin,
         persistence=conditions[0].persistence,
+        budget=max(trial.budget for trial in trials),
     )
     return AgentSummary(
         agent=first.group,

@@ -21,7 +21,7 @@ from lockprobe.analysis.inference.verdict import Question
 from lockprobe.analysis.outcomes import broken_off, outcomes
 from lockprobe.analysis.persistence import persistence
 from lockprobe.analysis.proportions import ALPHA
-from lockprobe.audit.simulate import simulate, simulate_study
+from lockprobe.audit.simulate import BUDGET, simulate, simulate_study
 from lockprobe.audit.simulated_agents import WORLDS, Design, World
 from lockprobe.errors import BadValue
 from lockprobe.parallel import THIS_PROCESS, Pool
@@ -177,7 +177,8 @@ def _batch(job: _StudyRange) -> list[Verdict]:
             lowest = [trial for trial in trials if trial.p == job.design.p[0]]
         else:
             found, broken, lowest = simulate_study(job.truth, job.design, rng)
-        tests = infer(found, generator(*place, "tests"), broken=broken, persistence=persistence(lowest)).tests
+        drawn, kept = generator(*place, "tests"), persistence(lowest)
+        tests = infer(found, drawn, broken=broken, persistence=kept, budget=BUDGET).tests
         verdicts += [(test.name, test.question, test.recommended, test.rejects) for test in tests]
     return verdicts
 

@@ -31,7 +31,9 @@ def people_of(laid: tuple[Sheet, Sheet]) -> _Labels | None:
     return next((sheet.person for sheet in laid if sheet.person.size), None)
 
 
-def crossed_mean(values: Array, luck: _Labels, person: _Labels, *, unit: float | None = None) -> BlockMean:
+def crossed_mean(
+    values: Array, luck: _Labels, person: _Labels, *, unit: float | None = None, whole_blocks: bool = False
+) -> BlockMean:
     """The mean of trials, clustered by luck and by person, with a t-test of mean 0.
 
     The P value is None with too few people or blocks.
@@ -42,10 +44,13 @@ def crossed_mean(values: Array, luck: _Labels, person: _Labels, *, unit: float |
         person: Its person, of the same shape.
         unit: The largest value of a single trial; the variance is then widened as if one trial more differed, as in
             :func:`lockprobe.analysis.agent_comparison.paired.block_mean`.
+        whole_blocks: Whether all trials of one cluster more differed.
     """
     n = len(values)
     value = float(values.mean()) if n else math.nan
-    return _clustered_mean(value, values - value, luck, person, unit=unit, pairs=n, most=unit)
+    return _clustered_mean(
+        value, values - value, luck, person, unit=unit, pairs=n, most=unit, whole_blocks=whole_blocks
+    )
 
 
 def crossed_change(low: Array, high: Array, person: tuple[_Labels, _Labels]) -> BlockMean:
@@ -78,6 +83,7 @@ def _clustered_mean(
     unit: float | None,
     pairs: int,
     most: float | None,
+    whole_blocks: bool = False,
 ) -> BlockMean:
     blocks, people = len(np.unique(luck)), len(np.unique(person))
     none = BlockMean(value=value, low=None, high=None, p_value=None, pairs=pairs, blocks=blocks)
@@ -88,7 +94,7 @@ def _clustered_mean(
         return none
     if unit is not None:
         widest = float(max(np.unique(of, return_counts=True)[1].max() for of in (luck, person)))
-        spread += unit**2 * (widest**2 if spread < _TIE else widest)
+        spread += unit**2 * (widest**2 if spread < _TIE or whole_blocks else widest)
     from scipy.stats import t
 
     se, ends = math.sqrt(spread) / pairs, math.inf if most is None else most
@@ -97,12 +103,16 @@ def _clustered_mean(
     return replace(none, low=max(-ends, value - half), high=min(ends, value + half), p_value=tested)
 
 
-def at_one_p(values: Array, person: _Labels, *, unit: float | None = None) -> BlockMean:
+def at_one_p(
+    values: Array, person: _Labels, *, unit: float | None = None, whole_blocks: bool = False
+) -> BlockMean:
     """The mean difference at one p, with an exchange test that swaps the agents within whole people.
 
     Args:
         values: Differences, whole numbers, shape (pairs,).
         person: The person of each, of the same shape.
         unit: The largest difference of a single trial.
+        whole_blocks: Whether all trials of a rare person may differ by the unit.
     """
-    return block_mean(by_cluster(values, np.unique(person, return_inverse=True)[1].reshape(-1)), unit=unit)
+    rows = by_cluster(values, np.unique(person, return_inverse=True)[1].reshape(-1))
+    return block_mean(rows, unit=unit, whole_blocks=whole_blocks)

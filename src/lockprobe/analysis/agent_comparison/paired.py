@@ -92,17 +92,23 @@ def _lucks(group: Outcomes) -> list[tuple[int, int]]:
     return list(zip(group.repetition.tolist(), group.trial.tolist(), strict=True))
 
 
-def block_mean(differences: Array, *, unit: float | None = None, choices: int = 1) -> BlockMean:
+def block_mean(
+    differences: Array, *, unit: float | None = None, choices: int = 1, whole_blocks: bool = False
+) -> BlockMean:
     """The mean of all differences, clustered by block.
 
     The interval is Student's over blocks, for a ratio of sums. With a unit, it is widened as if one more pair of each
     column differed, so that it has a width even if few pairs differ (as Agresti and Min 2005 for independent pairs). If
     all blocks differ alike, or none differs, a block counts as a single trial.
 
+    Steps are widened as if one more *block* differed by the unit: an agent that is mostly a little faster and now and
+    then needs its whole budget at every p is no faster, and few blocks may hold no such trial.
+
     Args:
         differences: Shape (blocks, pairs of a block), NaN where a pair is missing.
         unit: The largest difference of a single trial, 1 for shares; None if it is not known.
         choices: Number of means examined (Bonferroni); the interval has the level 1 - 0.05 / choices.
+        whole_blocks: Whether a rare block may differ by the unit in all its pairs, as of steps.
     """
     present = ~np.isnan(differences)
     kept = present.any(axis=1)
@@ -111,13 +117,15 @@ def block_mean(differences: Array, *, unit: float | None = None, choices: int = 
     n, pairs = len(sizes), int(sizes.sum())
     if not n:
         return BlockMean(value=math.nan, low=None, high=None, p_value=None, pairs=0, blocks=0)
-    low, high = _interval(sums, sizes, unit, 1 - ALPHA / choices)
+    low, high = _interval(sums, sizes, unit, 1 - ALPHA / choices, whole_blocks=whole_blocks)
     return BlockMean(
         value=float(sums.sum()) / pairs, low=low, high=high, p_value=sign_flip(sums), pairs=pairs, blocks=n
     )
 
 
-def _interval(sums: Array, sizes: Array, unit: float | None, level: float) -> tuple[float, float] | tuple[None, None]:
+def _interval(
+    sums: Array, sizes: Array, unit: float | None, level: float, *, whole_blocks: bool
+) -> tuple[float, float] | tuple[None, None]:
     n, total = len(sizes), float(sizes.sum())
     if n < 2:
         return None, None
@@ -127,7 +135,7 @@ def _interval(sums: Array, sizes: Array, unit: float | None, level: float) -> tu
     if alike and unit is None:
         return None, None
     if unit is not None:
-        spread += unit**2 * (widest**2 if alike else widest)
+        spread += unit**2 * (widest**2 if alike or whole_blocks else widest)
     half = half_width(math.sqrt(n / (n - 1) * spread), n, level) / total
     most = math.inf if unit is None else unit
     return max(-most, value - half), min(most, value + half)
