@@ -103,9 +103,7 @@ def _clustered_mean(
     return replace(none, low=max(-ends, value - half), high=min(ends, value + half), p_value=tested)
 
 
-def at_one_p(
-    values: Array, person: _Labels, *, unit: float | None = None, whole_blocks: bool = False
-) -> BlockMean:
+def at_one_p(values: Array, person: _Labels, *, unit: float | None = None, whole_blocks: bool = False) -> BlockMean:
     """The mean difference at one p, with an exchange test that swaps the agents within whole people.
 
     Args:

@@ -149,9 +149,7 @@ def compare(
     )
 
 
-def _mean(
-    differences: Array, person: NDArray[np.str_] | None, unit: float, *, whole_blocks: bool = False
-) -> BlockMean:
+def _mean(differences: Array, person: NDArray[np.str_] | None, unit: float, *, whole_blocks: bool = False) -> BlockMean:
     """Over all p, clustered by luck, and where one side is people also by person."""
     if person is None:
         return block_mean(differences, unit=unit, whole_blocks=whole_blocks)
