@@ -107,7 +107,10 @@ def test_eighteen_pairs_that_all_agree_leave_the_question_open(solved):
 def test_agents_that_ignore_reports_are_said_to():
     study = small_study(["random"], (0.0, 0.4), 1, 6)
     found = flips_answer(summarise(play_study(study), box("chain-4")))
-    assert found.startswith("random ignores what it is told: it solved")
+    assert re.match(
+        r"random played alike whatever it was told, so it acts on at most \d+ % of reports: it solved", found
+    )
+    assert len(found.split()) <= 30
 
 
 def test_trials_needed_shrink_the_interval_to_ten_points():

@@ -19,6 +19,7 @@ from lockprobe.analysis.summary import AgentSummary, StudySummary
 from lockprobe.formatting import p_value, percent
 from lockprobe.prose.doses import at_dose, cause, cause_first
 from lockprobe.prose.subject import Subject, subject_of
+from lockprobe.prose.success import alike_said
 
 __all__ = [
     "effects_answer",
@@ -97,7 +98,7 @@ def _single(agent: AgentSummary) -> str:
     first = next(one for one in agent.conditions if one.success.n)
     who = subject_of(agent)
     if agent.blind:
-        return f"{agent.name} ignores what it is told: it solved {_rate(first)} under every condition."
+        return f"{alike_said(agent)}: it solved {_rate(first)} under every condition."
     contrast = agent.contrast
     if contrast is None:
         return f"{who.first} solved {_rate(first)}."

@@ -100,8 +100,8 @@ def block_mean(
 
     The interval is Student's over blocks, for a ratio of sums. With a unit, it is widened as if one more pair of each
     column differed, so that it has a width even if few pairs differ (as Agresti and Min 2005 for independent pairs). If
-    all blocks differ alike, or none differs, a block counts as a single trial. Of shares with one pair a block, of which
-    five or fewer differ, it also holds Tango's score interval.
+    all blocks differ alike, or none differs, a block counts as a single trial. Of shares with one pair a block, of
+    which five or fewer differ, it also holds Tango's score interval.
 
     Steps are widened as if one more *block* differed by the unit: an agent that is mostly a little faster and now and
     then needs its whole budget at every p is no faster, and few blocks may hold no such trial.

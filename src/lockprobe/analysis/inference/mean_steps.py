@@ -74,7 +74,7 @@ def mean_steps(outcomes: Outcomes, budget: int) -> MeanSteps:
 
 
 _Compared = tuple[float, float, float, int] | str
-"""Mean steps at the lowest p and at the higher ones, variance of their difference, and clusters; or why there are none."""
+"""Mean steps at the lowest p and at the higher ones, variance of their difference, clusters; or why there are none."""
 
 
 def _of_pairs(outcomes: Outcomes, steps: Array, later: NDArray[np.bool_]) -> _Compared:
