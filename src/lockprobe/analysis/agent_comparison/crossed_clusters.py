@@ -14,8 +14,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.analysis.agent_comparison.paired import Array, BlockMean, Sheet, block_mean, by_cluster, half_width
-from lockprobe.analysis.clustered import two_way_variance
+from lockprobe.analysis.agent_comparison.paired import (
+    Array,
+    BlockMean,
+    Sheet,
+    block_mean,
+    by_cluster,
+    half_width,
+    sign_flip,
+)
+from lockprobe.analysis.clustered import alike_weights, two_way_variance
 
 __all__ = ["FEWEST", "at_one_p", "crossed_change", "crossed_mean", "people_of"]
 
@@ -36,7 +44,9 @@ def crossed_mean(
 ) -> BlockMean:
     """The mean of trials, clustered by luck and by person, with a t-test of mean 0.
 
-    The P value is None with too few people or blocks.
+    The P value is None with too few people or blocks. If people have unequally many trials, the interval also holds
+    that of the mean over people, and the P value is the larger: a conclusion must hold with every trial and with every
+    person counted alike (:func:`lockprobe.analysis.clustered.crossed_proportion`).
 
     Args:
         values: One value per trial, shape (trials,).
@@ -47,10 +57,26 @@ def crossed_mean(
         whole_blocks: Whether all trials of one cluster more differed.
     """
     n = len(values)
-    value = float(values.mean()) if n else math.nan
-    return _clustered_mean(
-        value, values - value, luck, person, unit=unit, pairs=n, most=unit, whole_blocks=whole_blocks
-    )
+    if not n:
+        return BlockMean(value=math.nan, low=None, high=None, p_value=None, pairs=0, blocks=0)
+    made = [
+        _clustered_mean(
+            mean, weight * (values - mean), luck, person, unit=unit, pairs=n, most=unit, whole_blocks=whole_blocks
+        )
+        for weight in (np.ones(n), alike_weights(person))
+        for mean in [float((weight * values).mean())]
+    ]
+    return _held_by_both(*made)
+
+
+def _held_by_both(pooled: BlockMean, alike: BlockMean) -> BlockMean:
+    """The pooled mean, with an interval that holds both and the larger P value; 1 if the signs differ."""
+    if pooled.low is None or pooled.high is None or alike.low is None or alike.high is None:
+        return pooled
+    tested = pooled.p_value
+    if tested is not None and alike.p_value is not None:
+        tested = max(tested, alike.p_value) if pooled.value * alike.value > 0 else 1.0
+    return replace(pooled, low=min(pooled.low, alike.low), high=max(pooled.high, alike.high), p_value=tested)
 
 
 def crossed_change(low: Array, high: Array, person: tuple[_Labels, _Labels]) -> BlockMean:
@@ -111,6 +137,14 @@ def at_one_p(values: Array, person: _Labels, *, unit: float | None = None, whole
         person: The person of each, of the same shape.
         unit: The largest difference of a single trial.
         whole_blocks: Whether all trials of a rare person may differ by the unit.
+
+    If people have unequally many trials, a conclusion must also hold with every person counted alike.
     """
     rows = by_cluster(values, np.unique(person, return_inverse=True)[1].reshape(-1))
-    return block_mean(rows, unit=unit, whole_blocks=whole_blocks)
+    found = block_mean(rows, unit=unit, whole_blocks=whole_blocks)
+    sizes = np.sum(~np.isnan(rows), axis=1)
+    if not len(sizes) or np.ptp(sizes) == 0:
+        return found
+    means = np.nanmean(rows, axis=1)
+    alike = block_mean(means[:, None], unit=unit, whole_blocks=whole_blocks)
+    return _held_by_both(found, replace(alike, p_value=sign_flip(means * math.lcm(*sizes.tolist()))))
