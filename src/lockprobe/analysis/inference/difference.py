@@ -212,7 +212,8 @@ def _error_of_shares(share: float, n: Array) -> Array:
 
     Without that trial a p with few trials, whose differences are large by chance, would hide every effect beside it.
     """
-    return np.sqrt(share * (1 - share) * (1 / n + 1 / n[0]) + 1 / n**2 + 1 / n[0] ** 2)
+    error: Array = np.sqrt(share * (1 - share) * (1 / n + 1 / n[0]) + 1 / n**2 + 1 / n[0] ** 2)
+    return error
 
 
 def _permuted(members: NDArray[np.bool_], permutations: int, rng: np.random.Generator) -> Array:
