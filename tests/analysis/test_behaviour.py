@@ -2,13 +2,14 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from builders import SOLUTION, make_trial, play_study, small_study
 
 from lockprobe.analysis.behaviour import (
     behaviour,
     has_loop,
-    ignores_reports,
+    heeded_at_most,
     loop_coverage,
     policy_entropy,
     redundant_share,
@@ -109,10 +110,41 @@ def test_of_the_last_report_nobody_can_say_what_the_agent_would_have_done():
         for t in range(30)
     ]
     assert not only(trials).blind
-    assert "ignores what it is told" not in finding(only(trials))
+    assert "whatever it was told" not in finding(only(trials))
 
 
 def test_an_agent_that_heeds_reports_is_not_called_blind_in_small_studies():
     for seed in range(15):
         study = replace(small_study(("human-inspired",), p=(0.0, 0.05), repetitions=1, trials=2), seed=seed)
-        assert not ignores_reports(play_study(study))
+        assert heeded_at_most(play_study(study)) is None
+
+
+def seldom_reads(share, rng, *, whole, blocks=12, reports=3):
+    """Trials at two flip rates of an agent that heeds this share of false reports, or of trials, by trying D."""
+    trials = []
+    for t in range(blocks):
+        trials.append(make_trial((3,) * 8, agent=AGENT, p=0.0, trial=t, budget=8))
+        reads = np.repeat(rng.random(1), reports) < share if whole else rng.random(reports) < share
+        actions = [3, *np.where(reads, 2, 3).tolist()] + [3] * (7 - reports)
+        false_at = tuple(range(1, reports + 1))
+        trials.append(make_trial(actions, agent=AGENT, p=0.4, trial=t, budget=8, false_at=false_at))
+    return trials
+
+
+@pytest.mark.parametrize("share", [0.02, 0.05, 0.2, 0.3])
+@pytest.mark.parametrize("whole", [False, True])
+def test_what_a_blind_agent_may_still_heed_is_bounded(share, whole):
+    """A bound below the true share is said in at most 5 % of studies, also if whole trials are heeded."""
+    rng = np.random.default_rng([int(100 * share), whole])
+    bounds = [heeded_at_most(seldom_reads(share, rng, whole=whole)) for _ in range(150)]
+    wrong = [bound is not None and bound < share for bound in bounds]
+    assert np.mean(wrong) <= 0.05
+    assert share > 0.05 or whole or any(bound is not None for bound in bounds)
+
+
+def test_the_bound_is_that_of_no_success_among_blocks():
+    (agent,) = summarise(seldom_reads(0.0, np.random.default_rng(1), whole=False, blocks=30)).agents
+    assert agent.heeded == pytest.approx(1 - 0.05 ** (1 / 30))
+    assert finding(agent).startswith(
+        f"{AGENT} played alike whatever it was told, so it acts on at most 10 % of reports: it solved 0 of 30 trials"
+    )

@@ -82,7 +82,7 @@ def test_courses_are_said_of_several_agents_only():
     assert courses_said(summarise(rising)) == ""
     assert courses_said(summarise([*rising, *falling, *blind])) == (
         "Success compared with a flip rate of 0: higher at some flip rate for llm:local; lower for "
-        "human-inspired; the same for random (it ignores reports). Tests are corrected for the 2 agents that use "
+        "human-inspired; the same for random (it played alike whatever it was told). Tests are corrected for the 2 agents that use "
         "reports (Holm)."
     )
     assert courses_said(summarise([t for t in (*rising, *falling) if t.p == 0])) == ""
@@ -92,7 +92,7 @@ def test_an_agent_that_ignores_reports_is_called_blind():
     agents = {agent.agent: agent for agent in summarise(play_study(small_study())).agents}
     assert agents["random"].blind
     assert agents["random"].contrast is None
-    assert "ignores what it is told" in finding(agents["random"])
+    assert "played alike whatever it was told" in finding(agents["random"])
     assert not agents["human-inspired"].blind
 
 

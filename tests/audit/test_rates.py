@@ -1,6 +1,7 @@
 """Rates of rejection are counted right, however they are computed; the shipped ones are those of this release."""
 
 from concurrent.futures.process import BrokenProcessPool
+from itertools import product
 from multiprocessing import get_context
 from pathlib import Path
 
@@ -10,7 +11,17 @@ import pytest
 from lockprobe.analysis.inference.battery import infer
 from lockprobe.analysis.outcomes import outcomes
 from lockprobe.analysis.persistence import persistence
-from lockprobe.audit.rates import EARLY, Rate, as_data, false_positives, measure, measured, shipped, within_error
+from lockprobe.audit.rates import (
+    COMPARISON,
+    EARLY,
+    Rate,
+    as_data,
+    false_positives,
+    measure,
+    measured,
+    shipped,
+    within_error,
+)
 from lockprobe.audit.simulate import simulate, simulate_study
 from lockprobe.audit.simulated_agents import WORLDS, Design, world
 from lockprobe.errors import BadValue, Missing
@@ -95,6 +106,12 @@ def test_within_monte_carlo_error_is_a_binomial_tail(rejected, studies, fine):
     assert fine == (binom.sf(rejected - 1, studies, 0.05) > 0.001)
 
 
+def test_people_who_leave_are_not_told_apart_from_an_equal_agent():
+    """With every box counted alike they are in a third of studies."""
+    (rate,) = (one for one in measure([WORLDS["dropout"]], studies=20, records=False) if one.question == "comparison")
+    assert rate.rejected <= 3
+
+
 def test_no_studies_are_refused():
     with pytest.raises(BadValue, match="at least 1"):
         measure([NULL], studies=0)
@@ -123,7 +140,9 @@ def test_every_test_of_every_world_was_measured():
     rng = generator(1)
     found, _, lowest = simulate_study(WORLDS["no-effect"], Design(), rng)
     names = {test.name for test in infer(found, rng, persistence=persistence(lowest)).tests}
-    assert {(rate.world, rate.test) for rate in measured()} == {(world, name) for world in WORLDS for name in names}
+    compared = {(rate.world, rate.test) for rate in measured() if rate.question == "comparison"}
+    assert {world for world, _ in compared} == {name for name, made in WORLDS.items() if made.people}
+    assert {(rate.world, rate.test) for rate in measured()} == compared | set(product(WORLDS, names))
 
 
 def test_recommended_tests_keep_their_level_and_the_papers_do_not():
@@ -159,7 +178,7 @@ def figure(rate):
 
 def documented():
     """The rows of the table in the docs, question by question, as they follow from the shipped audit."""
-    for question, text in QUESTIONS.items():
+    for question, text in [*QUESTIONS.items(), ("comparison", COMPARISON)]:
         asked = [rate for rate in measured() if rate.question == question]
         yield f"| *{text}* | | |"
         for test in dict.fromkeys(rate.test for rate in asked):

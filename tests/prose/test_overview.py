@@ -4,6 +4,7 @@ import re
 from dataclasses import replace
 from types import SimpleNamespace as Some
 
+import numpy as np
 import pytest
 from builders import make_trial, play_study, small_study
 
@@ -93,33 +94,49 @@ def test_an_effect_that_is_shown_to_be_small_is_not_called_inconclusive():
     assert found.startswith("No effect of false reports on the success of a was detected: it solved 50 %")
 
 
+@pytest.mark.parametrize("solved", [0, 18])
+def test_eighteen_pairs_that_all_agree_leave_the_question_open(solved):
+    """A change of 10 points leaves 18 of 18 pairs alike in 15 % of studies."""
+    trials = [
+        make_trial(SOLVED if solved else UNSOLVED, agent="a", p=p, trial=i + 1) for p in (0, 0.4) for i in range(18)
+    ]
+    found = flips_answer(summarise(trials, box("chain-4")))
+    assert found.startswith("Inconclusive: no effect of false reports on the success of a was detected")
+
+
 def test_agents_that_ignore_reports_are_said_to():
     study = small_study(["random"], (0.0, 0.4), 1, 6)
     found = flips_answer(summarise(play_study(study), box("chain-4")))
-    assert found.startswith("random ignores what it is told: it solved")
+    assert re.match(
+        r"random played alike whatever it was told, so it acts on at most \d+ % of reports: it solved", found
+    )
+    assert len(found.split()) <= 30
 
 
 def test_trials_needed_shrink_the_interval_to_ten_points():
     summary = answer(a={0: 20, 0.4: 21})
     (agent,) = summary.subjects
     half = (agent.contrast.difference.high - agent.contrast.difference.low) / 2
-    count = int(re.search(r"about (\d+) trials", flips_needed(summary))[1])
-    assert half * (40 / count) ** 0.5 <= 0.1 < half * (40 / (0.9 * count)) ** 0.5
+    few, most = map(int, re.search(r"about (\d+) to (\d+) trials", flips_needed(summary)).groups())
+    assert 0.9 * few <= 40 * (half / 0.1) ** 2 <= most
     assert flips_needed(answer(a={0: 5, 0.4: 30})) == ""
 
 
 def effects(*changes):
-    """Effects of conditions on one agent: (name, difference, whether it is shown)."""
+    """Effects of conditions on one agent: (name, difference, whether it is shown, half an interval, differing pairs)."""
     return Effects(
         agent="a",
         modality="symbolic",
         control="truth",
-        effects=tuple(
-            Some(condition=name, detectable=shown, difference=Some(value=value, low=value - 0.2, high=value + 0.2, first=Some(n=50)))
-            for name, value, shown in changes
-        ),
+        effects=tuple(effect(*change) for change in changes),
         interplays=(),
-    )  # fmt: skip
+    )
+
+
+def effect(name, value, shown, half=0.2, differ=24, n=50):
+    pairs = Some(only_first=0, only_second=differ, n=n)
+    difference = Some(value=value, low=value - half, high=value + half, first=Some(n=n), pairs=pairs)
+    return Some(condition=name, detectable=shown, difference=difference)
 
 
 @pytest.mark.parametrize(
@@ -135,7 +152,9 @@ def effects(*changes):
             [effects(("x", 0.1, False), ("y", 0.1, False))],
             "Inconclusive: no effect of x or y on the success of a was detected.",
         ),
-        ([effects(("x", 0.1, False))] * 2, "No effect of any condition on success was detected."),
+        ([effects(("x", 0.1, False))] * 2, "Inconclusive: no effect of any condition on success was detected."),
+        ([effects(("x", 0.01, False, 0.05))] * 2, "No effect of any condition on success was detected."),
+        ([effects(("x", 0.01, False, 0.05))], "No effect of x on the success of a was detected."),
     ],
 )
 def test_conditions_are_named_by_what_they_do(found, said):
@@ -143,19 +162,39 @@ def test_conditions_are_named_by_what_they_do(found, said):
 
 
 def test_trials_needed_of_conditions_are_those_of_the_widest_interval():
+    """With 24 of 50 pairs that differ, 48 % are expected to, and at most 61 %."""
     assert effects_needed([effects(("x", 0.1, False))]) == (
-        "Estimating the change to ±10 points takes about 200 trials per condition; this study has 50."
+        "Estimating the change to ±10 points takes about 190 to 240 trials per condition; this study has 50."
     )
 
 
 def test_of_several_agents_the_one_with_the_widest_interval_is_named():
-    """The second has an interval twice as wide."""
-    other = replace(effects(("x", 0.1, False)), agent="b")
-    wide = Some(value=0.1, low=-0.3, high=0.5, first=Some(n=50))
-    other = replace(other, effects=(Some(condition="x", detectable=False, difference=wide),))
+    """All pairs of the second differ, and it has two conditions to choose from."""
+    other = replace(effects(("x", 0.1, False, 0.3, 50), ("y", 0.1, False, 0.3, 50)), agent="b")
     assert effects_needed([effects(("x", 0.1, False)), other]) == (
-        "Estimating the change of b to ±10 points takes about 800 trials per condition; it has 50."
+        "Estimating the change of b to ±10 points takes about 500 to 510 trials per condition; it has 50."
     )
+
+
+@pytest.mark.parametrize("trials", [1, 2, 3, 4, 5, 6, 10, 18, 40])
+@pytest.mark.parametrize("differ", [0.1, 0.5, 0.9])
+def test_the_most_trials_needed_are_seldom_too_few(trials, differ):
+    """From samples of any size: the upper end holds what is needed for the true share of pairs that differ."""
+    true = differ * (1.96 / 0.1) ** 2
+    rng = np.random.default_rng([trials, int(10 * differ)])
+    short = 0
+    for count in rng.binomial(trials, differ, size=300).tolist():
+        said = effects_needed([effects(("x", 0.0, False, 1.0, count, trials))])
+        ends = re.search(r"about (?:\d+ to )?(\d+) trials", said)
+        short += (int(ends[1]) if ends else trials) < 0.97 * true
+    assert short / 300 <= 0.1
+
+
+def test_how_many_trials_of_people_is_not_said_where_their_interval_has_no_end():
+    people = effects(("x", 0.1, False, 1.1))
+    (one,) = people.effects
+    unpaired = Some(**{**vars(one.difference), "pairs": None})
+    assert effects_needed([replace(people, effects=(Some(**{**vars(one), "difference": unpaired}),))]) == ""
 
 
 def test_agents_near_chance_are_said_to_be():
@@ -208,5 +247,5 @@ def test_the_flip_rate_is_a_probability_and_no_share_of_false_reports(flip, inve
 def test_the_agent_that_needs_more_trials_is_named():
     found = flips_needed(answer(a={0: 5, 0.4: 30}, b={0: 20, 0.4: 21}))
     assert re.fullmatch(
-        r"Estimating the change of b to ±10 points takes about \d+ trials per flip rate; it has 40\.", found
+        r"Estimating the change of b to ±10 points takes about \d+ to \d+ trials per flip rate; it has 40\.", found
     )

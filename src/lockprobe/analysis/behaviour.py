@@ -1,4 +1,4 @@
-"""Loops, redundant steps, policy entropy, and whether reports are heeded (paper, Sec. 3.3, Fig. 5)."""
+"""Loops, redundant steps, policy entropy, and how many reports are heeded (paper, Sec. 3.3, Fig. 5)."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from lockprobe.analysis.clustered import share_of
 from lockprobe.analysis.loops import Symbol, any_loop, cover, symbols
 from lockprobe.analysis.null_models import TrialNull, expected_loop_rate
 from lockprobe.analysis.outcomes import ended, numbered, onset, outcomes
-from lockprobe.analysis.proportions import Proportion
+from lockprobe.analysis.proportions import ALPHA, Proportion
 from lockprobe.record import Trial
 
 __all__ = [
@@ -22,14 +22,14 @@ __all__ = [
     "Behaviour",
     "behaviour",
     "has_loop",
-    "ignores_reports",
+    "heeded_at_most",
     "loop_coverage",
     "policy_entropy",
     "redundant_share",
 ]
 
 REPORTS = 10
-"""Fewest differing reports, each with an action after it, for the conclusion that an agent ignores them."""
+"""Fewest differing reports, each with an action after it, for an agent that plays alike to be called blind."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -126,14 +126,18 @@ def policy_entropy(trial: Trial) -> list[float]:
     ]
 
 
-def ignores_reports(trials: Sequence[Trial]) -> bool:
-    """Whether an agent is blind: it played each repetition and trial identically at every p though reports differed.
+def heeded_at_most(trials: Sequence[Trial]) -> float | None:
+    """Upper 95 % bound of the share of reports that a blind agent acts on, (0, 1); None if it is not blind.
 
-    Only reports that are followed by an action count, and at least :data:`REPORTS` of them are needed. People who play
-    as one agent are never blind, because different people play each p.
+    An agent is *blind* if it played each repetition and trial identically at every p though reports differed. Only
+    reports that are followed by an action count, and at least :data:`REPORTS` of them are needed. People who play as
+    one agent are never blind, because different people play each p.
+
+    The bound is that of Clopper and Pearson for none of n blocks, those in which reports differed. It also holds if the
+    agent heeds all reports of some trials and none of the others.
     """
     if trials[0].player:
-        return False
+        return None
     acted: dict[tuple[int, int], set[tuple[str, ...]]] = {}
     told: dict[tuple[int, int], list[tuple[object, ...]]] = {}
     for trial in ended(trials):
@@ -141,9 +145,11 @@ def ignores_reports(trials: Sequence[Trial]) -> bool:
         acted.setdefault(luck, set()).add(trial.actions)
         told.setdefault(luck, []).append(tuple((step.told_moved, step.told_state) for step in trial.steps[:-1]))
     if any(len(ways) > 1 for ways in acted.values()):
-        return False
-    differing = sum(len(set(reports)) > 1 for ways in told.values() for reports in zip(*ways, strict=False))
-    return differing >= REPORTS
+        return None
+    differing = [sum(len(set(reports)) > 1 for reports in zip(*ways, strict=False)) for ways in told.values()]
+    if sum(differing) < REPORTS:
+        return None
+    return float(1 - ALPHA ** (1 / sum(many > 0 for many in differing)))
 
 
 @lru_cache(maxsize=1 << 17)

@@ -139,7 +139,7 @@ def branch_effects(
     Returns:
         By agent, condition, fork point, arm and outcome; fork points with a single trial are left out.
     """
-    known = chances or {}
+    known, budget = chances or {}, max((fork.budget for fork in forks), default=0)
     placed: dict[tuple[str, str, bool], dict[tuple[str, int], dict[str, dict[int, Trial]]]] = {}
     names = map(ForkName.parse, [fork.key for fork in forks])
     for fork, name in zip(forks, names, strict=True):
@@ -156,7 +156,7 @@ def branch_effects(
                     continue
                 for outcome in get_args(BranchOutcome):
                     rows = [_row(there[point], parents[point[0]], point[1], arm, outcome, known) for point in forked]
-                    if one := _effect([row for row in rows if row is not None], outcome):
+                    if one := _effect([row for row in rows if row is not None], outcome, budget):
                         effect = BranchEffect(
                             agent=agent,
                             condition=condition,
@@ -244,7 +244,9 @@ def _outcome(fork: Trial, parent: Trial, at: int, outcome: BranchOutcome) -> flo
     return math.nan if on is None else float(following != on)
 
 
-def _effect(rows: Sequence[tuple[Array, Array]], outcome: BranchOutcome) -> tuple[float, BlockMean, int] | None:
+def _effect(
+    rows: Sequence[tuple[Array, Array]], outcome: BranchOutcome, budget: int
+) -> tuple[float, BlockMean, int] | None:
     """Mean after a true report, change, and number of pairs, from one row per trial."""
     if len(rows) < 2:
         return None
@@ -253,7 +255,10 @@ def _effect(rows: Sequence[tuple[Array, Array]], outcome: BranchOutcome) -> tupl
     for row, (changed, told) in zip(differences, rows, strict=True):
         row[: len(changed)] = changed - told
     told = np.concatenate([told for _, told in rows])
-    change = block_mean(differences, unit=None if outcome in ("steps", "choice") else 1.0)
+    if outcome == "steps":
+        change = block_mean(differences, unit=float(budget), whole_blocks=True)
+    else:
+        change = block_mean(differences, unit=None if outcome == "choice" else 1.0)
     if outcome == "choice":  # no test: that chances differ is known
         change = replace(change, p_value=None)
     return float(told.mean()), change, len(told)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,6 +14,7 @@ __all__ = [
     "ClusteredDifference",
     "ClusteredMean",
     "ClusteredProportion",
+    "alike_weights",
     "cluster_bootstrap",
     "clustered_difference",
     "clustered_proportion",
@@ -23,6 +24,8 @@ __all__ = [
 ]
 
 RESAMPLES = 2000
+
+_TIE = 1e-9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -105,64 +108,109 @@ def clustered_proportion(counts: ArrayLike, sizes: ArrayLike) -> ClusteredPropor
     return _wilson(count, n, k, variance, _least_design_effect(solved, trials))
 
 
-def crossed_proportion(counts: ArrayLike, sizes: ArrayLike, first: ArrayLike, second: ArrayLike) -> ClusteredProportion:
-    """A pooled share of trials in two crossed kinds of clusters, such as players and luck.
+def crossed_proportion(counts: ArrayLike, sizes: ArrayLike, player: ArrayLike, luck: ArrayLike) -> ClusteredProportion:
+    """A pooled share of trials in two crossed kinds of clusters, players and luck.
 
     The interval is that of :func:`clustered_proportion` with the variance of :func:`two_way_variance`. Student's t has
     k - 1 degrees of freedom, k the number of clusters of the kind with fewer. The design effect is at least that of
     half a cluster more of either kind.
 
+    If players have unequally many trials, the interval also holds that of the mean over players, each of whom counts
+    alike. People who leave after a failure have few trials, so the pooled share is too high, and the mean over players,
+    most of whom end with a failure, is too low.
+
     Args:
         counts: Successes of each trial, shape (trials,).
         sizes: Attempts of each trial, of the same shape; a trial with 0 does not count.
-        first: Its cluster of one kind, of the same shape.
-        second: Its cluster of the other kind, of the same shape.
+        player: Its player, of the same shape.
+        luck: Its block of luck, of the same shape.
     """
     solved, trials = np.asarray(counts, dtype=np.float64), np.asarray(sizes, dtype=np.float64)
-    one, two = np.asarray(first)[trials > 0], np.asarray(second)[trials > 0]
+    one, two = np.asarray(player)[trials > 0], np.asarray(luck)[trials > 0]
     solved, trials = solved[trials > 0], trials[trials > 0]
     count, n, k = int(solved.sum()), int(trials.sum()), min(len(np.unique(one)), len(np.unique(two)))
     if k < 2:
         return _wilson(count, n, k, 0.0, 1.0)
     kinds = (np.unique(kind, return_inverse=True)[1].reshape(-1) for kind in (one, two))
     least = max(_least_design_effect(np.bincount(kind, solved), np.bincount(kind, trials)) for kind in kinds)
-    return _wilson(count, n, k, two_way_variance(solved - count / n * trials, one, two) / n**2, least)
+    found = _wilson(count, n, k, two_way_variance(solved - count / n * trials, one, two) / n**2, least)
+    weight = alike_weights(one, trials)
+    if np.ptp(weight) < _TIE:
+        return found
+    share = float(np.sum(weight * solved)) / n
+    variance = two_way_variance(weight * (solved - share * trials), one, two) / n**2
+    alike = _wilson(count, n, k, variance, least, share=share)
+    return replace(found, low=min(found.low, alike.low), high=max(found.high, alike.high))
+
+
+def alike_weights(player: ArrayLike, sizes: ArrayLike | None = None) -> NDArray[np.float64]:
+    """The weights of trials under which all players count alike; their mean over ``sizes`` is 1.
+
+    Args:
+        player: The player of each trial, shape (trials,).
+        sizes: Attempts of each trial, > 0, of the same shape; by default 1.
+    """
+    place = np.unique(np.asarray(player), return_inverse=True)[1].reshape(-1)
+    total = np.bincount(place, None if sizes is None else np.asarray(sizes, dtype=np.float64))
+    weights: NDArray[np.float64] = total.sum() / len(total) / total[place]
+    return weights
 
 
 def clustered_difference(
-    happened: ArrayLike, later: ArrayLike, first: ArrayLike, second: ArrayLike, *, choices: int = 1
+    happened: ArrayLike, later: ArrayLike, player: ArrayLike, luck: ArrayLike, *, choices: int = 1
 ) -> ClusteredDifference:
-    """The difference between the shares of two groups of trials in two crossed kinds of clusters.
+    """The difference between the shares of two groups of trials in two crossed kinds of clusters, players and luck.
 
     The variance is that of :func:`two_way_variance`, and at least that of independent trials with one more of each
     outcome (Agresti and Caffo 2000), whose difference is the centre of the interval. Student's t has k - 2 degrees of
-    freedom, k the number of clusters of the kind with fewer.
+    freedom, k the number of clusters of the kind with fewer. If players have unequally many trials, the interval also
+    holds that of the difference of means over players, and the P value is the larger, as in
+    :func:`crossed_proportion`.
 
     Args:
         happened: Whether the event happened, shape (trials,); both groups have at least one trial.
         later: Whether the trial belongs to the second group, of the same shape.
-        first: Its cluster of one kind, of the same shape.
-        second: Its cluster of the other kind, of the same shape.
+        player: Its player, of the same shape.
+        luck: Its block of luck, of the same shape.
         choices: Number of groups that the second was chosen from; the interval has the level 1 - 0.05 / choices.
     """
     events, group = np.asarray(happened, dtype=np.float64), np.asarray(later).astype(np.int64)
-    n, count = np.bincount(group, minlength=2), np.bincount(group, weights=events, minlength=2)
-    shares, smooth = count / n, (count + 1) / (n + 2)
-    value, middle = float(shares[1] - shares[0]), float(smooth[1] - smooth[0])
-    freedom = min(len(np.unique(np.asarray(kind))) for kind in (first, second)) - 2
+    people, lucks = np.asarray(player), np.asarray(luck)
+    value = float(events[group == 1].mean() - events[group == 0].mean())
+    freedom = min(len(np.unique(people)), len(np.unique(lucks))) - 2
     if freedom < 1:
         return ClusteredDifference(value=value, low=-1.0, high=1.0, interval_p=1.0)
     from scipy.stats import t
 
-    spread = two_way_variance((events - shares[group]) * (2 * group - 1) / n[group], first, second)
-    error = math.sqrt(max(spread, float(np.sum(smooth * (1 - smooth) / (n + 2)))))
-    half = float(t.isf((1 - LEVEL) / choices / 2, freedom)) * error
+    alike = np.ones(len(group))
+    for side in (0, 1):
+        alike[group == side] = alike_weights(people[group == side])
+    weights = [np.ones(len(group)), alike][: 1 + bool(np.ptp(alike) > _TIE)]
+    middles, errors = np.array([_smoothed(events, group, weight, people, lucks) for weight in weights]).T
+    half = float(t.isf((1 - LEVEL) / choices / 2, freedom)) * errors
+    agree = len(set(np.sign(middles))) == 1
     return ClusteredDifference(
         value=value,
-        low=max(-1.0, middle - half),
-        high=min(1.0, middle + half),
-        interval_p=min(1.0, float(2 * t.sf(abs(middle) / error, freedom))),
+        low=max(-1.0, float(np.min(middles - half))),
+        high=min(1.0, float(np.max(middles + half))),
+        interval_p=min(1.0, float(np.max(2 * t.sf(np.abs(middles) / errors, freedom)))) if agree else 1.0,
     )
+
+
+def _smoothed(
+    events: NDArray[np.float64],
+    group: NDArray[np.int64],
+    weight: NDArray[np.float64],
+    player: NDArray[np.generic],
+    luck: NDArray[np.generic],
+) -> tuple[float, float]:
+    """The difference of two weighted shares with one more trial of each outcome, and its standard error."""
+    n = np.bincount(group, weights=weight, minlength=2)
+    shares = np.bincount(group, weights=weight * events, minlength=2) / n
+    smooth = (n * shares + 1) / (n + 2)
+    spread = two_way_variance(weight * (events - shares[group]) * (2 * group - 1) / n[group], player, luck)
+    error = math.sqrt(max(spread, float(np.sum(smooth * (1 - smooth) / (n + 2)))))
+    return float(smooth[1] - smooth[0]), error
 
 
 def share_of(happened: ArrayLike, player: ArrayLike, luck: ArrayLike) -> Proportion:
@@ -215,9 +263,12 @@ def _least_design_effect(counts: ArrayLike, sizes: ArrayLike) -> float:
     return max(1.0, float(spread / ((n + size / 2) * share * (1 - share))))
 
 
-def _wilson(count: int, n: int, k: int, variance: float, least: float) -> ClusteredProportion:
-    """Wilson's interval for the effective number of trials; the design effect is at least ``least``."""
-    share = count / n if n else math.nan
+def _wilson(
+    count: int, n: int, k: int, variance: float, least: float, *, share: float | None = None
+) -> ClusteredProportion:
+    """Wilson's interval of a share for the effective number of trials; the design effect is at least ``least``."""
+    if share is None:
+        share = count / n if n else math.nan
     if k < 2:
         return ClusteredProportion(count=count, n=n, clusters=k, value=share, design_effect=1.0, low=0.0, high=1.0)
     from scipy.stats import t

@@ -249,7 +249,7 @@ def _share(values: NDArray[np.float64], luck: NDArray[np.int64], player: NDArray
     if np.array_equal(luck, player):
         found = clustered_proportion(np.bincount(luck, values), np.bincount(luck))
     else:
-        found = crossed_proportion(values, np.ones(len(values)), luck, player)
+        found = crossed_proportion(values, np.ones(len(values)), player, luck)
     return found.value, found.low, found.high
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lockprobe.analysis.clustered import ClusteredProportion, crossed_proportion
+from lockprobe.analysis.clustered import ClusteredProportion, alike_weights, crossed_proportion
 from lockprobe.analysis.outcomes import ended
 from lockprobe.analysis.proportions import Proportion, proportion
 from lockprobe.analysis.relative_steps import RelativeSteps, Steps, labels, relative_steps, steps_of
@@ -62,6 +62,7 @@ class People:
         trials: Trials that ended.
         fewest, most: Fewest and most trials of one person.
         success: Share solved over all conditions.
+        alike: Mean over people of the share that each solved, [0, 1]; it equals ``success`` if all have as many trials.
         first: Share of first boxes solved, without learning from other boxes.
         positions: Results by position, where it is known.
         at: Results by modality and p.
@@ -75,6 +76,7 @@ class People:
     fewest: int
     most: int
     success: ClusteredProportion
+    alike: float
     first: Proportion
     positions: tuple[AtPosition, ...]
     at: tuple[PeopleAt, ...]
@@ -103,6 +105,7 @@ def people(trials: Sequence[Trial]) -> People | None:
         fewest=min(sizes.values()),
         most=max(sizes.values()),
         success=_success(own),
+        alike=float(np.mean([trial.solved for trial in own] * alike_weights([trial.agent for trial in own]))),
         first=proportion(sum(trial.solved for trial in first), len(first)),
         positions=tuple(_positions(own)),
         at=tuple(_at([t for t in own if (t.modality, t.dose) == one], *one) for one in conditions),

@@ -11,6 +11,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from lockprobe.analysis.paired_proportions import FEW, score, score_interval
+
 __all__ = [
     "Difference",
     "Paired",
@@ -89,7 +91,8 @@ class Paired:
         only_second: Pairs solved under the second condition alone.
         n: Pairs.
         value: Share solved under the second condition minus the first, [-1, 1]; NaN without pairs.
-        low, high: Ends of the interval of ``value`` (Agresti & Min 2005), [-1, 1].
+        low, high: Ends of the interval of ``value`` (Agresti & Min 2005), [-1, 1]. If five pairs or fewer differ, it
+            also holds Tango's score interval, which does not shrink with the pairs that differ.
         p_value: McNemar's exact test, two-sided; 1 if no pair differs.
     """
 
@@ -105,7 +108,10 @@ class Paired:
     def interval_p(self) -> float:
         """The P value of the interval: below 0.05 if the 95 % interval excludes 0."""
         middle, error = _agresti_min(self.only_first, self.only_second, self.n)
-        return min(1.0, 2 * NormalDist().cdf(-abs(middle) / error))
+        away = abs(middle) / error
+        if self.n and self.only_first + self.only_second <= FEW:
+            away = min(away, abs(float(score(self.only_first, self.only_second, self.n, 0.0))))
+        return min(1.0, 2 * NormalDist().cdf(-away))
 
 
 @lru_cache(maxsize=65536)
@@ -200,13 +206,17 @@ def paired(first: NDArray[np.bool_], second: NDArray[np.bool_], *, choices: int 
 
     one, two = int(np.sum(first & ~second)), int(np.sum(second & ~first))
     (middle, error), z = _agresti_min(one, two, len(first)), float(norm.isf((1 - LEVEL) / choices / 2))
+    low, high = max(-1.0, middle - z * error), min(1.0, middle + z * error)
+    if len(first) and one + two <= FEW:
+        ends = score_interval(one, two, len(first), 1 - (1 - LEVEL) / choices)
+        low, high = min(low, ends[0]), max(high, ends[1])
     return Paired(
         only_first=one,
         only_second=two,
         n=len(first),
         value=(two - one) / len(first) if len(first) else math.nan,
-        low=max(-1.0, middle - z * error),
-        high=min(1.0, middle + z * error),
+        low=low,
+        high=high,
         p_value=float(binomtest(one, one + two).pvalue) if one + two else 1.0,
     )
 

@@ -185,6 +185,8 @@ def _drawn(theirs: Sequence[Trial], rng: np.random.Generator, groups: Sequence[A
     """Shares solved by each step in two cluster bootstraps: over people, and over luck.
 
     No bootstrap keeps two crossed kinds of clusters, so each kind is resampled alone, and the wider interval is used.
+    If people have unequally many trials, they are resampled once more with every person counted alike, since those who
+    left early may differ from those who stayed.
 
     Args:
         theirs: The trials of people.
@@ -192,20 +194,24 @@ def _drawn(theirs: Sequence[Trial], rng: np.random.Generator, groups: Sequence[A
         groups: Values of these trials, each of shape (trials, steps).
 
     Returns:
-        For each kind and group, shares of shape (resamples, steps); empty with a single person or luck.
+        For each way of resampling and group, shares of shape (resamples, steps); empty with a single person or luck.
     """
     kinds = labels(theirs)
     if min(len(np.unique(kind)) for kind in kinds) < 2:
         return []
+    boxes = np.bincount(kinds[0])
+    ways = [(kind, np.ones(len(kind))) for kind in kinds]
+    if np.ptp(boxes):
+        ways.append((kinds[0], 1 / boxes[kinds[0]]))
     found = []
-    for kind in kinds:
+    for kind, weight in ways:
         k = int(kind.max()) + 1
         times = rng.multinomial(k, np.full(k, 1 / k), size=RESAMPLES).astype(np.float64)
-        n = times @ np.bincount(kind).astype(np.float64)
+        n = times @ np.bincount(kind, weight)
         shares = []
         for group in groups:
             sums = np.zeros((k, group.shape[1]))
-            np.add.at(sums, kind, group)
+            np.add.at(sums, kind, weight[:, None] * group)
             shares.append(times @ sums / n[:, None])
         found.append(shares)
     return found

@@ -17,7 +17,7 @@ from lockprobe.analysis.agent_comparison.leaderboard import Entrant, comparisons
 from lockprobe.analysis.agent_comparison.leaderboard_row import Standing, standing
 from lockprobe.analysis.agent_comparison.pair import AgentComparison
 from lockprobe.analysis.axis import FLIPS, Axis
-from lockprobe.analysis.behaviour import ignores_reports
+from lockprobe.analysis.behaviour import heeded_at_most
 from lockprobe.analysis.condition import ConditionSummary, Contrast, condition_summary, contrast
 from lockprobe.analysis.habit_baseline import blind_twin
 from lockprobe.analysis.inference.association import Correlation, correlation
@@ -59,7 +59,7 @@ class AgentSummary:
         modality: How the box was shown.
         shown: The modality (unless it is the default and the only one) and ``axis.rest``, in words.
         reference: Whether it is a baseline.
-        blind: Whether it ignores reports, so that its conditions are copies of each other.
+        heeded: Upper 95 % bound of the share of reports that it acts on if it plays alike whatever it is told, or None.
         conditions: The results by dose, ascending. Those that never acted are in no fit, test or contrast.
         success_fit: Trend of success over p (Fig. 4).
         loop_fit: Trend of the loop rate over p (Fig. 5b).
@@ -74,7 +74,7 @@ class AgentSummary:
     modality: str
     shown: str
     reference: bool
-    blind: bool
+    heeded: float | None
     conditions: tuple[ConditionSummary, ...]
     success_fit: TrendFit
     loop_fit: TrendFit
@@ -93,6 +93,11 @@ class AgentSummary:
     def idle(self) -> tuple[ConditionSummary, ...]:
         """Its conditions above the lowest dose under which nothing was changed, or no report was false."""
         return tuple(one for one in self.conditions[1:] if one.never_acted)
+
+    @property
+    def blind(self) -> bool:
+        """Whether it plays alike whatever it is told, so that its conditions are copies of each other."""
+        return self.heeded is not None
 
     @property
     def invited(self) -> bool:
@@ -258,8 +263,9 @@ def _agent(
     conditions = tuple(
         condition_summary(list(members), reference, box) for _, members in groupby(trials, key=lambda trial: trial.dose)
     )
-    blind = ignores_reports(trials)
-    distinct = conditions[:1] if blind else (conditions[0], *(one for one in conditions[1:] if not one.never_acted))
+    heeded = heeded_at_most(trials)
+    acting = (conditions[0], *(one for one in conditions[1:] if not one.never_acted))
+    distinct = acting if heeded is None else conditions[:1]
     shares = [point for condition in distinct for point in condition.points]
     shown = {condition.p for condition in distinct}
     looked_at = [trial for trial in trials if trial.dose in shown]
@@ -272,20 +278,21 @@ def _agent(
         broken=broken_off(looked_at),
         blind=twin,
         persistence=conditions[0].persistence,
+        budget=max(trial.budget for trial in trials),
     )
     return AgentSummary(
         agent=first.group,
         modality=first.modality,
         shown=", ".join(filter(None, (_shown(first.modality, several=several), axis.rest))),
         reference=first.kind in _REFERENCES,
-        blind=blind,
+        heeded=heeded,
         conditions=conditions,
         success_fit=trend_fit(shares, "success", draws.success),
         loop_fit=trend_fit(shares, "loop_rate", draws.loop_rate),
         correlation=correlation(shares, draws.loop_rate, draws.success),
         peak=peak(counted, _stream(first, "peak")),
         inference=inference,
-        contrast=None if blind else contrast(conditions, inference.difference),
+        contrast=contrast(conditions, inference.difference) if heeded is None else None,
         axis=axis,
     )
 

@@ -21,6 +21,7 @@ import numpy as np
 from lockprobe.analysis.agent_comparison.paired import Array, BlockMean, block_mean, sheets
 from lockprobe.analysis.inference.logrank import holm
 from lockprobe.analysis.outcomes import Outcomes, outcomes
+from lockprobe.analysis.paired_proportions import equivalence
 from lockprobe.analysis.proportions import ALPHA, Proportion, proportion
 from lockprobe.analysis.series import SeriesArm
 from lockprobe.record import Trial
@@ -283,11 +284,9 @@ def _standard_error(differences: Array) -> tuple[float, float, int]:
 
 
 def _equivalence(differences: Array, margin: float) -> float:
-    """P value of two one-sided t-tests that the mean is at most -margin, or at least margin (Schuirmann 1987)."""
-    from scipy.stats import t
-
-    mean, error, n = _standard_error(differences)
-    return float(t.sf((margin - abs(mean)) / error, n - 1))
+    """P value of two one-sided tests that the change is at most -margin, or at least margin (Schuirmann 1987)."""
+    kept = differences[~np.isnan(differences)]
+    return equivalence(int(np.sum(kept < 0)), int(np.sum(kept > 0)), len(kept), margin)
 
 
 def _needed(differences: Array, effect: float) -> int:

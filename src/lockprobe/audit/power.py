@@ -9,7 +9,7 @@ from itertools import pairwise
 
 from lockprobe.analysis.inference.verdict import Question
 from lockprobe.analysis.proportions import proportion
-from lockprobe.audit.rates import Progress, Rate, measure
+from lockprobe.audit.rates import Asked, Progress, Rate, measure
 from lockprobe.audit.simulated_agents import WORLDS, Design, P, World
 from lockprobe.errors import BadValue
 from lockprobe.parallel import THIS_PROCESS, Pool
@@ -43,7 +43,7 @@ class Needed:
     """
 
     world: str
-    question: Question
+    question: Asked
     test: str
     recommended: bool
     measured: tuple[Rate, ...]

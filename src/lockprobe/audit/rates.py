@@ -11,23 +11,39 @@ import json
 import math
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cache
 from importlib.resources import files
-from typing import Any
+from typing import Any, Literal
 
+import numpy as np
+
+from lockprobe.analysis.agent_comparison.pair import compare, corrected
+from lockprobe.analysis.agent_comparison.paired import sheets
 from lockprobe.analysis.inference.battery import infer
 from lockprobe.analysis.inference.verdict import Question
-from lockprobe.analysis.outcomes import broken_off, outcomes
+from lockprobe.analysis.outcomes import Outcomes, broken_off, outcomes
 from lockprobe.analysis.persistence import persistence
 from lockprobe.analysis.proportions import ALPHA
-from lockprobe.audit.simulate import simulate, simulate_study
+from lockprobe.audit.simulate import BUDGET, simulate, simulate_outcomes, simulate_study
 from lockprobe.audit.simulated_agents import WORLDS, Design, World
 from lockprobe.errors import BadValue
 from lockprobe.parallel import THIS_PROCESS, Pool
 from lockprobe.seeds import generator
+from lockprobe.spec import PEOPLE
 
-__all__ = ["Progress", "Rate", "as_data", "false_positives", "measure", "measured", "shipped", "within_error"]
+__all__ = [
+    "COMPARISON",
+    "Asked",
+    "Progress",
+    "Rate",
+    "as_data",
+    "false_positives",
+    "measure",
+    "measured",
+    "shipped",
+    "within_error",
+]
 
 BATCH = 10
 """Studies that a process plays before it reports."""
@@ -54,7 +70,7 @@ class Rate:
 
     world: str
     trials: int
-    question: Question
+    question: Asked
     test: str
     recommended: bool
     truth: bool
@@ -98,8 +114,14 @@ class _StudyRange:
     records: bool
 
 
-Verdict = tuple[str, Question, bool, bool]
-Row = tuple[str, int, str, Question, bool]
+Asked = Question | Literal["comparison"]
+"""The question of a test; those of one agent's trials, and :data:`COMPARISON`."""
+
+COMPARISON = "Do people solve the box more or less often than an agent? (Here it is equally good.)"
+"""The question that is asked in worlds with people alone."""
+
+Verdict = tuple[str, Asked, bool, bool]
+Row = tuple[str, int, str, Asked, bool]
 
 EARLY = 20
 
@@ -167,7 +189,7 @@ def measure(
 
 def _batch(job: _StudyRange) -> list[Verdict]:
     """The verdict of every test on each study: name, question, recommended, rejects."""
-    verdicts = []
+    verdicts: list[Verdict] = []
     for number in range(job.first, job.end):
         place = (job.seed, "audit", job.truth.name, job.design.clusters, number)
         rng = generator(*place)
@@ -177,9 +199,22 @@ def _batch(job: _StudyRange) -> list[Verdict]:
             lowest = [trial for trial in trials if trial.p == job.design.p[0]]
         else:
             found, broken, lowest = simulate_study(job.truth, job.design, rng)
-        tests = infer(found, generator(*place, "tests"), broken=broken, persistence=persistence(lowest)).tests
+        drawn, kept = generator(*place, "tests"), persistence(lowest)
+        tests = infer(found, drawn, broken=broken, persistence=kept, budget=BUDGET).tests
         verdicts += [(test.name, test.question, test.recommended, test.rejects) for test in tests]
+        if job.truth.people:
+            apart = _people_differ(found, job.truth, job.design, generator(*place, "agent"))
+            verdicts.append(("people and an agent, clustered by person and block", "comparison", True, apart))
     return verdicts
+
+
+def _people_differ(people: Outcomes, truth: World, design: Design, rng: np.random.Generator) -> bool:
+    """Whether people are told apart from an agent that solves as many boxes, on the trials that both played."""
+    alone = replace(truth, people=0, likeness=0.0, leaves=0.0)
+    values, (agent, human) = sheets([simulate_outcomes(alone, design, rng), people])
+    names = ("simulated", "symbolic"), (PEOPLE, "symbolic")
+    compared = compare(names, values, (agent, human), "reference", rng, budget=BUDGET)
+    return compared is not None and corrected([compared])[0].verdict != 0
 
 
 def as_data(rates: Sequence[Rate], *, seed: int) -> dict[str, Any]:

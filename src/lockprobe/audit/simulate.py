@@ -7,6 +7,7 @@ that opens it counts as the target.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -46,11 +47,13 @@ class _SimulatedStudy:
         actions: Actions up to the budget, even after a trial has ended, shape (trials, BUDGET).
         solved: The step that solves the trial; 0 if none does or it breaks before; shape (trials,).
         broken: The step at which the trial breaks; 0 if it does not break; shape (trials,).
+        played: Whether the trial was begun: nobody who has left plays on; shape (trials,).
     """
 
     actions: Integers
     solved: Integers
     broken: Integers
+    played: NDArray[np.bool_]
 
     @property
     def length(self) -> Integers:
@@ -61,7 +64,7 @@ class _SimulatedStudy:
 def simulate(truth: World, design: Design, rng: np.random.Generator) -> list[Trial]:
     """One study of a simulated agent: its trials by p, repetition and trial."""
     played = _play(truth, design, rng)
-    return [_trial(truth, design, played, place) for place in range(len(played.solved))]
+    return [_trial(truth, design, played, place) for place in np.flatnonzero(played.played).tolist()]
 
 
 def simulate_outcomes(truth: World, design: Design, rng: np.random.Generator) -> Outcomes:
@@ -88,8 +91,10 @@ def simulate_study(truth: World, design: Design, rng: np.random.Generator) -> tu
         onset=np.where(onset <= length, onset, 0),
         player=np.array([_player(truth, design, place) for place in range(len(cluster))] if truth.people else [], str),
     )
-    lowest = [_trial(truth, design, played, place) for place in range(design.clusters)]
-    return everything.at(played.broken == 0), everything.at(played.broken > 0), lowest
+    lowest = [
+        _trial(truth, design, played, place) for place in np.flatnonzero(played.played[: design.clusters]).tolist()
+    ]
+    return everything.at(played.played & (played.broken == 0)), everything.at(played.broken > 0), lowest
 
 
 def _player(truth: World, design: Design, place: int) -> str:
@@ -111,12 +116,37 @@ def _play(truth: World, design: Design, rng: np.random.Generator) -> _SimulatedS
     if truth.people:
         success = _by_player(success, truth, design, rng)
     solved = _solved_at(success, truth.harm, onset_batch(actions), luck[:, :, 2])
+    if truth.slow:
+        solved = _skewed(truth.slow, len(design.p), design.clusters, rng)
     broken = np.zeros_like(solved)
     if truth.breaks:
         failed = rng.random((len(solved), BUDGET)) < np.array(truth.breaks)[conditions, None]
         step = np.where(failed.any(axis=1), failed.argmax(axis=1) + 1, 0)
         broken = np.where((solved == 0) | (step <= solved), step, 0)
-    return _SimulatedStudy(actions=actions, solved=np.where(broken > 0, 0, solved), broken=broken)
+    played = _stayed(solved, truth, design, rng) if truth.leaves else np.ones(len(solved), dtype=np.bool_)
+    return _SimulatedStudy(actions=actions, solved=np.where(broken > 0, 0, solved), broken=broken, played=played)
+
+
+def _skewed(slow: float, conditions: int, clusters: int, rng: np.random.Generator) -> Integers:
+    """The steps that solve trials of equal means: five to seven at the lowest p, else fewer or, in rare blocks, all."""
+    steps = rng.integers(5, 8, size=(conditions, clusters))
+    usual = (6 - slow * BUDGET) / (1 - slow)
+    short = math.floor(usual) + (rng.random((conditions - 1, clusters)) < usual % 1)
+    steps[1:] = np.where(rng.random(clusters) < slow, BUDGET, short)
+    return steps.reshape(-1)
+
+
+def _stayed(solved: Integers, truth: World, design: Design, rng: np.random.Generator) -> NDArray[np.bool_]:
+    """Whether each trial's player was still there: some leave after a trial that they have not solved."""
+    leaves = (solved == 0) & (rng.random(len(solved)) < truth.leaves)
+    names = [_player(truth, design, place) for place in range(len(solved))]
+    gone: set[str] = set()
+    stayed = np.empty(len(solved), dtype=np.bool_)
+    for place, (name, left) in enumerate(zip(names, leaves.tolist(), strict=True)):
+        stayed[place] = name not in gone
+        if left:
+            gone.add(name)
+    return stayed
 
 
 def _by_player(success: Floats, truth: World, design: Design, rng: np.random.Generator) -> Floats:

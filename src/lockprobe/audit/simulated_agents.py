@@ -45,7 +45,7 @@ class World:
     Attributes:
         name: Its name.
         says: The truth in one sentence.
-        success: Probability of solving the box within the budget if loops do no harm, [0, 1).
+        success: Probability of solving the box within the budget if loops do no harm, [0, 1].
         trap: Probability per step of falling into a cycle of three or four actions, [0, 1]; 0 acts at random
             throughout.
         harm: Factor on the probability of solving once a loop is complete; 1 if loops are irrelevant, below 1 if they
@@ -58,6 +58,10 @@ class World:
         breaks: Probability per step that a call fails and ends the trial as error, at each p, [0, 1).
         repeats: Whether an action may be repeated at once outside of cycles.
         lost: Share of trials in which the agent falls into cycles and hardly ever solves the box, at any p, [0, 1].
+        slow: Share of blocks of luck in which the box opens with the last step at every p but the lowest, [0, 1). At
+            the lowest p it takes five to seven steps, and in the other blocks so many less that means are equal. 0 if
+            the time to solve is drawn as ``success`` states, which is 1 otherwise.
+        leaves: Probability that a person who has not solved a box leaves and plays none of the others, [0, 1].
         design: The default design.
         truths: Questions whose true answer is yes.
     """
@@ -75,6 +79,8 @@ class World:
     breaks: tuple[float, ...] = ()
     repeats: bool = False
     lost: float = 0.0
+    slow: float = 0.0
+    leaves: float = 0.0
     design: Design = Design()
 
 
@@ -185,6 +191,25 @@ WORLDS: Mapping[str, World] = {
             success=(0.5,) * 7,
             people=6,
             likeness=0.5,
+            design=Design(trials=20),
+            truths=frozenset(),
+        ),
+        World(
+            name="skewed-steps",
+            says="Every trial is solved, and the mean number of steps is the same at every flip rate; but at all "
+            "except the lowest one block of trials in 20 takes the whole budget, and the others take less.",
+            success=(1.0,) * 7,
+            slow=0.05,
+            truths=frozenset(),
+        ),
+        World(
+            name="dropout",
+            says="Nothing depends on the flip rate; at each ten people, unequally good (0.5), are given six boxes "
+            "each, and after each that they do not open half of them leave.",
+            success=(0.5,) * 7,
+            people=10,
+            likeness=0.5,
+            leaves=0.5,
             design=Design(trials=20),
             truths=frozenset(),
         ),

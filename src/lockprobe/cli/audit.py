@@ -13,7 +13,7 @@ from rich.table import Table
 
 from lockprobe.audit.power import TRIALS, Needed, default_worlds, stated_world
 from lockprobe.audit.power import power as measure_power
-from lockprobe.audit.rates import Rate, as_data, measure
+from lockprobe.audit.rates import COMPARISON, Rate, as_data, measure
 from lockprobe.audit.simulated_agents import WORLDS, P, world
 from lockprobe.cli import options
 from lockprobe.cli.cluster import reached
@@ -78,9 +78,11 @@ def _audit_tests(names: list[str] | None, studies: int, seed: int, workers: Pool
     console = plain_console()
     for made in worlds:
         console.print(f"[bold]{made.name}[/bold]  {made.says}")
-    for question, text in QUESTIONS.items():
-        console.print(f"\n[bold]{text}[/bold]")
-        print_table(_rate_table([rate for rate in rates if rate.question == question]))
+    questions: list[tuple[str, str]] = [*QUESTIONS.items(), ("comparison", COMPARISON)]
+    for question, text in questions:
+        if asked := [rate for rate in rates if rate.question == question]:
+            console.print(f"\n[bold]{text}[/bold]")
+            print_table(_rate_table(asked))
     console.print(_verdict(rates))
 
 

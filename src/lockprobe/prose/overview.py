@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from math import ceil
+from statistics import NormalDist
 from typing import Literal
 
 from lockprobe.analysis.axis import Axis
@@ -11,12 +12,14 @@ from lockprobe.analysis.clustered import ClusteredProportion
 from lockprobe.analysis.condition import ConditionSummary, Contrast
 from lockprobe.analysis.effects import Effects
 from lockprobe.analysis.inference.course import CourseKind
+from lockprobe.analysis.inference.difference import DifferenceAt
 from lockprobe.analysis.modalities import ModalityEffect, spoken
-from lockprobe.analysis.proportions import ALPHA, Proportion
+from lockprobe.analysis.proportions import ALPHA, Paired, Proportion, proportion
 from lockprobe.analysis.summary import AgentSummary, StudySummary
 from lockprobe.formatting import p_value, percent
 from lockprobe.prose.doses import at_dose, cause, cause_first
 from lockprobe.prose.subject import Subject, subject_of
+from lockprobe.prose.success import alike_said
 
 __all__ = [
     "effects_answer",
@@ -95,7 +98,7 @@ def _single(agent: AgentSummary) -> str:
     first = next(one for one in agent.conditions if one.success.n)
     who = subject_of(agent)
     if agent.blind:
-        return f"{agent.name} ignores what it is told: it solved {_rate(first)} under every condition."
+        return f"{alike_said(agent)}: it solved {_rate(first)} under every condition."
     contrast = agent.contrast
     if contrast is None:
         return f"{who.first} solved {_rate(first)}."
@@ -117,15 +120,12 @@ def _open_question(agents: Sequence[AgentSummary], names: str) -> str:
 
 def _open(agents: Sequence[AgentSummary]) -> bool:
     """Whether intervals hold changes that are not small."""
-    return _reach(agents) > 100 * NARROW
+    return _reach(one.contrast.difference for one in agents if one.contrast) > NARROW
 
 
-def _reach(agents: Sequence[AgentSummary]) -> int:
-    """The largest change in an interval, in points; 0 without a contrast."""
-    ends = (
-        end for one in agents if one.contrast for end in (one.contrast.difference.low, one.contrast.difference.high)
-    )
-    return round(100 * max(map(abs, ends), default=0.0))
+def _reach(differences: Iterable[DifferenceAt | Paired]) -> float:
+    """The largest change in an interval, [0, 1]; 0 without a difference."""
+    return max((abs(end) for one in differences for end in (one.low, one.high)), default=0.0)
 
 
 def _at(contrast: Contrast, axis: Axis) -> str:
@@ -153,7 +153,8 @@ def _several(agents: Sequence[AgentSummary], axis: Axis) -> str:
     heeding = [agent for agent in agents if not agent.blind]
     hidden = [agent for agent in heeding if _course(agent) not in _DOES]
     if len(hidden) == len(heeding):
-        left = f", and changes of up to {_reach(hidden)} points are not excluded" if _open(hidden) else ""
+        most = ceil(100 * _reach(agent.contrast.difference for agent in hidden if agent.contrast) - 1e-9)
+        left = f", and changes of up to {most} points are not excluded" if _open(hidden) else ""
         return f"{_open_question(hidden, _names(hidden, 'or'))}{left}."
     rest = f"; no effect on that of {_names(hidden, 'or')} was detected" if hidden else ""
     said = ""
@@ -267,28 +268,52 @@ def no_advantage_said(shares: Mapping[str, Proportion | ClusteredProportion], wh
 def flips_needed(summary: StudySummary) -> str:
     """How many trials at each dose would decide what is open; empty where nothing is, or nothing can be tested."""
     hidden = [
-        (subject_of(agent) if len(summary.subjects) > 1 else None, agent.contrast.difference)
+        (subject_of(agent) if len(summary.subjects) > 1 else None, agent.contrast.difference, agent.contrast.choices)
         for agent in summary.subjects
         if agent.contrast and not agent.contrast.detectable and not agent.blind and _course(agent) not in _DOES
     ]
-    return _needed(((who, one.low, one.high, one.first.n) for who, one in hidden), f"per {summary.axis.name}")
+    return _needed(hidden, f"per {summary.axis.name}")
 
 
-def _needed(intervals: Iterable[tuple[Subject | None, float, float, int]], where: str) -> str:
-    """How many trials make the widest interval as narrow as :data:`NARROW`, since widths shrink with the root.
+def _needed(differences: Iterable[tuple[Subject | None, DifferenceAt, int]], where: str) -> str:
+    """How many trials make the widest interval as narrow as :data:`NARROW`, from an estimate to an upper bound.
 
     Args:
-        intervals: Whose change it is (None if it is the only one), both ends of the interval, and its trials.
+        differences: Whose change it is (None if it is the only one), the difference, and the number of differences for
+            which its interval is corrected.
         where: Where so many trials are needed.
     """
-    found = [(ceil(n * ((high - low) / 2 / NARROW) ** 2), n, who) for who, low, high, n in intervals if n]
-    if not found or (most := max(found, key=lambda one: one[:2]))[0] <= most[1]:
+    found = [
+        (needed[::-1], one.first.n, who)
+        for who, one, choices in differences
+        if one.first.n and (needed := _trials_for_narrow(one, choices)) and needed[1] > one.first.n
+    ]
+    if not found:
         return ""
-    needed, there, who = most
+    (most, few), there, who = max(found, key=lambda one: one[:2])
+    ends = dict.fromkeys(_rounded(max(count, there + 1)) for count in (few, most))
     return (
         f"Estimating the change{f' of {who.name}' if who else ''} to ±{100 * NARROW:.0f} points takes about "
-        f"{_rounded(needed)} trials {where}; {who.form('it has', 'they have') if who else 'this study has'} {there}."
+        f"{' to '.join(map(str, ends))} trials {where}; "
+        f"{who.form('it has', 'they have') if who else 'this study has'} {there}."
     )
+
+
+def _trials_for_narrow(found: DifferenceAt, choices: int) -> tuple[int, int] | None:
+    """Trials that narrow an interval to :data:`NARROW` either way, estimated and at most; None if it cannot be said.
+
+    The variance of a pair is at most the share of pairs that differ. Few trials may all happen to go alike, so this
+    share has an upper bound too. Of people the width of their interval shrinks with the root of trials.
+    """
+    if found.pairs is not None:
+        differ, n = found.pairs.only_first + found.pairs.only_second, found.pairs.n
+        z = NormalDist().inv_cdf(1 - ALPHA / 2 / choices)
+        few, most = (ceil(share * (z / NARROW) ** 2) for share in ((differ + 1) / (n + 2), proportion(differ, n).high))
+        return min(few, most), most
+    if found.low <= -1 or found.high >= 1:
+        return None
+    needed = ceil(found.first.n * ((found.high - found.low) / 2 / NARROW) ** 2)
+    return needed, needed
 
 
 def _rounded(count: int) -> int:
@@ -312,7 +337,9 @@ def modality_answer(effect: ModalityEffect, summary: StudySummary) -> str:
     if effect.p_all is not None and effect.p_all < ALPHA:
         return f"How soon {who.name} {solves} the box differs between {_listed([*map(spoken, effect.modalities)])}."
     shares = ", ".join(f"{percent(found[one].success.value)} with {spoken(one)}" for one in effect.modalities[:_NAMED])
-    return f"No effect of fidelity on how soon {who.name} {solves} the box was detected: {shares}."
+    no_effect = f"o effect of fidelity on how soon {who.name} {solves} the box was detected: {shares}."
+    left_open = _reach(pair.final for pair in effect.pairs) > NARROW
+    return f"Inconclusive: n{no_effect}" if left_open else f"N{no_effect}"
 
 
 def effects_answer(found: Sequence[Effects]) -> str:
@@ -322,7 +349,9 @@ def effects_answer(found: Sequence[Effects]) -> str:
     if len(found) > 1:
         changed = [one.agent for one in found if any(effect.detectable for effect in one.effects)]
         if not changed:
-            return "No effect of any condition on success was detected."
+            left_open = _reach(effect.difference for one in found for effect in one.effects) > NARROW
+            no_effect = "o effect of any condition on success was detected."
+            return f"Inconclusive: n{no_effect}" if left_open else f"N{no_effect}"
         return f"Conditions change the success of {_listed(list(dict.fromkeys(changed)))}; see the sections below."
     only = found[0]
     parts = [
@@ -334,8 +363,12 @@ def effects_answer(found: Sequence[Effects]) -> str:
         if own
     ]
     if not parts:
-        conditions = _listed([one.condition for one in only.effects], "or")
-        return f"Inconclusive: no effect of {conditions} on the success of {only.agent} was detected."
+        no_effect = (
+            f"o effect of {_listed([one.condition for one in only.effects], 'or')} on the success of {only.agent} "
+            "was detected."
+        )
+        left_open = _reach(one.difference for one in only.effects) > NARROW
+        return f"Inconclusive: n{no_effect}" if left_open else f"N{no_effect}"
     rest = sum(not one.detectable for one in only.effects)
     others = f"; no effect of {rest} other{'s' * (rest > 1)} was detected" if rest else ""
     return f"{' and '.join(parts)} the success of {only.agent}{others}."
@@ -345,9 +378,9 @@ def effects_needed(found: Sequence[Effects]) -> str:
     """How many trials under each condition would decide what is open; empty where nothing is."""
     several = len({own.agent for own in found}) > 1
     hidden = [
-        (Subject.of(own.agent) if several else None, one.difference)
+        (Subject.of(own.agent) if several else None, one.difference, len(own.effects))
         for own in found
         for one in own.effects
         if not one.detectable
     ]
-    return _needed(((who, one.low, one.high, one.first.n) for who, one in hidden), "per condition")
+    return _needed(hidden, "per condition")

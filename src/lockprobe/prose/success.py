@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import ceil
+
 from lockprobe.analysis.axis import FLIPS, Axis
 from lockprobe.analysis.condition import ConditionSummary, Contrast
 from lockprobe.analysis.inference.course import CourseKind
@@ -12,7 +14,7 @@ from lockprobe.prose.doses import at_dose, cause
 from lockprobe.prose.idle import idle_doses_said
 from lockprobe.prose.subject import subject_of
 
-__all__ = ["baselines_said", "course_said", "courses_said", "finding", "of_trials"]
+__all__ = ["alike_said", "baselines_said", "course_said", "courses_said", "finding", "of_trials"]
 
 
 _MANY, _COPIES = 50, 3
@@ -49,11 +51,17 @@ def _copies_said(agent: AgentSummary, condition: ConditionSummary) -> str:
 
 def _blind_said(agent: AgentSummary, counted: list[ConditionSummary]) -> str:
     first = counted[0]
-    said = f"{agent.name} ignores what it is told: it solved {of_trials(first.success)}"
+    said = f"{alike_said(agent)}: it solved {of_trials(first.success)}"
     if all(condition.success.n == first.success.n for condition in counted):
         return f"{said} under every condition."
     where = at_dose(first.p, agent.axis)
     return f"{said} {where}, and the results of these trials are the same under every other condition."
+
+
+def alike_said(agent: AgentSummary) -> str:
+    """That an agent plays alike whatever it is told, and up to what share of reports it may still act on."""
+    most = ceil(100 * (agent.heeded or 0.0))
+    return f"{agent.name} played alike whatever it was told, so it acts on at most {most} % of reports"
 
 
 def _one_condition(agent: AgentSummary, counted: list[ConditionSummary]) -> str:
@@ -150,8 +158,8 @@ def baselines_said(summary: StudySummary) -> str:
 def courses_said(summary: StudySummary, *, brief: bool = False) -> str:
     """Which agents' success is higher with false reports, lower, or both; empty for one agent or one p.
 
-    In brief, at most three agents are named for each course; agents that ignore reports and the correction of the
-    tests are left out.
+    In brief, at most three agents are named for each course; blind agents and the correction of the tests are left
+    out.
     """
     heeding = [agent for agent in summary.agents if not agent.blind]
     shown = [p for agent in heeding for p in (condition.p for condition in agent.conditions if condition.success.n)]
@@ -165,8 +173,8 @@ def courses_said(summary: StudySummary, *, brief: bool = False) -> str:
     if {"rises", "falls"} <= names.keys():
         parts[list(kinds).index("falls")] = f"lower for {names['falls']}"
     blind = [agent.name for agent in summary.agents if agent.blind and not brief]
-    ignores = "it ignores" if len(blind) == 1 else "they ignore"
-    parts += [f"the same for {listed(blind)} ({ignores} reports)"] if blind else []
+    alike, was = ("it", "was") if len(blind) == 1 else ("they", "were")
+    parts += [f"the same for {listed(blind)} ({alike} played alike whatever {alike} {was} told)"] if blind else []
     corrected = len(courses) > 1 and not brief
     many = f" Tests are corrected for the {len(courses)} agents that use reports (Holm)." if corrected else ""
     lowest = f"{summary.axis.name} {min(shown):g}" if brief else f"a {summary.axis.name} of {min(shown):g}"

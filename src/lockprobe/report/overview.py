@@ -116,7 +116,7 @@ def _numbers(agent: AgentSummary, reference: Reference | None) -> KeyNumbers:
     found = first.success
     change, against = NONE, ""
     if agent.blind:
-        change, against = "0", "it ignores reports"
+        change, against = "0", "plays alike"
     elif contrast is not None:
         gap = contrast.difference
         change = f"{bracketed(gap.value, gap.low, gap.high)} points"

@@ -101,6 +101,8 @@ def _solved(found: People) -> str:
     interval = f", 95 % interval {percent(share.low)} to {percent(share.high)}" if share.clusters > 1 else ""
     opened = f"{share.count} of {share.n} boxes ({percent(share.value)}{interval})"
     said = f"{_people(found.people)} opened {opened}, {each} each."
+    if found.fewest < found.most:
+        said += f" With every person counted alike it is {percent(found.alike)}; the interval holds both."
     if not first.n or found.most == 1:
         return said
     return (
@@ -158,7 +160,10 @@ def _limits(found: People) -> str:
     ]
     said = f"Settings for people: {'; '.join(seen)}. " if seen else ""
     several = "" if found.most == 1 else "A person plays several boxes, so all intervals are clustered by person. "
-    return f"{said}{several}People who left early have no trials for their unfinished boxes."
+    left = "People who left early have no trials for their unfinished boxes"
+    if found.fewest < found.most:
+        left += ", so a difference from people counts only if it holds by box and with every person counted alike"
+    return f"{said}{several}{left}."
 
 
 _SEEN = {

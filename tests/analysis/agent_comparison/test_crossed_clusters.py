@@ -92,7 +92,7 @@ def test_agents_beside_people_are_compared_with_both_kept_together():
         for i, p in enumerate((0.0, 0.4))
     ]
     values, laid = sheets([outcomes(own), outcomes(people)])
-    found = compare((A, PEOPLE), values, tuple(laid), "subjects", np.random.default_rng(1))
+    found = compare((A, PEOPLE), values, tuple(laid), "subjects", np.random.default_rng(1), budget=20)
     assert found.people
     assert found.success.value == -0.5
     assert [at.success.value for at in found.at] == [-1.0, 0.0]
@@ -106,5 +106,5 @@ def test_who_plays_several_boxes_at_one_p_counts_as_one():
     own = [make_trial((0,) * 20, agent="llm:a", trial=i + 1) for i in range(12)]
     people = [make_trial(SOLUTION, agent=f"participant:000{i // 4}", trial=i + 1) for i in range(12)]
     values, laid = sheets([outcomes(own), outcomes(people)])
-    (at,) = compare((A, PEOPLE), values, tuple(laid), "subjects", np.random.default_rng(1)).at
+    (at,) = compare((A, PEOPLE), values, tuple(laid), "subjects", np.random.default_rng(1), budget=20).at
     assert (at.success.only_second, at.success.p_value) == (12, 2 * 0.5**3)

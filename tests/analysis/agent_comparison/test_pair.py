@@ -22,7 +22,7 @@ def trials(agent, solved, of=12, p=(0.0, 0.3)):
 
 def compared(first, second, among="subjects", names=(A, B)):
     values, laid = sheets([outcomes(first), outcomes(second)])
-    return compare(names, values, tuple(laid), among, np.random.default_rng(1))
+    return compare(names, values, tuple(laid), among, np.random.default_rng(1), budget=20)
 
 
 def test_counts_by_hand():
@@ -62,7 +62,7 @@ def test_exchange_of_agents_rarely_tells_equal_agents_apart_that_share_their_luc
         rng = np.random.default_rng(seed)
         one, two = (np.repeat(rng.random((30, 1)) < 0.5, 7, axis=1) * 1.0 for _ in range(2))
         sheet = [Sheet(solved=solved, steps=20 - solved) for solved in (one, two)]
-        found = compare((A, B), tuple(i / 10 for i in range(7)), tuple(sheet), "reference", rng)
+        found = compare((A, B), tuple(i / 10 for i in range(7)), tuple(sheet), "reference", rng, budget=20)
         rejected += found.success.p_value < 0.05
     assert rejected <= 20
 

@@ -14,8 +14,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.analysis.agent_comparison.paired import Array, BlockMean, Sheet, block_mean, by_cluster, half_width
-from lockprobe.analysis.clustered import two_way_variance
+from lockprobe.analysis.agent_comparison.paired import (
+    Array,
+    BlockMean,
+    Sheet,
+    block_mean,
+    by_cluster,
+    half_width,
+    sign_flip,
+)
+from lockprobe.analysis.clustered import alike_weights, two_way_variance
 
 __all__ = ["FEWEST", "at_one_p", "crossed_change", "crossed_mean", "people_of"]
 
@@ -31,10 +39,14 @@ def people_of(laid: tuple[Sheet, Sheet]) -> _Labels | None:
     return next((sheet.person for sheet in laid if sheet.person.size), None)
 
 
-def crossed_mean(values: Array, luck: _Labels, person: _Labels, *, unit: float | None = None) -> BlockMean:
+def crossed_mean(
+    values: Array, luck: _Labels, person: _Labels, *, unit: float | None = None, whole_blocks: bool = False
+) -> BlockMean:
     """The mean of trials, clustered by luck and by person, with a t-test of mean 0.
 
-    The P value is None with too few people or blocks.
+    The P value is None with too few people or blocks. If people have unequally many trials, the interval also holds
+    that of the mean over people, and the P value is the larger: a conclusion must hold with every trial and with every
+    person counted alike (:func:`lockprobe.analysis.clustered.crossed_proportion`).
 
     Args:
         values: One value per trial, shape (trials,).
@@ -42,10 +54,29 @@ def crossed_mean(values: Array, luck: _Labels, person: _Labels, *, unit: float |
         person: Its person, of the same shape.
         unit: The largest value of a single trial; the variance is then widened as if one trial more differed, as in
             :func:`lockprobe.analysis.agent_comparison.paired.block_mean`.
+        whole_blocks: Whether all trials of one cluster more differed.
     """
     n = len(values)
-    value = float(values.mean()) if n else math.nan
-    return _clustered_mean(value, values - value, luck, person, unit=unit, pairs=n, most=unit)
+    if not n:
+        return BlockMean(value=math.nan, low=None, high=None, p_value=None, pairs=0, blocks=0)
+    made = [
+        _clustered_mean(
+            mean, weight * (values - mean), luck, person, unit=unit, pairs=n, most=unit, whole_blocks=whole_blocks
+        )
+        for weight in (np.ones(n), alike_weights(person))
+        for mean in [float((weight * values).mean())]
+    ]
+    return _held_by_both(*made)
+
+
+def _held_by_both(pooled: BlockMean, alike: BlockMean) -> BlockMean:
+    """The pooled mean, with an interval that holds both and the larger P value; 1 if the signs differ."""
+    if pooled.low is None or pooled.high is None or alike.low is None or alike.high is None:
+        return pooled
+    tested = pooled.p_value
+    if tested is not None and alike.p_value is not None:
+        tested = max(tested, alike.p_value) if pooled.value * alike.value > 0 else 1.0
+    return replace(pooled, low=min(pooled.low, alike.low), high=max(pooled.high, alike.high), p_value=tested)
 
 
 def crossed_change(low: Array, high: Array, person: tuple[_Labels, _Labels]) -> BlockMean:
@@ -78,6 +109,7 @@ def _clustered_mean(
     unit: float | None,
     pairs: int,
     most: float | None,
+    whole_blocks: bool = False,
 ) -> BlockMean:
     blocks, people = len(np.unique(luck)), len(np.unique(person))
     none = BlockMean(value=value, low=None, high=None, p_value=None, pairs=pairs, blocks=blocks)
@@ -88,7 +120,7 @@ def _clustered_mean(
         return none
     if unit is not None:
         widest = float(max(np.unique(of, return_counts=True)[1].max() for of in (luck, person)))
-        spread += unit**2 * (widest**2 if spread < _TIE else widest)
+        spread += unit**2 * (widest**2 if spread < _TIE or whole_blocks else widest)
     from scipy.stats import t
 
     se, ends = math.sqrt(spread) / pairs, math.inf if most is None else most
@@ -97,12 +129,22 @@ def _clustered_mean(
     return replace(none, low=max(-ends, value - half), high=min(ends, value + half), p_value=tested)
 
 
-def at_one_p(values: Array, person: _Labels, *, unit: float | None = None) -> BlockMean:
+def at_one_p(values: Array, person: _Labels, *, unit: float | None = None, whole_blocks: bool = False) -> BlockMean:
     """The mean difference at one p, with an exchange test that swaps the agents within whole people.
 
     Args:
         values: Differences, whole numbers, shape (pairs,).
         person: The person of each, of the same shape.
         unit: The largest difference of a single trial.
+        whole_blocks: Whether all trials of a rare person may differ by the unit.
+
+    If people have unequally many trials, a conclusion must also hold with every person counted alike.
     """
-    return block_mean(by_cluster(values, np.unique(person, return_inverse=True)[1].reshape(-1)), unit=unit)
+    rows = by_cluster(values, np.unique(person, return_inverse=True)[1].reshape(-1))
+    found = block_mean(rows, unit=unit, whole_blocks=whole_blocks)
+    sizes = np.sum(~np.isnan(rows), axis=1)
+    if not len(sizes) or np.ptp(sizes) == 0:
+        return found
+    means = np.nanmean(rows, axis=1)
+    alike = block_mean(means[:, None], unit=unit, whole_blocks=whole_blocks)
+    return _held_by_both(found, replace(alike, p_value=sign_flip(means * math.lcm(*sizes.tolist()))))

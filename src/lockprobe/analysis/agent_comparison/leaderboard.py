@@ -92,6 +92,7 @@ def _uncorrected(
                 (sheet[first.name], sheet[second.name]),
                 among,
                 generator(seed, "analysis", *first.name, *second.name, "comparison"),
+                budget=max(first.budget, second.budget),
             )
             for values, sheet in (three if bounded else three[:1])
         ]

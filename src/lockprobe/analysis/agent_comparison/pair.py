@@ -103,6 +103,8 @@ def compare(
     laid: tuple[Sheet, Sheet],
     among: Among,
     rng: np.random.Generator,
+    *,
+    budget: int,
 ) -> AgentComparison | None:
     """Compare two agents over the trials that both finished; None if there are none.
 
@@ -112,6 +114,7 @@ def compare(
         laid: The sheets of both.
         among: Kind of pair.
         rng: The stream of the flips.
+        budget: Steps of a trial.
     """
     first, second = laid
     solved, steps = second.solved - first.solved, second.steps - first.steps
@@ -119,7 +122,7 @@ def compare(
     if not both.any():
         return None
     played = ~np.isnan(first.solved) | ~np.isnan(second.solved)
-    most, person = _most_steps(laid), people_of(laid)
+    most, person = float(budget), people_of(laid)
     return AgentComparison(
         first=names[0],
         second=names[1],
@@ -127,14 +130,14 @@ def compare(
         first_share=float(first.solved[both].mean()),
         second_share=float(second.solved[both].mean()),
         success=_mean(solved, person, 1.0),
-        steps=_mean(steps, person, most),
+        steps=_mean(steps, person, most, whole_blocks=True),
         at=tuple(
             ComparisonAt(
                 p=p,
                 success=paired_difference(
                     first.solved[both[:, i], i], second.solved[both[:, i], i], _of(person, both, i)
                 ),
-                steps=_mean_at(steps[both[:, i], i], _of(person, both, i), most),
+                steps=_steps_at(steps[both[:, i], i], _of(person, both, i), most),
             )
             for i, p in enumerate(values)
             if both[:, i].any()
@@ -146,16 +149,18 @@ def compare(
     )
 
 
-def _mean(differences: Array, person: NDArray[np.str_] | None, unit: float | None) -> BlockMean:
+def _mean(differences: Array, person: NDArray[np.str_] | None, unit: float, *, whole_blocks: bool = False) -> BlockMean:
     """Over all p, clustered by luck, and where one side is people also by person."""
     if person is None:
-        return block_mean(differences, unit=unit)
+        return block_mean(differences, unit=unit, whole_blocks=whole_blocks)
     both = ~np.isnan(differences)
-    return crossed_mean(differences[both], np.nonzero(both)[0], person[both], unit=unit)
+    return crossed_mean(differences[both], np.nonzero(both)[0], person[both], unit=unit, whole_blocks=whole_blocks)
 
 
-def _mean_at(differences: Array, person: NDArray[np.str_] | None, unit: float | None) -> BlockMean:
-    return block_mean(differences[:, None], unit=unit) if person is None else at_one_p(differences, person, unit=unit)
+def _steps_at(differences: Array, person: NDArray[np.str_] | None, unit: float) -> BlockMean:
+    if person is None:
+        return block_mean(differences[:, None], unit=unit)
+    return at_one_p(differences, person, unit=unit, whole_blocks=True)
 
 
 def paired_difference(first: Array, second: Array, person: NDArray[np.str_] | None) -> Paired:
@@ -177,12 +182,6 @@ def paired_difference(first: Array, second: Array, person: NDArray[np.str_] | No
 
 def _of(person: NDArray[np.str_] | None, both: NDArray[np.bool_], i: int) -> NDArray[np.str_] | None:
     return None if person is None else person[both[:, i], i]
-
-
-def _most_steps(laid: tuple[Sheet, Sheet]) -> float | None:
-    """The largest possible difference of a single trial; None if no trial failed, which would show the budget."""
-    failed = np.concatenate([one.steps[one.solved == 0] for one in laid])
-    return float(failed.max()) - 1 if len(failed) else None
 
 
 def _same_at_every_p(laid: Sheet) -> bool:

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.analysis.outcomes import Outcomes
+from lockprobe.analysis.paired_proportions import FEW, score_interval
 from lockprobe.analysis.proportions import ALPHA, LEVEL
 
 __all__ = ["Array", "BlockMean", "Sheet", "block_mean", "by_cluster", "half_width", "sheets", "sign_flip"]
@@ -92,17 +93,24 @@ def _lucks(group: Outcomes) -> list[tuple[int, int]]:
     return list(zip(group.repetition.tolist(), group.trial.tolist(), strict=True))
 
 
-def block_mean(differences: Array, *, unit: float | None = None, choices: int = 1) -> BlockMean:
+def block_mean(
+    differences: Array, *, unit: float | None = None, choices: int = 1, whole_blocks: bool = False
+) -> BlockMean:
     """The mean of all differences, clustered by block.
 
     The interval is Student's over blocks, for a ratio of sums. With a unit, it is widened as if one more pair of each
     column differed, so that it has a width even if few pairs differ (as Agresti and Min 2005 for independent pairs). If
-    all blocks differ alike, or none differs, a block counts as a single trial.
+    all blocks differ alike, or none differs, a block counts as a single trial. Of shares with one pair a block, of
+    which five or fewer differ, it also holds Tango's score interval.
+
+    Steps are widened as if one more *block* differed by the unit: an agent that is mostly a little faster and now and
+    then needs its whole budget at every p is no faster, and few blocks may hold no such trial.
 
     Args:
         differences: Shape (blocks, pairs of a block), NaN where a pair is missing.
         unit: The largest difference of a single trial, 1 for shares; None if it is not known.
         choices: Number of means examined (Bonferroni); the interval has the level 1 - 0.05 / choices.
+        whole_blocks: Whether a rare block may differ by the unit in all its pairs, as of steps.
     """
     present = ~np.isnan(differences)
     kept = present.any(axis=1)
@@ -111,13 +119,17 @@ def block_mean(differences: Array, *, unit: float | None = None, choices: int = 
     n, pairs = len(sizes), int(sizes.sum())
     if not n:
         return BlockMean(value=math.nan, low=None, high=None, p_value=None, pairs=0, blocks=0)
-    low, high = _interval(sums, sizes, unit, 1 - ALPHA / choices)
+    low, high = _interval(sums, sizes, unit, 1 - ALPHA / choices, whole_blocks=whole_blocks)
+    if low is not None and high is not None and unit == 1.0 and pairs == n:
+        low, high = _held_by_few(sums, low, high, 1 - ALPHA / choices)
     return BlockMean(
         value=float(sums.sum()) / pairs, low=low, high=high, p_value=sign_flip(sums), pairs=pairs, blocks=n
     )
 
 
-def _interval(sums: Array, sizes: Array, unit: float | None, level: float) -> tuple[float, float] | tuple[None, None]:
+def _interval(
+    sums: Array, sizes: Array, unit: float | None, level: float, *, whole_blocks: bool
+) -> tuple[float, float] | tuple[None, None]:
     n, total = len(sizes), float(sizes.sum())
     if n < 2:
         return None, None
@@ -127,10 +139,19 @@ def _interval(sums: Array, sizes: Array, unit: float | None, level: float) -> tu
     if alike and unit is None:
         return None, None
     if unit is not None:
-        spread += unit**2 * (widest**2 if alike else widest)
+        spread += unit**2 * (widest**2 if alike or whole_blocks else widest)
     half = half_width(math.sqrt(n / (n - 1) * spread), n, level) / total
     most = math.inf if unit is None else unit
     return max(-most, value - half), min(most, value + half)
+
+
+def _held_by_few(sums: Array, low: float, high: float, level: float) -> tuple[float, float]:
+    """The interval of a paired difference of shares, not narrower than Tango's if few pairs differ."""
+    first, second = int(np.sum(sums < 0)), int(np.sum(sums > 0))
+    if first + second > FEW:
+        return low, high
+    ends = score_interval(first, second, len(sums), level)
+    return min(low, ends[0]), max(high, ends[1])
 
 
 def half_width(se: float, clusters: int, level: float = LEVEL) -> float:

@@ -97,6 +97,7 @@ def infer(
     broken: Outcomes | None = None,
     blind: Outcomes | None = None,
     persistence: Persistence | None = None,
+    budget: int | None = None,
 ) -> Inference:
     """Run all tests on one agent's trials over p.
 
@@ -110,18 +111,20 @@ def infer(
         blind: Trials of a blind agent with the same action habits on the same box. Their odds ratio after a loop is
             the null hypothesis; without them it is 1.
         persistence: Persistence in the ended trials at the lowest p; without it, its questions are not asked.
+        budget: Steps of a trial; by default those of the longest.
 
     Raises:
         BadValue: If a dose is negative or no number.
     """
     if not (proper := np.isfinite(outcomes.p) & (outcomes.p >= 0)).all():
         raise BadValue("dose of the trials", outcomes.p[~proper][0], "a number from 0")
-    found = _tested(outcomes, rng, blind)
+    most = int(outcomes.length.max(initial=1)) if budget is None else budget
+    found = _tested(outcomes, rng, blind, most)
     kept = tuple(persistence_tests(persistence)) if persistence else ()
     if broken is None or not len(broken):
         return replace(found, tests=found.tests + kept)
     shares = broken_shares(outcomes, broken, rng)
-    ends = [_tested(whole, rng, blind) for whole in completed(outcomes, broken)]
+    ends = [_tested(whole, rng, blind, most) for whole in completed(outcomes, broken)]
     difference = worst_case_difference(found.difference, *(end.difference for end in ends))
     lines = worst_case_lines(found.lines, *(end.lines for end in ends))
     return replace(
@@ -136,10 +139,10 @@ def infer(
     )
 
 
-def _tested(outcomes: Outcomes, rng: np.random.Generator, blind: Outcomes | None) -> Inference:
+def _tested(outcomes: Outcomes, rng: np.random.Generator, blind: Outcomes | None, budget: int) -> Inference:
     repetitions, conditions = points(outcomes), points(outcomes, by_repetition=False)
     difference = any_difference(outcomes, rng)
-    steps, speed, onset = mean_steps(outcomes), solution_logrank(outcomes), loop_onset_logrank(outcomes)
+    steps, speed, onset = mean_steps(outcomes, budget), solution_logrank(outcomes), loop_onset_logrank(outcomes)
     orders = binomial_orders(outcomes.p, outcomes.solved)
     bend = lind_mehlum(outcomes.p, outcomes.solved)
     clusters = outcomes.cluster if outcomes.crossed else None

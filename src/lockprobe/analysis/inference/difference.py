@@ -50,7 +50,8 @@ class DifferenceAt:
         value: Success at this p minus success at the lowest p, [-1, 1].
         low, high: Ends of the interval of ``value``; its level is 1 - 0.05 / (values of p compared with the lowest).
         pairs: The paired comparison of the trials that both p have; None for people.
-        exchange: Permutation P value, corrected for all p (Westfall & Young's single-step maximum).
+        exchange: Permutation P value, corrected for all p (Westfall & Young's single-step maximum of differences in
+            standard errors).
         p_value: The larger of ``exchange`` and the corrected P value of the interval, so that it is below 0.05 only if
             the interval excludes 0. If trials broke, the largest over their possible endings.
         if_unsolved: The difference if every broken trial had ended unsolved; None if no trial broke.
@@ -119,17 +120,18 @@ def any_difference(outcomes: Outcomes, rng: np.random.Generator, permutations: i
     n = np.bincount(place).astype(np.float64)
     if apart:
         solved, size = _permuted_whole_clusters(outcomes, place, permutations, rng)
-        away = solved / size - (solved / size)[:, :1]
-        compared = n
+        away = compared = error = np.empty(0)
     else:
-        solved, away, compared = _permuted_within_clusters(groups, len(values), permutations, rng)
+        solved, away, compared, error = _permuted_within_clusters(groups, len(values), permutations, rng)
         size = np.broadcast_to(n, solved.shape)
-        if outcomes.crossed:
-            away, compared = solved / size - (solved / size)[:, :1], n
+    if outcomes.crossed:
+        away, compared = solved / size - (solved / size)[:, :1], n
+        error = _error_of_shares(float(outcomes.solved.mean()), n)
     tested = np.flatnonzero(compared[1:] > 0) + 1
     spread = (n * (solved / size - solved[0].sum() / n.sum()) ** 2).sum(axis=1)
-    largest = np.abs(away[:, tested]).max(axis=1, initial=0.0)
-    exchanged = {i: _share(largest[1:], abs(float(away[0, i]))) for i in tested.tolist()}
+    scaled = np.abs(away) / error
+    largest = scaled[:, tested].max(axis=1, initial=0.0)
+    exchanged = {i: _share(largest[1:], float(scaled[0, i])) for i in tested.tolist()}
     at = tuple(
         _at(outcomes, (float(values[0]), float(values[i])), exchange, choices=len(tested))
         for i, exchange in exchanged.items()
@@ -182,23 +184,36 @@ def _groups(outcomes: Outcomes, place: NDArray[np.intp]) -> Groups:
 
 def _permuted_within_clusters(
     groups: Groups, places: int, permutations: int, rng: np.random.Generator
-) -> tuple[Array, Array, NDArray[np.float64]]:
+) -> tuple[Array, Array, Array, Array]:
     """Outcomes permuted within clusters; the first row is as observed.
 
     Returns:
         Solved trials per p, shape (1 + permutations, values); share solved at each p minus that at the first p, over
-        the clusters that have both, of the same shape; number of such clusters, shape (values,).
+        the clusters that have both, of the same shape; number of such clusters, shape (values,); standard error of
+        these differences, with one more cluster that differs, of the same shape.
     """
     solved, away = np.zeros((2, 1 + permutations, places))
-    both = np.zeros(places)
+    both, variance = np.zeros((2, places))
     for labels, rows in groups.items():
         members, at = np.array(rows), list(labels)
         found = np.vstack([members.sum(axis=0), _permuted(members, permutations, rng)])
         solved += found @ np.eye(places)[at]
-        if at and at[0] == 0:
+        if len(at) > 1 and at[0] == 0:
             away += (found - found[:, :1]) @ np.eye(places)[at]
             both[at] += len(members)
-    return solved, away / np.maximum(both, 1), both
+            count = members.sum(axis=1)
+            variance[at] += float(np.sum(2 * count * (len(at) - count))) / (len(at) * (len(at) - 1))
+    most = np.maximum(both, 1)
+    return solved, away / most, both, np.sqrt(variance + 1) / most
+
+
+def _error_of_shares(share: float, n: Array) -> Array:
+    """The standard error of the difference of each share from the first, with one more trial that differs at either.
+
+    Without that trial a p with few trials, whose differences are large by chance, would hide every effect beside it.
+    """
+    error: Array = np.sqrt(share * (1 - share) * (1 / n + 1 / n[0]) + 1 / n**2 + 1 / n[0] ** 2)
+    return error
 
 
 def _permuted(members: NDArray[np.bool_], permutations: int, rng: np.random.Generator) -> Array:

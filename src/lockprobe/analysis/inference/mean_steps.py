@@ -3,6 +3,10 @@
 An unsolved trial counts with its whole budget, so this is a restricted mean (Royston and Parmar, Statistics in Medicine
 2011). A log-rank test loses its power where curves of success cross, as where false reports first slow an agent down
 and then free it from a dead end. This test does not.
+
+Rare long trials make the mean of few blocks skewed: an agent that is mostly a little faster and now and then needs its
+whole budget is no faster, and a sample without such a trial has neither its mean nor its spread. So one more block that
+differs by the whole budget is added to the variance, as Agresti and Min (2005) add pairs that differ to shares.
 """
 
 from __future__ import annotations
@@ -32,8 +36,7 @@ class MeanSteps:
         lowest: Mean steps at the lowest p; not a number without pairs.
         higher: Mean steps at the higher p.
         low, high: Ends of the 95 % interval of ``change``, in steps; None where it cannot be estimated.
-        p_value: That the change is 0, Student's t over clusters, two-sided; 1 if no pair differs; None where it cannot
-            be estimated.
+        p_value: That the change is 0, Student's t over clusters, two-sided; None where it cannot be estimated.
         note: Why there is no test, as a short code; empty if there is one.
     """
 
@@ -50,71 +53,74 @@ class MeanSteps:
         return self.higher - self.lowest
 
 
-def mean_steps(outcomes: Outcomes) -> MeanSteps:
+def mean_steps(outcomes: Outcomes, budget: int) -> MeanSteps:
     """Compare the mean steps of all higher p with those of the lowest p.
 
     The standard error is clustered: of agents by luck, which trials share over p; of people two-way, by person and by
     luck, with a correction for the number of people in each group. Student's t has one degree of freedom less than
-    there are clusters (for people: in the group and of the kind with the fewest).
+    there are clusters (for people: in the group and of the kind with the fewest). The variance has one cluster more,
+    which differs by the budget.
 
     Args:
         outcomes: The ended trials of one agent.
+        budget: Steps of a trial.
     """
     steps = outcomes.length.astype(np.float64)
     later = outcomes.p > outcomes.p.min(initial=math.inf)
     if not later.any():
         return _none("fewer than two p")
-    return _of_people(outcomes, steps, later) if outcomes.crossed else _of_pairs(outcomes, steps, later)
+    compared = _of_people(outcomes, steps, later) if outcomes.crossed else _of_pairs(outcomes, steps, later)
+    return _none(compared) if isinstance(compared, str) else _tested(*compared, budget)
 
 
-def _of_pairs(outcomes: Outcomes, steps: Array, later: NDArray[np.bool_]) -> MeanSteps:
+_Compared = tuple[float, float, float, int] | str
+"""Mean steps at the lowest p and at the higher ones, variance of their difference, clusters; or why there are none."""
+
+
+def _of_pairs(outcomes: Outcomes, steps: Array, later: NDArray[np.bool_]) -> _Compared:
     luck = outcomes.luck
     blocks = int(luck.max()) + 1
     first, start = (np.bincount(luck[~later], weights, blocks) for weights in (None, steps[~later]))
     pairs, total = (np.bincount(luck[later], weights, blocks) for weights in (None, steps[later]))
     both = (first > 0) & (pairs > 0)
     if not both.any():
-        return _none("no common trial")
+        return "no common trial"
     sizes, before, after = pairs[both].astype(np.float64), (start * pairs)[both], total[both]
     n, lowest, higher = len(sizes), float(before.sum() / sizes.sum()), float(after.sum() / sizes.sum())
     rest = after - before - (higher - lowest) * sizes
-    error = math.sqrt(n / max(n - 1, 1) * float(np.sum(rest**2))) / float(sizes.sum())
-    return _tested(lowest, higher, error, n - 1)
+    return lowest, higher, n / max(n - 1, 1) * float(np.sum(rest**2)) / float(sizes.sum()) ** 2, n
 
 
-def _of_people(outcomes: Outcomes, steps: Array, later: NDArray[np.bool_]) -> MeanSteps:
+def _of_people(outcomes: Outcomes, steps: Array, later: NDArray[np.bool_]) -> _Compared:
     group = later.astype(np.int64)
     n, mean = np.bincount(group), np.bincount(group, weights=steps) / np.bincount(group)
     people, lucks = (_clusters_by_group(kind, later) for kind in (outcomes.player, outcomes.luck))
-    freedom = min(*people, *lucks) - 1
-    if freedom < 1:
-        return _none("too few clusters")
+    fewest = int(min(*people, *lucks))
+    if fewest < 2:
+        return "too few clusters"
     small = np.sqrt(people / (people - 1))  # each group's own correction: the lowest p has far fewer people
     rest = (steps - mean[group]) * (2 * group - 1) * (small / n)[group]
-    variance = two_way_variance(rest, outcomes.player, outcomes.luck)
-    return _tested(float(mean[0]), float(mean[1]), math.sqrt(variance), freedom)
+    return float(mean[0]), float(mean[1]), two_way_variance(rest, outcomes.player, outcomes.luck), fewest
 
 
 def _clusters_by_group(kind: NDArray[np.generic], later: NDArray[np.bool_]) -> Array:
     return np.array([len(np.unique(kind[~later])), len(np.unique(kind[later]))], dtype=np.float64)
 
 
-def _tested(lowest: float, higher: float, error: float, freedom: float) -> MeanSteps:
-    """Student's interval and test; of clusters that all differ alike neither, unless they do not differ at all."""
+def _tested(lowest: float, higher: float, variance: float, clusters: int, budget: int) -> MeanSteps:
+    """Student's interval and test over clusters, and one more that differs by the budget."""
     from scipy.stats import t
 
-    change = higher - lowest
-    if freedom < 1 or (not error and change):
+    if clusters < 2:
         return MeanSteps(lowest=lowest, higher=higher, low=None, high=None, p_value=None, note="too few clusters")
-    if not error:
-        return MeanSteps(lowest=lowest, higher=higher, low=None, high=None, p_value=1.0)
-    half = float(t.ppf((1 + LEVEL) / 2, freedom)) * error
+    change, error = higher - lowest, math.sqrt(variance + (budget / clusters) ** 2)
+    half = float(t.ppf((1 + LEVEL) / 2, clusters - 1)) * error
     return MeanSteps(
         lowest=lowest,
         higher=higher,
-        low=change - half,
-        high=change + half,
-        p_value=float(2 * t.sf(abs(change) / error, freedom)),
+        low=max(-float(budget), change - half),
+        high=min(float(budget), change + half),
+        p_value=float(2 * t.sf(abs(change) / error, clusters - 1)),
     )
 
 
