@@ -55,6 +55,14 @@ def test_agents_of_one_colour_share_neither_marker_nor_dash(studies):
             assert one.colour != other.colour or (one.marker != other.marker and one.dash != other.dash), names
 
 
+def test_agents_of_one_study_have_different_colours_as_long_as_there_are_enough(studies):
+    """The colour of an agent that does not ship comes out of its name: two of three could get the same."""
+    for i in range(40):
+        names = [f"llm:openai/gpt-{i}", f"llm:anthropic/claude-{i}", f"llm:google/gemini-{i}", "random", "participant"]
+        found = looks(studies["three"], names)
+        assert len({colour for colour, _ in found.values()}) == len(found)
+
+
 def test_agents_differ_in_grey_as_well(studies):
     for study in studies.values():
         found = [style for _, style in styles(study)]

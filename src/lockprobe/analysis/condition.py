@@ -37,8 +37,7 @@ class ConditionSummary:
         success: Share solved of the trials that ended as solved or out of budget; players are clusters.
         errors: Trials that ended as error, by boundary; no other number counts them.
         curve: Success by step.
-        relative: The curve's area on a scale from a random agent (0) to the optimum (1); None if the box is not known,
-            or attempts broke its rules.
+        relative: The curve's area on a scale from a random agent (0) to the optimum (1); None if the box is not known.
         behaviour: Loops, redundancy, entropy.
         persistence: Whether the agent leaves loops and retries blocked joints.
         claims: Misinterpretations.
@@ -123,9 +122,7 @@ def condition_summary(
         success=share_of(found.solved, found.player, found.luck),
         errors=dict(sorted(Counter(trial.error.boundary for trial in trials if trial.error).items())),
         curve=curve,
-        relative=relative(curve, reference.random[:budget], reference.optimum)
-        if reference and not (rules and rules.against)
-        else None,
+        relative=relative(curve, reference.random[:budget], reference.optimum) if reference else None,
         behaviour=behaviour(trials),
         persistence=persistence(trials),
         claims=claims,

@@ -7,6 +7,7 @@ several ways keeps its mark, in a shade and a dash for each way.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
@@ -81,13 +82,14 @@ class Style:
 def styles(result: StudySummary) -> list[tuple[AgentSummary, Style]]:
     """Every agent with its looks: those that the study is about first, then the references.
 
-    No two share marker and dash, and so look alike in grey; those of one colour share neither, as far as there are
-    enough. The one whose spec comes later in the alphabet takes the next look.
+    No two share a colour, as far as there are enough, nor marker and dash, and so they look unlike in grey as well;
+    those of one colour share neither. The one whose spec comes later in the alphabet takes the next look.
     """
     shown = [*result.subjects, *(agent for agent in result.agents if agent not in result.subjects)]
     found: dict[tuple[str, str], Style] = {}
+    own = _own_colours([agent.agent for agent in shown])
     for agent in sorted(shown, key=lambda agent: (agent.agent not in _SHIPPED, agent.agent, agent.modality)):
-        colour, marker, dash = _free(list(_looks(agent)), found.values())
+        colour, marker, dash = _free(list(_looks(agent, own[agent.agent])), found.values())
         found[agent.agent, agent.modality] = Style(
             colour=colour, marker=marker, dash=dash, lead=agent in result.subjects
         )
@@ -104,13 +106,29 @@ def _free(looks: Sequence[tuple[str, Marker, Dash]], taken: Collection[Style]) -
     return [*apart, *free, *looks][0]
 
 
-def _looks(agent: AgentSummary) -> Iterator[tuple[str, Marker, Dash]]:
-    """What it may look like, its own look first."""
-    number = int.from_bytes(sha256(agent.agent.encode()).digest()[:8])
-    first = number // len(_COLOURS)
+def _number(agent: str) -> int:
+    return int.from_bytes(sha256(agent.encode()).digest()[:8])
+
+
+def _own_colours(agents: Collection[str]) -> dict[str, str]:
+    """The colour of each agent: of those that do not ship, the first that fewest others have, from its own on."""
+    used = Counter(dict.fromkeys(_COLOURS, 0))
+    found = {}
+    for agent in sorted(set(agents)):
+        if agent in _SHIPPED:
+            found[agent] = _SHIPPED[agent][0]
+            continue
+        start = _number(agent) % len(_COLOURS)
+        found[agent] = min(_COLOURS[start:] + _COLOURS[:start], key=lambda colour: used[colour])
+        used[found[agent]] += 1
+    return found
+
+
+def _looks(agent: AgentSummary, colour: str) -> Iterator[tuple[str, Marker, Dash]]:
+    """What it may look like, its own look first, in a colour."""
+    first = _number(agent.agent) // len(_COLOURS)
     pairs = list(product(_MARKERS, _DASHES))
-    marker, dash = pairs[first % len(pairs)]
-    colour, marker, dash = _SHIPPED.get(agent.agent, (_COLOURS[number % len(_COLOURS)], marker, dash))
+    _, marker, dash = _SHIPPED.get(agent.agent, (colour, *pairs[first % len(pairs)]))
     if agent.shown and (kind := spec_name(agent.modality)) in _SHADES:
         colour = _mixed(colour, _SHADES[kind])
         dash = _DASHES[list(_SHADES).index(kind)]

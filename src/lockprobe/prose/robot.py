@@ -44,8 +44,8 @@ def rules_said(found: RuleBreaks) -> str:
     share = percent(found.against / found.attempts, 1)
     return (
         f"{found.against} of {found.attempts} attempts ({share}) broke the rules of the box: {', '.join(kinds)}. "
-        "The plant did that, not the agent. Success, steps and loops count these attempts as they were; nothing "
-        "computed from the rules, such as success by chance, is compared with them."
+        "The plant did that, not the agent. Success, steps and loops count these attempts as they were; success by "
+        "chance and the shortest plan are those of a box without them."
     )
 
 

@@ -54,11 +54,14 @@ _FORKS = Caption(
 
 _BOX = Caption("The panel at the start and, below, the interlock, which no agent sees.")
 
+_OVERVIEW = Caption(
+    "Grey: between random agents with and without immediate repeats.",
+    "Bars: 95 % intervals of single shares; changes are tested in pairs, so bars may overlap.",
+)
+
 CAPTIONS = {
-    "overview": Caption(
-        "Grey: between random agents with and without immediate repeats.",
-        "Bars: 95 % intervals of single shares; changes are tested in pairs, so bars may overlap.",
-    ),
+    "overview": _OVERVIEW,
+    "overview-column": _OVERVIEW,
     "box": _BOX,
     "forks": _FORKS,
     "people": Caption(
@@ -140,7 +143,7 @@ CAPTIONS = {
 """The caption of every figure, by file name, without its stars."""
 
 _STARS = {
-    "overview": "Stars: another model and box.",
+    **dict.fromkeys(("overview", "overview-column"), "Stars: another model and box."),
     "fig3": (
         "Hollow stars: values in the paper's text, 80 % by step 9 (human-inspired), 11 (RGB) and 15 (ground truth)."
     ),

@@ -98,7 +98,7 @@ def _effect(agent: AgentSummary, counted: list[ConditionSummary]) -> ClaimFindin
     rises = [at for at in found if pattern(at.p_value, at.value) == "shown"]
     shown, moderate = _rise(agent)
     if rises:
-        shown, moderate = "shown", min(rises, key=lambda at: at.p_value)
+        shown, moderate = "shown", min(rises, key=lambda at: (at.p_value, -at.value))
     at = moderate or max(found, key=lambda at: at.value)
     here = minus(f"{100 * at.value:+.0f} points from 0 to {at.p:g}")
     return here, borne_out(shown), "permutation test, corrected for all flip rates", at.p_value

@@ -196,8 +196,8 @@ def _why_numbers(found: Why, reference: Reference) -> KeyNumbers:
 
 
 def _condition_numbers(found: Effects, reference: Reference) -> KeyNumbers:
-    """Success under the control, and the clearest effect."""
-    clearest = min(found.effects, key=lambda one: one.difference.p_value)
+    """Success under the control, and the clearest effect: of equal P values, the largest."""
+    clearest = min(found.effects, key=lambda one: (one.difference.p_value, -abs(one.difference.value)))
     gap = clearest.difference
     return KeyNumbers(
         agent=found.agent,
