@@ -11,6 +11,7 @@ from urllib.parse import urlsplit
 
 from lockprobe.agents.llm.answer_limits import guard_answers
 from lockprobe.agents.llm.inspect_internals import PrerequisiteError, set_batch_log_callback
+from lockprobe.agents.llm.network_settings import check_certificates, check_proxies, is_url
 from lockprobe.agents.llm.openai_fast_path import use_fast_path
 from lockprobe.agents.model_access import Access
 from lockprobe.errors import BadValue, Missing, UserMistake, needing
@@ -25,8 +26,6 @@ _log = logging.getLogger(__name__)
 WITH_BATCHES = ("anthropic", "google", "grok", "openai", "together")
 """Providers whose batch interface Inspect AI supports."""
 
-_PROXIES = ("HTTP_PROXY", "HTTPS_PROXY", "ALL_PROXY")
-
 _STARTED_HERE = {
     "vllm": ("VLLM_BASE_URL", "vllm"),
     "vllm-completions": ("VLLM_BASE_URL", "vllm"),
@@ -40,8 +39,8 @@ def opened(name: str, access: Access, parameters: dict[str, object]) -> Model:
 
     Raises:
         Missing: If a key, a server or a provider's package is missing.
-        BadValue: If there is no such provider, it lacks the batch interface that is asked for, or the URL of its server
-            or of a proxy is invalid.
+        BadValue: If there is no such provider, it lacks the batch interface that is asked for, or the environment names
+            an invalid server, proxy or file of certificates.
     """
     _check_addresses(name)
     provider = name.partition("/")[0]
@@ -102,24 +101,12 @@ def _variables(name: str) -> tuple[str, str]:
 
 
 def _check_addresses(name: str) -> None:
-    """Refuse an invalid URL of a model's server or of a proxy, before a library raises an error of any kind."""
+    """Refuse what the environment says of servers, proxies and certificates, before a library raises any error."""
     for variable in _variables(name):
-        if (url := os.environ.get(variable)) and not _is_url(url, ("http", "https")):
+        if (url := os.environ.get(variable)) and not is_url(url, ("http", "https")):
             raise BadValue(variable, url, "a URL such as http://localhost:8080/v1")
-    for variable, url in os.environ.items():
-        if variable.upper() in _PROXIES and url:
-            whole = url if "://" in url else f"http://{url}"
-            if not _is_url(whole, ("http", "https", "socks4", "socks5", "socks5h")):
-                raise BadValue(variable, url, "the URL of a proxy such as http://localhost:3128")
-
-
-def _is_url(url: str, schemes: tuple[str, ...]) -> bool:
-    try:
-        parts = urlsplit(url)
-        host, port = parts.hostname, parts.port
-    except ValueError:
-        return False
-    return bool(parts.scheme in schemes and host and port != 0 and url.isprintable() and " " not in url)
+    check_proxies()
+    check_certificates(name.partition("/")[0])
 
 
 def _is_news(record: logging.LogRecord) -> bool:
