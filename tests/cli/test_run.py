@@ -14,6 +14,7 @@ from typed import typed
 
 from lockprobe import load
 from lockprobe.agents.catalogue import resolve
+from lockprobe.agents.llm.model_facts import read_facts
 from lockprobe.cli.format_cost import money
 from lockprobe.cli.progress import Plain
 from lockprobe.cli.run import run
@@ -299,6 +300,24 @@ def test_an_estimate_imports_no_provider(tmp_path):
     assert done.stdout.startswith("llm:openai/gpt-4o: about ")
     assert done.stdout.splitlines()[-1] == "False"
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", ["openai-api/other/model", 'openai/a"b', "vllm/Qwen/Qwen3-4B?temperature=0"])
+def test_a_model_without_a_price_comes_with_the_four_lines_that_give_it_one(tmp_path, name):
+    arguments = ("run", "flips", "--agent", f"llm:{name}", "--trials", 1, "--out", tmp_path / "s")
+    refused = typed(*arguments, "--budget", 5)
+    first, *lines = refused.stderr.splitlines()
+    assert (refused.returncode, len(lines)) == (2, 4)
+    assert first.endswith("LOCKPROBE_MODEL_FACTS=FILE.toml:")
+    (tmp_path / "own.toml").write_text("\n".join(lines))
+    (facts,) = read_facts(tmp_path / "own.toml")
+    assert facts.match == (name.partition("?")[0],)
+    assert facts.says["price"].input > 0  # where nobody corrects it, the budget ends early
+    estimated = typed(*arguments, "--estimate").stdout.splitlines()
+    assert estimated[-4:] == lines
+    own = {**os.environ, "LOCKPROBE_MODEL_FACTS": str(tmp_path / "own.toml")}
+    assert "prices of" in typed(*arguments, "--estimate", env=own).stdout
+    assert not (tmp_path / "s").exists()
 
 
 def test_a_budget_for_a_model_of_unknown_price_is_refused_before_anything_is_made(tmp_path):

@@ -9,7 +9,7 @@ import pytest
 from builders import SOLUTION, make_trial
 
 from lockprobe.errors import BadValue, Missing
-from lockprobe.export.send_traces import endpoint_of, send_traces
+from lockprobe.export.send_traces import endpoints_of, send_traces
 from lockprobe.export.traces import requests
 
 
@@ -21,7 +21,17 @@ def receiver():
         def do_POST(self):
             body = self.rfile.read(int(self.headers["Content-Length"]))
             got.append((self.path, self.headers, body))
-            self.send_response(415 if self.path == "/no-json" else 200)
+            self.send_response(
+                {"/no-json": 415, "/base": 404, "/none": 404, "/none/v1/traces": 404, "/moved": 302}.get(self.path, 200)
+            )
+            if self.path == "/moved":
+                self.send_header("Location", "/page")
+            if self.path == "/page":
+                self.send_header("Content-Type", "text/html; charset=utf-8")
+            self.end_headers()
+
+        def do_GET(self):
+            self.send_response(200)
             self.end_headers()
 
         def log_message(self, *arguments):
@@ -87,4 +97,29 @@ def test_a_receiver_without_json_is_named_in_one_line(receiver, without_protobuf
 )
 def test_only_http_is_spoken(url):
     with pytest.raises(BadValue, match="--endpoint"):
-        endpoint_of(url)
+        endpoints_of(url)
+
+
+@pytest.mark.parametrize("base", ["/base", "/page", "/moved"])
+def test_a_base_path_is_tried_with_the_path_of_traces(receiver, base):
+    url, got = receiver
+    made = list(requests([make_trial(SOLUTION, trial=n) for n in range(1, 52)], "study"))
+    assert send_traces(made, url + base) == 2
+    assert [path for path, _, _ in got] == [base, f"{base}/v1/traces", f"{base}/v1/traces"]
+
+
+def test_a_path_of_its_own_is_used_as_it_is(receiver):
+    url, got = receiver
+    made = list(requests([make_trial(SOLUTION)], "study"))
+    for path in ("/own", "/own/v1/traces", "/v1/traces/"):
+        assert send_traces(made, url + path) == 1
+        assert got.pop()[0] == path
+        assert got == []
+
+
+def test_where_neither_takes_them_both_are_named(receiver):
+    url, _ = receiver
+    with pytest.raises(Missing) as refused:
+        send_traces(requests([make_trial(SOLUTION)], "study"), f"{url}/none")
+    said = str(refused.value)
+    assert said.startswith(f"{url}/none and {url}/none/v1/traces took 0 requests, then failed (status 404)")

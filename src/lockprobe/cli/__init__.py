@@ -8,7 +8,7 @@ import gc
 import io
 import os
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from importlib import import_module
 from inspect import getdoc
@@ -138,7 +138,7 @@ def _run_command() -> int | None:
         with _one_thread() if asked in _SMALL else nullcontext():
             return _status(_command_for(asked)(standalone_mode=False))
     except UserMistake as mistake:
-        return _complain(str(mistake))
+        return _complain(str(mistake), mistake.to_copy)
     except TyperException as mistake:
         return _complain(_error_text(getattr(mistake, "format_message", mistake.__str__)(), asked))
     except typer.Abort:
@@ -207,9 +207,10 @@ def _writable_streams() -> None:
             stream.reconfigure(errors="replace")
 
 
-def _complain(message: str) -> int:
+def _complain(message: str, to_copy: Sequence[str] = ()) -> int:
     if message:
         from lockprobe.terminal_text import printable
 
-        print("lockprobe: " + printable(" ".join(message.split())), file=sys.stderr)
+        for line in ("lockprobe: " + " ".join(message.split()), *to_copy):
+            print(printable(line), file=sys.stderr)
     return 2

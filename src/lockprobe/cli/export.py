@@ -11,7 +11,7 @@ import typer
 
 from lockprobe.errors import BadFile, BadValue, Conflict
 from lockprobe.export.hub_dataset import write_hub_dataset
-from lockprobe.export.send_traces import endpoint_of, send_traces
+from lockprobe.export.send_traces import endpoints_of, send_traces
 from lockprobe.export.table_files import Rows, TableName, rows_of, write_rows, write_table
 from lockprobe.export.traces import EPOCH, requests, write_traces
 from lockprobe.export.write_dataset import write_dataset
@@ -128,7 +128,7 @@ def _export_traces(directory: Path, out: Path | None, endpoint: str | None, star
     if out is not None:
         refuse_study_file(out, directory)
     if endpoint is not None:
-        endpoint = endpoint_of(endpoint)
+        endpoints_of(endpoint)
     begins = EPOCH if start is None else _nanoseconds(start)
     study = read_study(directory).record_identity
     trials, calls = load(directory), list(read_calls(directory))

@@ -7,15 +7,17 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from pathlib import Path
 
-from lockprobe.agents.llm.model_facts import OWN_FACTS, Price
+from lockprobe.agents.llm.model_facts import OWN_FACTS, Price, price_lines
 from lockprobe.inputs import is_there
 from lockprobe.model_call import Usage
+from lockprobe.spec import Spec
 from lockprobe.studies.call_log import read_calls
 from lockprobe.studies.estimate import Estimate, estimates, together
 from lockprobe.studies.journal import load
 from lockprobe.studies.spending import Spending, hosted
 from lockprobe.studies.spending import dollars as in_words
 from lockprobe.studies.study import Study
+from lockprobe.terminal_text import printable
 
 __all__ = [
     "about",
@@ -123,8 +125,10 @@ def print_estimates(studies: Sequence[tuple[Study, Path]], *, batch: bool, json:
         print("No cost: no agent of this study asks a provider.")
     elif not found:
         print("No cost: no trial that asks a provider is owed.")
-    for line in (line for one in found if not json for line in estimate_lines(one)):
-        print(line)
+    for one in found if not json else ():
+        print("\n".join(estimate_lines(one)))
+        if one.price is None:
+            print("\n".join(map(printable, price_lines(Spec.parse(one.agent).name))))
 
 
 def _estimates(study: Study, directory: Path, *, batch: bool) -> list[Estimate]:

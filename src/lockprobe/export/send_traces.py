@@ -16,19 +16,26 @@ from urllib.parse import unquote, urlsplit
 from lockprobe.errors import BadValue, Missing
 from lockprobe.terminal_text import readable
 
-__all__ = ["endpoint_of", "send_traces"]
+__all__ = ["endpoints_of", "send_traces"]
 
 _TIMEOUT = 30.0
+_PATH = "/v1/traces"
+
+_NOT_HERE = (301, 302, 307, 308, 400, 404, 405, 410, 501)
+"""Statuses of a server that takes no traces at this path."""
+
 _HEADERS = "OTEL_EXPORTER_OTLP_HEADERS"
 _NAME = re.compile(r"[A-Za-z0-9!#$%&'*+.^_`|~-]+")
 _IDS = ("traceId", "spanId", "parentSpanId")
 
 
-def endpoint_of(url: str) -> str:
-    """The URL to which traces are posted; a URL without a path gets OTLP's ``/v1/traces``.
+def endpoints_of(url: str) -> tuple[str, ...]:
+    """The URLs to which traces may be posted: as given, then with OTLP's ``/v1/traces`` after it.
 
-    >>> endpoint_of("http://localhost:4318")
-    'http://localhost:4318/v1/traces'
+    >>> endpoints_of("http://localhost:4318")
+    ('http://localhost:4318/v1/traces',)
+    >>> endpoints_of("http://localhost:3000/otel/")
+    ('http://localhost:3000/otel/', 'http://localhost:3000/otel/v1/traces')
 
     Raises:
         BadValue: If it is no http or https URL.
@@ -40,7 +47,11 @@ def endpoint_of(url: str) -> str:
         sound = False
     if not sound or not url.isascii() or not url.isprintable() or " " in url:
         raise BadValue("--endpoint", readable(url), "a URL such as http://localhost:4318/v1/traces")
-    return parts._replace(path="/v1/traces").geturl() if parts.path in ("", "/") else url
+    path = parts.path.rstrip("/")
+    if path.endswith(_PATH):
+        return (url,)
+    whole = parts._replace(path=path + _PATH).geturl()
+    return (url, whole) if path else (whole,)
 
 
 def send_traces(requests: Iterable[Mapping[str, object]], url: str) -> int:
@@ -53,18 +64,47 @@ def send_traces(requests: Iterable[Mapping[str, object]], url: str) -> int:
         BadValue: If the URL or the headers are invalid.
         Missing: If the receiver does not answer, or refuses a request.
     """
-    endpoint, headers, count = endpoint_of(url), _headers(), 0
+    endpoints, headers, count = list(endpoints_of(url)), _headers(), 0
+    tried = list[str]()
     for request in requests:
         body, kind = _encoded(request)
-        post = urllib.request.Request(  # noqa: S310 - the scheme is checked
-            endpoint, body, {**headers, "Content-Type": kind}, method="POST"
-        )
-        try:
-            with urllib.request.urlopen(post, timeout=_TIMEOUT):  # noqa: S310 - the scheme is checked
-                count += 1
-        except (OSError, http.client.HTTPException) as error:
-            raise Missing(f"{endpoint} took {count} requests, then failed ({_why(error)})", _remedy(error)) from None
+        sent = {**headers, "Content-Type": kind}
+        while True:
+            try:
+                _post(endpoints[0], body, sent)
+            except (OSError, http.client.HTTPException) as error:
+                tried.append(endpoints.pop(0))
+                if not (endpoints and not count and _is_elsewhere(error)):
+                    said = f"{' and '.join(tried)} took {count} requests, then failed ({_why(error)})"
+                    raise Missing(said, _remedy(error)) from None
+            else:
+                break
+        count += 1
     return count
+
+
+class _NoReceiver(OSError):
+    """An answer that no receiver of traces gives: a page, or one from another address."""
+
+
+def _post(endpoint: str, body: bytes, headers: Mapping[str, str]) -> None:
+    """Post one request.
+
+    Raises:
+        OSError: If it is not accepted, also where a page is the answer.
+        HTTPException: If the answer is no HTTP.
+    """
+    post = urllib.request.Request(endpoint, body, dict(headers), method="POST")  # noqa: S310 - the scheme is checked
+    with urllib.request.urlopen(post, timeout=_TIMEOUT) as answer:  # noqa: S310 - the scheme is checked
+        if answer.url != endpoint:
+            raise _NoReceiver(f"it redirects to {answer.url}")
+        if answer.headers.get_content_type() == "text/html":
+            raise _NoReceiver("it answers with a page")
+
+
+def _is_elsewhere(error: Exception) -> bool:
+    """Whether a receiver may be at another path of the same server."""
+    return isinstance(error, _NoReceiver) or (isinstance(error, urllib.error.HTTPError) and error.code in _NOT_HERE)
 
 
 def _headers() -> dict[str, str]:

@@ -10,10 +10,11 @@ from __future__ import annotations
 from collections.abc import Iterable
 from itertools import takewhile
 
-from lockprobe.agents.llm.model_facts import OWN_FACTS, Price
+from lockprobe.agents.llm.model_facts import OWN_FACTS, Price, price_lines
 from lockprobe.errors import BadValue, BudgetReached
 from lockprobe.model_call import Call, Usage
 from lockprobe.plan import Plan
+from lockprobe.spec import Spec
 from lockprobe.studies.spending import Owners, hosted, most_dollars, price_of, unknown_dollars
 from lockprobe.studies.study import Study
 from lockprobe.studies.trial_costs import TrialCosts
@@ -44,12 +45,7 @@ class Budget:
         self._lost: dict[str, float] = {}
         for agent in hosted(study):
             if (price := price_of(agent)) is None:
-                raise BadValue(
-                    "budget",
-                    f"{allowed:g}",
-                    f"no budget with {agent}, whose price is not known; "
-                    f"write it into a file of your own and set {OWN_FACTS}=FILE.toml",
-                )
+                raise _unpriced(agent, allowed)
             self._prices[agent] = price
             self._costs[agent] = TrialCosts(study, agent, price)
 
@@ -139,3 +135,14 @@ class Budget:
 
     def _price(self, key: str) -> Price | None:
         return self._prices.get(self._owners.of(key))
+
+
+def _unpriced(agent: str, allowed: float) -> BadValue:
+    """The refusal of a budget for a model of unknown price, with the lines that make it known."""
+    expected = (
+        f"no budget with {agent}, whose price is not known; put these lines with its price into a file of your own "
+        f"and set {OWN_FACTS}=FILE.toml:"
+    )
+    refusal = BadValue("budget", f"{allowed:g}", expected)
+    refusal.to_copy = price_lines(Spec.parse(agent).name)
+    return refusal

@@ -6,6 +6,7 @@ that it leaves out stay as shipped.
 
 from __future__ import annotations
 
+import json
 import os
 from dataclasses import dataclass, fields
 from datetime import date
@@ -22,7 +23,7 @@ from lockprobe.model_call import Usage
 from lockprobe.terminal_text import printable
 from lockprobe.validation import plain
 
-__all__ = ["OWN_FACTS", "Entry", "ModelFacts", "Price", "Sampling", "Schema", "facts_of", "read_facts"]
+__all__ = ["OWN_FACTS", "Entry", "ModelFacts", "Price", "Sampling", "Schema", "facts_of", "price_lines", "read_facts"]
 
 OWN_FACTS = "LOCKPROBE_MODEL_FACTS"
 """Environment variable with the path of a user's file of facts."""
@@ -149,6 +150,17 @@ def facts_of(name: str) -> ModelFacts:
                 said |= entry.says | ({} if entry.says.keys() <= _NOT_ASKED else {"known": True})
                 break
     return ModelFacts(**said)
+
+
+def price_lines(name: str) -> tuple[str, ...]:
+    """Four lines of TOML with a made-up, high price of a model, to be corrected and put into a file of facts."""
+    day = date.today().isoformat()  # noqa: DTZ011 - a day, in the user's own time
+    return (
+        "# US dollars per million tokens: put in what your provider asks",
+        "[[model]]",
+        f"match = [{json.dumps(name)}]",
+        f'price = {{ input = 10.0, cached = 10.0, output = 50.0, date = "{day}", source = "made up" }}',
+    )
 
 
 def read_facts(path: Path) -> tuple[Entry, ...]:
