@@ -36,9 +36,9 @@ class ComparedStudy:
         study: Name in its settings.
         seed: Studies of equal seed share their luck.
         agents: Agent specs.
-        planned: Trials that the settings ask for, but for those of people.
+        planned: Trials that the settings ask for, also of people.
         finished: Of these, trials that are not owed (any more).
-        people_trials: Trials of people that are finished.
+        people_trials: Of these, trials of people.
         not_shared: Its conditions that no other study has; they are in no number.
     """
 
@@ -203,15 +203,14 @@ def _shared(opened: Sequence[OpenedStudy]) -> list[str]:
 
 
 def _studied(name: str, one: OpenedStudy, not_shared: Sequence[str]) -> ComparedStudy:
-    by_people = sum(bool(trial.player) and not trial.owed_again for trial in one.trials)
     return ComparedStudy(
         name=name,
         study=one.study.name,
         seed=one.study.seed,
         agents=one.study.agents,
-        planned=one.study.size - one.study.invited,
-        finished=one.finished - by_people,
-        people_trials=by_people,
+        planned=one.study.size,
+        finished=one.finished,
+        people_trials=one.finished_by_people,
         not_shared=tuple(dict.fromkeys(not_shared)),
     )
 

@@ -64,7 +64,7 @@ def write_comparison(comparison: Comparison, out: Path) -> Path:
 def study_table(comparison: Comparison) -> TextTable:
     """The studies: their seeds and their finished trials."""
     people = any(one.people_trials for one in comparison.studies)
-    head = ["study", "name", "seed", "trials finished", *["trials of people"] * people]
+    head = ["study", "name", "seed", "trials finished", *["of these, people's"] * people]
     rows = [[*head, "conditions in no other study"]]
     for one in comparison.studies:
         finished = f"{one.finished} of {one.planned}" + (" (partial)" if one.partial else "")

@@ -33,9 +33,16 @@ from lockprobe.report.schema import (
     EffectResult,
     Results,
     SeriesResult,
-    StudyProgress,
 )
-from lockprobe.report.study_rows import agent_facts, audit_result, broken_rows, left_out_row, plant_facts, rules_said_of
+from lockprobe.report.study_rows import (
+    agent_facts,
+    audit_result,
+    broken_rows,
+    left_out_row,
+    plant_facts,
+    rules_said_of,
+    study_progress,
+)
 from lockprobe.report.why import WhyResult, why_row
 from lockprobe.spec import Spec, spec_name
 from lockprobe.studies.study import Study
@@ -90,11 +97,7 @@ def condition_results(opened: OpenedStudy, found: ConditionStudySummary) -> Resu
         study=dict(opened.settings),
         joints=len(study.box.joints),
         overview=condition_overview(found, opened.settings),
-        progress=StudyProgress(
-            planned=study.size,
-            finished=opened.finished,
-            partial=opened.finished < study.size,
-        ),
+        progress=study_progress(opened),
         left_out=left_out_row(opened.trials, opened.journal, opened.foreign),
         subjects=list(found.subjects),
         findings=_findings(found),

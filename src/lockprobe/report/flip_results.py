@@ -41,8 +41,16 @@ from lockprobe.report.rows import (
     test_rows,
 )
 from lockprobe.report.sample_pictures import seen
-from lockprobe.report.schema import RESULTS_VERSION, Results, StudyProgress
-from lockprobe.report.study_rows import agent_facts, audit_result, broken_rows, left_out_row, plant_facts, rules_said_of
+from lockprobe.report.schema import RESULTS_VERSION, Results
+from lockprobe.report.study_rows import (
+    agent_facts,
+    audit_result,
+    broken_rows,
+    left_out_row,
+    plant_facts,
+    rules_said_of,
+    study_progress,
+)
 from lockprobe.studies.study import Study
 
 __all__ = ["flip_results"]
@@ -56,8 +64,6 @@ def flip_results(opened: OpenedStudy, summary: StudySummary) -> Results:
         summary: The numbers of its trials.
     """
     study, trials, agents = opened.study, opened.trials, summary.agents
-    by_people = sum(not trial.owed_again for trial in trials if trial.player)
-    planned, finished = study.size - study.invited, opened.finished - by_people  # participants owe no trials
     names = {(agent.agent, agent.modality): agent.name for agent in agents}
     lies = lie_rows(trials, [(a.agent, a.modality, subject_of(a)) for a in summary.subjects if not a.blind])
     return Results(
@@ -66,7 +72,7 @@ def flip_results(opened: OpenedStudy, summary: StudySummary) -> Results:
         study=dict(opened.settings),
         joints=len(opened.settings.get("box", {}).get("joints", [])),
         overview=flip_overview(summary, opened.settings),
-        progress=StudyProgress(planned=planned, finished=finished, partial=finished < planned),
+        progress=study_progress(opened),
         left_out=left_out_row(trials, opened.journal, opened.foreign),
         panel_said=_panel(study),
         **_sentences(summary, lies),
@@ -80,7 +86,7 @@ def flip_results(opened: OpenedStudy, summary: StudySummary) -> Results:
         lies=lies,
         paces=[pace_row(compared, names) for compared in summary.paces],
         modalities=[modality_row(effect) for effect in summary.modalities],
-        people=_people(opened, summary, by_people),
+        people=_people(opened, summary),
         rules_said=rules_said_of(summary.conditions),
         verdicts=summary.verdicts,
         verdicts_said=verdicts_said(summary.verdicts) if summary.verdicts else "",
@@ -106,11 +112,13 @@ def flip_results(opened: OpenedStudy, summary: StudySummary) -> Results:
     )
 
 
-def _people(opened: OpenedStudy, summary: StudySummary, finished: int) -> PeopleResult | None:
-    """What people did, of whom ``finished`` trials are on record."""
+def _people(opened: OpenedStudy, summary: StudySummary) -> PeopleResult | None:
+    """What people did."""
     flow = flow_of(opened.diaries, opened.withdrawn)
     times = times_of_steps(opened.study, opened.trials, opened.diaries, opened.directory)
-    return people_row(summary, opened.study.invited, finished, flow, response_times(opened.trials, times))
+    return people_row(
+        summary, opened.study.invited, opened.finished_by_people, flow, response_times(opened.trials, times)
+    )
 
 
 def _sentences(summary: StudySummary, lies: Sequence[LieResult]) -> dict[str, Any]:

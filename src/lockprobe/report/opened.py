@@ -50,8 +50,13 @@ class OpenedStudy:
 
     @property
     def finished(self) -> int:
-        """Trials that are not owed (any more)."""
-        return sum(not trial.owed_again for trial in self.trials)
+        """Places of the plan whose trial is not owed (any more); two people who played the same place fill one."""
+        return self.study.places_filled(self.trials)
+
+    @property
+    def finished_by_people(self) -> int:
+        """Of these, places of people."""
+        return self.study.places_filled([trial for trial in self.trials if trial.player])
 
 
 def open_study(directory: Path) -> OpenedStudy:

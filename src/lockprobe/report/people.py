@@ -50,7 +50,7 @@ def people_row(
     Args:
         summary: The study.
         planned: Trials that the settings ask of people.
-        finished: Those that were played.
+        finished: Those that were played, each place once.
         flow: Who came to the end, where people took part here.
         times: How long they took for a choice.
     """

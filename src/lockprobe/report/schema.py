@@ -58,7 +58,7 @@ RESULTS_VERSION = 3
 class StudyProgress(DescribedResult):
     """How far the study has come."""
 
-    planned: Counted = Field(description="Planned trials, except those of people.")
+    planned: Counted = Field(description="Planned trials; for people, the places to be filled.")
     finished: Counted = Field(description="Of these, finished trials.")
     partial: bool = Field(description="Whether planned trials are unfinished.")
 

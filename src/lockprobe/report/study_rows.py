@@ -1,4 +1,4 @@
-"""Rows that the results of every study have: trials left out, broken trials, facts, and the shipped audit."""
+"""Rows that the results of every study have: progress, trials left out, broken trials, facts, and the shipped audit."""
 
 from __future__ import annotations
 
@@ -13,12 +13,28 @@ from lockprobe.audit.rates import shipped
 from lockprobe.prose.robot import rules_said
 from lockprobe.record import Fact, Trial
 from lockprobe.report.details import AuditedRate, AuditResult, BrokenTrials, LeftOutResult
+from lockprobe.report.opened import OpenedStudy
+from lockprobe.report.schema import StudyProgress
 from lockprobe.studies.records import LeftOut
 
-__all__ = ["agent_facts", "audit_result", "broken_rows", "left_out_row", "plant_facts", "rules_said_of"]
+__all__ = [
+    "agent_facts",
+    "audit_result",
+    "broken_rows",
+    "left_out_row",
+    "plant_facts",
+    "rules_said_of",
+    "study_progress",
+]
 
 _MANY = 8
 """Values of a fact beyond which they are counted."""
+
+
+def study_progress(opened: OpenedStudy) -> StudyProgress:
+    """How far the study has come, in places of the plan, those of people included."""
+    planned, finished = opened.study.size, opened.finished
+    return StudyProgress(planned=planned, finished=finished, partial=finished < planned)
 
 
 def left_out_row(trials: Sequence[Trial], journal: LeftOut, not_asked_for: int) -> LeftOutResult:

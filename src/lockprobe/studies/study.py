@@ -342,6 +342,13 @@ class Study:
         condition = next(i for i, one in enumerate(self.conditions) if one.label == trial.condition)
         return agent, condition, 0, trial.repetition, trial.trial
 
+    def places_filled(self, trials: Iterable[Trial]) -> int:
+        """The number of places of the plan with a finished trial among trials of this study.
+
+        Two people may have played the same place, where one was away and came back.
+        """
+        return len({self.place_of(trial) for trial in trials if not trial.owed_again})
+
     @property
     def run_agents(self) -> tuple[str, ...]:
         """The agents that are run: all but people, who are invited."""
