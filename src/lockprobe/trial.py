@@ -124,15 +124,10 @@ async def play(
             if step.moved and step.joint == plan.box.target:
                 ending = "solved"
                 break
-    except TrialFault as fault:
-        ending, error = "error", _error(fault, len(loop.steps) + 1)
-    facts, made = dict[str, Fact](), dict[str, Fact]()
-    try:
-        with _boundary(ModelFault):
-            facts = _facts(agent.facts)
-        with _boundary(PlantFault):
-            made = _facts({"plant": plan.plant, **plant.facts}) if plant.facts else {}
-    except TrialFault as fault:
+    except TrialFault as broke:
+        ending, error = "error", _error(broke, len(loop.steps) + 1)
+    facts, made, fault = _facts_said(agent, plant, plan)
+    if fault is not None:
         ending, error = "error", error or _error(fault, len(loop.steps) + 1)
     return replace(
         _blank(plan, names, ending),
@@ -147,6 +142,18 @@ async def play(
         changed=loop.changes.by_intervention,
         changed_steps=loop.changes.steps,
     )
+
+
+def _facts_said(agent: Agent, plant: Plant, plan: Plan) -> tuple[dict[str, Fact], dict[str, Fact], TrialFault | None]:
+    """What agent and plant say of themselves, and the fault if one breaks when it is asked."""
+    facts = dict[str, Fact]()
+    try:
+        with _boundary(ModelFault):
+            facts = _facts(agent.facts)
+        with _boundary(PlantFault):
+            return facts, _facts({"plant": plan.plant, **plant.facts}) if plant.facts else {}, None
+    except TrialFault as fault:
+        return facts, {}, fault
 
 
 def broken(plan: Plan, fault: TrialFault) -> Trial:

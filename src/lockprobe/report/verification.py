@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from lockprobe.agents.catalogue import recomputes, resolve
-from lockprobe.errors import LockprobeError, ModelFault, UserMistake
+from lockprobe.errors import BadFile, LockprobeError, ModelFault, UserMistake
 from lockprobe.inputs import parse_json, read_input
 from lockprobe.people.step_times import times_of_steps
 from lockprobe.plan import Plan
@@ -219,6 +219,9 @@ def check_file(name: str, path: Path, compute: Callable[[], Mapping[str, Any]]) 
         return Check(name=name, holds=True, said=f"there is no {path.name} to compare")
     try:
         written = parse_json(read_input(path), path)
+    except BadFile as error:
+        return Check(name=name, holds=False, said=f"{path.name} is damaged ({error})")
+    try:
         found = compute()
     except UserMistake as error:
         return Check(name=name, holds=False, said=str(error))

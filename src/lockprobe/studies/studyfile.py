@@ -72,9 +72,8 @@ def study(asked: StudyOptions | str | Path = "flips", /, **options: Any) -> Stud
         asked = read_options_file(Path(asked)) if str(asked).endswith(".toml") else StudyOptions(study=str(asked))
     if not isinstance(asked, StudyOptions):
         raise BadValue("study", asked, f"options, the path of a TOML file, or one of {', '.join(STUDIES)}")
-    named = study_options(options)
-    allow(*(spec for specs in named.specs.values() for spec in specs))
-    request = asked.model_copy(update={name: getattr(named, name) for name in options})
+    request = asked.model_copy(update={name: getattr(study_options(options), name) for name in options})
+    allow(*(spec for specs in request.specs.values() for spec in specs))  # a file that names code was refused
     if request.study not in STUDIES:
         raise UnknownName("study", request.study, [*STUDIES, *SHIPPED, "FILE.toml"])
     modal = request.study == "modalities"
@@ -88,8 +87,7 @@ def study(asked: StudyOptions | str | Path = "flips", /, **options: Any) -> Stud
     for spec in request.sweep or ():
         if spec.startswith(AGENT_SWEEP):
             agents = _swept_agents(agents, spec)
-    if "agent" in options:
-        allow(*agents)
+    allow(*agents)
     planned = _planned(request, plant, agents, _conditions(request, extent, modalities), extent)
     planned.check_agents()
     check_sources(planned.conditions)
