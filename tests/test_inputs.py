@@ -9,7 +9,7 @@ from builders import make_trial, small_study, write_study
 
 from lockprobe.cli.sequences import read_sequences
 from lockprobe.errors import BadFile
-from lockprobe.inputs import check_regular, parse_json, read_input, read_lines
+from lockprobe.inputs import check_regular, is_there, parse_json, read_input, read_lines
 from lockprobe.lockbox.boxfile import read_box
 from lockprobe.people.diary import read_diaries
 from lockprobe.studies.directory import read_settings
@@ -37,6 +37,20 @@ def test_only_regular_files_are_read(tmp_path, pipe):
     (tmp_path / "file").write_bytes(b"12345")
     (tmp_path / "other").symlink_to("file")
     assert read_input(tmp_path / "other", most=5) == b"12345"
+
+
+def test_what_takes_the_place_of_a_file_meanwhile_is_not_waited_for(pipe, monkeypatch):
+    monkeypatch.setattr("lockprobe.inputs.check_regular", lambda path: None)
+    for read in (read_input, lambda path: next(read_lines(path))):
+        with pytest.raises(BadFile, match="pipe: not a regular file"):
+            read(pipe)
+
+
+def test_only_a_regular_file_is_there(tmp_path, pipe):
+    (tmp_path / "file").touch()
+    assert [is_there(tmp_path / name) for name in ("file", "absent")] == [True, False]
+    with pytest.raises(BadFile, match="a pipe, not a regular file"):
+        is_there(pipe)
 
 
 def test_files_and_lines_have_an_end(tmp_path):

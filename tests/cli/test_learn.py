@@ -1,6 +1,7 @@
 """``lockprobe learn``: a file that plays, what it can do in words and as JSON, refusals in one line."""
 
 import json
+import shlex
 
 import pytest
 from forked import run
@@ -16,7 +17,7 @@ def test_a_learner_is_trained_written_and_plays(tmp_path):
     assert first.startswith(f"{file}: 2 updates in ")
     assert told.startswith("Told the truth, it opens 56 % of 10000 boxes that it has never seen within 20 steps")
     played = run(
-        ["run", "flips", "--agent", play.split("'")[1], "--p", "0", "--trials", "2", "--repetitions", "1",
+        ["run", "flips", "--agent", shlex.split(play)[-1], "--p", "0", "--trials", "2", "--repetitions", "1",
          "--no-report", "--out", tmp_path / "study"]
     )  # fmt: skip
     assert played.returncode == 0, played.stderr

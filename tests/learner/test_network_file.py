@@ -3,6 +3,7 @@
 import io
 import json
 import pickle
+import shlex
 import zipfile
 from contextlib import suppress
 
@@ -37,6 +38,20 @@ def test_a_file_as_it_should_be(tmp_path):
         found = shipped(name)
         assert found.trained.command.startswith(f"lockprobe learn --updates {found.trained.updates} ")
         assert len(found.sha256) == 64
+
+
+@pytest.mark.parametrize("name", ["x; touch /tmp/it-ran", "$(touch it-ran)", "a' b", "`id`", "-h", "two words"])
+def test_the_name_of_a_box_is_one_word_of_the_command_that_trains_it_again(tmp_path, name):
+    trained = load(written(tmp_path / "x.npz", training=TRAINING | {"box": name})).trained
+    words = shlex.split(trained.command)
+    assert words[words.index("--box") + 1] == name
+    assert words[-2:] == ["--schedule", "900"]
+
+
+@pytest.mark.parametrize("name", ["\x1b[2J", "a\nb", "\u202ex", "\x00"])
+def test_a_name_that_changes_the_terminal_is_no_name(tmp_path, name):
+    with pytest.raises(BadFile, match="not the file of a learner"):
+        load(written(tmp_path / "x.npz", training=TRAINING | {"box": name}))
 
 
 class Harm:

@@ -56,6 +56,25 @@ def test_what_is_there_is_left_alone_and_what_is_owed_is_taken(tmp_path):
     assert (here / "trials.jsonl").read_bytes() == before
 
 
+def test_what_two_sources_have_alike_is_no_difference(tmp_path):
+    """Whether they overlap whole or in part, come twice, or hold what broke here before."""
+    study = small_study(["random", "round-robin"], trials=2, repetitions=1)
+    trials = play_study(study)
+    broken = [replace(one, ending="error", error=make_trial((), broken="model").error, steps=()) for one in trials[:1]]
+    for name, held in {"a": trials[:8], "b": trials[4:], "c": trials, "d": broken}.items():
+        write_study(tmp_path / name, study, held)
+    sources = [source_of_directory(tmp_path / name) for name in "abc"]
+    for directory in (tmp_path / "new", tmp_path / "d"):
+        found = gather(directory, sources)
+        assert (found.taken, found.there, found.different) == (12, 16, 0)
+        again = gather(directory, [*sources, sources[0]])
+        assert (again.taken, again.there, again.different) == (0, 36, 0)
+    odd = replace(trials[5], opening="other words")
+    write_study(tmp_path / "e", study, [odd])
+    found = gather(tmp_path / "newer", [sources[0], source_of_directory(tmp_path / "e")])
+    assert (found.taken, found.there, found.different) == (8, 1, 1)
+
+
 def test_a_trial_that_was_broken_off_is_not_taken_and_is_counted_once(tmp_path):
     trials = play_study(only("random"))
     broken = make_trial([], broken="model")

@@ -144,6 +144,9 @@ def test_a_study_file(tmp_path):
         ('p = "all"', "p: expected a list"),
         ('agent = ["python:os:getcwd"]', "agent: python:os:getcwd would run code; name it on the command line"),
         ("p = [", "not TOML"),
+        ("", "says nothing to play: a study file has at least a line such as study"),
+        ("# all of it is still to come\n", "says nothing to play"),
+        ('name = "mine"', "says nothing to play"),
         ('flip = "often"', "flip: expected 'transient', 'sticky' or 'outcome-only'"),
     ],
 )
