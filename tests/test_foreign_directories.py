@@ -9,6 +9,7 @@ from collections.abc import Iterator
 
 import foreign
 import pytest
+import strangers
 import typer
 
 from lockprobe.cli import COMMANDS, build, main
@@ -52,7 +53,7 @@ TAKING: dict[str, list[list[str]]] = {
         ["verify", "mine"],
         ["branch", "--at", "2", "mine"],
     ],
-    "replay": [["replay", "DIR", KEY], ["replay", "DIR", KEY, "--film", "trial.gif"]],
+    "replay": [["replay", "DIR", KEY], ["replay", "DIR", KEY, "--out", "trial.gif"]],
     "branch": [
         ["branch", "DIR", "--at", "2"],
         ["branch", "DIR", "--at", "2", "--act", "random", "--then", "truth"],
@@ -174,3 +175,21 @@ def test_what_is_no_class_of_agents_is_refused_on_the_command_line_too(tmp_path,
         assert (status, err.count("\n")) == (2, 1)
         assert "a module of your own" in err
     assert not (tmp_path / foreign.SUNG).exists()
+
+
+def test_verify_runs_nothing_of_an_installed_package(tmp_path, monkeypatch, lockprobe):
+    (tmp_path / "installed").mkdir()
+    text = (tmp_path / f"{foreign.MODULE}.py").read_text("utf-8")
+    strangers.install(tmp_path / "installed", monkeypatch, text=text)
+    line = ["run", "flips", "--agent", "first", "--condition", "hush", "--trials", "2", "--repetitions", "1"]
+    for plant in ("plain", "symbolic"):
+        out = str(tmp_path / plant)
+        assert lockprobe(*line, "--plant", plant, "--out", out)[0] == 0
+        assert '"untold"' in (tmp_path / plant / "results.json").read_text("utf-8")
+        (tmp_path / foreign.SUNG).unlink()
+        monkeypatch.delitem(sys.modules, "strange")
+        status, said, _ = lockprobe("verify", out)
+        assert status == 0, said
+        left = {"plain": 4, "symbolic": 2}[plant]
+        assert f"; {left} more need a plant or an intervention that does not ship, and are not played" in said
+        assert not (tmp_path / foreign.SUNG).exists()
