@@ -255,6 +255,43 @@ def test_a_module_that_ends_the_process_is_one_line(tmp_path, monkeypatch, lockp
         assert (status, "Cannot be used." in out) == (0, True)
 
 
+ENDS = """
+class Ends(First):
+    async def aclose(self): raise SystemExit(0)
+
+class Said(First):
+    @property
+    def facts(self): raise SystemExit(0)
+    @facts.setter
+    def facts(self, facts): pass
+
+class Shut(Plain):
+    def close(self): raise SystemExit(0)
+
+class Falls(Plain):
+    def attempt(self, joint): raise BaseException("it falls")
+"""
+
+
+@pytest.mark.parametrize(
+    ("options", "status", "said"),
+    [
+        (("--agent", "python:strange:Ends"), 2, "agent 'python:strange:Ends' does not work (SystemExit: 0)"),
+        (("--agent", "python:strange:Said"), 2, "agent 'python:strange:Said' does not work (SystemExit: 0)"),
+        (("--agent", "first", "--plant", "python:strange:Shut"), 2, "plant 'python:strange:Shut' does not work (SystemExit: 0)"),
+        (("--agent", "first", "--plant", "python:strange:Falls"), 1, "BaseException: it falls"),
+    ],
+)  # fmt: skip
+def test_what_ends_the_process_at_a_call_ends_no_run_in_silence(
+    tmp_path, monkeypatch, lockprobe, options, status, said
+):
+    strangers.install(tmp_path, monkeypatch, text=strangers.WORKING + ENDS)
+    line = ("run", "flips", *options, "--p", "0", "--trials", "1", "--repetitions", "1", "--no-report")
+    found, out, err = lockprobe(*line, "--out", tmp_path / "d")
+    assert (found, said in out + err) == (status, True), out + err
+    assert "Traceback" not in err
+
+
 @pytest.mark.parametrize("setting", ["agent", "plant", "box"])
 def test_no_file_runs_code(tmp_path, setting):
     (tmp_path / "mine.toml").write_text(f'{setting} = "python:strange:Thing"\n', "utf-8")

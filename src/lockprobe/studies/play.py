@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from typing import TypeVar
 
 from lockprobe.cpu import cpu_model
+from lockprobe.errors import BrokenPlugin, LockprobeError
 from lockprobe.pictures.picture import Picture
 from lockprobe.plan import Names, Plan
 from lockprobe.plants.catalogue import resolve_plant
@@ -20,7 +21,7 @@ from lockprobe.studies.journal import Timing
 from lockprobe.studies.modality import interventions_for
 from lockprobe.trial import Executor, here, play
 
-__all__ = ["own_thread", "play_timed"]
+__all__ = ["closed_in_one_line", "own_thread", "play_timed"]
 
 _T = TypeVar("_T")
 
@@ -37,6 +38,21 @@ def own_thread() -> Iterator[Executor]:
             return await asyncio.get_running_loop().run_in_executor(thread, work)
 
         yield there
+
+
+@contextmanager
+def closed_in_one_line(kind: str, spec: str) -> Iterator[None]:
+    """Close an agent or a plant after its trials; what it raises then, also to end the process, is one line.
+
+    Raises:
+        BrokenPlugin: If it breaks. Lockprobe's own errors, Ctrl-C and the end of the task pass unchanged.
+    """
+    try:
+        yield
+    except (LockprobeError, KeyboardInterrupt, GeneratorExit, asyncio.CancelledError):
+        raise
+    except BaseException as error:
+        raise BrokenPlugin(kind, spec, "", error) from error
 
 
 class _LazyPlant:
@@ -97,6 +113,7 @@ async def play_timed(
             place=place,
         )
     finally:
-        await place(plant.close)  # after all that it still does there, if the run is being ended
+        with closed_in_one_line("plant", plan.plant):
+            await place(plant.close)  # after all that it still does there, if the run is being ended
     seconds = time.perf_counter() - began
     return trial, Timing(key=trial.key, seconds=seconds, steps=len(trial.steps), cpu=cpu_model())

@@ -37,7 +37,7 @@ from lockprobe.studies.cluster_trials import can_travel, play_on_cluster
 from lockprobe.studies.journal import Journal, Timing, load, read_timings
 from lockprobe.studies.lanes import play_in_lanes
 from lockprobe.studies.picture_store import ALBUM, Album
-from lockprobe.studies.play import own_thread, play_timed
+from lockprobe.studies.play import closed_in_one_line, own_thread, play_timed
 from lockprobe.studies.study import Study
 from lockprobe.studies.workers import play_in_workers
 from lockprobe.studies.yoking import bound, is_yoked
@@ -360,7 +360,8 @@ async def _play_here(
         await play_in_lanes(plans, lambda plan: play(plan, agent), finish, calls, lanes=lanes, at_the_end=at_the_end)
     finally:
         if isinstance(agent, Closable):
-            await agent.aclose()
+            with closed_in_one_line("agent", source.spec):
+                await agent.aclose()
 
 
 def owe_anew(journal: Journal, study: Study, boundary: str) -> int:
