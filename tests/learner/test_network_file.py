@@ -119,7 +119,7 @@ def test_other_files_are_refused(tmp_path):
     whole = written(tmp_path / "fine.npz").read_bytes()
     (tmp_path / "torn.npz").write_bytes(whole[:-30])
     (tmp_path / "large.npz").write_bytes(bytes(3 << 20))
-    for name in ("text", "torn", "large", "missing"):
+    for name in ("text", "torn", "large", "missing", 300 * "a"):
         with pytest.raises(BadFile):
             load(tmp_path / f"{name}.npz")
 

@@ -22,7 +22,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 
 from lockprobe.errors import BadFile
-from lockprobe.inputs import read_input
+from lockprobe.inputs import check_regular, read_input
 from lockprobe.learner.network import MOST_HIDDEN, MOST_JOINTS, Network, shapes
 from lockprobe.learner.training import MOST_UPDATES, TrainingSettings
 from lockprobe.storage.atomic_file import write_file
@@ -125,6 +125,7 @@ def load(path: Path) -> Learned:
     Raises:
         BadFile: If the file is missing or damaged.
     """
+    check_regular(path)
     if not path.exists():
         raise BadFile(path, "does not exist; lockprobe learn --out FILE trains a learner")
     content = read_input(path, _LARGEST)

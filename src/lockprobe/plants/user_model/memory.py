@@ -67,7 +67,7 @@ _ELEMENTS = (
 )
 """The lists of elements of a description."""
 
-_LONGEST_SENSOR = 16
+_LONGEST_SENSOR = 6
 """The most numbers of a sensor without dimensions of its own."""
 
 _SIX_SIDED = (mujoco.mjtTexture.mjTEXTURE_CUBE, mujoco.mjtTexture.mjTEXTURE_SKYBOX)
