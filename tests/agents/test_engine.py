@@ -93,3 +93,12 @@ def test_it_is_silent(capfd):
     loud = Engine(weights.locate("llm:local"))
     loud.score([*loud.restart(PREFIX), *loud.tokens(" Next")], tokens(loud, " A", " B"))
     assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize("number", [b"\xff\xff", b"\x00\x7c"], ids=["nan", "infinite"])
+def test_weights_that_give_no_probabilities_are_named(tmp_path, number):
+    content = weights.locate("llm:local").read_bytes()
+    (tmp_path / "bad.gguf").write_bytes(content[:-2000] + 1000 * number)
+    damaged = Engine(tmp_path / "bad.gguf", context=256)
+    with pytest.raises(BadFile, match="bad.gguf: its weights give no probabilities"):
+        damaged.restart(PREFIX)

@@ -208,6 +208,8 @@ def test_temperature_and_calibration():
     assert plain == pytest.approx((0.4, 0.3, 0.2, 0.1))
     assert cold == pytest.approx([share**2 / 0.3 for share in (0.4, 0.3, 0.2, 0.1)])
     assert level == pytest.approx((0.25,) * 4)
+    frozen = run_trial(agent=LocalModel(Leaning(), {}, temperature=1e-9), max_steps=2).steps[1].decision.probabilities
+    assert frozen == (1, 0, 0, 0)
 
 
 @pytest.mark.parametrize(

