@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields
-from math import inf
 from typing import Annotated
 
-from annotated_types import Ge, Le, Lt
+from annotated_types import Ge, Le
 
-__all__ = ["BROKEN_OFF", "OWED_ANEW", "Call", "Usage"]
+__all__ = ["BROKEN_OFF", "OWED_ANEW", "Call", "Count", "Seconds", "Usage"]
 
 BROKEN_OFF = "broken off"
 """The error text of a call that was in progress when its run ended."""
@@ -16,8 +15,11 @@ BROKEN_OFF = "broken off"
 OWED_ANEW = "owed anew"
 """What stands for the error of a line that is no call: from here on none of its trial's earlier calls is looked up."""
 
-_Count = Annotated[int, Ge(0), Le(2**53)]
-"""The check of a number read from disk."""
+Count = Annotated[int, Ge(0), Le(2**53)]
+"""A whole number read from disk."""
+
+Seconds = Annotated[float, Ge(0), Le(1e8)]
+"""A duration read from disk: three years at most, which still is a number of nanoseconds."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,12 +35,12 @@ class Usage:
         reasoning_tokens: Hidden tokens among those written.
     """
 
-    calls: _Count = 0
-    input_tokens: _Count = 0
-    output_tokens: _Count = 0
-    cached_tokens: _Count = 0
-    stored_tokens: _Count = 0
-    reasoning_tokens: _Count = 0
+    calls: Count = 0
+    input_tokens: Count = 0
+    output_tokens: Count = 0
+    cached_tokens: Count = 0
+    stored_tokens: Count = 0
+    reasoning_tokens: Count = 0
 
     def beyond(self, most: Usage) -> bool:
         """Whether far more is counted than there can have been, ten times as much; some count what they add."""
@@ -74,16 +76,16 @@ class Call:
     """
 
     key: str
-    step: _Count
-    turn: _Count
+    step: Count
+    turn: Count
     request: str
     reply: str | None
     stop: str = ""
     served: str = ""
     usage: Usage = field(default_factory=Usage)
-    seconds: Annotated[float, Ge(0), Lt(inf)] = 0.0
-    retries: _Count = 0
-    unanswered: _Count = 0
+    seconds: Seconds = 0.0
+    retries: Count = 0
+    unanswered: Count = 0
     error: str = ""
     batch: bool = False
     most: Usage | None = None

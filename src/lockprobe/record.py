@@ -9,10 +9,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Literal, Protocol
+from typing import TYPE_CHECKING, Annotated, Literal, Protocol
+
+from annotated_types import Ge, Gt, Le, Lt
 
 from lockprobe.errors import Boundary
-from lockprobe.model_call import Usage
+from lockprobe.model_call import Count, Usage
 from lockprobe.pictures.picture import Picture, PictureKind
 from lockprobe.spec import PEOPLE, group_of, spec_kind
 
@@ -55,7 +57,8 @@ Outcome = Literal["moved", "blocked"]
 Ending = Literal["solved", "budget", "error"]
 """How a trial ended: the target moved, the steps ran out, or something broke."""
 
-Fact = str | int | float | bool | None
+Fact = str | Annotated[int, Ge(-(2**63)), Lt(2**63)] | Annotated[float, Gt(-math.inf), Lt(math.inf)] | bool | None
+"""A setting or a measurement. Numbers are finite, and whole ones have 64 bits, as other tools read them."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -314,7 +317,7 @@ class TrialError:
 
     boundary: Boundary
     message: str
-    step: int
+    step: Count
     replies: tuple[str, ...] = ()
     usage: Usage | None = None
     again: bool = False
@@ -367,9 +370,9 @@ class Trial:
     p: float | None
     flip: str
     channels: tuple[Mapping[str, Fact], ...]
-    repetition: int
-    trial: int
-    seed: int
+    repetition: Count
+    trial: Count
+    seed: Annotated[int, Ge(0), Le(2**63)]
     budget: int
     joints: tuple[str, ...]
     labels: tuple[str, ...]
@@ -384,9 +387,9 @@ class Trial:
     assessment: bool = True
     interventions: tuple[Mapping[str, Fact], ...] = ()
     condition: str = ""
-    changed: Mapping[str, int] = field(default_factory=dict)
-    changed_steps: int = 0
-    replays: int = 0
+    changed: Mapping[str, Count] = field(default_factory=dict)
+    changed_steps: Count = 0
+    replays: Count = 0
     schema: int = 1
     placed: float | None = None
 

@@ -1,5 +1,6 @@
 """Logs are data from anyone: what is damaged, foreign, impossible or too large is refused in one line."""
 
+import json
 import os
 import zipfile
 
@@ -173,3 +174,37 @@ def test_devices_and_pipes_are_refused(tmp_path):
     for path, kind in ((tmp_path / "x.eval", "a pipe"), ("/dev/zero", "a device")):
         with pytest.raises(BadFile, match=f"{kind}, not a regular file"):
             reading.read_log(path)
+
+
+@pytest.mark.parametrize(
+    ("place", "value"),
+    [
+        (["eval", "sandbox"], ["docker"]),
+        (["eval", "sandbox"], []),
+        (["results"], {"scorer": None, "metrics": None}),
+        (["results"], {"scorer": "match", "metrics": []}),
+        (["samples"], [None]),
+        (["samples", 0, "sandbox"], ["docker"]),
+        (["samples", 0, "messages"], [None]),
+        (["samples", 0, "transcript"], [1]),
+        (["plan"], {"steps": None}),
+        (["error"], "it broke"),
+        (["version"], None),
+        (["status"], None),
+    ],
+)
+def test_a_json_log_of_any_version_is_read_or_refused_in_one_line(log, place, value):
+    whole = read_eval_log(str(log))
+    path = log.with_suffix(".json")
+    write_eval_log(whole, str(path))
+    content = json.loads(path.read_text("utf-8"))
+    inside = content
+    for key in place[:-1]:
+        inside = inside[key]
+    inside[place[-1]] = value
+    path.write_text(json.dumps(content), "utf-8")
+    try:
+        assert len(reading.read_log(path).trials) <= len(TRIALS)
+    except BadFile as refused:
+        said = str(refused)
+        assert said.startswith(f"{path}: "), said

@@ -199,3 +199,11 @@ def test_a_finished_trial_is_forgotten_but_stays_on_disk(tmp_path):
     with Journal.open(tmp_path, planned) as journal:
         assert journal.calls.of(trial.key).recall(1, 1, "r") is None
     assert [json.loads(line)["key"] for line in (tmp_path / CALLS).read_text().splitlines()] == [trial.key]
+
+
+@pytest.mark.parametrize("seconds", [b"1e999", b"1e300", b"1e12", b"-1", b"NaN"])
+def test_a_duration_that_is_none_is_refused(tmp_path, seconds):
+    line = b'{"key":"k","step":1,"turn":1,"request":"a","reply":"x","seconds":%s}\n' % seconds
+    (tmp_path / CALLS).write_bytes(line)
+    with pytest.raises(BadFile, match="line 1"):
+        list(read_calls(tmp_path))

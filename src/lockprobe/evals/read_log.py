@@ -7,11 +7,7 @@ runs from it.
 from __future__ import annotations
 
 import json
-import lzma
-import struct
-import sys
 import zipfile
-import zlib
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
@@ -32,17 +28,6 @@ from lockprobe.trial_json import trial_from_json
 
 with needing("Inspect logs", "providers"):
     from inspect_ai.log import EvalLog, EvalSample, read_eval_log, read_eval_log_samples
-
-    if sys.version_info >= (3, 14):  # by what logs are unpacked
-        from compression.zstd import ZstdError
-    else:
-        from zstandard import ZstdError
-
-_DAMAGE = (
-    *(OSError, ValueError, KeyError, TypeError, NotImplementedError, RecursionError, EOFError),
-    *(zipfile.BadZipFile, zlib.error, lzma.LZMAError, struct.error, ZstdError),
-)
-"""Exceptions of libraries for a damaged file."""
 
 __all__ = ["LARGEST", "LARGEST_MEMBER", "log_files", "read_log", "trials_in"]
 
@@ -91,6 +76,7 @@ def read_log(path: Path | str) -> MergeSource:
     try:
         _check_json(path)
         header = read_eval_log(str(path), header_only=True)
+        _settings(header, path)
         _check_number(header)
         samples_read = read_eval_log_samples(
             str(path), all_samples_required=False, resolve_attachments=True, exclude_fields={"events", "events_data"}
@@ -107,9 +93,11 @@ def read_log(path: Path | str) -> MergeSource:
             if wanted := trial.picture_names - pictures.keys():
                 pictures |= {name: png for name, png in pictures_of(sample.messages, sample.store) if name in wanted}
         _check_held(header, len(samples) + len(broken))
+    except BadFile:
+        raise
     except BadValue as fault:
         raise BadFile(path, str(fault)) from None
-    except _DAMAGE as fault:
+    except Exception as fault:  # noqa: BLE001 - Inspect's readers of logs of all versions raise almost anything
         said = fault.errors()[0]["msg"] if isinstance(fault, ValidationError) else str(fault)
         raise BadFile(path, f"not a readable Inspect log ({said or type(fault).__name__})") from None
     study = _study(header, trials.values(), path)
@@ -134,7 +122,7 @@ def _check_size(path: Path) -> None:
         if zipfile.is_zipfile(path):
             with zipfile.ZipFile(path) as packed:
                 size = sum(member.file_size for member in packed.infolist())
-    except _DAMAGE as fault:
+    except Exception as fault:  # noqa: BLE001 - as in :func:`read_log`
         why = fault.strerror if isinstance(fault, OSError) and fault.strerror else str(fault)
         raise BadFile(path, f"cannot be read ({why})") from None
     if size > LARGEST:
@@ -181,14 +169,20 @@ def _line(sample: EvalSample) -> str | None:
 
 
 def _study(log: EvalLog, trials: Iterable[Trial], path: Path) -> Study:
-    settings = (log.eval.metadata or {}).get(SETTINGS)
-    if not isinstance(settings, dict):
-        raise BadFile(path, "an Inspect log without trials of Lockprobe")
+    settings = _settings(log, path)
     if not settings.get("agents"):  # a task does not know its model
         agents = list(dict.fromkeys(trial.group for trial in trials))
         settings = {**settings, "agents": agents or [_agent(log)]}
     study = study_from(settings, path)
     return replace(study, repetitions=study.repetitions * (log.eval.config.epochs or 1))
+
+
+def _settings(log: EvalLog, path: Path) -> dict[str, object]:
+    """The study's settings in a log."""
+    settings = (log.eval.metadata or {}).get(SETTINGS)
+    if not isinstance(settings, dict):
+        raise BadFile(path, "an Inspect log without trials of Lockprobe")
+    return settings
 
 
 def _agent(log: EvalLog) -> str:

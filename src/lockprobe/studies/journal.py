@@ -28,6 +28,7 @@ from pydantic import Field, TypeAdapter, ValidationError
 
 from lockprobe.errors import BadFile, DirectoryBusy
 from lockprobe.inputs import is_there
+from lockprobe.model_call import Count, Seconds
 from lockprobe.record import Trial
 from lockprobe.storage.atomic_file import Replacement, remove_file, sync_directory, write_file
 from lockprobe.storage.jsonl import LineFile, rescued_files, whole_lines
@@ -55,8 +56,8 @@ class Timing:
     """
 
     key: str
-    seconds: Annotated[float, Field(ge=0, allow_inf_nan=False)]
-    steps: Annotated[int, Field(ge=0, le=2**53)]
+    seconds: Seconds
+    steps: Count
     cpu: Annotated[str, Field(max_length=200)] = ""
 
 
