@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal, Protocol
 
-from lockprobe.errors import Boundary
+from lockprobe.errors import FINAL, Boundary
 from lockprobe.model_call import Usage
 from lockprobe.pictures.picture import Picture, PictureKind
 from lockprobe.spec import PEOPLE, group_of, spec_kind
@@ -104,8 +104,7 @@ class Snapshot:
         outcome: The true outcome of that attempt.
         sensed: A robot's measurements of it, including its own verdict; they may be wrong.
         look: Takes a picture now; must be called before the next attempt. None without a camera.
-        render: Draws the picture of another configuration, and changes nothing; must be called before the next attempt.
-            None if a camera can show only the true configuration.
+        render: As ``look``, of another configuration; None if a camera can show only the true one.
     """
 
     configuration: tuple[bool, ...]
@@ -159,6 +158,7 @@ class Decision:
         served: The model that answered, as its provider names it.
         confidence: Its confidence in ``claimed``, 0 to 100; None if it was not asked.
         report_false: Whether it thinks that the last report is false; None if it was not asked.
+        tidied: What was tidied to read the last reply, by :data:`lockprobe.agents.reply_text.TIDIED`.
     """
 
     joint: str
@@ -171,6 +171,7 @@ class Decision:
     served: str = ""
     confidence: int | None = None
     report_false: bool | None = None
+    tidied: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -274,8 +275,7 @@ class Step:
         moved: Whether it really moved.
         told_moved: The reported outcome of the attempt; None if nothing was reported. If positions are told or pictured
             without an outcome, it follows from comparing them with the positions before.
-        told_state: The reported configuration after the step, a bit string in panel order; None if not told. For
-            pictures, the configuration that they show if it is false, else None.
+        told_state: The reported configuration after the step, as ``state``, or the false one of pictures; else None.
         told: The report after the step as the agent saw it.
         decision: The agent's answer; ``decision.claimed`` is about the *previous* step.
         sensed: A robot's measurements, including its own verdict (moved, blocked, failed); empty without a robot.
@@ -311,7 +311,7 @@ class TrialError:
         boundary: The part of the loop that broke.
         message: The error message, without secrets.
         step: The step that could not be played, from 1.
-        replies: Raw malformed replies, if that was the reason.
+        replies: Raw malformed replies, or the words of a refusal, if that was the reason.
         usage: Their usage.
         again: Whether a user asked for a replay of the trial, although its agent broke it.
     """
@@ -447,4 +447,4 @@ class Trial:
     @property
     def owed_again(self) -> bool:
         """Whether it has to be played again: a fault outside the agent broke it, or a user asked for a replay."""
-        return self.error is not None and (self.error.boundary != "reply" or self.error.again)
+        return self.error is not None and (self.error.boundary not in FINAL or self.error.again)
