@@ -36,6 +36,7 @@ from lockprobe.redaction import without_keys, without_secrets
 from lockprobe.terminal_text import printable
 
 __all__ = [
+    "FINAL",
     "BadFile",
     "BadValue",
     "Boundary",
@@ -44,7 +45,6 @@ __all__ = [
     "ChannelFault",
     "Conflict",
     "DirectoryBusy",
-    "FINAL",
     "LockprobeError",
     "Missing",
     "ModelFault",
@@ -62,7 +62,7 @@ Boundary = Literal["model", "reply", "refusal", "plant", "channel", "participant
 """The part of the loop where a trial broke."""
 
 FINAL: tuple[Boundary, ...] = ("reply", "refusal")
-"""The boundaries at which the agent itself broke its trial: what it did is a finding, so the trial is not owed again."""
+"""The boundaries at which the agent itself broke its trial. That is a finding, so the trial is not owed again."""
 
 
 LONGEST_MESSAGE = 1000
@@ -223,7 +223,7 @@ class ReplyFault(TrialFault):
         usage: Their cost, as fields of :class:`lockprobe.record.Usage`; empty if nobody charges.
     """
 
-    boundary = "reply"
+    boundary: ClassVar[Boundary] = "reply"
 
     def __init__(self, message: str, replies: tuple[str, ...] = (), usage: Mapping[str, int] | None = None) -> None:
         super().__init__(message)

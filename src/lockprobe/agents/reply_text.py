@@ -16,7 +16,7 @@ from typing import Literal, NamedTuple
 
 from lockprobe.errors import ReplyFault
 
-__all__ = ["MARKS", "TIDIED", "FoundObject", "Tidied", "object_in", "plain_form", "without_marks"]
+__all__ = ["TIDIED", "FoundObject", "Tidied", "mark_in", "object_in", "plain_form", "without_marks"]
 
 Tidied = Literal["reasoning", "template", "fence", "prose", "repeated", "syntax", "spelling"]
 """What had to be tidied to read a reply."""
@@ -31,9 +31,6 @@ TIDIED: Mapping[Tidied, str] = {
     "spelling": "another spelling of a value",
 }
 """The same in words."""
-
-MARKS: tuple[Tidied, ...] = ("reasoning", "template")
-"""What a server lets through that is not set up for its model."""
 
 _REASONING = r"(?:seed:)?(?:think|thinking|thoughts?|reasoning|reasoning_content|reflection|scratchpad)"
 _TAG = re.compile(
@@ -53,31 +50,33 @@ _BARE_FINAL = "assistantfinal"
 
 _TURN = re.compile(
     r"<\|(?:im_end|im_start|eot_id|eom_id|eot|end|return|call|start|start_header_id|end_of_text|endoftext|user|assistant"
-    r"|system|END_OF_TURN_TOKEN|START_OF_TURN_TOKEN|END_RESPONSE)\|>|<｜(?:end▁of▁sentence|User|Assistant)｜>"
+    r"|system|END_OF_TURN_TOKEN|START_OF_TURN_TOKEN|END_RESPONSE)\|>|<\uff5c(?:end▁of▁sentence|User|Assistant)\uff5c>"
     r"|</s>|<(?:start|end)_of_turn>|<eos>|\[INST\]"
 )
 """Tokens between two turns; what follows one is no longer part of the reply."""
 
 _TOKEN = re.compile(
-    r"<\|[^|<>\s]{1,40}\|>|<｜[^｜<>\s]{1,40}｜>|</?s>|<(?:start|end)_of_turn>|<(?:bos|eos|pad)>|\[/?INST\]"
+    r"<\|[^|<>\s]{1,40}\|>|<\uff5c[^\uff5c<>\s]{1,40}\uff5c>|</?s>|<(?:start|end)_of_turn>|<(?:bos|eos|pad)>|\[/?INST\]"
 )
 """Any token of a template."""
 
 _MARKED = re.compile(r"[<\[◁]|assistantfinal")
 """What every text with marks holds."""
 
+_ALTERNATIVE_BEFORE = re.compile(r"\bor\s*$", re.IGNORECASE)
+_ALTERNATIVE_AFTER = re.compile(r"\s*(?:or|alternatively)\b", re.IGNORECASE)
 _FENCE = re.compile(r"(?:`{3,}|~{3,})[ \t]*[\w+-]*")
 _NO_WIDTH = re.compile("[\ufeff\u200b\u200c\u200d\u2060]")
-_CLOSING = {'"': '"', "'": "'", "“": "”", "‘": "’"}
+_CLOSING = {'"': '"', "'": "'", "\u201c": "\u201d", "\u2018": "\u2019"}
 _LENIENT = re.compile(
-    r"""(?P<double>"(?:[^"\\]|\\.)*")|(?P<single>'(?:[^'\\]|\\.)*'|“[^”]*”|‘[^’]*’)|(?P<comment>//[^\n]*|/\*.*?\*/)
+    r"""(?P<double>"(?:[^"\\]|\\.)*")|(?P<single>'(?:[^'\\]|\\.)*'|\u201c[^\u201d]*\u201d|\u2018[^\u2019]*\u2019)|(?P<comment>//[^\n]*|/\*.*?\*/)
     |(?P<word>[^\W\d][\w-]*)|(?P<number>[-+.\d][\w.+-]*)|(?P<sign>[{}\[\]:,])|(?P<space>\s+)""",
     re.VERBOSE | re.DOTALL,
 )
 """A piece of JSON as models bend it: other quotes, no quotes, comments, a comma before the end."""
 
 _CONSTANTS = {"True": "true", "False": "false", "None": "null", "true": "true", "false": "false", "null": "null"}
-_QUOTED = re.compile(r"[\"'“‘]\s*([\w -]{1,40}?)\s*[\"'”’]")
+_QUOTED = re.compile(r"[\"'\u201c\u2018]\s*([\w -]{1,40}?)\s*[\"'\u201d\u2019]")
 
 
 class FoundObject(NamedTuple):
@@ -135,14 +134,21 @@ def without_marks(text: str) -> tuple[str, tuple[Tidied, ...]]:
     """
     if not _MARKED.search(text) or isinstance(_loaded(text), _Pairs):
         return text, ()
-    said = _after_reasoning(_final_channel(text))
+    channel = _final_channel(text)
+    said = _after_reasoning(channel)
     if not said.strip() and isinstance(_loaded(bare := _without_tokens(_TAG.sub("", text))), _Pairs):
         return bare.strip(), ("reasoning",)
     spoken = _without_tokens(said)
-    tidied: list[Tidied] = ["reasoning"] if said != text else []
-    if spoken != said:
+    tidied: list[Tidied] = ["reasoning"] if said != channel or not text.endswith(said) else []
+    if spoken != said or (channel != text and not tidied):
         tidied.append("template")
     return (spoken.strip(), tuple(tidied)) if tidied else (text, ())
+
+
+def mark_in(text: str) -> str:
+    """The first mark in a reply that has some."""
+    found = [one for pattern in (_TAG, _CHANNEL, _TOKEN) if (one := pattern.search(text)) is not None]
+    return min(found, key=lambda one: one.start())[0] if found else _BARE_FINAL
 
 
 def _final_channel(text: str) -> str:
@@ -191,7 +197,7 @@ def plain_form(text: str) -> str:
     >>> plain_form("'Left-Slider'.") == plain_form("left slider")
     True
     """
-    return re.sub(r"[\s_\-\"'`“”‘’*.]+", "", unicodedata.normalize("NFKC", text).casefold())
+    return re.sub(r"[\s_\-\"'`\u201c\u201d\u2018\u2019*.]+", "", unicodedata.normalize("NFKC", text).casefold())
 
 
 def _loaded(text: str) -> object:
@@ -222,6 +228,8 @@ def _only_object(text: str, names: Sequence[str]) -> tuple[FoundObject, str]:
         raise ReplyFault("not one JSON object")
     if broken or len({_reading(one.fields) for one in found}) > 1:
         raise ReplyFault("JSON objects that differ")
+    if _ALTERNATIVE_BEFORE.search(around[0]) or _ALTERNATIVE_AFTER.match(text[end:]):
+        raise ReplyFault("a JSON object and an alternative")
     first = found[0] if len(found) == 1 else _also(found[0], "repeated")
     return first, _NO_WIDTH.sub("", "".join([*around, text[end:]]))
 
@@ -304,7 +312,10 @@ def _fields_of(pairs: _Pairs, names: Sequence[str]) -> FoundObject:
             continue
         if name in fields and fields[name] != _plain(value):
             raise ReplyFault(f"{name}: two values")
-        tidied += ["repeated"] * (name in fields) + ["spelling"] * (name != key)  # type: ignore[list-item]
+        if name in fields:
+            tidied.append("repeated")
+        if name != key:
+            tidied.append("spelling")
         fields[name] = _plain(value)
     inner = [value for _, value in pairs if isinstance(value, _Pairs)]
     if not fields and len(pairs) == len(inner) == 1:

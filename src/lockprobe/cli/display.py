@@ -123,9 +123,13 @@ class JsonLines(Plain):
         """Print that every trial of the run broke."""
         self.event("broke", trials=self.tally.broken_in_all, first=self.tally.first_error)
 
-    def owed_anew(self, trials: int) -> None:
+    def owed_anew(self, trials: int, boundary: str) -> None:
         """Print how many trials will be replayed on request."""
-        self.event("owed-anew", trials=trials)
+        self.event("owed-anew", trials=trials, boundary=boundary)
+
+    def advise(self, text: str) -> None:
+        """Print what is wrong and how to mend it."""
+        self.event("advice", message=text)
 
     def invalid(self, found: Sequence[Invalid]) -> None:
         """Print the conditions without a valid trial."""

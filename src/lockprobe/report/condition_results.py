@@ -34,7 +34,7 @@ from lockprobe.report.schema import (
     SeriesResult,
     StudyProgress,
 )
-from lockprobe.report.study_rows import agent_facts, audit_result, broken_rows, left_out_row, plant_facts
+from lockprobe.report.study_rows import agent_facts, audit_result, broken_rows, left_out_row, plant_facts, tidied_rows
 from lockprobe.report.why import WhyResult, why_row
 from lockprobe.spec import Spec, spec_name
 from lockprobe.studies.study import Study
@@ -114,6 +114,7 @@ def condition_results(opened: OpenedStudy, found: ConditionStudySummary) -> Resu
         box=found.reference,
         measures=measure_rows(opened.trials),
         errors=broken_rows(opened.trials),
+        tidied=tidied_rows(opened.trials),
         agents=agent_facts(opened.trials),
         plants=plant_facts(opened.trials, opened.settings),
         seen=seen(opened.trials),

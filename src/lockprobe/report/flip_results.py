@@ -42,7 +42,7 @@ from lockprobe.report.rows import (
 )
 from lockprobe.report.sample_pictures import seen
 from lockprobe.report.schema import RESULTS_VERSION, Results, StudyProgress
-from lockprobe.report.study_rows import agent_facts, audit_result, broken_rows, left_out_row, plant_facts
+from lockprobe.report.study_rows import agent_facts, audit_result, broken_rows, left_out_row, plant_facts, tidied_rows
 from lockprobe.studies.study import Study
 
 __all__ = ["flip_results"]
@@ -97,6 +97,7 @@ def flip_results(opened: OpenedStudy, summary: StudySummary) -> Results:
         examples=examples(summary, trials),
         measures=measure_rows(trials),
         errors=broken_rows(trials),
+        tidied=tidied_rows(trials),
         agents=agent_facts(trials),
         plants=plant_facts(trials, opened.settings),
         seen=seen(trials),

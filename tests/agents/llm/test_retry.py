@@ -51,7 +51,7 @@ def asked(monkeypatch, course, *, judged=None, **access):
 
 def test_what_passes_is_asked_again_and_counted(monkeypatch):
     came, pauses, made = asked(monkeypatch, [Refusal(500, "no"), Refusal(429, "no"), "yes"])
-    assert came == ("yes", (2, 0))
+    assert came == ("yes", patience.Tries(2, 0))
     assert (len(pauses), made) == (2, 3)
 
 
@@ -127,7 +127,7 @@ def test_a_batch_is_not_held_to_the_timeout(monkeypatch):
         return "yes"
 
     access = Access(timeout=0.01, batch=True)
-    assert asyncio.run(patience.with_retries(slow, lambda error: Judged(), access)) == ("yes", (0, 0))
+    assert asyncio.run(patience.with_retries(slow, lambda error: Judged(), access)) == ("yes", patience.Tries())
 
 
 class ConnectError(Exception):
@@ -214,7 +214,7 @@ def test_whoever_keeps_the_money_is_asked_before_it_may_cost_once_more_and_can_e
         return asyncio.run(patience.with_retries(attempt, lambda error: Judged(), Access(pause=0), hook))
 
     made = []
-    assert with_retries(again) == ("yes", (4, 2))
+    assert with_retries(again) == ("yes", patience.Tries(4, 2))
     assert told == [(2, 1), (4, 2)]
     made = []
     with pytest.raises(BudgetReached):

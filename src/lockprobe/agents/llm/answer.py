@@ -7,7 +7,6 @@ the request is made again after a pause, and the trial is owed.
 from __future__ import annotations
 
 import re
-from dataclasses import asdict
 from typing import Literal
 
 from lockprobe.agents.llm.retry import Declined, Tries, fault
@@ -16,7 +15,7 @@ from lockprobe.errors import needing
 from lockprobe.model_call import Usage
 
 with needing("hosted models", "providers"):
-    from inspect_ai.model import ChatCompletionChoice, ModelOutput
+    from inspect_ai.model import ChatCompletionChoice, ModelOutput, StopDetails
 
 __all__ = ["kind_of_stop", "refuse_overflow", "said_in", "usage_of"]
 
@@ -69,7 +68,8 @@ def said_in(output: ModelOutput) -> tuple[str, str]:
     text, refusal = _texts(choice)
     if refusal or stop == REFUSED:
         return _words(choice, text, refusal or output.error or ""), REFUSED
-    if (stop == "unknown" and not text.strip()) or (stop in ("unknown", "stop") and text.strip().startswith(_NOTHING_CAME)):
+    said = text.strip()
+    if stop in ("unknown", "stop") and (said.startswith(_NOTHING_CAME) or (stop == "unknown" and not said)):
         raise Declined("an empty reply without a reason", usage=counted, charged=True)
     return text, stop
 
@@ -85,10 +85,10 @@ def _texts(choice: ChatCompletionChoice) -> tuple[str, str]:
 
 def _words(choice: ChatCompletionChoice, text: str, refusal: str) -> str:
     """A refusal in the provider's words, with its reasons."""
-    details = choice.stop_details
-    named = [details.type or "", *(f"{one.category} {one.level or ''}".strip() for one in details.categories)] if details else []
+    details = choice.stop_details or StopDetails()
+    named = [details.type or "", *(f"{one.category} {one.level or ''}".strip() for one in details.categories)]
     reasons = [reason for reason in dict.fromkeys(named) if reason not in ("", "refusal", REFUSED)]
-    said = refusal or (details.explanation if details and details.explanation else "")
+    said = refusal or details.explanation or ""
     partial = f"after {' '.join(text.split())[:200]!r}" if text.strip() and not said and not reasons else ""
     return ": ".join(filter(None, (", ".join(reasons), said))) or f"{REFUSED} {partial}".strip()
 

@@ -18,7 +18,7 @@ from lockprobe.agents.llm.answer import refuse_overflow, said_in, usage_of
 from lockprobe.agents.llm.connect import config_of, mistake, opened
 from lockprobe.agents.llm.inspect_internals import PrerequisiteError
 from lockprobe.agents.llm.model_facts import facts_of
-from lockprobe.agents.llm.retry import Again, Declined, with_retries
+from lockprobe.agents.llm.retry import Again, Declined, Judgement, with_retries
 from lockprobe.agents.llm.settings import ModelSettings
 from lockprobe.agents.model_access import Access
 from lockprobe.agents.prompt import Message
@@ -146,13 +146,12 @@ class ModelClient:
         """Parameters sent by default because Inspect AI knows that the provider requires them."""
         return {} if self._config.max_tokens is None else {"max_tokens": self._config.max_tokens}
 
-    def _judge(self, asked: Model, error: Exception) -> RetryDecision:
+    def _judge(self, asked: Model, error: Exception) -> Judgement:
         if self._access.batch and asked is self._model:  # Inspect AI sends no more batches after one that it could not
             self._left.append(asked)
             self._model = self._open()
         if isinstance(error, Declined):
-            judged = RetryDecision.rate_limit() if error.status_code == 429 else RetryDecision.transient()
-            return judged if error.passes else RetryDecision.no()
+            return error
         decision = asked.api.should_retry(error)
         if isinstance(decision, RetryDecision) and decision.retry:
             return decision

@@ -9,7 +9,7 @@ reply.
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 from pydantic import BaseModel
@@ -36,19 +36,22 @@ _REASONING = ("reasoning", "reasoning_content", "reasoning_details")
 _CALLS = ("tool_calls", "function_call")
 
 
-def check_answers(client: object) -> None:
-    """Make an OpenAI client check every answer that is not streamed; leave other clients as they are."""
+def check_answers(client: object, ours: Callable[[], bool] = lambda: True) -> None:
+    """Make an OpenAI client check every answer that is not streamed; leave other clients as they are.
+
+    ``ours`` says whether a request is Lockprobe's, if somebody else uses the same client.
+    """
     if AsyncOpenAI is None or not isinstance(client, AsyncOpenAI):
         return
     for place in (client.chat.completions, client.responses):
         if not hasattr(place.create, "checked"):
-            place.create = _checked(place.create)  # type: ignore[method-assign]
+            place.create = _checked(place.create, ours)  # type: ignore[method-assign]
 
 
-def _checked(usual: Any) -> Any:
+def _checked(usual: Any, ours: Callable[[], bool]) -> Any:
     async def create(**request: Any) -> Any:
         came = await usual(**request)
-        return came if request.get("stream") else accepted(came)
+        return accepted(came) if ours() and not request.get("stream") else came
 
     create.checked = True  # type: ignore[attr-defined]
     return create
@@ -63,12 +66,12 @@ def accepted(came: Any) -> Any:
     if not isinstance(came, BaseModel):
         return came
     _straighten_counts(came)
-    if output := getattr(came, "output", None):
+    if isinstance(output := getattr(came, "output", None), list):
         _check_output(came, output)
         return came
-    choices = getattr(came, "choices", None)
-    if choices:
+    if choices := getattr(came, "choices", None):
         _straighten(choices[0], came, _error_in(came, "error"))
+        _forget_error(came)
         return came
     error = _error_in(came, "error", "detail", "message")
     if error is None:
@@ -77,7 +80,14 @@ def accepted(came: Any) -> Any:
         raise Declined(error.words, error.status, usage=_usage_of(came))
     refusal = ChatCompletionMessage.model_construct(role="assistant", content=None, refusal=error.words)
     came.choices = [Choice.model_construct(index=0, message=refusal, finish_reason=REFUSED, logprobs=None)]  # type: ignore[attr-defined]
+    _forget_error(came)
     return came
+
+
+def _forget_error(came: Any) -> None:
+    """Leave out an error that is none or was understood; Inspect AI raises some of them without a look."""
+    if hasattr(came, "error"):
+        came.error = None
 
 
 class _Error(NamedTuple):
@@ -109,15 +119,17 @@ def _nothing(came: Any, words: str) -> Declined:
 
 
 def _check_output(came: Any, output: list[Any]) -> None:
-    """Check an answer of the interface "responses"; an error in it is left to Inspect AI.
+    """Check an answer of the interface "responses"; a refusal is left to Inspect AI.
 
     Raises:
         Declined: If it holds no reply.
     """
+    error = _error_in(came, "error")
+    if error is not None and not error.refused:
+        raise Declined(error.words, error.status, usage=_usage_of(came), charged=bool(output))
     status = str(getattr(came, "status", None) or "completed")
     empty = all(getattr(item, "type", "") == "message" and not getattr(item, "content", None) for item in output)
-    broke = kind_of_stop(status, empty=False) == "fault"
-    if not getattr(came, "error", None) and (broke or (empty and status == "completed")):
+    if error is None and (kind_of_stop(status, empty=False) == "fault" or (empty and status == "completed")):
         raise _nothing(came, f"a reply without content, status {status}")
 
 

@@ -87,7 +87,7 @@ class Tries(NamedTuple):
 
 
 class Declined(Exception):
-    """A provider's error in place of a reply.
+    """A provider's error in place of a reply; it is its own :class:`Judgement`.
 
     Args:
         words: The provider's words.
@@ -104,9 +104,16 @@ class Declined(Exception):
         self.usage = None if usage is None else replace(usage, calls=0)
 
     @property
-    def passes(self) -> bool:
+    def retry(self) -> bool:
         """Whether a retry may succeed."""
         return self.status_code is None or self.status_code in (408, 409, 429) or self.status_code >= 500
+
+    @property
+    def kind(self) -> str:
+        """As :attr:`Judgement.kind`."""
+        return "rate_limit" if self.status_code == 429 else "transient"
+
+    retry_after = None
 
 
 class RefusedReply(Exception):
@@ -199,8 +206,10 @@ class _Patience:
             self.unanswered += refused.charged
             raise self._fault(refused, "") from error
         self._judgement = judged = self._judge(error)
-        if isinstance(error, Declined) and error.usage not in (None, _NOTHING):
-            self.unanswered, self._counted, self._lost = self.unanswered + 1, self._counted + 1, self._lost + error.usage
+        if isinstance(error, Declined) and error.usage is not None and error.usage != _NOTHING:
+            self.unanswered += 1
+            self._counted += 1
+            self._lost += error.usage
         else:
             self.unanswered += judged.kind != "rate_limit" and _may_be_charged(error)
         if (asked := judged.retry_after or 0.0) > LONGEST_OBEYED:
