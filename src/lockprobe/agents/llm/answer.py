@@ -7,7 +7,8 @@ the request is made again after a pause, and the trial is owed.
 from __future__ import annotations
 
 import re
-from typing import Literal
+from collections.abc import Mapping
+from typing import Any, Literal
 
 from lockprobe.agents.llm.retry import Declined, Tries, fault
 from lockprobe.agents.prompt import REFUSED
@@ -37,6 +38,9 @@ _NO_REASON = ("", "other", "unknown", "unspecified", "finish_reason_unspecified"
 _NOTHING_CAME = ("(no content)", "I seem to have had trouble calling a function")
 """How texts begin that Inspect AI writes in the place of a reply that did not come."""
 
+_REASONS = ("finish_reason", "finishReason", "finish_message", "finishMessage", "stop_reason")
+"""How providers name the reason for the end of a reply."""
+
 _ONCE = Tries()
 
 
@@ -53,10 +57,11 @@ def kind_of_stop(reason: str, *, empty: bool) -> Literal["reply", "refusal", "fa
     return "fault" if _FAULT.search(reason) or (empty and reason.lower() in _NO_REASON) else "reply"
 
 
-def said_in(output: ModelOutput) -> tuple[str, str]:
+def said_in(output: ModelOutput, body: object = None) -> tuple[str, str]:
     """The text of a reply and why it stopped, as Inspect AI names it; of a refusal its words and :data:`REFUSED`.
 
-    Parts of a text are joined as they are: they are chunks, not lines.
+    Parts of a text are joined as they are: they are chunks, not lines. ``body`` is the answer as the provider sent it,
+    where that is known; it holds reasons that Inspect AI leaves out.
 
     Raises:
         Declined: If the provider sent no reply.
@@ -67,10 +72,12 @@ def said_in(output: ModelOutput) -> tuple[str, str]:
     choice, stop = output.choices[0], output.choices[0].stop_reason
     text, refusal = _texts(choice)
     if refusal or stop == REFUSED:
-        return _words(choice, text, refusal or output.error or ""), REFUSED
+        return _words(choice, text, refusal or output.error or "") or _reason_in(body) or REFUSED, REFUSED
     said = text.strip()
     if stop in ("unknown", "stop") and (said.startswith(_NOTHING_CAME) or (stop == "unknown" and not said)):
-        raise Declined("an empty reply without a reason", usage=counted, charged=True)
+        raise Declined(f"an empty reply, {_reason_in(body) or 'without a reason'}", usage=counted, charged=True)
+    if stop == "stop" and not said and _without_content(body) and not (counted and counted.reasoning_tokens):
+        raise Declined(f"a reply without content, {_reason_in(body)}", usage=counted, charged=True)
     return text, stop
 
 
@@ -89,8 +96,29 @@ def _words(choice: ChatCompletionChoice, text: str, refusal: str) -> str:
     named = [details.type or "", *(f"{one.category} {one.level or ''}".strip() for one in details.categories)]
     reasons = [reason for reason in dict.fromkeys(named) if reason not in ("", "refusal", REFUSED)]
     said = refusal or details.explanation or ""
-    partial = f"after {' '.join(text.split())[:200]!r}" if text.strip() and not said and not reasons else ""
-    return ": ".join(filter(None, (", ".join(reasons), said))) or f"{REFUSED} {partial}".strip()
+    return ": ".join(filter(None, (", ".join(reasons), said)))
+
+
+def _candidate(body: object) -> Mapping[str, Any]:
+    """The part of an answer that holds the reply and the reason for its end."""
+    if not isinstance(body, Mapping):
+        return {}
+    listed = body.get("candidates") or body.get("choices")
+    first = listed[0] if isinstance(listed, list) and listed else body
+    return first if isinstance(first, Mapping) else {}
+
+
+def _reason_in(body: object) -> str:
+    """The reason for the end of a reply in the provider's words, with their names; empty if it is not known."""
+    found = _candidate(body)
+    reasons = {name: str(found[name]) for name in _REASONS if found.get(name)}
+    return ", ".join(f"{name} {reason.rpartition('.')[2] or reason}" for name, reason in reasons.items())
+
+
+def _without_content(body: object) -> bool:
+    """Whether the place of the reply is there and holds nothing."""
+    found = _candidate(body)
+    return "finishReason" in found and found.get("content") is None  # Google's
 
 
 def refuse_overflow(output: ModelOutput, tries: Tries = _ONCE) -> None:

@@ -168,10 +168,10 @@ class ModelClient:
             came = await model.api.generate(conversation, tools=[], tool_choice="none", config=config)
         except PrerequisiteError as error:
             raise mistake(self._name, error) from None
-        output = came[0] if isinstance(came, tuple) else came
+        output, body = (came[0], came[1].response) if isinstance(came, tuple) else (came, None)
         if isinstance(output, Exception):
             raise output
-        return output, *said_in(output)
+        return output, *said_in(output, body)
 
     async def aclose(self) -> None:
         """Close the provider's connections."""
