@@ -134,13 +134,13 @@ def without_marks(text: str) -> tuple[str, tuple[Tidied, ...]]:
     """
     if not _MARKED.search(text) or isinstance(_loaded(text), _Pairs):
         return text, ()
-    channel = _final_channel(text)
+    channel, others = _final_channel(text)
     said = _after_reasoning(channel)
     if not said.strip() and isinstance(_loaded(bare := _without_tokens(_TAG.sub("", text))), _Pairs):
         return bare.strip(), ("reasoning",)
     spoken = _without_tokens(said)
-    tidied: list[Tidied] = ["reasoning"] if said != channel or not text.endswith(said) else []
-    if spoken != said or (channel != text and not tidied):
+    tidied: list[Tidied] = ["reasoning"] if others or said != channel else []
+    if spoken != said or (channel != text and not others):
         tidied.append("template")
     return (spoken.strip(), tuple(tidied)) if tidied else (text, ())
 
@@ -151,19 +151,19 @@ def mark_in(text: str) -> str:
     return min(found, key=lambda one: one.start())[0] if found else _BARE_FINAL
 
 
-def _final_channel(text: str) -> str:
-    """The reply in a text of several channels."""
+def _final_channel(text: str) -> tuple[str, bool]:
+    """The reply in a text of channels, and whether there are other channels."""
     if _BARE_CHANNEL.match(text) and _BARE_FINAL in text:
-        return text.rpartition(_BARE_FINAL)[2]
+        return text.rpartition(_BARE_FINAL)[2], True
     channels = [*_CHANNEL.finditer(text)]
     if not channels:
-        return text
+        return text, False
     finals = []
     for channel in channels:
         if channel[1] == "final":
             end = _CHANNEL_END.search(text, channel.end())
             finals.append(text[channel.end() : end.start() if end else len(text)])
-    return "\n".join(finals)
+    return "\n".join(finals), len(finals) < len(channels)
 
 
 def _after_reasoning(text: str) -> str:
@@ -184,10 +184,12 @@ def _after_reasoning(text: str) -> str:
 
 def _without_tokens(text: str) -> str:
     """The text up to the end of its turn, without tokens of a template."""
+    begins = 0
     for turn in _TURN.finditer(text):
-        if _TOKEN.sub("", text[: turn.start()]).strip():
+        if _TOKEN.sub("", text[begins : turn.start()]).strip():
             text = text[: turn.start()]
             break
+        begins = turn.end()
     return _TOKEN.sub("", text)
 
 

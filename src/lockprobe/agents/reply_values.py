@@ -112,7 +112,7 @@ def _sentence(value: object) -> str:
 def _confidence(value: object) -> int:
     number = value
     if isinstance(value, str):
-        plain = plain_form(value).removesuffix("%")
+        plain = value.strip().removesuffix("%").rstrip()
         number = int(plain) if plain.isascii() and plain.isdecimal() and len(plain) < 4 else None
     if isinstance(number, float) and number.is_integer() and number > 1:
         number = int(number)

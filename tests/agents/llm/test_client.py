@@ -129,7 +129,7 @@ def test_a_body_without_a_reply_is_no_reply(monkeypatch):
         reached(monkeypatch, server.url)
         fault = asked(retries=1)
         assert server.arrived.total() == 2
-    assert str(fault).startswith("a reply that cannot be read")
+    assert str(fault).startswith("the provider answered with an error: no reply in its answer")
 
 
 def test_no_more_requests_are_on_their_way_than_there_are_connections(monkeypatch):

@@ -336,11 +336,11 @@ def test_what_is_sent_is_what_a_reply_is_looked_up_by():
     assert llm._fingerprint(*same) == llm._fingerprint(*ways[0])
 
 
-@pytest.mark.parametrize("stop", ["length", "stop"])
-def test_replies_that_are_cut_off_are_said_to_be(tmp_path, monkeypatch, stop):
+@pytest.mark.parametrize(("stop", "turns"), [("length", 2), ("stop", 5)])
+def test_replies_that_are_cut_off_are_said_to_be_and_the_second_ends_the_trial(tmp_path, monkeypatch, stop, turns):
     trials, _ = played(tmp_path, monkeypatch, lambda request: completion('{"joi', stop=stop), trials=1, p=[0])
     cut = " (the reply was cut off after 5 tokens: a larger max_tokens leaves it more room)" if stop == "length" else ""
-    assert trials[0].error.message == f"no usable reply in 5 turns: not one JSON object{cut}"
+    assert trials[0].error.message == f"no usable reply in {turns} turns: a JSON object that does not end{cut}"
 
 
 def test_a_conversation_that_is_too_long_is_no_reply_and_its_trial_is_owed_again(tmp_path, monkeypatch):
