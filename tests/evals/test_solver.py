@@ -179,7 +179,9 @@ def refusing_later(request):
 
 
 @pytest.mark.parametrize(
-    "answer", [in_parts, refusing_later, lambda request: completion('{"jo', stop="length")], ids=["parts", "refusal", "cut"]
+    "answer",
+    [in_parts, refusing_later, lambda request: completion('{"jo', stop="length")],
+    ids=["parts", "refusal", "cut"],
 )
 def test_odd_replies_fare_in_an_eval_as_with_our_own_runner(tmp_path, monkeypatch, answer):
     extent = {"p": [0], "trials": 1, "repetitions": 1}

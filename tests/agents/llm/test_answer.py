@@ -18,7 +18,9 @@ from inspect_ai.model import (  # noqa: E402
 )
 
 HARM = StopDetails(type="SAFETY", categories=[StopCategory(category="DANGEROUS_CONTENT", level="HIGH")])
-CYBER = StopDetails(type="refusal", explanation="It looks like a break-in.", categories=[StopCategory(category="cyber")])
+CYBER = StopDetails(
+    type="refusal", explanation="It looks like a break-in.", categories=[StopCategory(category="cyber")]
+)
 BLOCKED = StopDetails(type="PROHIBITED_CONTENT", explanation="Blocked: PROHIBITED_CONTENT")
 
 

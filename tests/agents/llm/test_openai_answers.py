@@ -63,7 +63,10 @@ FAULTS = {
     "an error and no choice": (body(choices=[], error=ERROR), "answered 502: Upstream error"),
     "an error as the reason": (body(finish="error"), "finish_reason error"),
     "a reason of another kind": (body(finish="insufficient_system_resource"), "finish_reason insufficient_system"),
-    "the router's reason": (body(choice={"native_finish_reason": "network_error"}), "native_finish_reason network_error"),
+    "the router's reason": (
+        body(choice={"native_finish_reason": "network_error"}),
+        "native_finish_reason network_error",
+    ),
     "no reason for nothing": (body(finish=None), "an empty reply without a reason for its end"),
     "Gemini's other": (body(finish="OTHER"), "finish_reason OTHER"),
     "null": (body(None), "a reply without content (null), stop"),
@@ -212,7 +215,12 @@ def test_what_failed_attempts_cost_is_in_the_cost_of_the_reply_that_came_in_the_
 
 def said_in_responses(monkeypatch, output, status="completed", **more):
     usual = {"id": "x", "object": "response", "created_at": 1, "model": "fake", "parallel_tool_calls": True}
-    usage = {"input_tokens": 11, "output_tokens": 5, "total_tokens": 16, "output_tokens_details": {"reasoning_tokens": 5}}
+    usage = {
+        "input_tokens": 11,
+        "output_tokens": 5,
+        "total_tokens": 16,
+        "output_tokens_details": {"reasoning_tokens": 5},
+    }
     answer = usual | {"tools": [], "tool_choice": "auto", "status": status, "output": output, "usage": usage} | more
     return asked(monkeypatch, (200, answer), "openai/o3")
 
@@ -232,7 +240,12 @@ REASONING = {"type": "reasoning", "id": "r", "summary": []}
         ([REASONING, message("a r", "eply")], {}, "a reply", "stop"),
         ([message("I cannot help.", kind="refusal")], {}, "I cannot help.", REFUSED),
         ([], {"status": "incomplete", "incomplete_details": {"reason": "content_filter"}}, REFUSED, REFUSED),
-        ([REASONING], {"status": "incomplete", "incomplete_details": {"reason": "max_output_tokens"}}, "", "max_tokens"),
+        (
+            [REASONING],
+            {"status": "incomplete", "incomplete_details": {"reason": "max_output_tokens"}},
+            "",
+            "max_tokens",
+        ),
         ([REASONING], {}, "", "stop"),
     ],
 )
