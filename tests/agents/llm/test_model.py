@@ -509,8 +509,7 @@ def test_a_refusal_in_the_middle_of_a_trial_keeps_its_steps_and_the_replies_befo
 @pytest.mark.parametrize(
     ("content", "stop", "reasoned", "requests", "why"),
     [
-        ("", "length", 900, 1, "an empty reply (the reply was cut off after 900 tokens, 900 of them of reasoning: a larger max_"
-                               "tokens than 900 leaves it more room)"),
+        ("", "length", 900, 1, "an empty reply (the reply was cut off after 900 tokens, 900 of them of reasoning: a larger"),
         ("<think>Hm", "length", 0, 1, "reasoning without a reply after it (the reply was cut off after 900 tokens: a larger"),
         ('{"jo', "length", 0, 2, "a JSON object that does not end (the reply was cut off after 900 tokens: a larger max_tokens"),
         ("", "stop", 900, 5, "an empty reply (after 900 tokens, 900 of them of reasoning)"),
