@@ -28,6 +28,4 @@ def _log(tmp_path, task, options):
 
     quiet = {"display": "none", "log_realtime": False, "ctl_server": False, "max_retries": 0}
     model = get_model(MODEL, memoize=False)  # of the server that runs now
-    return inspect_eval(task, model=model, log_dir=str(tmp_path), **{**quiet, "reasoning_summary": "none"}, **options)[
-        0
-    ]
+    return inspect_eval(task, model=model, log_dir=str(tmp_path), **{**quiet, "reasoning_summary": "none"} | options)[0]

@@ -43,13 +43,18 @@ HTTP_FAULTS = (
     "truncated",
     "malformed",
     "a string",
+    "upstream",
+    "no content",
 )
 """Faults of a provider: there is no reply."""
 
-REPLY_FAULTS = ("wrong schema", "refusal", "filtered", "empty", "cut")
+REPLY_FAULTS = ("wrong schema", "empty")
 """Faults of a model: there is a reply, and it cannot be used."""
 
-FAULTS = (*HTTP_FAULTS, *REPLY_FAULTS)
+ENDS = ("refusal", "filtered", "cut")
+"""What ends a trial: there is no other reply to be had; the second one that is cut off ends it."""
+
+FAULTS = (*HTTP_FAULTS, *REPLY_FAULTS, *ENDS)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -188,8 +193,8 @@ class Server(ScriptedProvider):
         if fault == "a string":
             return 200, "service unavailable", []
         status, content = self.answer(request)
-        if fault in REPLY_FAULTS:
-            content = spoilt(content, fault)
+        if fault in SPOILT:
+            content = SPOILT[fault](content)
         if fault in ("truncated", "malformed"):
             whole = json.dumps(content).encode()
             content = whole[: len(whole) // 2] if fault == "truncated" else whole.replace(b":", b";", 3)
@@ -217,16 +222,29 @@ def account(url):
         return json.loads(answer.read())
 
 
-def spoilt(content, fault):
-    """The same answer with a reply that cannot be used."""
-    text = content["choices"][0]["message"]["content"]
-    return {
-        "wrong schema": lambda: completion(json.dumps({"move": json.loads(text)["joint"]})),
-        "refusal": lambda: completion(None, refusal="I cannot help with opening locks."),
-        "filtered": lambda: completion("", stop="content_filter"),
-        "empty": lambda: completion(""),
-        "cut": lambda: completion(text[: len(text) // 2], stop="length"),
-    }[fault]()[1]
+def text_of(content):
+    """The reply in an answer."""
+    return content["choices"][0]["message"]["content"]
+
+
+def upstream(content):
+    """The answer of a router whose own provider broke: status 200, and the error in the choice."""
+    (choice,) = content["choices"]
+    error = {"code": 502, "message": "Upstream error"}
+    broken = choice | {"message": {"role": "assistant", "content": ""}, "finish_reason": "error", "error": error}
+    return content | {"choices": [broken], "usage": None}
+
+
+SPOILT = {
+    "upstream": upstream,
+    "no content": lambda content: completion(None)[1] | {"usage": None},
+    "wrong schema": lambda content: completion(json.dumps({"move": json.loads(text_of(content))["joint"]}))[1],
+    "refusal": lambda content: completion(None, refusal="I cannot help with opening locks.")[1],
+    "filtered": lambda content: completion("", stop="content_filter")[1],
+    "empty": lambda content: completion("")[1],
+    "cut": lambda content: completion(text_of(content)[: len(text_of(content)) // 2], stop="length")[1],
+}
+"""By fault, the same answer with something else in the place of its reply."""
 
 
 def names(messages):

@@ -16,6 +16,7 @@
     └── TrialFault             ends a trial as ``error``, never as a failure to solve
         ├── ModelFault         boundary ``model``: the provider or runtime broke; the trial is owed again
         ├── ReplyFault         boundary ``reply``: the agent never gave a usable reply
+        ├── RefusalFault       boundary ``refusal``: the model or its provider refused to reply
         ├── PlantFault         boundary ``plant``: the box or robot broke; the trial is owed again
         └── ChannelFault       boundary ``channel``: a channel broke; the trial is owed again
 
@@ -35,6 +36,7 @@ from lockprobe.redaction import without_keys, without_secrets
 from lockprobe.terminal_text import printable
 
 __all__ = [
+    "FINAL",
     "BadFile",
     "BadValue",
     "Boundary",
@@ -47,6 +49,7 @@ __all__ = [
     "Missing",
     "ModelFault",
     "PlantFault",
+    "RefusalFault",
     "ReplyFault",
     "SettingsChanged",
     "TrialFault",
@@ -55,8 +58,11 @@ __all__ = [
     "needing",
 ]
 
-Boundary = Literal["model", "reply", "plant", "channel", "participant"]
+Boundary = Literal["model", "reply", "refusal", "plant", "channel", "participant"]
 """The part of the loop where a trial broke."""
+
+FINAL: tuple[Boundary, ...] = ("reply", "refusal")
+"""The boundaries at which the agent itself broke its trial. That is a finding, so the trial is not owed again."""
 
 
 LONGEST_MESSAGE = 1000
@@ -221,11 +227,20 @@ class ReplyFault(TrialFault):
         usage: Their cost, as fields of :class:`lockprobe.record.Usage`; empty if nobody charges.
     """
 
-    boundary = "reply"
+    boundary: ClassVar[Boundary] = "reply"
 
     def __init__(self, message: str, replies: tuple[str, ...] = (), usage: Mapping[str, int] | None = None) -> None:
         super().__init__(message)
         self.replies, self.usage = replies, dict(usage or {})
+
+
+class RefusalFault(ReplyFault):
+    """The model, or a filter of its provider, refused to reply; it is not asked again.
+
+    ``replies`` ends with the words of the refusal.
+    """
+
+    boundary = "refusal"
 
 
 class PlantFault(TrialFault):

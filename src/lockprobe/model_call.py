@@ -60,10 +60,11 @@ class Call:
         step: The step to decide, from 1.
         turn: The number of the call for that step, from 1; later ones follow a malformed reply.
         request: Fingerprint of the request; an equal request at the same step and turn gets this reply.
-        reply: The raw reply; None without a reply.
-        stop: Why the model stopped, as Inspect AI names it: ``stop``, ``max_tokens``, ``content_filter`` and others.
+        reply: The raw reply; of a refusal its words; None without a reply.
+        stop: Why the model stopped, as Inspect AI names it: ``stop``, ``max_tokens`` and others; ``content_filter`` if
+            the model or its provider refused.
         served: The model that answered, as the provider names it.
-        usage: Its usage.
+        usage: Its usage, with what the provider counted for failed attempts.
         seconds: Wall time, including retries.
         retries: The number of retries.
         unanswered: Attempts without a usable reply that the provider may have charged for: timed out, dropped, or

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, Protocol
 
 from annotated_types import Ge, Gt, Le, Lt
 
-from lockprobe.errors import Boundary
+from lockprobe.errors import FINAL, Boundary
 from lockprobe.model_call import Count, Usage
 from lockprobe.pictures.picture import Picture, PictureKind
 from lockprobe.spec import PEOPLE, group_of, spec_kind
@@ -160,6 +160,7 @@ class Decision:
         served: The model that answered, as its provider names it.
         confidence: Its confidence in ``claimed``, 0 to 100; None if it was not asked.
         report_false: Whether it thinks that the last report is false; None if it was not asked.
+        tidied: What was tidied to read the last reply, by :data:`lockprobe.agents.reply_text.TIDIED`.
     """
 
     joint: str
@@ -172,6 +173,7 @@ class Decision:
     served: str = ""
     confidence: int | None = None
     report_false: bool | None = None
+    tidied: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -310,7 +312,7 @@ class TrialError:
         boundary: The part of the loop that broke.
         message: The error message.
         step: The step that could not be played, from 1.
-        replies: Raw malformed replies, if that was the reason.
+        replies: Raw malformed replies, or the words of a refusal, if that was the reason.
         usage: Their usage.
         again: Whether a user asked for a replay of the trial, although its agent broke it.
     """
@@ -450,4 +452,4 @@ class Trial:
     @property
     def owed_again(self) -> bool:
         """Whether it has to be played again: a fault outside the agent broke it, or a user asked for a replay."""
-        return self.error is not None and (self.error.boundary != "reply" or self.error.again)
+        return self.error is not None and (self.error.boundary not in FINAL or self.error.again)

@@ -40,7 +40,7 @@ def failed(play, *given, **more):
 def test_without_a_valid_trial_the_run_fails_and_the_same_command_says_so_again(tmp_path, play, capsys):
     expected = (
         f"No valid trial of flips/{SPEC}/p=0 and 1 more condition: all 4 trials ended as an error, the first at reply: "
-        "no usable reply in 1 turns: joint: Field required; the same command with --again reply plays them anew"
+        "no usable reply in 1 turn: joint: Field required; the same command with --again reply plays them anew"
     )
     for _ in range(2):
         assert failed(play, nonsense)
@@ -63,6 +63,27 @@ def test_again_plays_them_anew_and_what_came_before_stays(tmp_path, play, capsys
     facts = json.loads(capsys.readouterr().out)
     assert (facts["done"], facts["owed"], facts["without_valid_trial"]) == (4, 0, [])
     assert facts["calls"] == 4 + sum(len(trial.steps) for trial in load(tmp_path / "s"))
+
+
+def refusing(request):
+    return completion(None, refusal="I cannot help with opening locks.")
+
+
+def test_refusals_are_counted_as_such_and_played_anew_only_if_they_are_meant(tmp_path, play, capsys):
+    assert failed(play, refusing)
+    expected = "first at refusal: refused: I cannot help with opening locks."
+    said = capsys.readouterr().out
+    assert "the same command with --again refusal plays them anew" in said
+    status(tmp_path / "s")
+    told = capsys.readouterr().out
+    assert "trials      4 of 4 done, 0 owed, 0 solved" in told
+    assert "errors      4 errors: refusal 4" in told
+    assert expected in told
+    assert failed(play, truthful, again="reply")
+    assert "Owed anew: 0 trials" in capsys.readouterr().out
+    play(truthful, again="refusal")
+    assert "Owed anew: 4 trials that ended as an error at refusal" in capsys.readouterr().out
+    assert [(trial.ending, trial.replays) for trial in load(tmp_path / "s")] == [("solved", 1)] * 4
 
 
 def test_machines_get_both_as_events(tmp_path, play, capsys):

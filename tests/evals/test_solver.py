@@ -157,3 +157,63 @@ def test_what_broke_outside_the_model_is_named_as_what_it_is(tmp_path, monkeypat
     log, _ = evaluated(tmp_path, monkeypatch, flips(p=0, trials=1, repetitions=1), truthful)
     (sample,) = log.samples
     assert sample.error.message == f"{fault.__name__}('it broke')"
+
+
+def broken_in_the_choice(request):
+    status, body = completion("")
+    broken = {"finish_reason": "error", "error": {"code": 502, "message": "Upstream error"}}
+    return status, body | {"choices": [body["choices"][0] | broken]}
+
+
+def in_parts(request):
+    status, body = truthful(request)
+    (choice,) = body["choices"]
+    text = choice["message"]["content"]
+    parts = [{"type": "text", "text": text[:9]}, {"type": "text", "text": f"{text[9:]}<|im_end|>"}]
+    return status, body | {"choices": [choice | {"message": choice["message"] | {"content": parts}}]}
+
+
+def refusing_later(request):
+    late = len(request["messages"]) > 3
+    return completion(None, refusal="I cannot help with opening locks.") if late else truthful(request)
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [in_parts, refusing_later, lambda request: completion('{"jo', stop="length")],
+    ids=["parts", "refusal", "cut"],
+)
+def test_odd_replies_fare_in_an_eval_as_with_our_own_runner(tmp_path, monkeypatch, answer):
+    extent = {"p": [0], "trials": 1, "repetitions": 1}
+    log, asked_there = evaluated(tmp_path, monkeypatch, flips(**extent), answer)
+    expected, asked_here = ran(tmp_path, monkeypatch, answer, **extent)
+    assert {trial.key: trial for trial in read_log(log.location).trials} == expected
+    assert conversations(asked_there) == conversations(asked_here)
+    (trial,) = expected.values()
+    if answer is refusing_later:
+        assert (trial.error.boundary, len(trial.steps)) == ("refusal", 2)
+        assert all((score.scored_samples, score.unscored_samples) == (0, 1) for score in log.results.scores)
+        assert log.samples[0].scores["played"].reason == "refusal"
+
+
+def test_a_fault_inside_the_choice_is_asked_again_in_an_eval_and_then_the_samples_error(tmp_path, monkeypatch):
+    course = []
+
+    def passing(request):
+        course.append(request)
+        return broken_in_the_choice(request) if len(course) in (2, 3) else truthful(request)
+
+    monkeypatch.setattr("lockprobe.agents.llm.retry.pausing", _at_once)
+    extent = {"p": 0, "trials": 1, "repetitions": 1}
+    log, _ = evaluated(tmp_path / "passes", monkeypatch, flips(**extent), passing, max_retries=2)
+    (trial,) = read_log(log.location).trials
+    assert trial.solved
+    assert len(course) == len(trial.steps) + 2
+    log, server = evaluated(tmp_path / "stays", monkeypatch, flips(**extent), broken_in_the_choice, max_retries=2)
+    assert len(server.requests) == 3
+    assert "the provider answered 502: Upstream error (tried 3 times)" in log.samples[0].error.message
+    assert read_log(log.location).unfinished == {f"flips/{SPEC}/p=0/rep=1/trial=1"}
+
+
+async def _at_once(seconds):
+    """No pause."""

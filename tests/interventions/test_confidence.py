@@ -39,8 +39,8 @@ def test_what_is_said_is_in_the_decision():
 
 @pytest.mark.parametrize(
     ("before", "after", "said"),
-    [("70", "101", "confidence: Input"), ('"confidence": 70, ', "", "confidence: Field required"),
-     ("true", "2", "report_false: Input"), ('"report_false": true, ', "", "report_false: Field required")],
+    [("70", "101", "confidence: 101 is no whole number"), ('"confidence": 70, ', "", "confidence: Field required"),
+     ("true", "2", "report_false: 2 is neither"), ('"report_false": true, ', "", "report_false: Field required")],
 )  # fmt: skip
 def test_a_reply_without_usable_answers_is_asked_for_again(before, after, said):
     with pytest.raises(ReplyFault, match=said):

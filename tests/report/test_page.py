@@ -17,6 +17,7 @@ from lockprobe.errors import BadFile
 from lockprobe.interventions.condition import flips
 from lockprobe.lockbox.families import box
 from lockprobe.prose.loops import LOOP_DEFINITION
+from lockprobe.record import TrialError
 from lockprobe.report import write_report
 from lockprobe.report.figures import _STARS as STARS_OF
 from lockprobe.report.figures import CAPTIONS
@@ -335,3 +336,26 @@ def test_an_action_loop_is_defined_where_it_is_first_named(reported):
     findings, loops = (text.partition(f'id="{name}"')[2].partition("</details>\n")[0] for name in ("findings", "loops"))
     assert LOOP_DEFINITION in findings
     assert f"{LOOP_DEFINITION} A loop is no fault by itself" in loops
+
+
+def test_refusals_and_tidied_replies_are_counted_by_agent(tmp_path):
+    study = small_study(["random"])
+    first, *others = play_study(study)
+    refused = replace(
+        make_trial([0], agent="random", p=0.3, repetition=2, trial=4, broken="model"),
+        error=TrialError(boundary="refusal", message="refused: I cannot help.", step=2),
+    )
+    decision = replace(first.steps[0].decision, replies=("```{}```",), tidied=("fence", "prose"))
+    first = replace(first, steps=(replace(first.steps[0], decision=decision), *first.steps[1:]))
+    directory = write_study(tmp_path / "study", study, [first, *others[:4], refused])
+    content = json.loads((write_report(directory).parent / "results.json").read_text())
+    (row,) = content["errors"]
+    assert (row["boundary"], row["message"], row["owed_again"]) == ("refusal", "refused: I cannot help.", False)
+    (tidied,) = content["tidied"]
+    assert (tidied["agent"], tidied["tidied"]) == ("random", 1)
+    assert tidied["decisions"] == sum(len(trial.steps) for trial in (first, *others[:4], refused))
+    assert tidied["what"] == {"a code fence": 1, "text around the object": 1}
+    page = page_of(directory)
+    assert "They were tidied, and count as all others do." in page
+    assert "refused: I cannot help." in page
+    assert sum(condition["failed"] for condition in content["conditions"] if "failed" in condition) == 0

@@ -7,7 +7,7 @@ import os
 from dataclasses import replace
 
 import pytest
-from provider_server import HTTP_FAULTS, REPLY_FAULTS, Manner, here, mixed, truthful
+from provider_server import ENDS, HTTP_FAULTS, REPLY_FAULTS, Manner, here, mixed, truthful
 
 from lockprobe.agents.model_access import Access
 from lockprobe.errors import Missing
@@ -78,21 +78,24 @@ FAULTY = {
     "truncated": "a reply that cannot be read",
     "malformed": "a reply that cannot be read",
     "a string": "service unavailable",
+    "upstream": "the provider answered 502: Upstream error",
+    "no content": "the provider answered with an error: a reply without content (null), stop",
 }
 """What a trial ends with, at the boundary ``model``, if the provider does nothing else; once is asked again."""
 
-UNUSABLE = {
-    "wrong schema": ("stop", "Field required"),
-    "refusal": ("stop", "not one JSON object"),
-    "filtered": ("content_filter", "not one JSON object"),
-    "empty": ("stop", "not one JSON object"),
-    "cut": ("max_tokens", "the reply was cut off after 5 tokens: a larger max_tokens leaves it more room)"),
+UNUSABLE = {"wrong schema": "Field required", "empty": "an empty reply (after 5 tokens)"}
+"""What a trial ends with, at the boundary ``reply``, if the model does nothing else."""
+
+ENDING = {
+    "refusal": ("refusal", "content_filter", 1, "refused: I cannot help with opening locks."),
+    "filtered": ("refusal", "content_filter", 1, "refused: finish_reason content_filter"),
+    "cut": ("reply", "max_tokens", 2, "the reply was cut off after 5 tokens: a larger max_tokens leaves it more room)"),
 }
-"""Why the model stopped, and what a trial ends with, at the boundary ``reply``, if it does nothing else."""
+"""Where a trial ends that gets such a reply, why the model stopped, after how many of them, and with which words."""
 
 
 def test_the_tables_hold_every_fault():
-    assert (tuple(FAULTY), tuple(UNUSABLE)) == (HTTP_FAULTS, REPLY_FAULTS)
+    assert (tuple(FAULTY), tuple(UNUSABLE), tuple(ENDING)) == (HTTP_FAULTS, REPLY_FAULTS, ENDS)
 
 
 @pytest.fixture(scope="module")
@@ -130,17 +133,16 @@ def test_a_provider_that_keeps_failing_breaks_the_trial_which_is_owed_again(
     assert server.account()["arrived"] == len(right[0].steps) + 3
 
 
-@pytest.mark.parametrize(("kind", "stop"), [(kind, stop) for kind, (stop, _) in UNUSABLE.items()])
-def test_a_reply_that_cannot_be_used_is_asked_for_again(tmp_path, monkeypatch, right, kind, stop):
+@pytest.mark.parametrize("kind", UNUSABLE)
+def test_a_reply_that_cannot_be_used_is_asked_for_again(tmp_path, monkeypatch, right, kind):
     with here(manner=Script("", kind, kind)) as server:
         trials = played(tmp_path, monkeypatch, server, ONE, QUICK)
     assert [what_happened(trial) for trial in trials] == [what_happened(trial) for trial in right]
     assert [len(step.decision.replies) for step in trials[0].steps] == [1, 3, *[1] * (len(right[0].steps) - 2)]
     assert trials[0].steps[1].decision.usage.calls == 3
-    assert [call.stop for call in read_calls(tmp_path)][:4] == ["stop", stop, stop, "stop"]
 
 
-@pytest.mark.parametrize(("kind", "why"), [(kind, why) for kind, (_, why) in UNUSABLE.items()])
+@pytest.mark.parametrize(("kind", "why"), UNUSABLE.items())
 def test_a_model_that_gives_no_other_ends_the_trial_for_good(tmp_path, monkeypatch, right, kind, why):
     with here(manner=Script("", then=kind)) as server:
         for _ in range(2):
@@ -151,6 +153,27 @@ def test_a_model_that_gives_no_other_ends_the_trial_for_good(tmp_path, monkeypat
             assert trial.steps == right[0].steps[:1]
             assert not trial.owed_again
     assert server.account()["arrived"] == 1 + 5
+
+
+@pytest.mark.parametrize("kind", ENDING)
+def test_what_no_other_turn_would_change_ends_the_trial_and_is_not_paid_for_again(tmp_path, monkeypatch, right, kind):
+    boundary, stop, times, why = ENDING[kind]
+    with here(manner=Script("", then=kind)) as server:
+        for _ in range(2):
+            (trial,) = played(tmp_path, monkeypatch, server, ONE, QUICK)
+            assert (trial.ending, trial.error.boundary, trial.error.step) == ("error", boundary, 2)
+            assert trial.error.message.endswith(why)
+            assert (len(trial.error.replies), trial.error.usage.calls) == (times, times)
+            assert trial.steps == right[0].steps[:1]
+            assert not trial.owed_again
+    assert server.account()["arrived"] == 1 + times
+    assert [call.stop for call in read_calls(tmp_path)] == ["stop", *[stop] * times]
+
+
+def test_a_reply_that_was_cut_off_once_is_asked_for_again(tmp_path, monkeypatch, right):
+    with here(manner=Script("", "cut", "", "cut")) as server:
+        trials = played(tmp_path, monkeypatch, server, ONE, QUICK)
+    assert [what_happened(trial) for trial in trials] == [what_happened(trial) for trial in right]
 
 
 def but(**changes):
@@ -182,12 +205,12 @@ def test_counts_that_cannot_be_are_none_and_the_study_can_be_read(tmp_path, monk
         assert call.usage.cached_tokens == 0
 
 
-@pytest.mark.parametrize("choices", [[], None, [{"index": 0, "finish_reason": "stop"}]])
+@pytest.mark.parametrize("choices", [[], None, [{"index": 0, "finish_reason": "stop"}], ["text"]])
 def test_a_body_without_a_reply_is_asked_for_again(tmp_path, monkeypatch, choices):
     with here(but(choices=choices)) as server:
         (trial,) = played(tmp_path, monkeypatch, server, ONE, QUICK)
     assert trial.error.boundary == "model"
-    assert trial.error.message.startswith("a reply that cannot be read (")
+    assert trial.error.message.startswith("the provider answered with an error: ")
     assert trial.error.message.endswith(" (tried 3 times)")
 
 

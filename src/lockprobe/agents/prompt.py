@@ -14,17 +14,17 @@ from dataclasses import dataclass, replace
 from string import Formatter
 from typing import Literal, NamedTuple
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
-
-from lockprobe.errors import BadValue, ReplyFault, UnknownName
+from lockprobe.agents.reply_text import object_in, without_marks
+from lockprobe.agents.reply_values import values_in
+from lockprobe.errors import BadValue, RefusalFault, ReplyFault, UnknownName
 from lockprobe.pictures.picture import Picture, PictureKind
-from lockprobe.record import Briefing, Decision, Outcome, Percept, Situation, Task, Turn
+from lockprobe.record import Briefing, Decision, Percept, Situation, Task, Turn
 
 __all__ = [
     "FIELDS",
     "INSTRUCTIONS",
+    "REFUSED",
     "Message",
-    "Reply",
     "chat_fingerprint",
     "check_template",
     "claims",
@@ -36,10 +36,11 @@ __all__ = [
     "picture_fingerprint",
     "repair",
     "reply_schema",
+    "spoken",
 ]
 
-_CLAIMS: dict[str, Outcome | None] = {"moved": "moved", "did not move": "blocked", "none": None}
-"""The claims that a reply may make about the last action."""
+REFUSED = "content_filter"
+"""Why a reply stopped if the model or its provider refused; the text is then the words of the refusal."""
 
 INSTRUCTIONS = """\
 You are trying to open a lockbox, a panel with {count} joints.
@@ -107,18 +108,6 @@ def example(pictures: int = 0, *, assessment: bool = True) -> Situation:
 def fingerprint(*texts: str) -> str:
     """A fingerprint of texts: twelve hexadecimal digits."""
     return hashlib.sha256("\0".join(texts).encode()).hexdigest()[:12]
-
-
-class Reply(BaseModel):
-    """The form of a reply."""
-
-    model_config = ConfigDict(extra="ignore")
-
-    last_action: Literal["moved", "did not move", "none"] | None = None
-    confidence: int | None = Field(default=None, ge=0, le=100)
-    report_false: bool | None = None
-    hypothesis: str = Field(default="", max_length=4000)
-    joint: str
 
 
 def instructions(
@@ -226,7 +215,7 @@ def conversation(situation: Situation, *, images: int = 0) -> list[Message]:
     )
     messages = [replace(told[0], text=f"{opening}\n\n{told[0].text}".strip())]
     for turn, observation in zip(situation.past, told[1:], strict=True):
-        messages += [Message(role="assistant", text=turn.decision.replies[-1]), observation]
+        messages += [Message(role="assistant", text=spoken(turn.decision.replies[-1])), observation]
     return messages
 
 
@@ -254,41 +243,39 @@ def reply_schema(situation: Situation) -> dict[str, object]:
     return {"type": "object", "properties": properties, "required": list(properties), "additionalProperties": False}
 
 
-def parse_reply(text: str, situation: Situation) -> Decision:
-    """The decision in a raw reply. Only a fence of backticks around the object is tolerated.
+def parse_reply(text: str, situation: Situation, stop: str = "stop") -> Decision:
+    """The decision in a raw reply, if that has exactly one reading (:mod:`lockprobe.agents.reply_text`).
+
+    Args:
+        text: The raw reply.
+        situation: The situation that it is about.
+        stop: Why it stopped, as :attr:`lockprobe.model_call.Call.stop` has it.
 
     Raises:
+        RefusalFault: If it stopped because the model or its provider refused, with the words of the refusal.
         ReplyFault: If it is not the object that was asked for, saying why.
     """
-    body, said = text.strip(), claims(situation)
-    asked = [item.key for item in _items(situation.task, situation.briefing, said)]
-    if body.startswith("```") and body.endswith("```"):
-        body = body.strip("`").removeprefix("json").strip()
-    try:
-        found = json.loads(body)
-        if isinstance(found, dict):
-            found = {key: value for key, value in found.items() if key in asked}  # said without being asked
-        reply = Reply.model_validate(found)
-    except ValidationError as error:
-        first = error.errors()[0]
-        raise ReplyFault(f"{'.'.join(map(str, first['loc'])) or 'reply'}: {first['msg']}") from None
-    except (ValueError, RecursionError):
-        raise ReplyFault("not one JSON object") from None
-    if reply.joint not in situation.task.joints:
-        raise ReplyFault(f"joint: {reply.joint!r} is none of {', '.join(situation.task.joints)}")
-    if reply.last_action is not None and reply.last_action not in said:
-        raise ReplyFault(f"last_action: {reply.last_action!r} is none of {', '.join(said)}")
-    for key in asked:
-        if getattr(reply, key) is None:
-            raise ReplyFault(f"{key}: Field required")
+    if stop == REFUSED:
+        raise RefusalFault(f"refused: {text}")
+    claimable = claims(situation)
+    asked = [item.key for item in _items(situation.task, situation.briefing, claimable)]
+    found = object_in(text, asked)
+    values = values_in(found.fields, asked, claimable, situation)
+    tidied = (*found.tidied, "spelling") if values.respelled and "spelling" not in found.tidied else found.tidied
     return Decision(
-        joint=reply.joint,
-        claimed=None if reply.last_action is None else _CLAIMS[reply.last_action],
-        hypothesis=reply.hypothesis,
+        joint=values.joint,
+        claimed=values.claimed,
+        hypothesis=values.hypothesis,
         replies=(text,),
-        confidence=reply.confidence,
-        report_false=reply.report_false,
+        confidence=values.confidence,
+        report_false=values.report_false,
+        tidied=tidied,
     )
+
+
+def spoken(reply: str) -> str:
+    """A raw reply as it stands in the conversation: without reasoning and marks of a template."""
+    return without_marks(reply)[0] or "(empty)"
 
 
 def repair(fault: ReplyFault, situation: Situation) -> str:

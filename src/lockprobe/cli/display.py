@@ -138,9 +138,13 @@ class JsonLines(Plain):
             first=tally.first_error,
         )
 
-    def owed_anew(self, trials: int) -> None:
+    def owed_anew(self, trials: int, boundary: str) -> None:
         """Print how many trials will be replayed on request."""
-        self.event("owed-anew", trials=trials)
+        self.event("owed-anew", trials=trials, boundary=boundary)
+
+    def advise(self, text: str) -> None:
+        """Print what is wrong and how to mend it."""
+        self.event("advice", message=text)
 
     def invalid(self, found: Sequence[Invalid]) -> None:
         """Print the conditions without a valid trial."""

@@ -42,7 +42,7 @@ _BUDGET = "The most that the study may cost in US dollars, earlier runs included
 _BATCH = "Use the provider's batch interface: it is cheaper and takes hours instead of seconds."
 _ESTIMATE = "Only estimate the cost; call no model and write nothing."
 _REPORT = "Write the report; `lockprobe report DIR` does it later."
-_AGAIN = "reply: replay trials that ended without a usable reply; the earlier records stay in the file (nothing)."
+_AGAIN = "Replay trials that ended without a usable reply, or as a refusal; earlier records stay in the file (nothing)."
 _RETRIES = "How often a request without an answer is made again."
 _SHARD = "Play only part i of n of the trials, for example 3/16; `lockprobe import` joins the directories (all)."
 _CLUSTER = "A Ray cluster on whose processors agents and plants that ship are played; see docs/cluster.md (none)."
@@ -71,7 +71,7 @@ Budget = Annotated[float | None, typer.Option(metavar="DOLLARS", help=_BUDGET)]
 Batch = Annotated[bool, typer.Option("--batch", help=_BATCH)]
 WriteReport = Annotated[bool, typer.Option("--report/--no-report", help=_REPORT)]
 EstimateOnly = Annotated[bool, typer.Option("--estimate", help=_ESTIMATE)]
-Again = Annotated[str | None, typer.Option(metavar="reply", help=_AGAIN)]
+Again = Annotated[str | None, typer.Option(metavar="reply|refusal", help=_AGAIN)]
 AsJson = Annotated[bool, typer.Option("--json", help="One JSON object a line.")]
 Allow = Annotated[list[str] | None, typer.Option("--allow", metavar="SPEC", help=_ALLOW)]
 

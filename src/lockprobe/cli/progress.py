@@ -9,6 +9,7 @@ from pathlib import Path
 
 from lockprobe.agents.catalogue import AgentSource, resolve
 from lockprobe.cli.format_cost import estimate_lines, money, spent_in_words
+from lockprobe.cli.server_marks import ServerMarks
 from lockprobe.errors import BudgetReached
 from lockprobe.model_call import Call
 from lockprobe.plants.catalogue import resolve_plant
@@ -113,6 +114,7 @@ class Plain:
     def __init__(self, *, batch: bool = False, budget: Budget | None = None, report: bool | None = True) -> None:
         self.tally = Tally()
         self._batch, self._budget, self._report = batch, budget, report
+        self._marks = ServerMarks()
         self._journal: Journal | None = None
         self._simulated = False
         self._shown: str | None = None
@@ -124,6 +126,10 @@ class Plain:
     def say(self, text: str) -> None:
         """Print one line at once."""
         print(printable(text), flush=True)
+
+    def advise(self, text: str) -> None:
+        """Say what is wrong and how to mend it, while the run goes on."""
+        self.say(text)
 
     def begin(self, study: Study, journal: Journal, owed: int) -> None:
         """Say what will be played, how long it should take, where it goes, and what of it is done."""
@@ -192,9 +198,11 @@ class Plain:
         )
 
     def call(self, call: Call) -> None:
-        """A call is on disk; if nothing has been said for long, say how it goes."""
+        """A call is on disk; say what it shows of its server, and how it goes if nothing has been said for long."""
         assert self.tally.ledger is not None
         self.tally.ledger.add(call)
+        if said := self._marks.notice(self.tally.agent, call):
+            self.advise(said)
         if time.monotonic() - self._last >= _QUIET:
             self._last = time.monotonic()
             self.say("  " + self.tally.line())
@@ -261,9 +269,9 @@ class Plain:
             said = f"{broken} of {played} trials broke and are owed, of {whose}; the first at {tally.first_error}"
         self.say(f"{said}; the same command plays {'it' if broken == 1 else 'them'} again")
 
-    def owed_anew(self, trials: int) -> None:
-        """Say how many trials are replayed on request after an unusable reply had ended them for good."""
-        self.say(f"Owed anew: {count(trials, 'trial')} that ended as an error at reply; the earlier records stay")
+    def owed_anew(self, trials: int, boundary: str) -> None:
+        """Say how many trials are replayed on request after their agent had ended them for good."""
+        self.say(f"Owed anew: {count(trials, 'trial')} that ended as an error at {boundary}; the earlier records stay")
 
     def invalid(self, found: Sequence[Invalid]) -> None:
         """Say which conditions have no valid trial, why, and how to go on."""
@@ -415,8 +423,9 @@ def invalid_in_words(found: Sequence[Invalid]) -> str:
     others = f" and {count(len(found) - 1, 'more condition')}" if len(found) > 1 else ""
     ended = "the only trial" if errors == 1 else f"all {errors} trials"
     first = f"{found[0].first.boundary}: {' '.join(found[0].first.message.split())[:200]}"
-    remedy = {errors: "the same command plays them again", 0: "the same command with --again reply plays them anew"}
-    mixed = f"the same command plays {owed} of them again, with --again reply all"
+    again = " and then ".join(f"--again {name}" for name in sorted({name for one in found for name in one.final}))
+    remedy = {errors: "the same command plays them again", 0: f"the same command with {again} plays them anew"}
+    mixed = f"the same command plays {owed} of them again, with {again} all"
     return (
         f"No valid trial of {found[0].condition}{others}: {ended} ended as an error, the first at {first}; "
         f"{remedy.get(owed, mixed)}"

@@ -76,7 +76,7 @@ def play_study(
         if budget is not None:
             journal.calls.limit(budget)
         if again is not None:
-            observer.owed_anew(owe_anew(journal, planned, again))
+            observer.owed_anew(owe_anew(journal, planned, again), again)
         live = LiveReport(observer, directory if report else None)
         try:
             play_trials(planned, journal, limits=limits, observer=live, plans=_plans(planned, shard))

@@ -11,6 +11,7 @@ from typing import Annotated
 
 import typer
 
+from lockprobe.agents.reply_text import TIDIED
 from lockprobe.cli.format_cost import money, share, spent_facts
 from lockprobe.cli.progress import count, foreign_in_words, in_boundaries, invalid_in_words
 from lockprobe.fork_name import ForkName
@@ -118,7 +119,15 @@ def _played(study: Study, trials: Sequence[Trial], everything: Sequence[Trial], 
         "solved": sum(trial.solved for trial in run),
         "errors": dict(Counter(trial.error.boundary for trial in trials if trial.error)),
         "first_errors": first,
+        "decisions": sum(len(trial.steps) for trial in run),
+        "tidied": dict(_tidied(run).most_common()),
+        "tidied_decisions": sum(bool(step.decision.tidied) for trial in run for step in trial.steps),
     }
+
+
+def _tidied(trials: Sequence[Trial]) -> Counter[str]:
+    """What was tidied in replies before they were read, and how often."""
+    return Counter(TIDIED.get(what, what) for trial in trials for step in trial.steps for what in step.decision.tidied)  # type: ignore[call-overload]
 
 
 def _took(directory: Path, trials: Sequence[Trial]) -> dict[str, object]:
@@ -195,6 +204,11 @@ def _lines(directory: Path, facts: Mapping[str, object]) -> Iterator[tuple[str, 
     if facts["unanswered_calls"]:
         number = int(str(facts["unanswered_calls"]))
         yield "", f"{count(number, 'call')} in progress, or lost with a killed run"
+    yield from _played_lines(facts)
+
+
+def _played_lines(facts: Mapping[str, object]) -> Iterator[tuple[str, str]]:
+    """What was added, how long it took, what broke, and what was tidied."""
     added = facts["added"]
     assert isinstance(added, dict)
     for agent, when in added.items():
@@ -208,6 +222,11 @@ def _lines(directory: Path, facts: Mapping[str, object]) -> Iterator[tuple[str, 
     yield "errors", in_boundaries(errors) or "none"
     for boundary, message in sorted(first.items()):
         yield "", f"first at {boundary}: {' '.join(message.split())[:200]}"
+    if facts["tidied_decisions"]:
+        tidied = facts["tidied"]
+        assert isinstance(tidied, dict)
+        what = ", ".join(f"{what} {times}" for what, times in tidied.items())
+        yield "tidied", f"{facts['tidied_decisions']} of {facts['decisions']} replies before they were read: {what}"
 
 
 def _table(ledger: Ledger, forks: Ledger) -> list[tuple[str, ...]]:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from lockprobe.agents.prompt import Message, check_template, conversation, instructions, parse_reply, repair
+from lockprobe.agents.prompt import Message, check_template, conversation, instructions, parse_reply, repair, spoken
 from lockprobe.errors import ReplyFault
 from lockprobe.inputs import read_input
 from lockprobe.interventions.confidence import Confidence
@@ -172,7 +172,7 @@ def _turns(trial: Trial, situation: Situation, replies: tuple[str, ...]) -> list
             parse_reply(reply, situation)
         except ReplyFault as fault:
             again = Message(role="user", text=repair(fault, situation))
-            asked = (*asked, Message(role="assistant", text=reply or "(empty)"), again)
+            asked = (*asked, Message(role="assistant", text=spoken(reply)), again)
     return found
 
 

@@ -57,7 +57,7 @@ def score_of(trial: Trial) -> Score:
     metadata = {"ending": trial.ending, "steps_played": len(trial.steps), TRIAL: trial_to_json(trial).decode()}
     answer, explanation = _answer(trial), trial_as_markdown(trial)
     if trial.error is not None:
-        reason = "invalid_response_format" if trial.error.boundary == "reply" else trial.error.boundary
+        reason = "invalid_response_format" if trial.error.boundary == "reply" else str(trial.error.boundary)
         return Score.unscored(reason=reason, answer=answer, explanation=explanation, metadata=metadata)
     rate = trial_claims(trial).rate
     value: dict[str, str | int | float | bool | None] = {

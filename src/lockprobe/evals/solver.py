@@ -3,7 +3,7 @@
 The model gets the same requests as from :mod:`lockprobe.agents.llm.model`, and a trial has the same seeds, labels,
 flips and key as in ``lockprobe run``. The conversation goes into the messages of the sample, and the truth of every
 step into its transcript, which the model never sees. A fault of provider or plant is an error of the sample, which
-Inspect retries or reports. A reply that stays unusable is the model's fault and ends the trial as ``error``.
+Inspect retries or reports. A refusal, or a reply that stays unusable, is the model's and ends the trial as ``error``.
 """
 
 from __future__ import annotations
@@ -12,21 +12,26 @@ import json
 import sys
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import fields
+from contextvars import ContextVar
+from dataclasses import fields, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 
-from lockprobe.agents.llm.client import ModelReply, refuse_overflow, sent, usage_of
+from lockprobe.agents.llm.answer import refuse_overflow, said_in, usage_of
+from lockprobe.agents.llm.client import ModelReply, sent
 from lockprobe.agents.llm.connect import WITH_BATCHES
 from lockprobe.agents.llm.inspect_internals import active_generate_config
 from lockprobe.agents.llm.model import decided, model_facts
 from lockprobe.agents.llm.model_facts import facts_of
+from lockprobe.agents.llm.openai_answers import check_answers
+from lockprobe.agents.llm.retry import Declined, Judgement, Tries, with_retries
 from lockprobe.agents.llm.settings import ModelSettings, read_settings
-from lockprobe.agents.prompt import Message
-from lockprobe.errors import ChannelFault, ModelFault, PlantFault, TrialFault, needing
+from lockprobe.agents.model_access import Access
+from lockprobe.agents.prompt import Message, spoken
+from lockprobe.errors import FINAL, ChannelFault, ModelFault, PlantFault, TrialFault, needing
 from lockprobe.evals.conversation import last_report
 from lockprobe.evals.sample_pictures import beside
 from lockprobe.evals.scoring import TRIAL, step_as_markdown, step_metadata
@@ -40,7 +45,7 @@ from lockprobe.trial_json import trial_to_json
 
 with needing("Inspect tasks", "providers"):
     from inspect_ai.log import transcript
-    from inspect_ai.model import ChatMessage, GenerateConfig, Model, ResponseSchema, get_model
+    from inspect_ai.model import ChatMessage, GenerateConfig, Model, ModelOutput, ResponseSchema, get_model
     from inspect_ai.solver import Generate, Solver, TaskState, solver
     from inspect_ai.util import JSONSchema
 
@@ -54,6 +59,9 @@ _TRANSPORT = frozenset(
     | {"batch", "cache", "cache_prompt", "reasoning_summary", "response_schema", "modalities"}
 )
 """Options that change the transport or the stored answer, but not the request."""
+
+_ASKING: ContextVar[bool] = ContextVar("asking", default=False)
+"""Whether a request under way is ours; the eval's model may serve other tasks too."""
 
 _FAULTS: dict[str, type[TrialFault]] = {fault.boundary: fault for fault in (ModelFault, PlantFault, ChannelFault)}
 """The exception for the error of a sample, by boundary."""
@@ -99,7 +107,7 @@ def play_trial(settings: dict[str, Any], options: dict[str, Any] | None = None) 
         with TemporaryDirectory(prefix="lockprobe-") as pictures:
             trial, _ = await play_timed(plan, player, player.note, Album(pictures).keep)
             _finish(state, trial, Path(pictures))
-        if trial.error is not None and trial.error.boundary != "reply":
+        if trial.error is not None and trial.error.boundary not in FINAL:
             raise player.broke or _FAULTS.get(trial.error.boundary, TrialFault)(trial.error.message)
         state.store.set(TRIAL, trial_to_json(trial).decode())
         state.completed = True
@@ -122,6 +130,9 @@ class _ModelOfTheEval:
             for name, value in config.model_dump(mode="json", exclude_none=True).items()
             if name not in _TRANSPORT and name not in _OURS.values()
         }
+        self._access = Access(timeout=86_400)
+        if config.max_retries is not None:
+            self._access = replace(self._access, retries=min(config.max_retries, 100))
         self._made: dict[tuple[object, ...], ChatMessage] = {}
         state.messages = []
 
@@ -141,26 +152,48 @@ class _ModelOfTheEval:
             finally:
                 self.broke = sys.exception()
 
-        return await decided(situation, self._settings, ask)
+        return await decided(situation, self._settings, ask, self._settings.most_tokens(self._known))
 
     async def _ask(self, step: int, turn: int, messages: Sequence[Message], schema: dict[str, object]) -> ModelReply:
         asked = [self._message(i, message, step, turn) for i, message in enumerate(messages)]
         self._state.messages.append(asked[-1])
         began = time.perf_counter()
-        output = await self._model.generate(asked, config=self._config(schema))
-        refuse_overflow(output)
-        text = without_keys(output.completion)
-        reply = self._message(len(messages), Message(role="assistant", text=text or "(empty)"), step, turn)
+        output, text, stop, tries = await self._said(asked, self._config(schema))
+        text = without_keys(text)
+        reply = self._message(len(messages), Message(role="assistant", text=spoken(text)), step, turn)
         reply.id = output.message.id
         self._state.messages.append(output.message.model_copy(update={"metadata": dict(reply.metadata or {})}))
         self._state.output = output
         return ModelReply(
             text=text,
-            stop=output.stop_reason,
+            stop=stop,
             served=without_keys(output.model),
-            usage=usage_of(output),
+            usage=usage_of(output) + tries.lost,
             seconds=output.time or time.perf_counter() - began,
+            retries=tries.retries,
         )
+
+    async def _said(self, asked: list[ChatMessage], config: GenerateConfig) -> tuple[ModelOutput, str, str, Tries]:
+        """The model's output, its text and why it stopped. Inspect retries what it knows as a fault; we do the rest."""
+        check_answers(getattr(self._model.api, "client", None), _ASKING.get)
+
+        async def attempt() -> tuple[ModelOutput, str, str] | Exception:
+            asking = _ASKING.set(True)
+            try:
+                output = await self._model.generate(asked, config=config)
+                return output, *said_in(output)
+            except Declined:
+                raise
+            except Exception as error:  # noqa: BLE001 - raised below, as it came
+                return error
+            finally:
+                _ASKING.reset(asking)
+
+        came, tries = await with_retries(attempt, _own_judgement, self._access)
+        if isinstance(came, Exception):
+            raise came
+        refuse_overflow(came[0], tries)
+        return *came, tries
 
     def _config(self, schema: dict[str, object]) -> GenerateConfig:
         """The parameters sent with the conversation, equal to those of Lockprobe's client."""
@@ -184,6 +217,12 @@ class _ModelOfTheEval:
         """Write the truth of a step where the model does not see it."""
         transcript().info(step_as_markdown(step), source="lockprobe")
         self._state.messages[-1].metadata = step_metadata(step)
+
+
+def _own_judgement(error: Exception) -> Judgement:
+    """The judgement of a fault that Inspect does not know."""
+    assert isinstance(error, Declined)
+    return error
 
 
 def _finish(state: TaskState, trial: Trial, directory: Path) -> None:

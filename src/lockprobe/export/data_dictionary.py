@@ -168,7 +168,7 @@ COLUMN: Mapping[str, Column] = {
     "loop_coverage": Column(
         "The largest share of attempts that action loops cover. Empty without an attempt.", "", 0, 1, "number"
     ),
-    "error": Column("The boundary at which a trial broke: model, reply, plant, channel or participant."),
+    "error": Column("The boundary at which a trial broke: model, reply, refusal, plant, channel or participant."),
 }
 """Every column of every table except those of the recruitment platform."""
 

@@ -42,6 +42,7 @@ from lockprobe.report.study_rows import (
     plant_facts,
     rules_said_of,
     study_progress,
+    tidied_rows,
 )
 from lockprobe.report.why import WhyResult, why_row
 from lockprobe.spec import Spec, spec_name
@@ -114,6 +115,7 @@ def condition_results(opened: OpenedStudy, found: ConditionStudySummary) -> Resu
         box=found.reference,
         measures=measure_rows(opened.trials),
         errors=broken_rows(opened.trials),
+        tidied=tidied_rows(opened.trials),
         agents=agent_facts(opened.trials),
         plants=plant_facts(opened.trials, opened.settings),
         seen=seen(opened.trials),

@@ -40,6 +40,7 @@ __all__ = [
     "RepetitionResult",
     "TestRow",
     "TestedAgainstChance",
+    "TidiedReplies",
 ]
 
 
@@ -322,6 +323,16 @@ class BrokenTrials:
     trials: int
     message: str
     owed_again: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TidiedReplies:
+    """Replies of one agent that were tidied before they were read, and how often what was tidied."""
+
+    agent: str
+    decisions: int
+    tidied: int
+    what: Mapping[str, int]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -50,6 +50,7 @@ from lockprobe.report.study_rows import (
     plant_facts,
     rules_said_of,
     study_progress,
+    tidied_rows,
 )
 from lockprobe.studies.study import Study
 
@@ -104,6 +105,7 @@ def flip_results(opened: OpenedStudy, summary: StudySummary) -> Results:
         examples=examples(summary, trials),
         measures=measure_rows(trials),
         errors=broken_rows(trials),
+        tidied=tidied_rows(trials),
         agents=agent_facts(trials),
         plants=plant_facts(trials, opened.settings),
         seen=seen(trials),

@@ -312,6 +312,7 @@ class Results(DescribedResult):
     examples: list[ExampleTrial]
     measures: list[MeasureResult] = Field(default=[], description="What installed packages measure.")
     errors: list[details.BrokenTrials]
+    tidied: list[details.TidiedReplies] = []
     agents: dict[str, dict[str, str]]
     plants: dict[str, dict[str, str]]
     seen: list[SeenModality]

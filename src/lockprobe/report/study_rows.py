@@ -7,12 +7,13 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import chain
 from typing import Any
 
+from lockprobe.agents.reply_text import TIDIED
 from lockprobe.analysis.condition import ConditionSummary
 from lockprobe.analysis.rules import together
 from lockprobe.audit.rates import shipped
 from lockprobe.prose.robot import rules_said
-from lockprobe.record import Fact, Trial
-from lockprobe.report.details import AuditedRate, AuditResult, BrokenTrials, LeftOutResult
+from lockprobe.record import Decision, Fact, Trial
+from lockprobe.report.details import AuditedRate, AuditResult, BrokenTrials, LeftOutResult, TidiedReplies
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.schema import StudyProgress
 from lockprobe.studies.records import LeftOut
@@ -25,6 +26,7 @@ __all__ = [
     "plant_facts",
     "rules_said_of",
     "study_progress",
+    "tidied_rows",
 ]
 
 _MANY = 8
@@ -109,6 +111,23 @@ def broken_rows(trials: Sequence[Trial]) -> list[BrokenTrials]:
         BrokenTrials(agent=agent, boundary=boundary, trials=count, message=message, owed_again=owed_again)
         for (agent, boundary), count in sorted(counts.items())
         for message, owed_again in (first[agent, boundary],)
+    ]
+
+
+def tidied_rows(trials: Sequence[Trial]) -> list[TidiedReplies]:
+    """The agents some of whose replies were tidied."""
+    decisions: dict[str, list[Decision]] = {}
+    for trial in trials:
+        decisions.setdefault(trial.group, []).extend(step.decision for step in trial.steps)
+    return [
+        TidiedReplies(
+            agent=agent,
+            decisions=len(made),
+            tidied=tidied,
+            what=dict(Counter(TIDIED.get(what, what) for one in made for what in one.tidied).most_common()),  # type: ignore[call-overload]
+        )
+        for agent, made in decisions.items()
+        if (tidied := sum(bool(one.tidied) for one in made))
     ]
 
 

@@ -25,7 +25,7 @@ from typing import Protocol
 from lockprobe.agents.catalogue import AgentSource, resolve
 from lockprobe.agents.model_access import Access
 from lockprobe.cluster import Cluster
-from lockprobe.errors import BadValue, BudgetReached, Missing, SettingsChanged
+from lockprobe.errors import FINAL, BadValue, BudgetReached, Missing, SettingsChanged
 from lockprobe.interrupts import interruptible
 from lockprobe.model_call import OWED_ANEW, Call
 from lockprobe.plan import Plan
@@ -365,30 +365,30 @@ async def _play_here(
 
 
 def owe_anew(journal: Journal, study: Study, boundary: str) -> int:
-    """Owe again every trial of a study whose error is final (``lockprobe run … --again reply``), and count them.
+    """Owe again every trial of a study that ended at a final error (``lockprobe run … --again``), and count them.
 
-    An agent that never gave a usable reply is a finding, so its trial is final. If the set-up was at fault, for example
-    a server that left a field out, the trial can be played again: a copy of its record that says "again" follows the
-    old record, and the new record counts the replays. The new trial makes new calls; the old ones count as spent.
-    People's trials are left alone.
+    An agent that never gave a usable reply, or refused, is a finding, so its trial is final. If the set-up was at
+    fault, for example a server that left a field out, the trial can be played again: a copy of its record that says
+    "again" follows the old record, and the new record counts the replays. The new trial makes new calls; the old ones
+    count as spent. People's trials are left alone.
 
     Args:
         journal: The open journal of the study.
         study: The study.
-        boundary: ``reply``, the only one whose errors are final.
+        boundary: ``reply`` or ``refusal``, whose errors are final.
 
     Raises:
         BadValue: If there is no such boundary, or its errors are always owed again.
         BadFile: If it cannot be written.
     """
-    if boundary != "reply":
-        raise BadValue("again", boundary, "reply; what broke elsewhere is owed without being asked for")
+    if boundary not in FINAL:
+        raise BadValue("again", boundary, f"{' or '.join(FINAL)}; what broke elsewhere is owed without being asked for")
     readings = {reading.key: reading for reading in read_timings(journal.directory)}
     asked = {call.key for call in read_calls(journal.directory)}
     found = 0
     for trial in load(journal.directory):
         error = trial.error
-        if error is None or trial.owed_again or trial.player or not study.asks_for(trial):
+        if error is None or error.boundary != boundary or trial.owed_again or trial.player or not study.asks_for(trial):
             continue
         if trial.key in asked:
             nothing = Call(key=trial.key, step=0, turn=0, request="", reply=None, error=OWED_ANEW)

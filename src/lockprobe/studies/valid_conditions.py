@@ -20,12 +20,14 @@ class Invalid:
         errors: Trials of it that ended as an error, 1 or more.
         first: The error of the first of them.
         owed: How many of them are owed again.
+        final: The boundaries at which the others ended.
     """
 
     condition: str
     errors: int
     first: TrialError
     owed: int
+    final: tuple[str, ...]
 
 
 def invalid_conditions(study: Study, trials: Mapping[str, Trial]) -> list[Invalid]:
@@ -44,6 +46,7 @@ def invalid_conditions(study: Study, trials: Mapping[str, Trial]) -> list[Invali
             errors=len(found),
             first=next(trial.error for trial in found if trial.error is not None),
             owed=sum(trial.owed_again for trial in found),
+            final=tuple(sorted({trial.error.boundary for trial in found if trial.error and not trial.owed_again})),
         )
         for condition, found in played.items()
         if all(trial.ending == "error" for trial in found)

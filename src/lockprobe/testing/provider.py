@@ -264,12 +264,11 @@ def _form(request: Request) -> dict[str, Any]:
 
 
 def turns(request: Request) -> tuple[int, str]:
-    """The number of steps played and the last report; unusable replies and repeated requests do not count."""
-    listing, turn, told = joints(request), 0, request["messages"][0]
+    """The number of steps played and the last report; replies that could not be used do not count."""
+    turn, told = 0, request["messages"][0]
     for reply, after in zip(request["messages"], request["messages"][1:], strict=False):
-        with contextlib.suppress(ValueError, KeyError, TypeError):
-            if reply["role"] == "assistant" and json.loads(words(reply).strip("`json \n"))["joint"] in listing:
-                turn, told = turn + 1, after
+        if reply["role"] == "assistant" and "could not be used" not in words(after):
+            turn, told = turn + 1, after
     return turn, words(told)
 
 

@@ -336,11 +336,11 @@ def test_what_is_sent_is_what_a_reply_is_looked_up_by():
     assert llm._fingerprint(*same) == llm._fingerprint(*ways[0])
 
 
-@pytest.mark.parametrize("stop", ["length", "stop"])
-def test_replies_that_are_cut_off_are_said_to_be(tmp_path, monkeypatch, stop):
+@pytest.mark.parametrize(("stop", "turns"), [("length", 2), ("stop", 5)])
+def test_replies_that_are_cut_off_are_said_to_be_and_the_second_ends_the_trial(tmp_path, monkeypatch, stop, turns):
     trials, _ = played(tmp_path, monkeypatch, lambda request: completion('{"joi', stop=stop), trials=1, p=[0])
     cut = " (the reply was cut off after 5 tokens: a larger max_tokens leaves it more room)" if stop == "length" else ""
-    assert trials[0].error.message == f"no usable reply in 5 turns: not one JSON object{cut}"
+    assert trials[0].error.message == f"no usable reply in {turns} turns: a JSON object that does not end{cut}"
 
 
 def test_a_conversation_that_is_too_long_is_no_reply_and_its_trial_is_owed_again(tmp_path, monkeypatch):
@@ -415,3 +415,147 @@ def test_a_name_from_outside_is_kept_short_and_harmless(tmp_path, monkeypatch):
     served = trials[0].steps[0].decision.served
     assert served.startswith("?[31m?mmm")
     assert len(served) == 200
+
+
+def said(request):
+    """The well-formed reply to a request."""
+    return truthful(request)[1]["choices"][0]["message"]["content"]
+
+
+def answering(change, **more):
+    """A server whose replies are well-formed ones, changed."""
+    return lambda request: completion(change(said(request)), **more)
+
+
+PROVIDERS = [SPEC, "llm:openai/gpt-4o"]
+
+
+@pytest.mark.parametrize("spec", PROVIDERS)
+@pytest.mark.parametrize(
+    ("change", "tidied"),
+    [
+        (lambda text: f"Hm\n</think>\n{text}", ("reasoning",)),
+        (lambda text: f"<|channel|>final<|message|>{text}<|return|>", ("template",)),
+        (lambda text: f"{text}<|im_end|>", ("template",)),
+        (lambda text: f"Here it is:\n```JSON\n{text}\n```", ("fence", "prose")),
+        (lambda text: text.replace('"in turn"', "null"), ("spelling",)),
+        (lambda text: text.replace("did not move", "Did not move.").replace("in turn", "here"), None),
+    ],
+)
+def test_a_habit_of_model_or_server_costs_no_trial_and_is_on_record(tmp_path, monkeypatch, spec, change, tidied):
+    trials, server = played(tmp_path, monkeypatch, answering(change), spec, modality=["symbolic"], trials=1)
+    assert [trial.solved for trial in trials] == [True, True]
+    assert len(server.requests) == sum(len(trial.steps) for trial in trials)
+    decisions = [step.decision for trial in load(tmp_path) for step in trial.steps]
+    if tidied is None:
+        assert {decision.tidied for decision in decisions} == {(), ("spelling",)}
+    else:
+        assert {decision.tidied for decision in decisions} == {tidied}
+    assert [decision.replies for decision in decisions] == [(call.reply,) for call in sorted_calls(tmp_path, trials)]
+
+
+def sorted_calls(directory, trials):
+    """The calls in the order of the trials' steps."""
+    place = {trial.key: i for i, trial in enumerate(trials)}
+    return sorted(read_calls(directory), key=lambda call: (place[call.key], call.step))
+
+
+def test_marks_and_reasoning_are_kept_in_the_record_and_sent_to_nobody(tmp_path, monkeypatch):
+    marked = answering(lambda text: f"A secret thought</think>{text}<|im_end|>")
+    trials, server = played(tmp_path, monkeypatch, marked, trials=1, p=[0])
+    assert all("A secret thought</think>" in step.decision.replies[0] for step in trials[0].steps)
+    sent = json.dumps(server.requests)
+    assert "secret" not in sent
+    assert "im_end" not in sent
+    replies = [json.loads(message["content"]) for message in server.requests[-1]["messages"][1::2]]
+    assert [reply["joint"] for reply in replies] == [step.decision.joint for step in trials[0].steps][:-1]
+
+
+@pytest.mark.parametrize("spec", PROVIDERS)
+@pytest.mark.parametrize(
+    "answer",
+    [
+        lambda request: completion(None, refusal="I cannot help with opening locks."),
+        lambda request: completion("", stop="content_filter"),
+        lambda request: (400, {"error": {"code": "content_filter", "message": "The prompt was filtered."}}),
+    ],
+)
+def test_a_refusal_is_an_ending_of_its_own_which_is_paid_for_once(tmp_path, monkeypatch, spec, answer):
+    for _ in range(2):
+        trials, server = played(tmp_path, monkeypatch, answer, spec, modality=["symbolic"], trials=2, p=[0])
+        for trial in trials:
+            assert (trial.ending, trial.error.boundary, trial.owed_again) == ("error", "refusal", False)
+            assert trial.error.message.startswith("refused: ")
+            assert trial.error.message == f"refused: {trial.error.replies[0]}"
+        assert {call.stop for call in read_calls(tmp_path)} == {"content_filter"}
+    assert server.requests == []
+    assert len(list(read_calls(tmp_path))) == 2
+
+
+def test_a_refusal_in_the_middle_of_a_trial_keeps_its_steps_and_the_replies_before_it(tmp_path, monkeypatch):
+    def answer(request):
+        late = len(request["messages"]) >= 5
+        if late and "could not be used" not in words(request["messages"][-1]):
+            return completion("no")
+        return completion(None, refusal="I cannot go on.") if late else truthful(request)
+
+    (trial,), server = played(tmp_path, monkeypatch, answer, trials=1, p=[0])
+    assert (trial.error.boundary, trial.error.step, len(trial.steps)) == ("refusal", 3, 2)
+    assert trial.error.replies == ("no", "I cannot go on.")
+    assert trial.error.usage.calls == 2
+    assert len(server.requests) == 4
+
+
+@pytest.mark.parametrize(
+    ("content", "stop", "reasoned", "requests", "why"),
+    [
+        ("", "length", 900, 1, "an empty reply (the reply was cut off after 900 tokens, 900 of them of reasoning: a larger"),
+        ("<think>Hm", "length", 0, 1, "reasoning without a reply after it (the reply was cut off after 900 tokens: a larger"),
+        ('{"jo', "length", 0, 2, "a JSON object that does not end (the reply was cut off after 900 tokens: a larger max_tokens"),
+        ("", "stop", 900, 5, "an empty reply (after 900 tokens, 900 of them of reasoning)"),
+        ("", "tool_calls", 0, 5, "an empty reply (it called a tool, and there is none)"),
+    ],
+)  # fmt: skip
+def test_an_empty_or_cut_off_reply_names_its_cause(tmp_path, monkeypatch, content, stop, reasoned, requests, why):
+    def answer(request):
+        status, body = completion(content, stop=stop)
+        counts = {"prompt_tokens": 11, "completion_tokens": 900, "total_tokens": 911}
+        message = body["choices"][0]["message"]
+        if stop == "tool_calls":
+            called = {"id": "c", "type": "function", "function": {"name": "reply", "arguments": "{}"}}
+            message |= {"content": None, "tool_calls": [called]}
+        return status, body | {"usage": counts | {"completion_tokens_details": {"reasoning_tokens": reasoned}}}
+
+    (trial,), server = played(tmp_path, monkeypatch, answer, f"{SPEC}?max_tokens=900", trials=1, p=[0])
+    assert (trial.error.boundary, len(server.requests)) == ("reply", requests)
+    turns = f"{requests} turn{'s' * (requests > 1)}"
+    assert trial.error.message.startswith(f"no usable reply in {turns}: {why}")
+
+
+def test_an_outage_behind_a_router_loses_no_trial(tmp_path, monkeypatch):
+    def outage(request):
+        asked.append(request)
+        if 5 <= len(asked) < 20:
+            broken = {"finish_reason": "error", "error": {"code": 502, "message": "Upstream error"}}
+            status, body = completion("")
+            return status, body | {"choices": [body["choices"][0] | broken]}
+        return truthful(request)
+
+    asked = []
+    trials, _ = played(tmp_path, monkeypatch, outage)
+    assert {trial.error.boundary for trial in trials if trial.error} == {"model"}
+    again, _ = played(tmp_path, monkeypatch, truthful)
+    assert [trial.ending for trial in again] == ["solved"] * 6
+    assert all("could not be used" not in json.dumps(request) for request in asked)
+
+
+def test_an_impossible_count_of_a_fault_is_charged_as_the_most_that_can_be(tmp_path, monkeypatch):
+    def answer(request):
+        status, body = completion("")
+        counts = {"prompt_tokens": 10**9, "completion_tokens": 10**9, "total_tokens": 2 * 10**9}
+        return status, body | {"choices": [body["choices"][0] | {"finish_reason": "error"}], "usage": counts}
+
+    played(tmp_path, monkeypatch, answer, trials=1, p=[0])
+    (call,) = read_calls(tmp_path)
+    assert call.claimed.output_tokens == 3 * 10**9
+    assert call.usage.output_tokens == 32_768

@@ -51,7 +51,7 @@ def asked(monkeypatch, course, *, judged=None, **access):
 
 def test_what_passes_is_asked_again_and_counted(monkeypatch):
     came, pauses, made = asked(monkeypatch, [Refusal(500, "no"), Refusal(429, "no"), "yes"])
-    assert came == ("yes", (2, 0))
+    assert came == ("yes", patience.Tries(2, 0))
     assert (len(pauses), made) == (2, 3)
 
 
@@ -94,7 +94,7 @@ def test_it_is_bounded(monkeypatch, retries):
 
 def test_a_request_that_hangs_is_asked_again(monkeypatch):
     came, _, made = asked(monkeypatch, [asyncio, "yes"], judged=Judged(retry=False), timeout=0.02)
-    assert (came, made) == (("yes", (1, 1)), 2)
+    assert (came, made) == (("yes", patience.Tries(1, 1)), 2)
     said, _, made = asked(monkeypatch, [asyncio], judged=Judged(retry=False), timeout=0.02, retries=1)
     assert (said, made) == ("no reply within 0.02 s (tried 2 times)", 2)
 
@@ -102,7 +102,7 @@ def test_a_request_that_hangs_is_asked_again(monkeypatch):
 def test_a_body_that_cannot_be_read_is_asked_again(monkeypatch):
     torn = ValueError("Expecting value: line 1 column 1")
     came, _, _ = asked(monkeypatch, [torn, "yes"], judged=Judged(retry=False))
-    assert came == ("yes", (1, 1))
+    assert came == ("yes", patience.Tries(1, 1))
     said, _, _ = asked(monkeypatch, [torn], judged=Judged(retry=False), retries=0)
     assert said == "a reply that cannot be read (ValueError: Expecting value: line 1 column 1)"
 
@@ -127,7 +127,7 @@ def test_a_batch_is_not_held_to_the_timeout(monkeypatch):
         return "yes"
 
     access = Access(timeout=0.01, batch=True)
-    assert asyncio.run(patience.with_retries(slow, lambda error: Judged(), access)) == ("yes", (0, 0))
+    assert asyncio.run(patience.with_retries(slow, lambda error: Judged(), access)) == ("yes", patience.Tries())
 
 
 class ConnectError(Exception):
@@ -164,11 +164,12 @@ DROPPED = behind(RuntimeError("Connection error."), RemoteProtocolError("Server 
         (behind(RuntimeError("Connection error."), socket.gaierror(-2, "Name or service not known")), 0),
         (behind(RuntimeError("Connection error."), ConnectError("All connection attempts failed")), 0),
         (patience.Declined("no credit left"), 0),
+        (patience.Declined("an empty reply", charged=True), 1),
     ],
 )
 def test_attempts_that_may_have_been_charged_are_counted_whether_an_answer_comes_or_not(monkeypatch, failure, charged):
     came, _, _ = asked(monkeypatch, [failure, failure, "yes"], timeout=0.02)
-    assert came == ("yes", (2, 2 * charged))
+    assert came == ("yes", patience.Tries(2, 2 * charged))
 
     async def attempt():
         if failure is asyncio:
@@ -190,7 +191,7 @@ def test_an_error_in_place_of_a_reply_is_said_in_the_providers_words(monkeypatch
     assert said == "the provider answered with an error: still loading"
     said, _, _ = asked(monkeypatch, [patience.Declined("no credit left", 402)], retries=0)
     assert said == "the provider answered 402: no credit left"
-    passing = [code for code in (None, 400, 401, 402, 404, 408, 429, 500, 503) if patience.Declined("x", code).passes]
+    passing = [code for code in (None, 400, 401, 402, 404, 408, 429, 500, 503) if patience.Declined("x", code).retry]
     assert passing == [None, 408, 429, 500, 503]
 
 
@@ -214,7 +215,7 @@ def test_whoever_keeps_the_money_is_asked_before_it_may_cost_once_more_and_can_e
         return asyncio.run(patience.with_retries(attempt, lambda error: Judged(), Access(pause=0), hook))
 
     made = []
-    assert with_retries(again) == ("yes", (4, 2))
+    assert with_retries(again) == ("yes", patience.Tries(4, 2))
     assert told == [(2, 1), (4, 2)]
     made = []
     with pytest.raises(BudgetReached):

@@ -11,17 +11,18 @@ import sys
 import time
 import warnings
 from collections.abc import Awaitable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import partial
 
+from lockprobe.agents.llm.answer import refuse_overflow, said_in, usage_of
 from lockprobe.agents.llm.connect import config_of, mistake, opened
 from lockprobe.agents.llm.inspect_internals import PrerequisiteError
 from lockprobe.agents.llm.model_facts import facts_of
-from lockprobe.agents.llm.retry import Again, Declined, Tries, with_retries
+from lockprobe.agents.llm.retry import Again, Declined, Judgement, with_retries
 from lockprobe.agents.llm.settings import ModelSettings
 from lockprobe.agents.model_access import Access
 from lockprobe.agents.prompt import Message
-from lockprobe.errors import ModelFault, needing
+from lockprobe.errors import needing
 from lockprobe.model_call import Usage
 from lockprobe.record import Fact
 from lockprobe.redaction import without_keys
@@ -44,7 +45,7 @@ with needing("hosted models", "providers"):
     )
     from inspect_ai.util import JSONSchema
 
-__all__ = ["RUNTIME", "ModelClient", "ModelReply", "refuse_overflow", "sent", "usage_of"]
+__all__ = ["RUNTIME", "ModelClient", "ModelReply", "sent"]
 
 RUNTIME = f"inspect-ai {inspect_ai.__version__}"
 
@@ -54,10 +55,6 @@ LONGEST_REPLY = 100_000
 LONGEST_NAME = 200
 """The most characters kept of the name of a model that answered."""
 
-_MOST_COUNTED = 2**40
-
-_ONCE = Tries()
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ModelReply:
@@ -65,9 +62,9 @@ class ModelReply:
 
     Attributes:
         text: The reply.
-        stop: Why the model stopped, as Inspect AI names it.
+        stop: Why the model stopped, as :attr:`lockprobe.model_call.Call.stop` has it.
         served: The model that answered, as the provider names it.
-        usage: What it cost.
+        usage: What it cost, with what the provider counted for failed attempts.
         seconds: Wall time, retries included.
         retries: How often the provider had to be asked again.
         unanswered: Attempts without a usable reply that the provider may have charged for.
@@ -124,21 +121,24 @@ class ModelClient:
         began = time.perf_counter()
         asked = self._model
 
-        def once() -> Awaitable[ModelOutput]:
+        def once() -> Awaitable[tuple[ModelOutput, str, str]]:
             nonlocal asked
             asked = self._model
             return self._once(asked, conversation, config)
 
-        output, tries = await with_retries(once, lambda error: self._judge(asked, error), self._access, again)
+        came, tries = await with_retries(once, lambda error: self._judge(asked, error), self._access, again)
+        output, text, stop = came
         refuse_overflow(output, tries)
+        usage = usage_of(output)
+        bare = tries.lost != Usage() and not (usage.input_tokens or usage.output_tokens)  # the sum would hide it
         return ModelReply(
-            text=without_keys(output.completion)[:LONGEST_REPLY],
-            stop=output.stop_reason,
+            text=without_keys(text)[:LONGEST_REPLY],
+            stop=stop,
             served=printable(without_keys(output.model))[:LONGEST_NAME],
-            usage=usage_of(output),
+            usage=usage + tries.lost,
             seconds=time.perf_counter() - began,
             retries=tries.retries,
-            unanswered=tries.unanswered,
+            unanswered=tries.unanswered + bare,
         )
 
     @property
@@ -146,49 +146,37 @@ class ModelClient:
         """Parameters sent by default because Inspect AI knows that the provider requires them."""
         return {} if self._config.max_tokens is None else {"max_tokens": self._config.max_tokens}
 
-    def _judge(self, asked: Model, error: Exception) -> RetryDecision:
+    def _judge(self, asked: Model, error: Exception) -> Judgement:
         if self._access.batch and asked is self._model:  # Inspect AI sends no more batches after one that it could not
             self._left.append(asked)
             self._model = self._open()
         if isinstance(error, Declined):
-            judged = RetryDecision.rate_limit() if error.status_code == 429 else RetryDecision.transient()
-            return judged if error.passes else RetryDecision.no()
+            return error
         decision = asked.api.should_retry(error)
         if isinstance(decision, RetryDecision) and decision.retry:
             return decision
         return RetryDecision.transient() if asked.should_retry(error) else RetryDecision.no()
 
-    async def _once(self, model: Model, conversation: list[ChatMessage], config: GenerateConfig) -> ModelOutput:
-        """One request through the provider's interface, because ``Model.generate`` keeps a log in memory."""
+    async def _once(
+        self, model: Model, conversation: list[ChatMessage], config: GenerateConfig
+    ) -> tuple[ModelOutput, str, str]:
+        """One request through the provider's interface, because ``Model.generate`` keeps a log in memory.
+
+        The text of the reply and the reason for its end stand beside the output.
+        """
         try:
             came = await model.api.generate(conversation, tools=[], tool_choice="none", config=config)
         except PrerequisiteError as error:
             raise mistake(self._name, error) from None
-        output = came[0] if isinstance(came, tuple) else came
+        output, body = (came[0], came[1].response) if isinstance(came, tuple) else (came, None)
         if isinstance(output, Exception):
             raise output
-        if not output.choices:
-            raise ValueError("it holds no reply")
-        return output
+        return output, *said_in(output, body)
 
     async def aclose(self) -> None:
         """Close the provider's connections."""
         for model in (*self._left, self._model):
             await model.api.aclose()
-
-
-def refuse_overflow(output: ModelOutput, tries: Tries = _ONCE) -> None:
-    """Refuse the reply that Inspect AI substitutes for the provider's error about a conversation that is too long.
-
-    Raises:
-        ModelFault: If that is what came.
-    """
-    if output.stop_reason != "model_length":
-        return
-    counted = output.usage is not None
-    said = "" if counted else f": {' '.join(output.completion.split())}"
-    spent = asdict(usage_of(output)) if counted else {}
-    raise ModelFault(f"the conversation is longer than the model can read{said}", **tries._asdict(), usage=spent)
 
 
 def sent(message: Message, settings: ModelSettings) -> ChatMessage:
@@ -202,23 +190,3 @@ def sent(message: Message, settings: ModelSettings) -> ChatMessage:
         data = base64.b64encode(picture.png).decode("ascii")
         content.append(ContentImage(image=f"data:image/png;base64,{data}", detail=settings.detail))
     return ChatMessageUser(content=content)
-
-
-def usage_of(output: ModelOutput) -> Usage:
-    """The cost of a reply by its provider's counts; if one count is impossible, none is used."""
-    if (spent := output.usage) is None:
-        return Usage(calls=1)
-    cached, stored = spent.input_tokens_cache_read or 0, spent.input_tokens_cache_write or 0
-    read = spent.input_tokens + cached + stored  # Inspect AI leaves both out
-    written = max(spent.output_tokens, spent.total_tokens - read)  # xAI leaves out those of reasoning
-    reasoned = spent.reasoning_tokens or 0
-    if not all(0 <= count < _MOST_COUNTED for count in (spent.input_tokens, cached, stored, written, reasoned)):
-        return Usage(calls=1)
-    return Usage(
-        calls=1,
-        input_tokens=read,
-        output_tokens=written,
-        cached_tokens=cached,
-        stored_tokens=stored,
-        reasoning_tokens=reasoned,
-    )

@@ -12,6 +12,7 @@ from urllib.parse import urlsplit
 from lockprobe.agents.llm.answer_limits import guard_answers
 from lockprobe.agents.llm.inspect_internals import PrerequisiteError, set_batch_log_callback
 from lockprobe.agents.llm.network_settings import check_certificates, check_proxies, is_url
+from lockprobe.agents.llm.openai_answers import check_answers
 from lockprobe.agents.llm.openai_fast_path import use_fast_path
 from lockprobe.agents.model_access import Access
 from lockprobe.errors import BadValue, Missing, UserMistake, needing
@@ -59,6 +60,7 @@ def opened(name: str, access: Access, parameters: dict[str, object]) -> Model:
     if not access.batch and hasattr(client, "max_retries"):
         client.max_retries, client.timeout = 0, None  # so that all waiting is ours, and counted
     use_fast_path(client)
+    check_answers(client)
     guard_answers(client)
     return model
 

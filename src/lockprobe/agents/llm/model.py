@@ -1,5 +1,8 @@
 """A language model as an agent: one call for each decision, and one more for each malformed reply.
 
+A refusal ends the trial. So does a reply that the limit cut off for the second time, or before it had begun: the same
+limit would cut off the next one too.
+
 The pictures of a percept are sent as PNG after its text. Earlier pictures stay in the conversation, as in the paper, or
 only the newest do: ``llm:openai/gpt-4o?images=4``.
 """
@@ -28,8 +31,10 @@ from lockprobe.agents.prompt import (
     picture_fingerprint,
     repair,
     reply_schema,
+    spoken,
 )
-from lockprobe.errors import ModelFault, ReplyFault
+from lockprobe.agents.reply_text import without_marks
+from lockprobe.errors import ModelFault, RefusalFault, ReplyFault
 from lockprobe.model_call import BROKEN_OFF, Call, Usage
 from lockprobe.protocols import CallBook
 from lockprobe.record import Decision, Fact, Situation
@@ -38,6 +43,12 @@ __all__ = ["Ask", "HostedModel", "check", "decided", "model_facts"]
 
 _KEPT = ("stop", "served", "usage", "seconds", "retries", "unanswered")
 """The fields of an answer, besides its text, that a call keeps under the same names."""
+
+_CUT_OFF = "max_tokens"
+"""Why a reply stopped that reached its limit."""
+
+_MOST_CUT_OFF = 2
+"""Cut-off replies to one request that end a trial. One that had begun can be shorter when it is asked for again."""
 
 Ask = Callable[[int, Sequence[Message], dict[str, object]], Awaitable[ModelReply]]
 """From the turn, from 1, the conversation and the form of the reply to the reply."""
@@ -99,7 +110,8 @@ class HostedModel:
             async with self._line.slots:
                 return await self._line.ask(messages, schema)
 
-        return await decided(situation, self._settings, ask)
+        most = self._settings.most_tokens(facts_of(str(self.facts["model"])))
+        return await decided(situation, self._settings, ask, most)
 
     async def aclose(self) -> None:
         """Close the provider's connections."""
@@ -141,15 +153,13 @@ class _InOneTrial:
 
             try:
                 answer = await self._line.ask(messages, schema, again)
-                if answer.usage.beyond(worst):
-                    call = replace(call, claimed=answer.usage)
-                    answer = replace(answer, usage=replace(worst, calls=1))
                 call = replace(call, error="", reply=answer.text, **{name: getattr(answer, name) for name in _KEPT})
+                call = _credible(call, answer.usage, worst)
+                answer = replace(answer, usage=call.usage)
             except ModelFault as fault:
                 call = replace(
-                    call,
+                    _credible(call, Usage(**fault.usage), worst),
                     error=str(fault),
-                    usage=Usage(**fault.usage),
                     seconds=time.perf_counter() - began,
                     retries=fault.retries,
                     unanswered=fault.unanswered,
@@ -159,7 +169,14 @@ class _InOneTrial:
                 self._book.write(call)
             return answer
 
-        return await decided(situation, self._settings, ask)
+        return await decided(situation, self._settings, ask, self._settings.most_tokens(self._facts))
+
+
+def _credible(call: Call, usage: Usage, worst: Usage) -> Call:
+    """A call with its usage; in the place of an impossible count the largest possible one."""
+    if usage.beyond(worst):
+        return replace(call, claimed=usage, usage=replace(worst, calls=min(1, usage.calls)))
+    return replace(call, usage=usage)
 
 
 def _fingerprint(
@@ -172,37 +189,49 @@ def _fingerprint(
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
-async def decided(situation: Situation, settings: ModelSettings, ask: Ask) -> Decision:
-    """Ask until a reply is well formed.
+async def decided(situation: Situation, settings: ModelSettings, ask: Ask, most: int | None = None) -> Decision:
+    """Ask until a reply is well formed. ``most`` is the limit of a reply in tokens, if it is known.
 
     Raises:
-        ReplyFault: If too many replies were malformed.
+        RefusalFault: If the model or its provider refused.
+        ReplyFault: If too many replies were malformed, or the limit left no room for one.
     """
     messages = conversation(situation, images=settings.images)
     schema = reply_schema(situation)
     replies: list[str] = []
-    usage = Usage()
+    usage, cut_off = Usage(), 0
     while True:
         answer = await ask(len(replies) + 1, messages, schema)
         replies.append(answer.text)
         usage += answer.usage
         try:
-            decision = parse_reply(answer.text, situation)
+            decision = parse_reply(answer.text, situation, answer.stop)
             return replace(decision, replies=tuple(replies), usage=usage, served=answer.served)
+        except RefusalFault as fault:
+            raise RefusalFault(str(fault), tuple(replies), asdict(usage)) from None
         except ReplyFault as fault:
-            if len(replies) > settings.repairs:
-                why = f"no usable reply in {len(replies)} turns: {fault}{_cut_off(answer)}"
+            said = without_marks(answer.text)[0].strip()
+            if answer.stop == _CUT_OFF:
+                cut_off += 1 if said else _MOST_CUT_OFF
+            if len(replies) > settings.repairs or cut_off >= _MOST_CUT_OFF:
+                turns = f"{len(replies)} turn{'s' * (len(replies) > 1)}"
+                why = f"no usable reply in {turns}: {fault}{_cause(answer, most, empty=not said)}"
                 raise ReplyFault(why, tuple(replies), asdict(usage)) from None
             messages = [
                 *messages,
-                Message(role="assistant", text=answer.text or "(empty)"),
+                Message(role="assistant", text=spoken(answer.text)),
                 Message(role="user", text=repair(fault, situation)),
             ]
 
 
-def _cut_off(answer: ModelReply) -> str:
-    """The reason why a malformed reply was cut off, if it was."""
-    if answer.stop != "max_tokens":
-        return ""
-    after = f" after {answer.usage.output_tokens} tokens" if answer.usage.output_tokens else ""
-    return f" (the reply was cut off{after}: a larger max_tokens leaves it more room)"
+def _cause(answer: ModelReply, most: int | None, *, empty: bool) -> str:
+    """The cause of an unusable reply, if it is empty or cut off: tokens, those of reasoning among them, the limit."""
+    written, reasoned = answer.usage.output_tokens, answer.usage.reasoning_tokens
+    hidden = f", {reasoned} of them of reasoning" if reasoned else ""
+    after = f" after {written} tokens{hidden}" if written else ""
+    if answer.stop == _CUT_OFF:
+        limit = "" if most is None else f" than {most}"
+        return f" (the reply was cut off{after}: a larger max_tokens{limit} leaves it more room)"
+    if answer.stop == "tool_calls":
+        return " (it called a tool, and there is none)"
+    return f" ({after.strip()})" if empty and after else ""

@@ -7,7 +7,7 @@ one minute; a provider's own Retry-After takes precedence. With default settings
 about 30 s.
 
 A provider may charge for replies that never arrived. Attempts that were cut off, dropped or unreadable are counted, and
-the budget is checked before such a request is made again.
+the budget is checked before such a request is made again. If a provider counts the tokens of an error, they are kept.
 """
 
 from __future__ import annotations
@@ -15,10 +15,12 @@ from __future__ import annotations
 import asyncio
 import socket
 from collections.abc import Awaitable, Callable, Iterator
+from dataclasses import asdict, replace
 from typing import NamedTuple, Protocol, TypeVar
 
 from lockprobe.agents.model_access import Access
 from lockprobe.errors import LockprobeError, ModelFault, needing
+from lockprobe.model_call import Usage
 from lockprobe.redaction import without_secrets
 
 with needing("hosted models", "providers"):
@@ -33,6 +35,7 @@ __all__ = [
     "Judgement",
     "RefusedReply",
     "Tries",
+    "fault",
     "pausing",
     "with_retries",
 ]
@@ -61,6 +64,8 @@ _CONNECTION = {"TransportError", "APIConnectionError", "ClientConnectionError", 
 _GAVE_UP_WAITING = (504, 524)
 """Statuses of a gateway without an answer from the server behind it, which may have continued its work."""
 
+_NOTHING = Usage()
+
 _T = TypeVar("_T")
 
 Again = Callable[[int], Awaitable[None]]
@@ -68,23 +73,47 @@ Again = Callable[[int], Awaitable[None]]
 
 
 class Tries(NamedTuple):
-    """The number of retries of a request, and of failed attempts that its provider may charge for."""
+    """The attempts of one request.
+
+    Attributes:
+        retries: How often it was repeated.
+        unanswered: Failed attempts that the provider may charge for and whose tokens it did not count.
+        lost: The tokens that it counted for failed attempts.
+    """
 
     retries: int = 0
     unanswered: int = 0
+    lost: Usage = _NOTHING
 
 
 class Declined(Exception):
-    """A provider's error in place of a reply, with the status that it names, or None."""
+    """A provider's error in place of a reply; it is its own :class:`Judgement`.
 
-    def __init__(self, words: str, status_code: int | None = None) -> None:
+    Args:
+        words: The provider's words.
+        status_code: The status that it names, or None.
+        usage: The tokens that it counts for the attempt, or None.
+        charged: Whether it may charge for the attempt although it counts nothing.
+    """
+
+    def __init__(
+        self, words: str, status_code: int | None = None, *, usage: Usage | None = None, charged: bool = False
+    ) -> None:
         super().__init__(words)
-        self.status_code = status_code
+        self.status_code, self.charged = status_code, charged
+        self.usage = None if usage is None else replace(usage, calls=0)
 
     @property
-    def passes(self) -> bool:
+    def retry(self) -> bool:
         """Whether a retry may succeed."""
         return self.status_code is None or self.status_code in (408, 409, 429) or self.status_code >= 500
+
+    @property
+    def kind(self) -> str:
+        """As :attr:`Judgement.kind`."""
+        return "rate_limit" if self.status_code == 429 else "transient"
+
+    retry_after = None
 
 
 class RefusedReply(Exception):
@@ -151,7 +180,7 @@ async def with_retries(
         sleep=pausing,
     )
     answer: _T = await retrying(timed)
-    return answer, Tries(patience.tries - 1, patience.unanswered)
+    return answer, patience.spent
 
 
 class _Patience:
@@ -160,7 +189,13 @@ class _Patience:
     def __init__(self, judge: Callable[[Exception], Judgement], access: Access) -> None:
         self._judge, self._access = judge, access
         self._judgement: Judgement | None = None
-        self.tries = self.unanswered = 0
+        self.tries = self.unanswered = self._counted = 0
+        self._lost = _NOTHING
+
+    @property
+    def spent(self) -> Tries:
+        """The attempts so far."""
+        return Tries(self.tries - 1, self.unanswered - self._counted, self._lost)
 
     def again(self, state: RetryCallState) -> bool:
         self.tries = state.attempt_number
@@ -171,7 +206,12 @@ class _Patience:
             self.unanswered += refused.charged
             raise self._fault(refused, "") from error
         self._judgement = judged = self._judge(error)
-        self.unanswered += judged.kind != "rate_limit" and _may_be_charged(error)
+        if isinstance(error, Declined) and error.usage is not None and error.usage != _NOTHING:
+            self.unanswered += 1
+            self._counted += 1
+            self._lost += error.usage
+        else:
+            self.unanswered += judged.kind != "rate_limit" and _may_be_charged(error)
         if (asked := judged.retry_after or 0.0) > LONGEST_OBEYED:
             raise self._fault(error, f"; it asks to be left alone for {asked:.0f} s") from error
         if not judged.retry and not isinstance(error, (TimeoutError, *_UNREADABLE)):
@@ -192,12 +232,18 @@ class _Patience:
         raise self._fault(error, self._tried) from error
 
     def _fault(self, error: Exception, more: str) -> ModelFault:
-        said = _said(error, self._access) + more
-        return ModelFault(said, retries=self.tries - 1, unanswered=self.unanswered)
+        return fault(_said(error, self._access) + more, self.spent)
 
     @property
     def _tried(self) -> str:
         return f" (tried {self.tries} times)" if self.tries > 1 else ""
+
+
+def fault(message: str, tries: Tries, usage: Usage = _NOTHING) -> ModelFault:
+    """The fault of a request after its attempts; ``usage`` is what the last of them cost."""
+    cost = tries.lost + usage
+    spent = {} if cost == _NOTHING else asdict(cost)
+    return ModelFault(message, retries=tries.retries, unanswered=tries.unanswered, usage=spent)
 
 
 def _said(error: Exception, access: Access) -> str:
@@ -226,8 +272,10 @@ def _status(error: Exception) -> int | None:
 
 def _may_be_charged(error: Exception) -> bool:
     """Whether a failed request may have been charged for: it arrived, and its result is unknown."""
-    if isinstance(error, Declined) or (status := _status(error)) is not None:
-        return not isinstance(error, Declined) and status in _GAVE_UP_WAITING
+    if isinstance(error, Declined):
+        return error.charged
+    if (status := _status(error)) is not None:
+        return status in _GAVE_UP_WAITING
     refused = (ConnectionRefusedError, socket.gaierror)
     return not any(isinstance(link, refused) or not _NOT_SENT.isdisjoint(_kinds(link)) for link in _chain(error))
 

@@ -1,0 +1,137 @@
+"""Reads the values in a reply: joint, claim, confidence. Another spelling is accepted where it has one reading."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple
+
+from lockprobe.agents.reply_text import plain_form
+from lockprobe.errors import ReplyFault
+from lockprobe.record import Outcome, Situation
+
+__all__ = ["CLAIMS", "Values", "values_in"]
+
+CLAIMS: Mapping[str, Outcome | None] = {"moved": "moved", "did not move": "blocked", "none": None}
+"""The claims that a reply may make about the last action."""
+
+LONGEST_HYPOTHESIS = 4000
+"""Characters."""
+
+_JOINT = ("", "joint", "thejoint")
+_MOVED = ("moved", "hasmoved", "didmove")
+_BLOCKED = ("didnotmove", "didntmove", "notmoved", "hasnotmoved", "hasntmoved")
+_NOTHING = ("", "none", "null", "nothing", "na", "n/a")
+_TRUTHS: Mapping[str, bool] = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
+
+
+class Values(NamedTuple):
+    """The values of a reply; ``respelled`` if one was spelled in another way than asked for."""
+
+    joint: str
+    claimed: Outcome | None
+    hypothesis: str
+    confidence: int | None
+    report_false: bool | None
+    respelled: bool
+
+
+def values_in(fields: Mapping[str, object], asked: Sequence[str], claims: Sequence[str], now: Situation) -> Values:
+    """The values of the fields asked for.
+
+    Args:
+        fields: The fields of the reply.
+        asked: The names of those asked for; all but the hypothesis are needed.
+        claims: The allowed claims about the last action.
+        now: The situation that the reply is about.
+
+    Raises:
+        ReplyFault: If one is missing, or has no reading or several.
+    """
+    readers: dict[str, Callable[[object], object]] = {
+        "joint": lambda value: _joint(value, now.task.joints),
+        "last_action": lambda value: _claim(value, claims, now.percept.joint),
+        "hypothesis": _sentence,
+        "confidence": _confidence,
+        "report_false": _truth,
+    }
+    read: dict[str, object] = {}
+    respelled = False
+    for name in asked:
+        optional = name == "hypothesis" or (name == "last_action" and claims == ["none"])
+        if fields.get(name) is None and not optional:
+            raise ReplyFault(f"{name}: Field required")
+        read[name] = readers[name](fields.get(name))
+        unlike = type(fields.get(name)) is not type(read[name]) or fields[name] != read[name]
+        respelled |= unlike and not (name == "hypothesis" and name not in fields)
+    claim = read.get("last_action")
+    return Values(
+        joint=str(read["joint"]),
+        claimed=None if claim is None else CLAIMS[str(claim)],
+        hypothesis=str(read.get("hypothesis", "")),
+        confidence=read.get("confidence"),  # type: ignore[arg-type]
+        report_false=read.get("report_false"),  # type: ignore[arg-type]
+        respelled=respelled,
+    )
+
+
+def _joint(value: object, joints: Sequence[str]) -> str:
+    if isinstance(value, list) and len(value) == 1:
+        value = value[0]
+    if value in joints:
+        return str(value)
+    if isinstance(value, str | int) and not isinstance(value, bool):
+        plain = plain_form(str(value))
+        meant = [joint for joint in joints if plain in {f"{what}{plain_form(joint)}" for what in _JOINT}]
+        if len(meant) == 1:
+            return meant[0]
+    raise _none_of("joint", value, joints)
+
+
+def _claim(value: object, claims: Sequence[str], last: str | None) -> str:
+    if value in claims:
+        return str(value)
+    if claims == ["none"] and (value is None or (isinstance(value, str) and plain_form(value) in _NOTHING)):
+        return "none"
+    if isinstance(value, str):
+        plain = plain_form(value).rstrip("!")
+        subjects = ("", "it", "joint", "thejoint", *(f"{what}{plain_form(last or '')}" for what in _JOINT))
+        for claim, forms in (("moved", _MOVED), ("did not move", _BLOCKED)):
+            if claim in claims and plain in {f"{subject}{form}" for subject in subjects for form in forms}:
+                return claim
+    raise _none_of("last_action", value, claims)
+
+
+def _sentence(value: object) -> str:
+    said = value if isinstance(value, str) else "" if value is None else json.dumps(value, ensure_ascii=False)
+    if len(said) > LONGEST_HYPOTHESIS:
+        raise ReplyFault(f"hypothesis: {len(said)} characters, at most {LONGEST_HYPOTHESIS}")
+    return said
+
+
+def _confidence(value: object) -> int:
+    number = value
+    if isinstance(value, str):
+        plain = value.strip().removesuffix("%").rstrip()
+        number = int(plain) if plain.isascii() and plain.isdecimal() and len(plain) < 4 else None
+    if isinstance(number, float) and number.is_integer() and number > 1:
+        number = int(number)
+    if isinstance(number, bool) or not isinstance(number, int) or not 0 <= number <= 100:
+        raise ReplyFault(f"confidence: {_shown(value)} is no whole number from 0 to 100")
+    return number
+
+
+def _truth(value: object) -> bool:
+    if isinstance(value, bool):
+        return value
+    if isinstance(value, str | int) and (said := _TRUTHS.get(plain_form(str(value)))) is not None:
+        return said
+    raise ReplyFault(f"report_false: {_shown(value)} is neither true nor false")
+
+
+def _none_of(name: str, value: object, allowed: Sequence[str]) -> ReplyFault:
+    return ReplyFault(f"{name}: {_shown(value)} is none of {', '.join(allowed)}")
+
+
+def _shown(value: object) -> str:
+    return f"{value!r}"[:80]
