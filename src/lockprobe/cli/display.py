@@ -22,6 +22,8 @@ from lockprobe.model_call import Call
 from lockprobe.record import Step, Trial
 from lockprobe.studies.estimate import Estimate
 from lockprobe.studies.journal import Journal, Timing
+from lockprobe.studies.results_hash import StudyHashes
+from lockprobe.studies.settings import read_study
 from lockprobe.studies.spending import Budget
 from lockprobe.studies.study import Study
 from lockprobe.studies.valid_conditions import Invalid
@@ -49,6 +51,7 @@ class JsonLines(Plain):
             owed=owed,
             done=study.size - study.invited - owed,
             settings=study.settings(),
+            settings_hash=read_study(journal.directory).settings_hash,
         )
         super().begin(study, journal, owed)
 
@@ -130,6 +133,18 @@ class JsonLines(Plain):
     def invalid(self, found: Sequence[Invalid]) -> None:
         """Print the conditions without a valid trial."""
         self.event("no-valid-trial", conditions=[asdict(one) for one in found], message=invalid_in_words(found))
+
+    def recorded(self, directory: Path) -> None:
+        """Print the hashes of settings and records after the last trial of the run."""
+        found = StudyHashes.of(directory)
+        self.event(
+            "results",
+            directory=str(directory),
+            settings_hash=found.settings,
+            results_hash=found.results,
+            finished=found.finished,
+            planned=found.planned,
+        )
 
     def reported(self, path: Path | None) -> None:
         """Print the path of the report, or None without a report."""

@@ -95,6 +95,8 @@ def play_study(
     if planned.size == planned.invited and not journal.trials:
         return status  # people have yet to be invited
     live.end()
+    if journal.trials:
+        observer.recorded(directory)
     observer.reported(_report(directory, limits) if report and (journal.trials or not status) else None)
     return status
 

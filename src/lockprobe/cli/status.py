@@ -20,6 +20,7 @@ from lockprobe.studies.call_log import read_calls, unanswered
 from lockprobe.studies.directory import added_agents
 from lockprobe.studies.journal import read_timings
 from lockprobe.studies.records import read_records
+from lockprobe.studies.results_hash import results_hash
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.spending import Ledger
 from lockprobe.studies.study import Study
@@ -64,6 +65,7 @@ def _status(directory: Path, *, json: bool) -> None:
     facts |= {"foreign": left_out.foreign, "first_foreign": left_out.first_foreign, "added": added_agents(directory)}
     invalid = invalid_conditions(study, {trial.key: trial for trial in trials})
     facts |= {"without_valid_trial": [one.condition for one in invalid]}
+    facts |= {"settings_hash": study.settings_hash, "results_hash": results_hash(study, trials)}
     facts["in_progress"] = len({*begun, *(call.key for call in waiting)} - over)
     facts |= {"in_progress_calls": begun.total(), "unanswered_calls": len(waiting)}
     if not json:
@@ -151,6 +153,8 @@ def _print_columns(rows: Sequence[Sequence[str]]) -> None:
 
 def _lines(directory: Path, facts: Mapping[str, object]) -> Iterator[tuple[str, str]]:
     yield "study", f"{facts['study']} in {directory}"
+    yield "settings", f"hash {facts['settings_hash']} (lockprobe verify {directory} --settings HASH)"
+    yield "results", f"hash {facts['results_hash']} (lockprobe verify {directory} --results HASH)"
     extra = f", {facts['not_asked_for']} of other settings" if facts["not_asked_for"] else ""
     if facts["trials"] or not facts["people_trials"]:
         done = f"{facts['done']} of {facts['trials']} done, {facts['owed']} owed, {facts['solved']} solved"

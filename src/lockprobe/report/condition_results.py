@@ -112,7 +112,7 @@ def condition_results(opened: OpenedStudy, found: ConditionStudySummary) -> Resu
         series=[_series_row(series, summary) for series, summary in found.series],
         why=_why_rows(found, opened.trials),
         box=found.reference,
-        measures=measure_rows(opened.trials),
+        measures=measure_rows(opened),
         errors=broken_rows(opened.trials),
         agents=agent_facts(opened.trials),
         plants=plant_facts(opened.trials, opened.settings),

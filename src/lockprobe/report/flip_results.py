@@ -95,7 +95,7 @@ def flip_results(opened: OpenedStudy, summary: StudySummary) -> Results:
             if condition.success.n
         ],
         examples=examples(summary, trials),
-        measures=measure_rows(trials),
+        measures=measure_rows(opened),
         errors=broken_rows(trials),
         agents=agent_facts(trials),
         plants=plant_facts(trials, opened.settings),

@@ -11,12 +11,13 @@ import json
 import time
 from collections.abc import Awaitable, Callable, Mapping, Sequence
 from dataclasses import asdict, replace
+from typing import Any, get_args
 
 import numpy as np
 
 from lockprobe.agents.llm.client import RUNTIME, ModelClient, ModelReply
 from lockprobe.agents.llm.connect import host_of
-from lockprobe.agents.llm.model_facts import ModelFacts, facts_of
+from lockprobe.agents.llm.model_facts import Effort, ModelFacts, Schema, facts_of
 from lockprobe.agents.llm.settings import ModelSettings, read_settings
 from lockprobe.agents.llm.token_bounds import at_most
 from lockprobe.agents.model_access import Access
@@ -34,7 +35,7 @@ from lockprobe.model_call import BROKEN_OFF, Call, Usage
 from lockprobe.protocols import CallBook
 from lockprobe.record import Decision, Fact, Situation
 
-__all__ = ["Ask", "HostedModel", "check", "decided", "model_facts"]
+__all__ = ["Ask", "HostedModel", "ReplayedModel", "check", "decided", "model_facts"]
 
 _KEPT = ("stop", "served", "usage", "seconds", "retries", "unanswered")
 """The fields of an answer, besides its text, that a call keeps under the same names."""
@@ -124,8 +125,7 @@ class _InOneTrial:
         async def ask(turn: int, messages: Sequence[Message], schema: dict[str, object]) -> ModelReply:
             request = _fingerprint(messages, schema, self._settings, self._facts)
             if (known := self._book.recall(step, turn, request)) and known.reply is not None:
-                came = {name: getattr(known, name) for name in _KEPT}
-                return ModelReply(text=known.reply, **came)
+                return _recalled(known, known.reply)
             async with self._line.slots:
                 await self._book.reserve(worst := at_most(messages, self._settings, self._facts))
                 place = Call(key=self._key, step=step, turn=turn, request=request, reply=None, batch=self._line.batch)
@@ -158,6 +158,69 @@ class _InOneTrial:
             return answer
 
         return await decided(situation, self._settings, ask)
+
+
+class ReplayedModel:
+    """A model in a trial that has ended: it decides again by the replies on record, and no provider is asked.
+
+    Its settings are those of the record, so that each request has to be the one that was sent.
+
+    Args:
+        facts: The facts of the model, from the record.
+        spec: Its spec.
+        book: The replies; every request is looked up, none is made.
+        sent_most: Whether the limit of tokens on record was sent by us, and not filled in by the model layer.
+    """
+
+    unseeded = True
+
+    def __init__(self, facts: Mapping[str, Fact], spec: str, book: CallBook, *, sent_most: bool = True) -> None:
+        self.facts, self._book = facts, book
+        self._settings = _recorded_settings(read_settings(spec)[1], facts, sent_most=sent_most)
+
+    async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
+        """Decide as on record.
+
+        Raises:
+            ModelFault: If a reply is missing.
+        """
+        step = len(situation.past) + 1
+
+        async def ask(turn: int, messages: Sequence[Message], schema: dict[str, object]) -> ModelReply:
+            request = _fingerprint(messages, schema, self._settings, _UNKNOWN)
+            if (known := self._book.recall(step, turn, request)) is None or known.reply is None:
+                raise ModelFault("there is no such reply")
+            return _recalled(known, known.reply)
+
+        return await decided(situation, self._settings, ask)
+
+
+_UNKNOWN = ModelFacts()
+"""Of a model about which only its record says something."""
+
+
+def _recorded_settings(given: ModelSettings, facts: Mapping[str, Fact], *, sent_most: bool) -> ModelSettings:
+    """The settings that a record names, with those of the spec that no record holds."""
+    own = {name: facts.get(name) for name in ("temperature", "top_p", "effort", "max_tokens", "schema", "repairs")}
+    said: dict[str, Any] = {
+        "temperature": _number(own["temperature"]),
+        "top_p": _number(own["top_p"]),
+        "effort": own["effort"] if own["effort"] in get_args(Effort) else None,
+        "max_tokens": _number(own["max_tokens"]) if sent_most else given.max_tokens,
+        "schema": own["schema"] if own["schema"] in get_args(Schema) else None,
+        "repairs": own["repairs"] if isinstance(own["repairs"], int) else given.repairs,
+    }
+    return replace(given, **said)
+
+
+def _number(fact: Fact) -> float | int | None:
+    return fact if isinstance(fact, int | float) and not isinstance(fact, bool) else None
+
+
+def _recalled(call: Call, text: str) -> ModelReply:
+    """The reply of a call on record."""
+    came = {name: getattr(call, name) for name in _KEPT}
+    return ModelReply(text=text, **came)
 
 
 def _fingerprint(
