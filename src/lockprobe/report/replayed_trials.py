@@ -8,8 +8,9 @@ another package runs, and no model is asked.
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
+from functools import cache
 from typing import Literal
 
 import numpy as np
@@ -20,7 +21,7 @@ from lockprobe.model_call import Call, Usage
 from lockprobe.plan import Plan
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.plugins import plugin_names
-from lockprobe.protocols import Agent
+from lockprobe.protocols import Agent, CallBook
 from lockprobe.record import Decision, Fact, Situation, Step, Trial
 from lockprobe.spec import MCP, PEOPLE, Spec, spec_kind, spec_name
 from lockprobe.studies.call_log import KeptReplies
@@ -104,46 +105,42 @@ def _compared(
     plan: Plan, trial: Trial, found: ReplayedTrial, replies: Sequence[Call], parent: Sequence[Call]
 ) -> ReplayedTrial:
     """What follows of a trial that can be played again; where its choices do not, whether the rest does."""
-    found, why, unused = replace(found, choices=_impossible(trial, found.kind)), "", 0
-    for i, (agent, kept) in enumerate(_agents(trial, found.kind, replies, parent)):
-        said = _difference(trial, _played(plan, agent, trial), agent)
-        if not said:
-            return replace(found, unused=len(kept.left))
-        why, unused = (why, unused) if i else (said, len(kept.left))
-    if found.kind in ("outside", "own"):
-        return replace(found, luck=why)
+    kept = KeptReplies(replies)
+    agent = _agent(trial, found.kind, _Replies(kept, KeptReplies(parent), exact=_has_our_prompt(trial.facts)))
+    why = _difference(trial, _played(plan, agent, trial), agent)
+    found = replace(found, unused=len(kept.left) if found.kind == "hosted" else 0)
+    if isinstance(agent, _Recorded):
+        return replace(found, luck=why, choices=_impossible(trial, found.kind))
     recorded = _Recorded(trial)
-    return replace(found, choices=why, luck=_difference(trial, _played(plan, recorded, trial), recorded), unused=unused)
+    luck = _difference(trial, _played(plan, recorded, trial), recorded) if why else ""
+    return replace(found, choices=why, luck=luck)
 
 
-def _agents(
-    trial: Trial, kind: AgentKind, replies: Sequence[Call], parent: Sequence[Call]
-) -> Iterator[tuple[Agent, KeptReplies]]:
-    """The agents that may have played a trial; the first that plays it as recorded is believed."""
-    nothing = KeptReplies()
+def _agent(trial: Trial, kind: AgentKind, book: CallBook) -> Agent:
+    """The agent that decides again as far as it can be held against something, else one that does as on record."""
     if kind == "strategy":
-        yield resolve(trial.agent).make(), nothing
-    elif kind == "local":
+        return resolve(trial.agent).make()
+    if kind == "local":
         from lockprobe.agents.local import ReplayedLocalModel
 
-        yield ReplayedLocalModel(trial.facts, [step.decision for step in trial.steps]), nothing
-    elif kind == "hosted" and not (trial.error is not None and trial.error.again):
+        return ReplayedLocalModel(trial.facts, [step.decision for step in trial.steps])
+    if kind == "hosted" and not (trial.error is not None and trial.error.again):
         from lockprobe.agents.llm.model import ReplayedModel
 
-        for sent_most in (True, False):
-            kept = KeptReplies(replies)
-            book = _Replies(kept, KeptReplies(parent), exact=_has_our_prompt(trial))
-            yield ReplayedModel(trial.facts, trial.agent, book, sent_most=sent_most), kept
-    else:
-        yield _Recorded(trial), nothing
+        return ReplayedModel(trial.facts, trial.agent, book)
+    return _Recorded(trial)
 
 
-def _has_our_prompt(trial: Trial) -> bool:
+def _has_our_prompt(facts: Mapping[str, Fact]) -> bool:
     """Whether the words of the conversation are those of this release, so that every request can be made again."""
+    return all(facts.get(name) == said for name, said in _our_prompt().items())
+
+
+@cache
+def _our_prompt() -> Mapping[str, str]:
     from lockprobe.agents.prompt import chat_fingerprint, picture_fingerprint
 
-    now = {"prompt": f"chat {chat_fingerprint()}", "picture_prompt": f"chat {picture_fingerprint()}"}
-    return all(trial.facts.get(name) == said for name, said in now.items())
+    return {"prompt": f"chat {chat_fingerprint()}", "picture_prompt": f"chat {picture_fingerprint()}"}
 
 
 class _Replies:

@@ -88,6 +88,8 @@ class HostedModel:
         self._line = ModelClient(name, self._settings, access or Access())
         own = model_facts(name, self._settings, batch=self._line.batch)
         self.facts: Mapping[str, Fact] = own | self._line.filled_in
+        if "max_tokens" in self._line.filled_in:  # a request is known by what was sent, and so it is on record
+            self._settings = replace(self._settings, max_tokens=self._line.filled_in["max_tokens"])
 
     def with_calls(self, key: str, book: CallBook) -> _InOneTrial:
         """The model for one trial: no call is made twice, and every call is recorded."""
@@ -169,14 +171,13 @@ class ReplayedModel:
         facts: The facts of the model, from the record.
         spec: Its spec.
         book: The replies; every request is looked up, none is made.
-        sent_most: Whether the limit of tokens on record was sent by us, and not filled in by the model layer.
     """
 
     unseeded = True
 
-    def __init__(self, facts: Mapping[str, Fact], spec: str, book: CallBook, *, sent_most: bool = True) -> None:
+    def __init__(self, facts: Mapping[str, Fact], spec: str, book: CallBook) -> None:
         self.facts, self._book = facts, book
-        self._settings = _recorded_settings(read_settings(spec)[1], facts, sent_most=sent_most)
+        self._settings = _recorded_settings(read_settings(spec)[1], facts)
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
         """Decide as on record.
@@ -199,18 +200,15 @@ _UNKNOWN = ModelFacts()
 """Of a model about which only its record says something."""
 
 
-def _recorded_settings(given: ModelSettings, facts: Mapping[str, Fact], *, sent_most: bool) -> ModelSettings:
+def _recorded_settings(given: ModelSettings, facts: Mapping[str, Fact]) -> ModelSettings:
     """The settings that a record names, with those of the spec that no record holds."""
-    own = {name: facts.get(name) for name in ("temperature", "top_p", "effort", "max_tokens", "schema", "repairs")}
-    said: dict[str, Any] = {
-        "temperature": _number(own["temperature"]),
-        "top_p": _number(own["top_p"]),
-        "effort": own["effort"] if own["effort"] in get_args(Effort) else None,
-        "max_tokens": _number(own["max_tokens"]) if sent_most else given.max_tokens,
-        "schema": own["schema"] if own["schema"] in get_args(Schema) else None,
-        "repairs": own["repairs"] if isinstance(own["repairs"], int) else given.repairs,
+    numbers: dict[str, Any] = {name: _number(facts.get(name)) for name in ("temperature", "top_p", "max_tokens")}
+    effort, schema, repairs = (facts.get(name) for name in ("effort", "schema", "repairs"))
+    words: dict[str, Any] = {
+        "effort": effort if effort in get_args(Effort) else None,
+        "schema": schema if schema in get_args(Schema) else None,
     }
-    return replace(given, **said)
+    return replace(given, **numbers, **words, repairs=repairs if isinstance(repairs, int) else given.repairs)
 
 
 def _number(fact: Fact) -> float | int | None:
