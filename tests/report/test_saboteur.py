@@ -12,7 +12,11 @@ from typed import typed
 from lockprobe import run_study, study
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.model_access import Access
-from lockprobe.report.verification import verify
+from lockprobe.report import checked_report, write_report
+from lockprobe.report.opened import open_study
+from lockprobe.report.page import report_files
+from lockprobe.report.parallel import one_thread
+from lockprobe.report.verification import NOT_SHOWN, verify
 from lockprobe.studies.play import play_timed
 from lockprobe.studies.runner import Limits
 from lockprobe.studies.settings import read_study
@@ -155,6 +159,11 @@ def flipped_claims_with_calls(files):
             calls[step["step"], len(step["decision"]["replies"])]["reply"] = step["decision"]["replies"][-1]
 
 
+def flipped_claims_with_calls_of_another_prompt(files):
+    flipped_claims_with_calls(files)
+    facts(prompt="chat 0123456789ab", picture_prompt="chat 0123456789ab")(files)
+
+
 def rewritten_replies(files):
     for record in files.of(MODEL):
         for step in record["steps"]:
@@ -262,10 +271,6 @@ def replays_without_the_record_before(files):
     record["replays"] = 1
 
 
-def failures(files):
-    return {record["key"] for record in files.of(MODEL, "budget")}
-
-
 def dropped(*files_too, lowered=True):
     """Trials from the third on are dropped together with a lowered number."""
 
@@ -305,6 +310,7 @@ FOUND = {
     "flipped claims": (flipped_claims, "replies"),
     "flipped claims with replies": (flipped_claims_with_replies, "replies"),
     "flipped claims with calls": (flipped_claims_with_calls, "replies"),
+    "flipped claims with calls of another prompt": (flipped_claims_with_calls_of_another_prompt, "replies"),
     "rewritten replies": (rewritten_replies, "replies"),
     "repaired replies left out": (repaired_replies_left_out, "replies"),
     "rewritten replies of an error": (rewritten_replies_of_an_error, "replies"),
@@ -391,3 +397,100 @@ def test_what_no_check_can_find_is_said_and_is_found_by_a_published_hash(directo
 
 def typed_status(directory):
     return json.loads(typed("status", directory, "--json").stdout)
+
+
+# The report.
+
+
+@pytest.fixture(scope="module")
+def reported(played, tmp_path_factory, drawn):
+    """The study with its report, with one real figure."""
+    directory = shutil.copytree(played, tmp_path_factory.mktemp("reported") / "out")
+    with drawn("fig4"):
+        write_report(directory)
+    return directory
+
+
+@pytest.fixture(scope="module")
+def made_again(reported, drawn):
+    """The files of its report, made once for all edits."""
+    with drawn("fig4"), one_thread():
+        return list(report_files(open_study(reported), tell=lambda said: None, each=map))
+
+
+@pytest.fixture
+def with_report(reported, made_again, tmp_path, monkeypatch):
+    monkeypatch.setattr(checked_report, "_made_again", lambda opened, processes: iter(made_again))
+    return shutil.copytree(reported, tmp_path / "out")
+
+
+def another_digit(path):
+    """Change one digit of the visible text of a file."""
+    text = path.read_text("utf-8")
+    place = next(i for i in range(len(text) // 2, len(text)) if text[i] in "12345678" and text[i - 1] in " >;,")
+    path.write_text(text[:place] + str(int(text[place]) + 1) + text[place + 1 :], "utf-8")
+
+
+def another_pixel(path):
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 1
+    path.write_bytes(bytes(content))
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["report.html", "claims.html", "audit.html", "tables/conditions.csv", "tables/table1.tex", "figures/fig4.svg"],
+)
+def test_an_edited_page_table_or_drawing_is_named(with_report, name):
+    assert failing(with_report) == {}
+    another_digit(with_report / name)
+    assert failing(with_report) == {"report": (name,)}
+
+
+def test_an_edited_picture_is_named(with_report):
+    another_pixel(with_report / "figures" / "fig4.png")
+    assert failing(with_report) == {"report": ("figures/fig4.png",)}
+
+
+def test_another_drawing_in_a_page_is_named(with_report):
+    page = with_report / "report.html"
+    first, mark, rest = page.read_text("utf-8").partition("data:image/svg+xml;base64,")
+    page.write_text(f"{first}{mark}AAAA{rest}", "utf-8")
+    assert failing(with_report) == {"report": ("report.html: its figures",)}
+
+
+def test_a_page_that_the_report_does_not_have_is_named(with_report):
+    shutil.copy(with_report / "report.html", with_report / "forks.html")
+    assert failing(with_report) == {"report": ("forks.html: no file of this report",)}
+
+
+def test_a_figure_of_another_program_is_drawn_again_first(with_report):
+    for path in (with_report / "figures").glob("*.svg"):
+        path.write_text(path.read_text("utf-8").replace("Matplotlib v3", "Matplotlib v2"), "utf-8")
+    (check,) = [check for check in verify(with_report) if not check.holds]
+    assert "figures were drawn by Matplotlib v2" in check.said
+    assert check.said.endswith("lockprobe report first")
+
+
+def test_results_and_page_edited_together_are_named(with_report):
+    for name in ("results.json", "report.html", "tables/conditions.csv"):
+        another_digit(with_report / name)
+    assert failing(with_report).keys() == {"results", "report"}
+
+
+def test_files_that_are_not_there_are_counted(with_report):
+    shutil.rmtree(with_report / "figures")
+    (check,) = [check for check in verify(with_report) if check.name == "report"]
+    assert check.holds
+    assert check.said.endswith("are not there")
+
+
+def test_the_command_counts_broken_trials_first_and_says_what_it_cannot_show(directory):
+    assert typed("report", directory).returncode == 0
+    done = typed("verify", directory)
+    first, *_, last = done.stdout.splitlines()
+    assert done.returncode == 0
+    assert "of 24 trials ended as an error (reply " in first
+    assert last == f"{NOT_SHOWN}."
+    found = json.loads(typed("verify", directory, "--json").stdout)
+    assert (found["holds"], found["not_shown"]) == (True, NOT_SHOWN)

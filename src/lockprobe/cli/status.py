@@ -153,8 +153,6 @@ def _print_columns(rows: Sequence[Sequence[str]]) -> None:
 
 def _lines(directory: Path, facts: Mapping[str, object]) -> Iterator[tuple[str, str]]:
     yield "study", f"{facts['study']} in {directory}"
-    yield "settings", f"hash {facts['settings_hash']} (lockprobe verify {directory} --settings HASH)"
-    yield "results", f"hash {facts['results_hash']} (lockprobe verify {directory} --results HASH)"
     extra = f", {facts['not_asked_for']} of other settings" if facts["not_asked_for"] else ""
     if facts["trials"] or not facts["people_trials"]:
         done = f"{facts['done']} of {facts['trials']} done, {facts['owed']} owed, {facts['solved']} solved"
@@ -184,6 +182,8 @@ def _lines(directory: Path, facts: Mapping[str, object]) -> Iterator[tuple[str, 
     yield "errors", in_boundaries(errors) or "none"
     for boundary, message in sorted(first.items()):
         yield "", f"first at {boundary}: {' '.join(message.split())[:200]}"
+    yield "settings", f"hash {facts['settings_hash']} (lockprobe verify {directory} --settings HASH)"
+    yield "results", f"hash {facts['results_hash']} (lockprobe verify {directory} --results HASH)"
 
 
 def _table(ledger: Ledger) -> list[tuple[str, ...]]:

@@ -123,9 +123,10 @@ def _compare(directory: Path, name: str, made: str | bytes | None, found: _Compa
 
 
 def _changed_since(directory: Path) -> bool:
-    """Whether the records are newer than the report."""
+    """Whether records or forks are newer than the report."""
     reports = [path.stat().st_mtime for name in (RESULTS, "report.html") if (path := directory / name).is_file()]
-    return bool(reports) and (directory / RECORDS).stat().st_mtime > min(reports)
+    records = [path.stat().st_mtime for folder in (".", FORKS) if (path := directory / folder / RECORDS).is_file()]
+    return bool(reports) and max(records, default=0.0) > min(reports)
 
 
 def _pages(opened: OpenedStudy, found: _Compared, *, newer: bool) -> Check:

@@ -106,8 +106,10 @@ def _compared(
 ) -> ReplayedTrial:
     """What follows of a trial that can be played again; where its choices do not, whether the rest does."""
     kept = KeptReplies(replies)
-    agent = _agent(trial, found.kind, _Replies(kept, KeptReplies(parent), exact=_has_our_prompt(trial.facts)))
+    agent = _agent(trial, found.kind, _Replies(kept, KeptReplies(parent)))
     why = _difference(trial, _played(plan, agent, trial), agent)
+    if why and found.kind == "hosted" and not _has_our_prompt(trial.facts):
+        why = f"{why}; its prompt is not that of this release, so verify it with its own"
     found = replace(found, unused=len(kept.left) if found.kind == "hosted" else 0)
     if isinstance(agent, _Recorded):
         return replace(found, luck=why, choices=_impossible(trial, found.kind))
@@ -132,7 +134,7 @@ def _agent(trial: Trial, kind: AgentKind, book: CallBook) -> Agent:
 
 
 def _has_our_prompt(facts: Mapping[str, Fact]) -> bool:
-    """Whether the words of the conversation are those of this release, so that every request can be made again."""
+    """Whether the words of the conversation are those of this release, which makes every request again."""
     return all(facts.get(name) == said for name, said in _our_prompt().items())
 
 
@@ -146,12 +148,11 @@ def _our_prompt() -> Mapping[str, str]:
 class _Replies:
     """The replies on record, in place of a provider."""
 
-    def __init__(self, *kept: KeptReplies, exact: bool) -> None:
-        self._kept, self._exact = kept, exact
+    def __init__(self, *kept: KeptReplies) -> None:
+        self._kept = kept
 
     def recall(self, step: int, turn: int, request: str) -> Call | None:
-        asked = request if self._exact else None
-        return next((call for kept in self._kept if (call := kept.take(step, turn, asked))), None)
+        return next((call for kept in self._kept if (call := kept.take(step, turn, request))), None)
 
     async def reserve(self, worst: Usage, unanswered: int = 0) -> None:
         raise ModelFault("there is no such reply")

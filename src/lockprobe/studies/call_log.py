@@ -90,10 +90,10 @@ class KeptReplies:
     def __init__(self, replies: Iterable[Call] = ()) -> None:
         self.left = list(replies)
 
-    def take(self, step: int, turn: int, request: str | None) -> Call | None:
-        """The next reply to this request at this step and turn; None without one. None as request takes any."""
+    def take(self, step: int, turn: int, request: str) -> Call | None:
+        """The next reply to this request at this step and turn; None without one."""
         for i, call in enumerate(self.left):
-            if (call.step, call.turn) == (step, turn) and request in (None, call.request):
+            if (call.step, call.turn, call.request) == (step, turn, request):
                 return self.left.pop(i)
         return None
 
