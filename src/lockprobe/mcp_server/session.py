@@ -14,8 +14,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
+from lockprobe.agents.mcp_client import SAME_IN_ALL_TRIALS
 from lockprobe.errors import BadFile, BadValue, LockprobeError, SettingsChanged
-from lockprobe.mcp_server.connection import SAME_IN_ALL_TRIALS, Connection, Transport, facts_of
+from lockprobe.mcp_server.connection import Connection, Transport, facts_of
 from lockprobe.mcp_server.isolation import Isolation
 from lockprobe.mcp_server.playable import check_playable
 from lockprobe.mcp_server.wording import CLAIMS, LONGEST_HYPOTHESIS, OVER, begun, observation, wording

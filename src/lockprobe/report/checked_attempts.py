@@ -36,10 +36,11 @@ def attempts_check(opened: OpenedStudy) -> Check | None:
     failed = [
         *(f"{trial.key}: {why}" for trial in clients if (why := _unlike(trial, logged.get(trial.key, ())))),
         *(f"{key}: attempts of no trial of this study" for key in logged if key not in trials and key not in planned),
-        *(f"{trial.key}: its player has no diary" for trial in people if trial.agent not in diaries),
+        *(f"{trial.key}: its player has no diary" for trial in people if diaries and trial.agent not in diaries),
         *(why for diary in opened.diaries for why in _against_diary(opened, trials, diary)),
     ]
-    holds = f"{len(clients) + len(people)} trials of clients and people are as their servers wrote them step by step"
+    held, rest = len(clients) + (len(people) if diaries else 0), "" if diaries else f"; {len(people)} have no diaries"
+    holds = f"{held} trials of clients and people are as their servers wrote them step by step{rest if people else ''}"
     return check_of("attempts", failed, holds, "contradictions between trials.jsonl and the logs of attempts")
 
 

@@ -13,10 +13,11 @@ from lockprobe.model_call import Call
 from lockprobe.record import Trial
 from lockprobe.report.check import Check, check_of
 from lockprobe.report.replayed_trials import ReplayedTrial, kind_of
-from lockprobe.spec import MCP, PEOPLE, Spec, spec_kind
+from lockprobe.spec import Spec
 from lockprobe.storage.jsonl import whole_lines
 from lockprobe.studies.call_log import kept_replies, read_asked, read_calls, unanswered
 from lockprobe.studies.directory import RECORDS
+from lockprobe.studies.merge import lasting_facts
 from lockprobe.trial_json import trial_from_line
 
 __all__ = ["CallEvidence", "agent_check", "replies_check"]
@@ -167,9 +168,7 @@ def agent_check(trials: Iterable[Trial]) -> Check:
     known: dict[tuple[str, str], object] = {}
     failed: dict[str, None] = {}
     for trial in trials:
-        if spec_kind(trial.agent) in (PEOPLE, MCP):
-            continue
-        for name, value in trial.facts.items():
+        for name, value in lasting_facts(trial).items():
             if value is not None and known.setdefault((trial.agent, name), value) != value:
                 failed[f"{trial.key}: {name} is {value}, and {known[trial.agent, name]} in other trials"] = None
         if why := _another_model(trial):

@@ -131,6 +131,16 @@ class AttemptLog:
         """Write that the box broke."""
         self._write(_Broke(key=key))
 
+    def replace(self, key: str, attempts: Sequence[RecordedAttempt]) -> None:
+        """Write the attempts of a trial that was finished elsewhere, in place of those that it has here."""
+        if list(attempts) == self._attempts.get(key, []):
+            return
+        if self.under_way(key):
+            self.broke(key)
+        self.begin(key)
+        for attempt in attempts:
+            self.attempt(key, attempt)
+
     def _write(self, line: _Begun | _Did | _Broke) -> None:
         self._opened().append(with_checksum(_adapter.dump_json(line, exclude_defaults=False)), sync=True)
         self._follow(line)
