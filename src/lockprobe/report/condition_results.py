@@ -37,6 +37,7 @@ from lockprobe.report.schema import (
 from lockprobe.report.study_rows import agent_facts, audit_result, broken_rows, left_out_row, plant_facts
 from lockprobe.report.why import WhyResult, why_row
 from lockprobe.spec import Spec, spec_name
+from lockprobe.studies.results_hash import results_hash
 from lockprobe.studies.study import Study
 
 __all__ = ["arms_of", "condition_results"]
@@ -87,6 +88,8 @@ def condition_results(opened: OpenedStudy, found: ConditionStudySummary) -> Resu
         schema_version=RESULTS_VERSION,
         lockprobe=version("lockprobe"),
         study=dict(opened.settings),
+        settings_hash=opened.study.settings_hash,
+        results_hash=results_hash(opened.study, opened.trials),
         joints=len(study.box.joints),
         overview=condition_overview(found, opened.settings),
         progress=StudyProgress(

@@ -43,6 +43,7 @@ from lockprobe.report.rows import (
 from lockprobe.report.sample_pictures import seen
 from lockprobe.report.schema import RESULTS_VERSION, Results, StudyProgress
 from lockprobe.report.study_rows import agent_facts, audit_result, broken_rows, left_out_row, plant_facts
+from lockprobe.studies.results_hash import results_hash
 from lockprobe.studies.study import Study
 
 __all__ = ["flip_results"]
@@ -64,6 +65,8 @@ def flip_results(opened: OpenedStudy, summary: StudySummary) -> Results:
         schema_version=RESULTS_VERSION,
         lockprobe=version("lockprobe"),
         study=dict(opened.settings),
+        settings_hash=opened.study.settings_hash,
+        results_hash=results_hash(opened.study, opened.trials),
         joints=len(opened.settings.get("box", {}).get("joints", [])),
         overview=flip_overview(summary, opened.settings),
         progress=StudyProgress(planned=planned, finished=finished, partial=finished < planned),
