@@ -14,7 +14,7 @@ from lockprobe.record import Trial
 from lockprobe.report.check import Check, check_of
 from lockprobe.report.checked_replies import CallEvidence, replies_check
 from lockprobe.report.opened import OpenedStudy
-from lockprobe.report.replayed_trials import ReplayedTrial, replayed
+from lockprobe.report.replayed_trials import Replay, ReplayedTrial
 from lockprobe.studies.branch import FORKS, fork_plan
 from lockprobe.studies.directory import read_settings
 from lockprobe.studies.next_choice import next_choice
@@ -37,7 +37,8 @@ def fork_checks(opened: OpenedStudy, evidence: CallEvidence) -> Iterator[Check]:
     if not opened.forks:
         return
     own, trials = CallEvidence.of(directory), {trial.key: trial for trial in opened.trials}
-    again = [_replayed(opened, fork, trials, own, evidence) for fork in opened.forks]
+    replay = Replay()
+    again = [_replayed(replay, opened, fork, trials, own, evidence) for fork in opened.forks]
     failed = [
         *_another_study(opened, directory),
         *(f"{one.key}: {one.luck or one.choices}" for one in again if one.luck or (one.choices and not _paid(one))),
@@ -55,7 +56,12 @@ def _paid(one: ReplayedTrial) -> bool:
 
 
 def _replayed(
-    opened: OpenedStudy, fork: Trial, trials: Mapping[str, Trial], own: CallEvidence, evidence: CallEvidence
+    replay: Replay,
+    opened: OpenedStudy,
+    fork: Trial,
+    trials: Mapping[str, Trial],
+    own: CallEvidence,
+    evidence: CallEvidence,
 ) -> ReplayedTrial:
     name = ForkName.parse(fork.key)
     if name is None or name.parent not in trials:
@@ -64,7 +70,7 @@ def _replayed(
         plan = fork_plan(opened.study, trials[name.parent], name)
     except UserMistake as mistake:
         return ReplayedTrial(key=fork.key, kind="own", luck=str(mistake))
-    return replayed(plan, fork, own.kept.get(fork.key, ()), evidence.kept.get(name.parent, ()))
+    return replay(plan, fork, own.kept.get(fork.key, ()), evidence.kept.get(name.parent, ()))
 
 
 def _another_study(opened: OpenedStudy, directory: Path) -> Iterator[str]:

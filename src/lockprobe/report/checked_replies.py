@@ -12,7 +12,7 @@ from lockprobe.errors import UserMistake
 from lockprobe.model_call import Call
 from lockprobe.record import Trial
 from lockprobe.report.check import Check, check_of
-from lockprobe.report.replayed_trials import ReplayedTrial, kind_of
+from lockprobe.report.replayed_trials import ReplayedTrial, is_hosted
 from lockprobe.spec import Spec
 from lockprobe.storage.jsonl import whole_lines
 from lockprobe.studies.call_log import kept_replies, read_asked, read_calls, unanswered
@@ -159,7 +159,7 @@ def _priced_otherwise(evidence: CallEvidence, trials: Mapping[str, Trial]) -> It
     last = {call.key: call for call in evidence.calls if call.reply is not None}
     for key, call in last.items():
         trial = trials.get(key)
-        if trial is not None and kind_of(trial.agent) == "hosted" and bool(trial.facts.get("batch")) != call.batch:
+        if trial is not None and is_hosted(trial.agent) and bool(trial.facts.get("batch")) != call.batch:
             yield f"{key}: its record and its calls disagree on whether it was a batch"
 
 
@@ -179,7 +179,7 @@ def agent_check(trials: Iterable[Trial]) -> Check:
 
 def _another_model(trial: Trial) -> str:
     """What the facts of a hosted model have otherwise than its spec; empty if nothing."""
-    if kind_of(trial.agent) != "hosted" or not trial.facts:
+    if not is_hosted(trial.agent) or not trial.facts:
         return ""
     try:
         name, _ = read_settings(trial.agent)

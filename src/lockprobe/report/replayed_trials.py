@@ -28,7 +28,7 @@ from lockprobe.studies.call_log import KeptReplies
 from lockprobe.studies.play import play_timed
 from lockprobe.trial_json import trial_to_json
 
-__all__ = ["AgentKind", "ReplayedTrial", "kind_of", "replayed"]
+__all__ = ["AgentKind", "Replay", "ReplayedTrial", "is_hosted", "kind_of"]
 
 AgentKind = Literal["strategy", "hosted", "local", "outside", "own"]
 """How choices can be held against something: asked again; by replies; by probabilities; by the log of a server of
@@ -56,35 +56,57 @@ class ReplayedTrial:
     real: bool = False
 
 
+def is_hosted(agent: str) -> bool:
+    """Whether an agent is a model behind a provider's interface, by its spec."""
+    name = Spec.parse(agent).name
+    return spec_kind(agent) == "llm" and name != "local" and not name.startswith("gguf:")
+
+
 def kind_of(agent: str) -> AgentKind:
     """The kind of an agent, by its spec. Nothing is imported for it."""
     if recomputes(agent):
         return "strategy"
-    kind, name = spec_kind(agent), Spec.parse(agent).name
-    if kind == "llm":
-        return "local" if name == "local" or name.startswith("gguf:") else "hosted"
-    return "outside" if kind in (PEOPLE, MCP) else "own"
+    if spec_kind(agent) == "llm":
+        return "hosted" if is_hosted(agent) else "local"
+    return "outside" if spec_kind(agent) in (PEOPLE, MCP) else "own"
 
 
-def replayed(plan: Plan, trial: Trial, replies: Sequence[Call] = (), parent: Sequence[Call] = ()) -> ReplayedTrial:
-    """Play a recorded trial again.
+class Replay:
+    """Plays recorded trials again, one after the other."""
 
-    Args:
-        plan: Its plan.
-        trial: Its record.
-        replies: The replies that it has in the log of calls, if a hosted model played it.
-        parent: Those of the trial of which it is a fork.
-    """
-    kind = kind_of(trial.agent)
-    found = ReplayedTrial(key=trial.key, kind=kind)
-    if foreign := _foreign(plan):
-        return replace(found, luck=f"{foreign} is not part of Lockprobe, and nothing of it runs here")
-    try:
-        if resolve_plant(plan.plant).is_attended():
-            return replace(found, real=True)
-        return _compared(plan, trial, found, replies, parent)
-    except UserMistake as mistake:
-        return replace(found, luck=str(mistake))
+    def __init__(self) -> None:
+        self._kinds: dict[str, AgentKind] = {}
+        self._strategies: dict[str, Agent] = {}
+
+    def __call__(
+        self, plan: Plan, trial: Trial, replies: Sequence[Call] = (), parent: Sequence[Call] = ()
+    ) -> ReplayedTrial:
+        """Play a recorded trial again.
+
+        Args:
+            plan: Its plan.
+            trial: Its record.
+            replies: The replies that it has in the log of calls, if a hosted model played it.
+            parent: Those of the trial of which it is a fork.
+        """
+        spec = trial.agent
+        if spec not in self._kinds:
+            self._kinds[spec] = kind_of(spec)
+        found = ReplayedTrial(key=trial.key, kind=self._kinds[spec])
+        if foreign := _foreign(plan):
+            return replace(found, luck=f"{foreign} is not part of Lockprobe, and nothing of it runs here")
+        try:
+            if resolve_plant(plan.plant).is_attended():
+                return replace(found, real=True)
+            if found.kind == "strategy" and spec not in self._strategies:
+                self._strategies[spec] = resolve(spec).make()
+            kept = KeptReplies(replies)
+            book = _Replies(kept, KeptReplies(parent))
+            agent = self._strategies.get(spec) or _agent(trial, found.kind, book)
+            found = _compared(plan, trial, found, agent)
+            return replace(found, unused=len(kept.left) if found.kind == "hosted" else 0)
+        except UserMistake as mistake:
+            return replace(found, luck=str(mistake))
 
 
 def _foreign(plan: Plan) -> str:
@@ -101,16 +123,11 @@ def _foreign(plan: Plan) -> str:
     return ""
 
 
-def _compared(
-    plan: Plan, trial: Trial, found: ReplayedTrial, replies: Sequence[Call], parent: Sequence[Call]
-) -> ReplayedTrial:
+def _compared(plan: Plan, trial: Trial, found: ReplayedTrial, agent: Agent) -> ReplayedTrial:
     """What follows of a trial that can be played again; where its choices do not, whether the rest does."""
-    kept = KeptReplies(replies)
-    agent = _agent(trial, found.kind, _Replies(kept, KeptReplies(parent)))
     why = _difference(trial, _played(plan, agent, trial), agent)
     if why and found.kind == "hosted" and not _has_our_prompt(trial.facts):
         why = f"{why}; its prompt is not that of this release, so verify it with its own"
-    found = replace(found, unused=len(kept.left) if found.kind == "hosted" else 0)
     if isinstance(agent, _Recorded):
         return replace(found, luck=why, choices=_impossible(trial, found.kind))
     recorded = _Recorded(trial)
@@ -120,8 +137,6 @@ def _compared(
 
 def _agent(trial: Trial, kind: AgentKind, book: CallBook) -> Agent:
     """The agent that decides again as far as it can be held against something, else one that does as on record."""
-    if kind == "strategy":
-        return resolve(trial.agent).make()
     if kind == "local":
         from lockprobe.agents.local import ReplayedLocalModel
 

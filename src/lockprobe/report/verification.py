@@ -26,7 +26,7 @@ from lockprobe.report.checked_forks import fork_checks
 from lockprobe.report.checked_replies import CallEvidence, agent_check, replies_check
 from lockprobe.report.checked_report import report_checks
 from lockprobe.report.opened import OpenedStudy, open_study
-from lockprobe.report.replayed_trials import ReplayedTrial, replayed
+from lockprobe.report.replayed_trials import Replay, ReplayedTrial
 from lockprobe.storage.jsonl import has_checksum, whole_lines
 from lockprobe.studies.branch import FORKS
 from lockprobe.studies.call_log import ASKED, CALLS
@@ -183,9 +183,9 @@ def hash_check(what: str, given: str, found: str) -> Check:
 
 def _replayed(opened: OpenedStudy, evidence: CallEvidence, tell: Callable[[int, int], None]) -> Iterator[ReplayedTrial]:
     """Every trial, played again."""
-    by_key = {trial.key: trial for trial in opened.trials}
+    by_key, replay = {trial.key: trial for trial in opened.trials}, Replay()
     for done, trial in enumerate(opened.trials, 1):
-        yield replayed(_plan(opened, trial, by_key), trial, evidence.kept.get(trial.key, ()))
+        yield replay(_plan(opened, trial, by_key), trial, evidence.kept.get(trial.key, ()))
         tell(done, len(opened.trials))
 
 
