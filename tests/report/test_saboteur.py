@@ -254,6 +254,12 @@ def fewer_lost_attempts(files):
     files.asked.append(lost)
 
 
+def a_cheaper_bound(files):
+    record = files.of(MODEL)[0]
+    call = files.calls_of(record)[-1]
+    call["unanswered"], call["most"] = 1, {"calls": 1, "input_tokens": 1, "output_tokens": 1}
+
+
 def a_request_without_a_call(files):
     files.asked.append(files.asked[-1] | {"key": files.of(MODEL)[0]["key"]})
 
@@ -335,6 +341,7 @@ FOUND = {
     "edited calls": (edited_calls, "replies"),
     "a call that was never asked": (a_call_that_was_never_asked, "replies"),
     "fewer lost attempts": (fewer_lost_attempts, "replies"),
+    "a cheaper bound": (a_cheaper_bound, "replies"),
     "a request without a call": (a_request_without_a_call, "replies"),
     "replies to be forgotten": (replies_to_be_forgotten, "replies"),
     "replays without the record before": (replays_without_the_record_before, "replies"),

@@ -121,6 +121,25 @@ def test_a_diary_that_disagrees_with_its_record_is_found_without_a_report(tmp_pa
     assert "trials.jsonl" in check.said
 
 
+def test_another_dose_is_found(tmp_path):
+    run_study(study("flips", agent=["random"], sweep="tremble?p=0,0.2", trials=2, max_steps=4), tmp_path)
+    assert failing(tmp_path) == {}
+    path = tmp_path / "study.json"
+    settings = json.loads(path.read_text("utf-8"))
+    settings["conditions"][1]["interventions"][0]["dose"] = ""
+    path.write_text(json.dumps(settings), "utf-8")
+    assert failing(tmp_path)["settings"] == ("tremble?p=0.2: the dose of tremble?p=0.2 is p, not none",)
+
+
+def test_an_altered_picture_is_found(tmp_path):
+    shown = {"agent": ["viewer"], "modality": ["rgb"], "plant": "fast-twin", "trials": 1, "max_steps": 1}
+    run_study(study("modalities", repetitions=1, **shown), tmp_path)
+    assert failing(tmp_path) == {}
+    picture = next((tmp_path / "pictures").iterdir())
+    picture.write_bytes(picture.read_bytes() + b" ")
+    assert failing(tmp_path)["pictures"] == (picture.name,)
+
+
 def test_an_altered_result_is_named(directory):
     path = directory / "results.json"
     written = json.loads(path.read_text("utf-8"))

@@ -84,7 +84,11 @@ def replies_check(
             if one.unused and not one.choices
         ),
         *(f"{key}: calls of no trial on record" for key in _of_nobody(evidence, on_record, owed)),
-        *(f"{key}: a request in asked.jsonl has no call" for key in dict.fromkeys(evidence.unanswered)),
+        *(
+            f"{key}: a request in asked.jsonl has no call"
+            for key in dict.fromkeys(evidence.unanswered)
+            if key not in owed
+        ),
         *_not_asked(evidence),
         *_marks(directory, evidence, on_record),
         *_priced_otherwise(evidence, on_record),
@@ -113,21 +117,23 @@ def _not_asked(evidence: CallEvidence) -> Iterator[str]:
 
     Calls that an import brought have no requests; they come before all others of their trial.
     """
-    places, lost = Counter[tuple[str, int, int, str]](), defaultdict[tuple[str, int, int, str], int](int)
+    asked: defaultdict[tuple[str, int, int, str], list[Call]] = defaultdict(list)
     for call in evidence.asked:
-        places[_place(call)] += 1
-        lost[_place(call)] = max(lost[_place(call)], call.unanswered)
+        asked[_place(call)].append(call)
     begun = set[str]()
     for call in evidence.calls:
         if call.owed_anew:
             continue
-        place = _place(call)
-        if places[place]:
+        requests = asked[_place(call)]
+        if requests:
             begun.add(call.key)
         elif call.key in begun:
             yield f"{call.key}: the call of step {call.step}, turn {call.turn}, is not in asked.jsonl"
-        if call.unanswered < lost[place]:
-            yield f"{call.key}: step {call.step} had {lost[place]} attempts without an answer, not {call.unanswered}"
+        lost = max((one.unanswered for one in requests), default=0)
+        if call.unanswered < lost:
+            yield f"{call.key}: step {call.step} had {lost} attempts without an answer, not {call.unanswered}"
+        if requests and call.most is not None and call.most not in [one.most for one in requests]:
+            yield f"{call.key}: step {call.step} could cost {requests[-1].most}, not {call.most}"
 
 
 def _place(call: Call) -> tuple[str, int, int, str]:

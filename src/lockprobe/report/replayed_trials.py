@@ -28,7 +28,7 @@ from lockprobe.studies.call_log import KeptReplies
 from lockprobe.studies.play import play_timed
 from lockprobe.trial_json import trial_to_json
 
-__all__ = ["AgentKind", "Replay", "ReplayedTrial", "is_hosted", "kind_of"]
+__all__ = ["AgentKind", "Replay", "ReplayedTrial", "is_foreign", "is_hosted", "kind_of"]
 
 AgentKind = Literal["strategy", "hosted", "local", "outside", "own"]
 """How choices can be held against something: asked again; by replies; by probabilities; by the log of a server of
@@ -111,16 +111,13 @@ class Replay:
 
 def _foreign(plan: Plan) -> str:
     """The first spec of a trial that names code of a user or of another package; empty without one."""
-    kinds: dict[Literal["plant", "intervention"], Sequence[str]] = {
-        "plant": [plan.plant],
-        "intervention": plan.condition.specs,
-    }
-    for kind, specs in kinds.items():
-        added = plugin_names(kind)
-        for spec in specs:
-            if spec_kind(spec) == "python" or spec_name(spec) in added:
-                return spec
-    return ""
+    acting = [spec for spec in plan.condition.specs if is_foreign("intervention", spec)]
+    return plan.plant if is_foreign("plant", plan.plant) else next(iter(acting), "")
+
+
+def is_foreign(kind: Literal["plant", "intervention"], spec: str) -> bool:
+    """Whether a spec names code of a user or of another package."""
+    return spec_kind(spec) == "python" or spec_name(spec) in plugin_names(kind)
 
 
 def _compared(plan: Plan, trial: Trial, found: ReplayedTrial, agent: Agent) -> ReplayedTrial:

@@ -14,8 +14,10 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from lockprobe.errors import LockprobeError
+from lockprobe.errors import LockprobeError, UserMistake
 from lockprobe.inputs import read_input
+from lockprobe.interventions.catalogue import interventions_of
+from lockprobe.interventions.condition import Condition
 from lockprobe.people.step_times import times_of_steps
 from lockprobe.pictures.picture import Picture
 from lockprobe.plan import Plan
@@ -26,7 +28,7 @@ from lockprobe.report.checked_forks import fork_checks
 from lockprobe.report.checked_replies import CallEvidence, agent_check, replies_check
 from lockprobe.report.checked_report import report_checks
 from lockprobe.report.opened import OpenedStudy, open_study
-from lockprobe.report.replayed_trials import Replay, ReplayedTrial
+from lockprobe.report.replayed_trials import Replay, ReplayedTrial, is_foreign
 from lockprobe.storage.jsonl import has_checksum, whole_lines
 from lockprobe.studies.branch import FORKS
 from lockprobe.studies.call_log import ASKED, CALLS
@@ -114,10 +116,30 @@ def _settings(opened: OpenedStudy) -> Check:
     """Whether all records are of this study: its seed, box, budget, conditions and panels."""
     foreign, study = opened.foreign + opened.journal.foreign, opened.study
     said = f"all {len(opened.trials)} trials are of seed {study.seed} and these settings, {study.settings_hash}"
+    other = tuple(_other_doses(opened.study.conditions))
+    if other:
+        said = f"{len(other)} interventions have another dose than study.json says"
     if foreign:
         first = f"; {opened.journal.first_foreign}" if opened.journal.first_foreign else ""
         said = f"{foreign} records are of another seed or of other settings{first}"
-    return Check(name="settings", holds=not foreign, said=said)
+    return Check(name="settings", holds=not (foreign or other), said=said, failed=other)
+
+
+def _other_doses(conditions: Sequence[Condition]) -> Iterator[str]:
+    """Interventions of Lockprobe's own whose dose in the settings is not the one that they have."""
+    for condition in conditions:
+        for spec, dose in zip(condition.specs, condition.doses, strict=True):
+            if not is_foreign("intervention", spec) and (own := _dose_of(spec, dose)) != dose:
+                yield f"{condition.label}: the dose of {spec} is {own or 'none'}, not {dose or 'none'}"
+
+
+def _dose_of(spec: str, recorded: str) -> str:
+    """The dose of an intervention; the recorded one where it cannot be made here, as without the file of a prompt."""
+    try:
+        (made,) = interventions_of(spec)
+    except UserMistake:
+        return recorded
+    return str(getattr(made, "dose", ""))
 
 
 def _planned(opened: OpenedStudy) -> set[str]:
