@@ -2,7 +2,8 @@
 
 import pytest
 
-from lockprobe.mcp_server.connection import SAME_IN_ALL_TRIALS, Connection, facts_of
+from lockprobe.agents.mcp_client import SAME_IN_ALL_TRIALS
+from lockprobe.mcp_server.connection import Connection, facts_of
 
 
 def facts(**said):

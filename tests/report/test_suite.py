@@ -110,7 +110,7 @@ def test_names_of_agents_are_text(tmp_path):
 
 def test_what_was_played_holds(directory):
     assert failing(directory) == []
-    assert len(verify_suite(directory)) == 2 + 4 * 6
+    assert len(verify_suite(directory)) == 3 + 4 * 7
 
 
 def test_an_altered_score_is_found(directory):
@@ -124,7 +124,7 @@ def test_a_dropped_trial_and_an_edited_record_are_found(directory):
     path = directory / "reset" / "trials.jsonl"
     lines = path.read_text("utf-8").splitlines(keepends=True)
     path.write_text("".join(lines[1:]), "utf-8")
-    assert failing(directory) == ["reset: complete", "scores"]
+    assert failing(directory) == ["reset: complete", "scores", "page"]
     path.write_text("".join(lines).replace('"ending":"budget"', '"ending":"solved"', 1), "utf-8")
     assert failing(directory)[0] == "reset: records"
 
@@ -138,7 +138,7 @@ def test_a_study_of_other_settings_is_found(directory, setting, value):
 
 def test_a_level_that_is_missing_or_has_other_agents_is_found(directory):
     shutil.rmtree(directory / "fork")
-    assert failing(directory) == ["suite", "scores"]
+    assert failing(directory) == ["suite", "scores", "page"]
     write_study(directory / "fork", suite_studies(SMALL, ["random"])["fork"])
     (first, *_) = verify_suite(directory)
     assert first.failed == ("the levels have different agents: random; random human-inspired",)

@@ -46,7 +46,7 @@ def changed(directory, key, change):
 
 def test_a_study_as_it_was_played_holds(directory):
     assert [check.name for check in verify(directory)] == [
-        "records", "settings", "complete", "luck", "choices", "results",
+        "records", "settings", "complete", "luck", "choices", "agents", "results", "report",
     ]  # fmt: skip
     assert failing(directory) == {}
 
@@ -74,7 +74,7 @@ def test_reports_that_do_not_follow_are_found_though_their_checksum_is_right(dir
     changed(directory, KEY, change)
     fails = failing(directory)
     assert fails["luck"] == (f"{KEY}: {found}",)
-    assert fails["choices"] == (KEY,)
+    assert fails["choices"] == (f"{KEY}: {found}",)
 
 
 def test_a_truth_that_contradicts_itself_is_no_record(directory):
@@ -90,7 +90,7 @@ def test_a_trial_cut_short_is_found(directory):
 def test_choices_that_a_strategy_does_not_make_are_found(directory):
     changed(directory, KEY, lambda record: record["steps"][0]["decision"].update(hypothesis="made up"))
     fails = failing(directory)
-    assert fails["choices"] == (KEY,)
+    assert fails["choices"] == (f"{KEY}: step 1, decision (hypothesis)",)
     assert "luck" not in fails
 
 
@@ -121,6 +121,25 @@ def test_a_diary_that_disagrees_with_its_record_is_found_without_a_report(tmp_pa
     assert "trials.jsonl" in check.said
 
 
+def test_another_dose_is_found(tmp_path):
+    run_study(study("flips", agent=["random"], sweep="tremble?p=0,0.2", trials=2, max_steps=4), tmp_path)
+    assert failing(tmp_path) == {}
+    path = tmp_path / "study.json"
+    settings = json.loads(path.read_text("utf-8"))
+    settings["conditions"][1]["interventions"][0]["dose"] = ""
+    path.write_text(json.dumps(settings), "utf-8")
+    assert failing(tmp_path)["settings"] == ("tremble?p=0.2: the dose of tremble?p=0.2 is p, not none",)
+
+
+def test_an_altered_picture_is_found(tmp_path):
+    shown = {"agent": ["viewer"], "modality": ["rgb"], "plant": "fast-twin", "trials": 1, "max_steps": 1}
+    run_study(study("modalities", repetitions=1, **shown), tmp_path)
+    assert failing(tmp_path) == {}
+    picture = next((tmp_path / "pictures").iterdir())
+    picture.write_bytes(picture.read_bytes() + b" ")
+    assert failing(tmp_path)["pictures"] == (picture.name,)
+
+
 def test_an_altered_result_is_named(directory):
     path = directory / "results.json"
     written = json.loads(path.read_text("utf-8"))
@@ -140,16 +159,18 @@ def test_results_of_another_release_are_written_again_first(directory):
 
 def test_forks_that_are_newer_than_the_report_are_said_to_be(directory):
     assert typed("branch", directory, "flips/random/p=0.4", "--at", "2", "--told", "lie").returncode == 0
-    (check,) = [check for check in verify(directory) if not check.holds]
+    check, pages = [check for check in verify(directory) if not check.holds]
     assert (check.name, check.said) == (
         "results",
         "forks were played after results.json was written: lockprobe report first",
     )
+    assert pages.said.endswith("; the records are newer: lockprobe report first")
     write_report(directory)
     assert failing(directory) == {}
     shutil.rmtree(directory / "forks")
-    (check,) = [check for check in verify(directory) if not check.holds]
+    check, pages = [check for check in verify(directory) if not check.holds]
     assert "values of results.json differ" in check.said
+    assert "forks.html: no file of this report" in pages.failed
 
 
 def test_of_a_study_of_people_it_says_how_many_played(tmp_path):
@@ -160,6 +181,7 @@ def test_of_a_study_of_people_it_says_how_many_played(tmp_path):
 
 
 def test_the_command_ends_with_one_and_names_what_fails(directory):
+    assert typed("report", directory).returncode == 0  # with the figures that are left out here
     assert typed("verify", directory).returncode == 0
     (directory / "results.json").write_text("{", "utf-8")
     done = typed("verify", directory)

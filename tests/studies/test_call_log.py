@@ -43,6 +43,19 @@ def test_what_was_replied_is_looked_up_by_place_and_request(tmp_path):
     assert list(read_calls(tmp_path)) == [replied()]
 
 
+def test_equal_requests_of_an_agent_that_forgets_have_their_own_replies_in_the_order_in_which_they_came(tmp_path):
+    """What it remembers says how many steps there were: two steps can stand at one place with one request."""
+    first, second, other = replied(seconds=1.0), replied(seconds=2.0), replied(request="another")
+    with Calls.open(tmp_path) as calls:
+        for call in (first, other, second):
+            asyncio.run(calls.of(KEY).reserve(WORST))
+            calls.of(KEY).write(call)
+    with Calls.open(tmp_path) as calls:
+        page = calls.of(KEY)
+        assert [page.recall(1, 1, request) for request in ("r", "another", "r", "r")] == [first, other, second, None]
+        assert calls.of(KEY).recall(1, 1, "r") == first
+
+
 def test_a_call_without_a_reply_is_made_again(tmp_path):
     with Calls.open(tmp_path) as calls:
         ask(calls, Call(key=KEY, step=1, turn=1, request="r", reply=None, error="429"))

@@ -233,11 +233,11 @@ def test_calls_are_held_until_their_trial_is_finished_and_no_longer(tmp_path):
     with Journal.open(tmp_path, STUDY) as journal:
         for trial, call in zip((finished, broken), calls, strict=True):
             journal.calls.write(call)
-            assert journal.calls.recall(trial.key, 1, 1, "0f") == call
+            assert journal.calls.of(trial.key).recall(1, 1, "0f") == call
             journal.append(trial, Timing(key=trial.key, seconds=1, steps=1))
-        assert [journal.calls.recall(call.key, 1, 1, "0f") for call in calls] == [None, calls[1]]
+        assert [journal.calls.of(call.key).recall(1, 1, "0f") for call in calls] == [None, calls[1]]
     with Journal.open(tmp_path, STUDY) as journal:
-        assert [journal.calls.recall(call.key, 1, 1, "0f") for call in calls] == [None, calls[1]]
+        assert [journal.calls.of(call.key).recall(1, 1, "0f") for call in calls] == [None, calls[1]]
 
 
 def test_settings_cannot_change_once_a_call_was_paid_for(tmp_path):

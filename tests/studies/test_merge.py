@@ -219,7 +219,7 @@ def test_what_was_paid_for_a_trial_that_is_not_finished_comes_along_and_is_gone_
     assert (gathered.taken, gathered.unfinished, gathered.replies, gathered.agents) == (0, 2, 3, ("random",))
     assert list(read_calls(here)) == calls[:4]
     with Journal.open(here, read_study(here)) as journal:
-        assert journal.calls.recall(KEY.format(1), 2, 1, "of 2") == calls[1]
+        assert journal.calls.of(KEY.format(1)).recall(2, 1, "of 2") == calls[1]
     assert gather(here, [there]).replies == 0
     assert list(read_calls(here)) == calls[:4]
 

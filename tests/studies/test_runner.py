@@ -353,13 +353,13 @@ def test_the_new_trial_makes_calls_of_its_own_and_those_of_the_old_one_count_as_
     call = written(tmp_path)
     with Journal.open(tmp_path, STUDY) as journal:
         owe_anew(journal, STUDY, "reply")
-        assert journal.calls.recall(UNUSABLE.key, 1, 1, "r") is None
+        assert journal.calls.of(UNUSABLE.key).recall(1, 1, "r") is None
         journal.append(make_trial([0], budget=2, broken="model"), Timing(key=UNUSABLE.key, seconds=1.0, steps=1))
     with Journal.open(tmp_path, STUDY) as journal:  # the replay was broken off
-        assert journal.calls.recall(UNUSABLE.key, 1, 1, "r") is None
+        assert journal.calls.of(UNUSABLE.key).recall(1, 1, "r") is None
         journal.calls.write(replace(call, reply="usable"))
     with Journal.open(tmp_path, STUDY) as journal:
-        assert journal.calls.recall(UNUSABLE.key, 1, 1, "r").reply == "usable"
+        assert journal.calls.of(UNUSABLE.key).recall(1, 1, "r").reply == "usable"
     spent = Ledger(STUDY, read_calls(tmp_path)).total
     assert (spent.usage.calls, spent.failed, spent.broken_off) == (2, 0, 0)
 

@@ -8,7 +8,7 @@ machine. Figures and alternatives stand in ``docs/embedded-model.md``.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
@@ -17,7 +17,7 @@ from lockprobe.agents import weights
 from lockprobe.agents.modalities import refuse_pictures
 from lockprobe.agents.policy import draw
 from lockprobe.agents.prompt import example, fingerprint
-from lockprobe.errors import BadValue, Conflict, UnknownName
+from lockprobe.errors import BadValue, Conflict, ModelFault, UnknownName
 from lockprobe.record import Decision, Fact, Outcome, Situation, Turn
 from lockprobe.spec import Spec
 from lockprobe.validation import check_choice
@@ -25,7 +25,7 @@ from lockprobe.validation import check_choice
 if TYPE_CHECKING:
     from lockprobe.agents.engine import Engine
 
-__all__ = ["CONSTANT", "UNASKED", "LocalModel", "check", "read_options"]
+__all__ = ["CONSTANT", "UNASKED", "LocalModel", "ReplayedLocalModel", "check", "read_options"]
 
 Calibration = Literal["none", "first"]
 
@@ -143,20 +143,11 @@ class LocalModel:
         if last is not None and task.assessment:
             chances = self._engine.score(prompt, [self._engine.tokens(claim) for claim in _CLAIMS])
             claim_probability = chances[0]
-            said = list(_CLAIMS)[int(number >= claim_probability)]
+            said = _said(number, claim_probability)
             prompt = self._extend(prompt, said, ".")
         prompt = self._extend(prompt, " Next joint:")
         raw = self._engine.score(prompt, [self._engine.tokens(f" {joint}") for joint in task.joints])
-        chances = self._adjusted(raw, situation)
-        joint = task.joints[draw(chances, rng)]
-        reply = f"Last joint: {last}{said}. Next joint: {joint}" if said else f"Next joint: {joint}"
-        return Decision(
-            joint=joint,
-            claimed=_CLAIMS.get(said),
-            probabilities=tuple(chances),
-            claim_probability=claim_probability,
-            replies=(reply,),
-        )
+        return _drawn(situation, said, claim_probability, self._adjusted(raw, situation), rng)
 
     def _adjusted(self, raw: list[float], situation: Situation) -> list[float]:
         chances = np.array(raw)
@@ -183,6 +174,52 @@ class LocalModel:
             if segment:
                 prompt = [*prompt, *self._engine.tokens(segment)]
         return prompt
+
+
+class ReplayedLocalModel:
+    """A local model in a trial that has ended: it draws again from the probabilities on record, and scores nothing.
+
+    Args:
+        facts: The facts of the model, from the record.
+        decisions: Its decisions on record.
+    """
+
+    def __init__(self, facts: Mapping[str, Fact], decisions: Iterable[Decision]) -> None:
+        self.facts, self._decisions = facts, iter(decisions)
+
+    async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
+        """Draw a claim and a joint; two draws from the stream per step.
+
+        Raises:
+            ModelFault: If the record ends here, or has no probabilities.
+        """
+        recorded = next(self._decisions, None)
+        if recorded is None or recorded.probabilities is None:
+            raise ModelFault("the record ends here")
+        said, number = "", float(rng.random())
+        if recorded.claim_probability is not None:
+            said = _said(number, recorded.claim_probability)
+        return _drawn(situation, said, recorded.claim_probability, recorded.probabilities, rng)
+
+
+def _said(number: float, probability: float) -> str:
+    """The claim that a random number gives; ``probability`` is that of the first."""
+    return list(_CLAIMS)[int(number >= probability)]
+
+
+def _drawn(
+    situation: Situation, said: str, probability: float | None, chances: Sequence[float], rng: np.random.Generator
+) -> Decision:
+    """The decision of a model that has said this about its last action, with its next joint drawn."""
+    joint, last = situation.task.joints[draw(chances, rng)], situation.percept.joint
+    reply = f"Last joint: {last}{said}. Next joint: {joint}" if said else f"Next joint: {joint}"
+    return Decision(
+        joint=joint,
+        claimed=_CLAIMS.get(said),
+        probabilities=tuple(chances),
+        claim_probability=probability,
+        replies=(reply,),
+    )
 
 
 def _segments(situation: Situation) -> list[str]:

@@ -23,6 +23,8 @@ from lockprobe.record import Step, Trial
 from lockprobe.studies.budget import Budget
 from lockprobe.studies.estimate import Estimate
 from lockprobe.studies.journal import Journal, Timing
+from lockprobe.studies.results_hash import StudyHashes
+from lockprobe.studies.settings import read_study
 from lockprobe.studies.study import Study
 from lockprobe.studies.valid_conditions import Invalid
 from lockprobe.terminal_text import printable
@@ -49,6 +51,7 @@ class JsonLines(Plain):
             owed=owed,
             done=study.size - study.invited - owed,
             settings=study.settings(),
+            settings_hash=read_study(journal.directory).settings_hash,
         )
         super().begin(study, journal, owed)
 
@@ -149,6 +152,18 @@ class JsonLines(Plain):
     def invalid(self, found: Sequence[Invalid]) -> None:
         """Print the conditions without a valid trial."""
         self.event("no-valid-trial", conditions=[asdict(one) for one in found], message=invalid_in_words(found))
+
+    def recorded(self, directory: Path) -> None:
+        """Print the hashes of settings and records after the last trial of the run."""
+        found = StudyHashes.of(directory)
+        self.event(
+            "results",
+            directory=str(directory),
+            settings_hash=found.settings,
+            results_hash=found.results,
+            finished=found.finished,
+            planned=found.planned,
+        )
 
     def reported(self, path: Path | None) -> None:
         """Print the path of the report, or None without a report."""

@@ -20,6 +20,7 @@ from lockprobe.cli import options
 from lockprobe.errors import BadValue, Conflict, Missing
 from lockprobe.mcp_server.isolation import Isolation, check_isolation, client_of_stdio, named_client
 from lockprobe.mcp_server.session import SessionOptions, ToolSession
+from lockprobe.studies.settings import read_study
 from lockprobe.studies.study import Study
 from lockprobe.studies.study_options import StudyOptions, read_options_file
 from lockprobe.studies.studyfile import study
@@ -107,7 +108,10 @@ async def _serve(
     planned: Study, agent: str, directory: Path, given: SessionOptions, port: int, token: str, *, json: bool
 ) -> None:
     async with ToolSession.open(directory, planned, agent, given) as session:
-        said = f"{agent} plays {planned.name}: {session.owed} of {planned.size} trials are owed"
+        said = (
+            f"{agent} plays {planned.name}: {session.owed} of {planned.size} trials are owed; "
+            f"hash of the settings {read_study(directory).settings_hash}"
+        )
         print(printable(said), file=sys.stderr, flush=True)  # and not where the records lie: a client may read this
         if given.transport == "stdio":
             from lockprobe.mcp_server.stdio import serve_stdio

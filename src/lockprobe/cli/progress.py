@@ -20,12 +20,25 @@ from lockprobe.studies.estimate import Estimate, estimates
 from lockprobe.studies.journal import Journal, Timing
 from lockprobe.studies.paper import ROBOT, is_short
 from lockprobe.studies.records import LeftOut
+from lockprobe.studies.results_hash import StudyHashes
+from lockprobe.studies.settings import read_study
 from lockprobe.studies.spending import Ledger, hosted
 from lockprobe.studies.study import Study
 from lockprobe.studies.valid_conditions import Invalid
 from lockprobe.terminal_text import printable
 
-__all__ = ["Plain", "Tally", "count", "foreign_in_words", "in_boundaries", "invalid_in_words", "minutes", "told"]
+__all__ = [
+    "Plain",
+    "Tally",
+    "count",
+    "foreign_in_words",
+    "in_boundaries",
+    "invalid_in_words",
+    "minutes",
+    "results_line",
+    "settings_line",
+    "told",
+]
 
 _EVERY = 2.0
 """Seconds between plain lines about the state of a run."""
@@ -158,6 +171,8 @@ class Plain:
         self.say(f"Records: {journal.directory} (the same command resumes it)")
         if self._report:
             self.say(f"Report: {journal.directory / 'report.html'} {_when(study, owed)}")
+        if self._report is not None:
+            self.say(settings_line(read_study(journal.directory).settings_hash))
         done = sum(not trial.owed_again for trial in journal.trials.values() if not trial.player)
         if done:
             self.say(f"{done} of {run} trials are done already; {owed} are owed")
@@ -282,6 +297,12 @@ class Plain:
         if self.tally.ledger is not None and (said := spent_in_words(self.tally.ledger.total)):
             self.say(f"Calls: {said}")
 
+    def recorded(self, directory: Path) -> None:
+        """Say the hash of the records after the last trial of the run."""
+        self.close()
+        if self._report is not None:
+            self.say(results_line(StudyHashes.of(directory)))
+
     def reported(self, path: Path | None) -> None:
         """Say what it has cost, and name the report; None where there is none."""
         self.close()
@@ -395,6 +416,17 @@ class Tally:
             in_boundaries(self.errors),
         ]
         return " · ".join(part for part in parts if part)
+
+
+def settings_line(found: str) -> str:
+    """The hash of the settings, as it is said before the first trial."""
+    return f"Settings: {found} (for a preregistration; lockprobe verify DIR --settings HASH checks it)"
+
+
+def results_line(found: StudyHashes) -> str:
+    """The hash of the records, as it is said after the last trial."""
+    so_far = "" if found.finished == found.planned else f" so far, {found.finished} of {found.planned} trials"
+    return f"Results: {found.results} (for a paper{so_far}; lockprobe verify DIR --results HASH checks it)"
 
 
 def in_boundaries(errors: Mapping[str, int]) -> str:

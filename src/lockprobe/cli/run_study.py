@@ -88,6 +88,8 @@ def play_study(
         if planned.size == planned.invited and not journal.trials:
             return status  # people have yet to be invited
         live.end()
+        if journal.trials:
+            observer.recorded(directory)
         something = journal.trials or reached is None
         observer.reported(_report(directory, limits) if report and something else None)
         status = _failure(planned, journal, observer)

@@ -23,6 +23,7 @@ from lockprobe.studies.directory import added_agents
 from lockprobe.studies.idle_conditions import idle_conditions
 from lockprobe.studies.journal import read_timings
 from lockprobe.studies.records import read_records
+from lockprobe.studies.results_hash import results_hash
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.spending import Ledger, Spending, total
 from lockprobe.studies.study import Study
@@ -61,6 +62,7 @@ def _status(directory: Path, *, json: bool) -> None:
     invalid = [] if of_forks else invalid_conditions(study, keyed)
     unchanged = [] if of_forks else idle_conditions(study, keyed)
     facts |= {"without_valid_trial": [one.condition for one in invalid], "changed_nothing": unchanged}
+    facts |= {"settings_hash": study.settings_hash, "results_hash": results_hash(study, trials)}
     facts |= _in_progress(directory, trials)
     if not json:
         idle = [("idle", f"{cell}: no intervention has changed anything so far") for cell in unchanged]
@@ -186,6 +188,8 @@ def _print_columns(rows: Sequence[Sequence[str]]) -> None:
 
 def _lines(directory: Path, facts: Mapping[str, object]) -> Iterator[tuple[str, str]]:
     yield "study", f"{facts['study']} in {directory}"
+    yield "settings", f"hash {facts['settings_hash']} (lockprobe verify {directory} --settings HASH)"
+    yield "results", f"hash {facts['results_hash']} (lockprobe verify {directory} --results HASH)"
     extra = f", {facts['not_asked_for']} of other settings" if facts["not_asked_for"] else ""
     if facts["of_forks"]:
         yield "forks", f"{facts['done']} done, {facts['owed']} owed, {facts['solved']} solved"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json as json_
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
@@ -11,14 +12,17 @@ import typer
 
 from lockprobe.cli.format_cost import print_estimates
 from lockprobe.cli.printing import new_table, print_table
+from lockprobe.cli.progress import results_line, settings_line
 from lockprobe.cli.run_study import BUDGET_REACHED, allowed_budget, play_study
 from lockprobe.errors import BadValue, Conflict
 from lockprobe.studies import paper
 from lockprobe.studies.call_log import read_calls
+from lockprobe.studies.directory import SETTINGS
+from lockprobe.studies.results_hash import hash_of_parts, hashes_of_suite
 from lockprobe.studies.runner import Limits
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.spending import Ledger
-from lockprobe.studies.study import joined_agents
+from lockprobe.studies.study import Study, joined_agents
 from lockprobe.studies.suites import Suite, begin_suite, is_suite, suite_directories, suite_studies
 from lockprobe.terminal_text import printable
 
@@ -61,6 +65,7 @@ def run_suite(
     if again is not None and not is_suite(directory):
         raise BadValue("again", again, "a suite that has been played before in this directory")
     begin_suite(directory, suite)
+    _say_settings(directory, studies, json=json)
     unfinished: dict[str, int] = {}
     for name, study in studies.items():
         allowed = allowed_budget(study, budget, directory / name)
@@ -71,6 +76,7 @@ def run_suite(
             unfinished[name] = found
         if found == BUDGET_REACHED:
             break
+    _say_results(directory, suite, json=json)
     if report:
         report_suite(directory, json=json)
     return _end(unfinished, json=json)
@@ -86,6 +92,23 @@ def _end(unfinished: Mapping[str, int], *, json: bool) -> None:
     said = [f"{name} ({'the budget' if status == BUDGET_REACHED else 'errors'})" for name, status in unfinished.items()]
     print(f"Not finished: {', '.join(said)}, as said above; the same command goes on")
     raise typer.Exit(max(unfinished.values()))
+
+
+def _say_settings(directory: Path, studies: Mapping[str, Study], *, json: bool) -> None:
+    """Print the hash of the settings of all studies, with the agents that are there."""
+    parts = {}
+    for name, study in studies.items():
+        there = read_study(directory / name).agents if (directory / name / SETTINGS).exists() else ()
+        parts[name] = replace(study, agents=joined_agents(there, study.agents)).settings_hash
+    found = hash_of_parts(parts)
+    print(json_.dumps({"event": "settings", "settings_hash": found}) if json else settings_line(found), flush=True)
+
+
+def _say_results(directory: Path, suite: Suite, *, json: bool) -> None:
+    """Print the hash of the records of all studies."""
+    found = hashes_of_suite(directory, suite)
+    event = {"event": "results", "settings_hash": found.settings, "results_hash": found.results}
+    print(json_.dumps(event) if json else results_line(found), flush=True)
 
 
 def _agents(suite: Suite, directory: Path, asked: list[str] | None) -> tuple[str, ...]:

@@ -10,32 +10,43 @@ from typing import Annotated
 import typer
 
 from lockprobe.cli.printing import time_left
+from lockprobe.studies.results_hash import check_hash
 from lockprobe.studies.suites import is_suite
 from lockprobe.terminal_text import printable
 
 __all__ = ["verify"]
 
 Directory = Annotated[Path, typer.Argument(metavar="DIR", help="The directory of a study or a suite.")]
+Settings = Annotated[
+    str | None,
+    typer.Option("--settings", metavar="HASH", help="The hash of the settings, as it was published."),
+]
+Results = Annotated[
+    str | None, typer.Option("--results", metavar="HASH", help="The hash of the results, as it was published.")
+]
 AsJson = Annotated[bool, typer.Option("--json", help="One JSON object.")]
 
 _NAMED = 5
 """The most failures printed by name; --json has all."""
 
 
-def verify(directory: Directory, json: AsJson = False) -> None:
-    """Recompute a study or a suite from its records: checksums, settings, luck, choices of strategies, and results.
+def verify(directory: Directory, settings: Settings = None, results: Results = None, json: AsJson = False) -> None:
+    """Recompute a study or a suite from its records, and hold replies, logs and report against them.
 
-    Replies of models and people are taken from the records. Exit status 1: a check failed.
+    Published hashes of settings and results are compared with --settings and --results. Exit status 1: a check failed.
     """
+    check_hash("settings", settings)
+    check_hash("results", results)
     # two seconds of imports, which --help need not wait for
     from lockprobe.report.suite_verification import verify_suite
+    from lockprobe.report.verification import NOT_SHOWN
     from lockprobe.report.verification import verify as verify_study
 
     check = verify_suite if is_suite(directory) else verify_study
-    checks = check(directory, tell=time_left("trials"))
+    checks = check(directory, settings=settings, results=results, processes=2, tell=time_left("trials"))
     holds = all(one.holds for one in checks)
     if json:
-        print(json_.dumps({"holds": holds, "checks": [asdict(one) for one in checks]}))
+        print(json_.dumps({"holds": holds, "checks": [asdict(one) for one in checks], "not_shown": NOT_SHOWN}))
     else:
         wide = max(len(one.name) for one in checks)
         for one in checks:
@@ -44,4 +55,5 @@ def verify(directory: Directory, json: AsJson = False) -> None:
                 print(f"{'':{wide + 9}}{printable(name)}")
             if len(one.failed) > _NAMED:
                 print(f"{'':{wide + 9}}and {len(one.failed) - _NAMED} more (--json)")
+        print(f"{NOT_SHOWN}.")
     raise typer.Exit(0 if holds else 1)

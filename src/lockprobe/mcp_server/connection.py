@@ -11,12 +11,9 @@ from lockprobe.record import Fact
 from lockprobe.redaction import without_secrets
 from lockprobe.terminal_text import printable
 
-__all__ = ["SAME_IN_ALL_TRIALS", "Connection", "Transport", "facts_of"]
+__all__ = ["Connection", "Transport", "facts_of"]
 
 Transport = Literal["stdio", "http"]
-
-SAME_IN_ALL_TRIALS = ("transport", "client", "isolation", "wording")
-"""Facts that may not change under one agent's name, because records that differ in them are different conditions."""
 
 _LONGEST = 100
 

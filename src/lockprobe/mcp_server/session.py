@@ -1,6 +1,6 @@
 """The session of a study that clients with tools play: one trial after another, one call at a time.
 
-Every attempt is on disk before its report leaves (:mod:`lockprobe.mcp_server.attempt_log`). A client that goes away
+Every attempt is on disk before its report leaves (:mod:`lockprobe.studies.attempt_log`). A client that goes away
 leaves its trial where it is: whoever begins next goes on with it. A refused call changes nothing.
 """
 
@@ -14,9 +14,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
+from lockprobe.agents.mcp_client import SAME_IN_ALL_TRIALS
 from lockprobe.errors import BadFile, BadValue, LockprobeError, SettingsChanged
-from lockprobe.mcp_server.attempt_log import AttemptLog
-from lockprobe.mcp_server.connection import SAME_IN_ALL_TRIALS, Connection, Transport, facts_of
+from lockprobe.mcp_server.connection import Connection, Transport, facts_of
 from lockprobe.mcp_server.isolation import Isolation
 from lockprobe.mcp_server.playable import check_playable
 from lockprobe.mcp_server.wording import CLAIMS, LONGEST_HYPOTHESIS, OVER, begun, observation, wording
@@ -25,6 +25,7 @@ from lockprobe.plan import Plan
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.record import Fact, Outcome, Situation
 from lockprobe.redaction import without_keys
+from lockprobe.studies.attempt_log import AttemptLog
 from lockprobe.studies.journal import Journal
 from lockprobe.studies.paused_trial import PausedTrial, RecordedAttempt
 from lockprobe.studies.picture_store import ALBUM

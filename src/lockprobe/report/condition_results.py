@@ -46,6 +46,7 @@ from lockprobe.report.study_rows import (
 )
 from lockprobe.report.why import WhyResult, why_row
 from lockprobe.spec import Spec, spec_name
+from lockprobe.studies.results_hash import results_hash
 from lockprobe.studies.study import Study
 
 __all__ = ["arms_of", "condition_results"]
@@ -96,6 +97,8 @@ def condition_results(opened: OpenedStudy, found: ConditionStudySummary) -> Resu
         schema_version=RESULTS_VERSION,
         lockprobe=version("lockprobe"),
         study=dict(opened.settings),
+        settings_hash=opened.study.settings_hash,
+        results_hash=results_hash(opened.study, opened.trials),
         joints=len(study.box.joints),
         overview=condition_overview(found, opened.settings),
         progress=study_progress(opened),
@@ -113,7 +116,7 @@ def condition_results(opened: OpenedStudy, found: ConditionStudySummary) -> Resu
         series=[_series_row(series, summary) for series, summary in found.series],
         why=_why_rows(found, opened.trials),
         box=found.reference,
-        measures=measure_rows(opened.trials),
+        measures=measure_rows(opened),
         errors=broken_rows(opened.trials),
         tidied=tidied_rows(opened.trials),
         agents=agent_facts(opened.trials),

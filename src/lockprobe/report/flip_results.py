@@ -52,6 +52,7 @@ from lockprobe.report.study_rows import (
     study_progress,
     tidied_rows,
 )
+from lockprobe.studies.results_hash import results_hash
 from lockprobe.studies.study import Study
 
 __all__ = ["flip_results"]
@@ -71,6 +72,8 @@ def flip_results(opened: OpenedStudy, summary: StudySummary) -> Results:
         schema_version=RESULTS_VERSION,
         lockprobe=version("lockprobe"),
         study=dict(opened.settings),
+        settings_hash=opened.study.settings_hash,
+        results_hash=results_hash(opened.study, opened.trials),
         joints=len(opened.settings.get("box", {}).get("joints", [])),
         overview=flip_overview(summary, opened.settings),
         progress=study_progress(opened),
@@ -103,7 +106,7 @@ def flip_results(opened: OpenedStudy, summary: StudySummary) -> Results:
             if condition.success.n
         ],
         examples=examples(summary, trials),
-        measures=measure_rows(trials),
+        measures=measure_rows(opened),
         errors=broken_rows(trials),
         tidied=tidied_rows(trials),
         agents=agent_facts(trials),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from functools import partial
 
 from lockprobe.analysis.measures import find_measure, measured
@@ -11,19 +11,22 @@ from lockprobe.formatting import NONE, minus
 from lockprobe.plugins import plugin_names
 from lockprobe.record import Trial
 from lockprobe.report.format import TextTable
+from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.schema import MeasureResult
 
 __all__ = ["measure_rows", "measure_table"]
 
 
-def measure_rows(trials: Iterable[Trial]) -> list[MeasureResult]:
+def measure_rows(opened: OpenedStudy) -> list[MeasureResult]:
     """The mean of each of those measures with its 95 % interval; of one that breaks, why.
 
     Args:
-        trials: Of any agents and conditions.
+        opened: A study; no code of a package runs if it holds what they measured.
     """
+    if opened.measures is not None:
+        return list(opened.measures)
     cells: dict[str, list[Trial]] = {}
-    for trial in trials if plugin_names("measure") else ():
+    for trial in opened.trials if plugin_names("measure") else ():
         cells.setdefault(trial.cell, []).append(trial)
     return [row for members in cells.values() for name in plugin_names("measure") for row in _rows(members, name)]
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -10,6 +10,7 @@ from typing import Any
 from lockprobe.people.diary import Diary, read_diaries
 from lockprobe.people.withdrawal import withdrawn
 from lockprobe.record import Trial
+from lockprobe.report.schema import MeasureResult
 from lockprobe.studies.branch import read_forks
 from lockprobe.studies.directory import SETTINGS, read_settings
 from lockprobe.studies.next_choice import read_choices
@@ -35,6 +36,7 @@ class OpenedStudy:
         withdrawn: Number of participants who withdrew.
         forks: Forks of these trials on record (``lockprobe branch``).
         choices: Key of a fork -> probability of each joint at its first choice, where that is known.
+        measures: What installed packages measure, if it is given instead of measured; None otherwise.
     """
 
     directory: Path
@@ -47,6 +49,7 @@ class OpenedStudy:
     withdrawn: int
     forks: tuple[Trial, ...] = ()
     choices: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    measures: Sequence[MeasureResult] | None = None
 
     @property
     def finished(self) -> int:

@@ -13,7 +13,6 @@ import operator
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import groupby
-from pathlib import Path
 from typing import Any
 
 from lockprobe.analysis.inference.association import LENGTH_CAVEAT
@@ -37,7 +36,7 @@ from lockprobe.report.figures import (
 from lockprobe.report.forks import fork_table
 from lockprobe.report.format import TextTable, as_csv, as_tex
 from lockprobe.report.installed_measures import measure_table
-from lockprobe.report.opened import OpenedStudy, open_study
+from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.people import people_steps_table, people_table, positions_table
 from lockprobe.report.rendering import image, rendered
 from lockprobe.report.results import StudyNumbers, results_of, study_numbers
@@ -54,18 +53,17 @@ _WITHOUT_FIGURES = ("claims", "audit")
 """The pages of a study of flip rates that show no figure."""
 
 
-def report_files(directory: Path, *, tell: Callable[[str], None], each: Each) -> Iterator[File]:
+def report_files(opened: OpenedStudy, *, tell: Callable[[str], None], each: Each) -> Iterator[File]:
     """Every file of a report, the report last.
 
     Args:
-        directory: The directory of a study.
+        opened: The study.
         tell: Told what it is at.
         each: Works on one job after the other, or on several at once.
 
     Raises:
-        BadFile: If the directory is not that of a study.
+        BadFile: If its records cannot be analysed together.
     """
-    opened = open_study(directory)
     if not opened.finished:
         tell("no trial has ended yet")
     tell(f"testing {len(opened.trials)} trial{'s' * (len(opened.trials) != 1)}")
@@ -76,7 +74,7 @@ def report_files(directory: Path, *, tell: Callable[[str], None], each: Each) ->
     found = dict(zip(draw, done, strict=True))
     drawn = {name: found[name] for name in (CAPTIONS if content.of_flips else draw) if name in found}
     yield from files
-    yield from _with_figures(content, drawn, embedded(directory, content.seen), trials)
+    yield from _with_figures(content, drawn, embedded(opened.directory, content.seen), trials)
 
 
 def _without_figures(opened: OpenedStudy, numbers: StudyNumbers) -> tuple[Results, list[File], str]:

@@ -268,6 +268,8 @@ class Results(DescribedResult):
     schema_version: int = Field(description="Version of this layout.")
     lockprobe: str = Field(description="Release that made it.")
     study: dict[str, Any] = Field(description="The settings, as in study.json.")
+    settings_hash: str = Field(description="Hash of the settings, as lockprobe verify DIR --settings takes it.")
+    results_hash: str = Field(description="Hash of settings and records, as lockprobe verify DIR --results takes it.")
     joints: int
     overview: Overview | None = Field(default=None, description="The first screen of the report.")
     answers: dict[str, str] = {}
@@ -360,6 +362,8 @@ _CONDITION_KEYS = (
         "schema_version",
         "lockprobe",
         "study",
+        "settings_hash",
+        "results_hash",
         "joints",
         "overview",
         "progress",

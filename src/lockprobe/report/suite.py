@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -13,12 +11,11 @@ from lockprobe.analysis.modalities import spoken
 from lockprobe.analysis.suite_scores import LevelTrials, SuiteScore, suite_score
 from lockprobe.lockbox.families import box
 from lockprobe.lockbox.solve import optimum, random_success
-from lockprobe.record import Trial
 from lockprobe.report.opened import OpenedStudy, open_study
 from lockprobe.report.schema import plain_json
 from lockprobe.studies import paper
+from lockprobe.studies.results_hash import records_digest
 from lockprobe.studies.suites import Suite, read_suite, suite_directories
-from lockprobe.trial_json import trial_to_json
 
 __all__ = ["Entry", "Level", "SuiteResults", "suite_results"]
 
@@ -133,7 +130,7 @@ def suite_results(directory: Path) -> SuiteResults:
         suite=suite,
         levels=levels,
         entries=tuple(entries),
-        records={name: _digest(study.trials) for name, study in studies.items()},
+        records={name: records_digest(study.trials) for name, study in studies.items()},
     )
 
 
@@ -154,9 +151,3 @@ def _entry(agent: str, modality: str, suite: Suite, studies: dict[Level, OpenedS
     planned = len(studies) * len(suite.p) * (suite.looks if pictures else suite.trials)
     shown = spoken(modality) if pictures else ""
     return Entry(agent=agent, modality=modality, shown=shown, planned=planned, scores=suite_score(found))
-
-
-def _digest(trials: Sequence[Trial]) -> str:
-    """A checksum that does not depend on the order in which trials were played."""
-    lines = (trial_to_json(trial) for trial in sorted(trials, key=lambda trial: trial.key))
-    return hashlib.sha256(b"\n".join(lines)).hexdigest()

@@ -16,7 +16,7 @@ from lockprobe.report.suite import SuiteResults
 from lockprobe.storage.atomic_file import write_files
 from lockprobe.studies.suites import SCORES
 
-__all__ = ["PAGE", "level_table", "score_table", "write_suite"]
+__all__ = ["PAGE", "level_table", "score_table", "suite_page", "write_suite"]
 
 PAGE = "suite.html"
 
@@ -40,8 +40,19 @@ def write_suite(found: SuiteResults, directory: Path) -> Path:
     Raises:
         BadFile: If they cannot be written.
     """
+    page = suite_page(found)
+    scores = json.dumps(found.plain(), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    try:
+        write_files({directory / SCORES: scores, directory / PAGE: page})
+    except OSError as error:
+        raise BadFile(directory, f"cannot be written ({error.strerror})") from error
+    return directory / PAGE
+
+
+def suite_page(found: SuiteResults) -> str:
+    """The page of a suite."""
     shown = [(one.name, one.scores) for one in found.entries]
-    page = rendered(
+    return rendered(
         "suite",
         content=found,
         said=suite_said(shown),
@@ -50,12 +61,6 @@ def write_suite(found: SuiteResults, directory: Path) -> Path:
         caption=_CAPTION,
         tables={"scores": score_table(found), "levels": level_table(found), "boxes": _box_table(found)},
     )
-    scores = json.dumps(found.plain(), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
-    try:
-        write_files({directory / SCORES: scores, directory / PAGE: page})
-    except OSError as error:
-        raise BadFile(directory, f"cannot be written ({error.strerror})") from error
-    return directory / PAGE
 
 
 def score_table(found: SuiteResults) -> TextTable:

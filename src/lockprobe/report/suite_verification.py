@@ -7,19 +7,33 @@ from dataclasses import replace
 from pathlib import Path
 
 from lockprobe.errors import LockprobeError
+from lockprobe.report.check import Check
+from lockprobe.report.checked_report import check_file, check_page
 from lockprobe.report.suite import suite_results
-from lockprobe.report.verification import Check, check_file, verify
+from lockprobe.report.suite_page import PAGE, suite_page
+from lockprobe.report.verification import hash_check, verify
+from lockprobe.studies.results_hash import hashes_of_suite
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.suites import SCORES, Suite, read_suite, suite_directories, suite_study
 
 __all__ = ["verify_suite"]
 
 
-def verify_suite(directory: Path, *, tell: Callable[[int, int], None] = lambda done, of: None) -> tuple[Check, ...]:
+def verify_suite(
+    directory: Path,
+    *,
+    settings: str | None = None,
+    results: str | None = None,
+    processes: int = 1,
+    tell: Callable[[int, int], None] = lambda done, of: None,
+) -> tuple[Check, ...]:
     """Recompute a suite from its records, and hold its directory against that.
 
     Args:
         directory: The directory of a suite.
+        settings: The hash of its settings, as it was published; None checks none.
+        results: The hash of its records likewise.
+        processes: Processes that may work at a large report.
         tell: Called with the number of trials of a study played again, and of all of it.
 
     Returns:
@@ -31,10 +45,40 @@ def verify_suite(directory: Path, *, tell: Callable[[int, int], None] = lambda d
         return (Check(name="suite", holds=False, said=str(error)),)
     names = suite_directories(directory, suite)
     studies = (
-        replace(check, name=f"{name}: {check.name}") for name in names for check in verify(directory / name, tell=tell)
+        replace(check, name=f"{name}: {check.name}")
+        for name in names
+        for check in verify(directory / name, processes=processes, tell=tell)
     )
-    scores = check_file("scores", directory / SCORES, lambda: suite_results(directory).plain())
-    return (_definition(directory, suite, names), *studies, scores)
+    definition = _definition(directory, suite, names)
+    return (definition, *_of_hashes(directory, suite, settings, results), *studies, *_scores(directory))
+
+
+def _of_hashes(directory: Path, suite: Suite, settings: str | None, results: str | None) -> Iterator[Check]:
+    """Whether settings and records are those of the published hashes."""
+    if settings is None and results is None:
+        return
+    try:
+        found = hashes_of_suite(directory, suite)
+    except LockprobeError as error:
+        yield Check(name="hashes", holds=False, said=str(error))
+        return
+    if settings is not None:
+        yield hash_check("settings", settings, found.settings)
+    if results is not None:
+        yield hash_check("results", results, found.results)
+
+
+def _scores(directory: Path) -> Iterator[Check]:
+    """Whether ``suite.json`` and the page are what the records give."""
+    try:
+        found = suite_results(directory)
+    except LockprobeError as error:
+        yield Check(name="scores", holds=False, said=str(error))
+        return
+    yield check_file("scores", directory / SCORES, found.plain())
+    path = directory / PAGE
+    if path.exists():
+        yield check_page("page", path, suite_page(found))
 
 
 def _definition(directory: Path, suite: Suite, names: list[str]) -> Check:

@@ -1,160 +1,221 @@
-"""Verification of a finished study from its records alone: settings, checksums, luck, truth, reports and results.
+"""Verification of a finished study from its records alone: settings, checksums, luck, truth, replies and report.
 
 What a record says of the box and of the reports has to follow from its actions, from the rules of the box and from the
-random streams of its seed. So every trial is played again with the recorded choices. Strategies that ship are asked
-again too. No code of a user or of another package runs, no model is asked, and no robot or person moves a joint: trials
-that need one of these are counted and not played again.
+random streams of its seed. So every trial is played again with the recorded choices. Choices are held against what
+there is of their agent: strategies are asked again, hosted models have their replies in the log of calls, local models
+their probabilities, people and clients the log of their server. The report is made again and compared. No code of a
+user or of another package runs, and no model is asked.
 """
 
 from __future__ import annotations
 
-import asyncio
-import os
-import re
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
-import numpy as np
-
-from lockprobe.agents.catalogue import recomputes, resolve
-from lockprobe.errors import BadFile, LockprobeError, ModelFault, UserMistake
-from lockprobe.inputs import parse_json, read_input
+from lockprobe.errors import LockprobeError, UserMistake
+from lockprobe.inputs import read_input
+from lockprobe.interventions.catalogue import interventions_of
+from lockprobe.interventions.condition import Condition
 from lockprobe.people.step_times import times_of_steps
+from lockprobe.pictures.picture import Picture
 from lockprobe.plan import Plan
-from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.plugins import no_foreign_code
-from lockprobe.protocols import Agent
-from lockprobe.record import Decision, Fact, Situation, Step, Trial
+from lockprobe.record import Trial
+from lockprobe.report.check import Check, check_of
+from lockprobe.report.checked_attempts import attempts_check
+from lockprobe.report.checked_forks import fork_checks
+from lockprobe.report.checked_replies import CallEvidence, agent_check, replies_check
+from lockprobe.report.checked_report import report_checks
 from lockprobe.report.opened import OpenedStudy, open_study
-from lockprobe.report.results import results
+from lockprobe.report.replayed_trials import UNPLAYED, Replay, ReplayedTrial, is_foreign
 from lockprobe.storage.jsonl import has_checksum, whole_lines
 from lockprobe.studies.branch import FORKS
-from lockprobe.studies.call_log import read_calls
-from lockprobe.studies.directory import RECORDS
-from lockprobe.studies.modality import interventions_for
-from lockprobe.studies.play import play_timed
+from lockprobe.studies.call_log import ASKED, CALLS
+from lockprobe.studies.directory import ATTEMPTS, PEOPLE_DIRECTORY, RECORDS, added_agents
+from lockprobe.studies.journal import read_timings
+from lockprobe.studies.picture_store import ALBUM
+from lockprobe.studies.results_hash import results_hash
 from lockprobe.studies.yoking import bound
-from lockprobe.trial_json import trial_to_json
 
-__all__ = ["Check", "check_file", "verify"]
+__all__ = ["NOT_SHOWN", "Check", "hash_check", "verify"]
 
+NOT_SHOWN = (
+    "No such check can show that the plan was changed, the seed chosen, or an agent or a person left out before these "
+    "records were made, or that all files were made up together (calls.jsonl, answers of people and of local models, "
+    "clock readings). To be safe against it: put the hash of the settings, which run prints before the first trial, "
+    "under a preregistration, and that of the results under the paper; --settings HASH and --results HASH check them"
+)
+"""What verification cannot find, and what helps against it."""
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Check:
-    """One thing that was checked.
-
-    Attributes:
-        name: Its name.
-        holds: Whether it holds.
-        said: What was found, in one line.
-        failed: What fails: keys of trials, or fields.
-    """
-
-    name: str
-    holds: bool
-    said: str
-    failed: tuple[str, ...] = ()
+_LOGS = (RECORDS, CALLS, ASKED, ATTEMPTS)
+"""Files whose every line has a checksum."""
 
 
-def verify(directory: Path | str, *, tell: Callable[[int, int], None] = lambda done, of: None) -> tuple[Check, ...]:
+def verify(
+    directory: Path | str,
+    *,
+    settings: str | None = None,
+    results: str | None = None,
+    processes: int = 1,
+    tell: Callable[[int, int], None] = lambda done, of: None,
+) -> tuple[Check, ...]:
     """Recompute a study from its records, and hold what lies in its directory against that.
-
-    What models and people answered cannot be recomputed: it is taken from the records.
 
     Args:
         directory: The directory of a study.
+        settings: The hash of its settings, as it was published; None checks none.
+        results: The hash of its records likewise.
+        processes: Processes that may work at a large report.
         tell: Called with the number of trials played again, and of all.
 
     Returns:
         The checks in order. After settings or records that cannot be read there are no others.
     """
     with no_foreign_code():
-        return _checks(Path(directory), tell)
+        return _checks(Path(directory), settings, results, processes, tell)
 
 
-def _checks(directory: Path, tell: Callable[[int, int], None]) -> tuple[Check, ...]:
+def _checks(
+    directory: Path, settings: str | None, results: str | None, processes: int, tell: Callable[[int, int], None]
+) -> tuple[Check, ...]:
     try:
-        lines = sum(1 for _ in whole_lines(directory / RECORDS))
         opened = open_study(directory)
         times_of_steps(opened.study, opened.trials, opened.diaries, directory)  # diaries and records agree
-        calls = len(list(read_calls(directory)))
+        evidence = CallEvidence.of(directory)
+        checks = [_records(opened, evidence), _settings(opened), _complete(opened)]
+        checks += _of_hashes(opened, settings, results)
+        again = tuple(_replayed(opened, evidence, tell))
+        checks += [_luck(again), _choices(again), agent_check(opened.trials)]
+        owed = frozenset(_planned(opened) - {trial.key for trial in opened.trials if not trial.owed_again})
+        found = [
+            replies_check(directory, opened.trials, evidence, again, owed),
+            attempts_check(opened),
+            *fork_checks(opened, evidence),
+            _pictures(opened),
+        ]
     except LockprobeError as error:
         return (Check(name="records", holds=False, said=str(error)),)
-    bare = [f"line {number}" for number, line in whole_lines(directory / RECORDS) if not has_checksum(line)]
-    return (
-        Check(
-            name="records",
-            holds=not bare,
-            said=f"{len(bare)} lines without a checksum" if bare else f"{lines} lines and {calls} calls, unchanged",
-            failed=tuple(bare),
-        ),
-        _settings(opened),
-        _complete(opened),
-        *_replayed(opened, tell),
-        _results(directory),
-    )
+    return (*checks, *filter(None, found), *report_checks(opened, processes=processes))
+
+
+def _records(opened: OpenedStudy, evidence: CallEvidence) -> Check:
+    """Whether every line has its checksum and no trial has two records; how many trials ended as an error."""
+    directory, lines = opened.directory, 0
+    logs = [*(directory / name for name in _LOGS), *(directory / FORKS / name for name in _LOGS)]
+    bare = list[str]()
+    for path in (*logs, *sorted((directory / PEOPLE_DIRECTORY).glob("*.jsonl"))):
+        for number, line in whole_lines(path) if path.is_file() else ():
+            lines += path == directory / RECORDS
+            if not has_checksum(line):
+                bare.append(f"{path.relative_to(directory)}, line {number}: no checksum")
+    if twice := opened.journal.contradicted:
+        bare.append(f"{RECORDS}: {twice} finished trials have a second record that differs")
+    broken = Counter(trial.error.boundary for trial in opened.trials if trial.error is not None)
+    where = f" ({', '.join(f'{name} {broken[name]}' for name in sorted(broken))})" if broken else ""
+    ended = f"{broken.total()} of {len(opened.trials)} trials ended as an error{where}"
+    holds = f"{lines} lines and {len(evidence.calls)} calls, unchanged; {ended}"
+    return check_of("records", bare, holds, f"lines without a checksum or of a second record; {ended}")
 
 
 def _settings(opened: OpenedStudy) -> Check:
     """Whether all records are of this study: its seed, box, budget, conditions and panels."""
-    foreign = opened.foreign + opened.journal.foreign
-    said = f"all {len(opened.trials)} trials are of seed {opened.study.seed} and these settings"
+    foreign, study = opened.foreign + opened.journal.foreign, opened.study
+    said = f"all {len(opened.trials)} trials are of seed {study.seed} and these settings, {study.settings_hash}"
+    other = tuple(_other_doses(opened.study.conditions))
+    if other:
+        said = f"{len(other)} interventions have another dose than study.json says"
     if foreign:
         first = f"; {opened.journal.first_foreign}" if opened.journal.first_foreign else ""
         said = f"{foreign} records are of another seed or of other settings{first}"
-    return Check(name="settings", holds=not foreign, said=said)
+    return Check(name="settings", holds=not (foreign or other), said=said, failed=other)
+
+
+def _other_doses(conditions: Sequence[Condition]) -> Iterator[str]:
+    """Interventions of Lockprobe's own whose dose in the settings is not the one that they have."""
+    for condition in conditions:
+        for spec, dose in zip(condition.specs, condition.doses, strict=True):
+            if not is_foreign("intervention", spec) and (own := _dose_of(spec, dose)) != dose:
+                yield f"{condition.label}: the dose of {spec} is {own or 'none'}, not {dose or 'none'}"
+
+
+def _dose_of(spec: str, recorded: str) -> str:
+    """The dose of an intervention; the recorded one where it cannot be made here, as without the file of a prompt."""
+    try:
+        (made,) = interventions_of(spec)
+    except UserMistake:
+        return recorded
+    return str(getattr(made, "dose", ""))
+
+
+def _planned(opened: OpenedStudy) -> set[str]:
+    """Keys of all trials of agents that are run."""
+    return {plan.key for agent in opened.study.run_agents for plan in opened.study.plans(agent)}
 
 
 def _complete(opened: OpenedStudy) -> Check:
-    """Whether every planned trial of agents is there; participants owe none."""
+    """Whether every planned trial of agents is there, and every trial that was timed; participants owe none."""
     there = {trial.key for trial in opened.trials if not trial.owed_again}
     missing = [
         plan.key for agent in opened.study.run_agents for plan in opened.study.plans(agent) if plan.key not in there
     ]
+    on_record = {trial.key for trial in opened.trials}
+    timed = [] if opened.foreign or opened.journal.foreign else _timed(opened, {*on_record, *missing})
     said = f"{len(missing)} planned trials are missing" if missing else "every planned trial is there"
     if opened.study.invited:
         played = sum(bool(trial.player) for trial in opened.trials)
         said += f"; of people {played} of {opened.study.invited}, who owe none"
-    return Check(name="complete", holds=not missing, said=said, failed=tuple(missing))
+    if timed:
+        said += f"; {len(timed)} trials in timings.jsonl are not on record"
+    return Check(name="complete", holds=not (missing or timed), said=said, failed=(*missing, *timed))
 
 
-def _replayed(opened: OpenedStudy, tell: Callable[[int, int], None]) -> Iterator[Check]:
-    """Whether truth and reports follow from the choices, and choices from the agents that ship."""
-    wrong, other, asked, left = list[str](), list[str](), 0, 0
-    by_key = {trial.key: trial for trial in opened.trials}
+def _timed(opened: OpenedStudy, known: set[str]) -> list[str]:
+    """Trials with a clock reading that are neither on record nor owed."""
+    return [timing.key for timing in read_timings(opened.directory) if timing.key not in known]
+
+
+def _of_hashes(opened: OpenedStudy, settings: str | None, results: str | None) -> Iterator[Check]:
+    """Whether settings and records are those of the published hashes."""
+    study = opened.study
+    if settings is not None:
+        yield _before_additions(opened, settings) or hash_check("settings", settings, study.settings_hash)
+    if results is not None:
+        yield hash_check("results", results, results_hash(study, opened.trials))
+
+
+def _before_additions(opened: OpenedStudy, given: str) -> Check | None:
+    """Whether a hash is that of the settings before agents were added; None if it is not."""
+    agents = opened.study.agents
+    added = sorted(added_agents(opened.directory).items(), key=lambda one: one[1], reverse=True)
+    for agent, when in added:
+        agents = tuple(one for one in agents if one != agent)
+        if agents and given.strip().lower() == replace(opened.study, agents=agents).settings_hash:
+            said = f"this was the hash of the settings before {agent} was added, at {when}"
+            return Check(name="settings hash", holds=True, said=said)
+    return None
+
+
+def hash_check(what: str, given: str, found: str) -> Check:
+    """Whether a published hash is the one that was computed.
+
+    Args:
+        what: What it is of, ``settings`` or ``results``.
+        given: The published hash.
+        found: The computed hash.
+    """
+    holds = given.strip().lower() == found
+    said = f"these {what} have the hash {found}{'' if holds else f', not {given.strip()}'}"
+    return Check(name=f"{what} hash", holds=holds, said=said)
+
+
+def _replayed(opened: OpenedStudy, evidence: CallEvidence, tell: Callable[[int, int], None]) -> Iterator[ReplayedTrial]:
+    """Every trial, played again."""
+    by_key, replay = {trial.key: trial for trial in opened.trials}, Replay()
     for done, trial in enumerate(opened.trials, 1):
-        plan, again = _plan(opened, trial, by_key), None
-        if not _can_be_played(plan):
-            left += 1
-            tell(done, len(opened.trials))
-            continue
-        if recomputes(trial.agent):
-            asked += 1
-            again = replace(asyncio.run(_played(plan, resolve(plan.agent).make())), replays=trial.replays)
-        if again is None or trial_to_json(again) != trial_to_json(trial):
-            other += [trial.key] if again else []
-            why = _differs(trial, asyncio.run(_played(plan, _Recorded(trial))))
-            wrong += [f"{trial.key}: {why}"] if why else []
+        yield replay(_plan(opened, trial, by_key), trial, evidence.kept.get(trial.key, ()))
         tell(done, len(opened.trials))
-    played = len(opened.trials) - left
-    said = f"{len(wrong)} trials do not follow" if wrong else f"all {played} trials follow"
-    unplayed = f"; {left} more need a plant or an intervention that does not ship, and are not played" if left else ""
-    yield Check(
-        name="luck",
-        holds=not wrong,
-        said=f"{said} from their choices, the box and the seed{unplayed}",
-        failed=tuple(wrong),
-    )
-    rest = len(opened.trials) - asked
-    taken = f"; the choices of {rest} trials of models, people or your own agents cannot be recomputed" if rest else ""
-    said = (
-        f"{len(other)} of {asked} trials of strategies differ"
-        if other
-        else f"{asked} trials of strategies are the same"
-    )
-    yield Check(name="choices", holds=not other, said=f"{said} when they are asked again{taken}", failed=tuple(other))
 
 
 def _plan(opened: OpenedStudy, trial: Trial, trials: Mapping[str, Trial]) -> Plan:
@@ -164,97 +225,36 @@ def _plan(opened: OpenedStudy, trial: Trial, trials: Mapping[str, Trial]) -> Pla
     return bound(plan, opened.study, trials) or plan
 
 
-def _can_be_played(plan: Plan) -> bool:
-    """Whether plant and interventions ship with Lockprobe, and nobody has to move the joints."""
-    plant = resolve_plant(plan.plant)
-    try:
-        interventions_for(plan.condition)
-    except UserMistake:
-        return False
-    return plant.ships and not plant.is_attended()
+def _luck(again: Sequence[ReplayedTrial]) -> Check:
+    """Whether truth and reports follow from the choices, the box and the seed."""
+    failed = [f"{one.key}: {one.luck}" for one in again if one.luck]
+    left = sum(one.unplayed for one in again)
+    follow = "follow from their choices, the box and the seed"
+    rest = f"; {left} more need {UNPLAYED}, and are not played" if left else ""
+    holds = f"all {len(again) - left} trials {follow}{rest}"
+    return check_of("luck", failed, holds, "trials do not follow from their choices, the box and the seed")
 
 
-class _Recorded:
-    """An agent that chooses what is on record; at the end of a broken record it breaks too."""
-
-    def __init__(self, trial: Trial) -> None:
-        self._decisions = iter([step.decision for step in trial.steps])
-        self.facts: Mapping[str, Fact] = trial.facts
-
-    async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
-        """The next choice on record."""
-        for decision in self._decisions:
-            return decision
-        raise ModelFault("the record ends here")
+def _choices(again: Sequence[ReplayedTrial]) -> Check:
+    """Whether strategies choose the same again, local models by their probabilities, and nobody the impossible."""
+    counts = Counter(one.kind for one in again)
+    failed = [f"{one.key}: {one.choices}" for one in again if one.choices and one.kind != "hosted"]
+    said = [f"{counts['strategy']} trials of strategies are the same when they are asked again"]
+    if counts["local"]:
+        said.append(f"those of {counts['local']} trials of local models follow from their recorded probabilities")
+    if counts["own"]:
+        said.append(f"those of {counts['own']} trials of your own agents cannot be recomputed")
+    return check_of("choices", failed, "; ".join(said), "trials differ from what their agents choose")
 
 
-async def _played(plan: Plan, agent: Agent) -> Trial:
-    return (await play_timed(plan, agent, lambda key, step: None))[0]
-
-
-def _differs(trial: Trial, again: Trial) -> str | None:
-    """What of a trial does not follow from its choices; None if all does. Broken trials count up to their break."""
-    for before, now in zip(trial.steps, again.steps, strict=False):
-        if before != now:
-            changed = [one.name for one in fields(Step) if getattr(before, one.name) != getattr(now, one.name)]
-            return f"step {before.step}, {', '.join(changed)}"
-    compared = ["joints", "labels", "listing", "opening", "opening_pictures"]
-    compared += ["ending", "steps"] if trial.ending != "error" else []
-    return next((name for name in compared if getattr(trial, name) != getattr(again, name)), None)
-
-
-def _results(directory: Path) -> Check:
-    """Whether ``results.json`` is what the records give; forks that were played after it are said to be."""
-    path, forks = directory / "results.json", directory / FORKS / RECORDS
-    check = check_file("results", path, lambda: results(directory).plain(), without=("measures",))
-    of_forks = check.failed and all(re.match(r"forks(_said)?\b", name) for name in check.failed)
-    if of_forks and forks.is_file() and forks.stat().st_mtime > path.stat().st_mtime:
-        return replace(check, said=f"forks were played after {path.name} was written: lockprobe report first")
-    return check
-
-
-def check_file(
-    name: str, path: Path, compute: Callable[[], Mapping[str, Any]], *, without: Collection[str] = ()
-) -> Check:
-    """Whether a file of results, if there is one, holds what is computed from the records.
-
-    Args:
-        name: The name of the check.
-        path: The file.
-        compute: Computes what it should hold.
-        without: Fields that only code of other packages computes, and are not compared.
-    """
-    if not os.path.lexists(path):
-        return Check(name=name, holds=True, said=f"there is no {path.name} to compare")
-    try:
-        written = parse_json(read_input(path), path)
-    except BadFile as error:
-        return Check(name=name, holds=False, said=f"{path.name} is damaged ({error})")
-    try:
-        found = compute()
-    except UserMistake as error:
-        return Check(name=name, holds=False, said=str(error))
-    if isinstance(written, dict) and written.get("lockprobe") != found["lockprobe"]:
-        release = written.get("lockprobe")
-        return Check(name=name, holds=False, said=f"{path.name} is of release {release}: lockprobe report first")
-    if isinstance(written, dict):
-        written, found = ({key: one[key] for key in one if key not in without} for one in (written, found))
-    different = tuple(_different(written, found))
-    said = f"{len(different)} values of {path.name} differ" if different else f"{path.name} is what the records give"
-    return Check(name=name, holds=not different, said=said, failed=different)
-
-
-def _different(written: Any, found: Any, where: str = "") -> Iterator[str]:
-    """The places at which two JSON values differ."""
-    if isinstance(written, Mapping) and isinstance(found, Mapping):
-        for name in dict.fromkeys([*written, *found]):
-            yield from _different(written.get(name), found.get(name), f"{where}.{name}" if where else name)
-    elif _listed(written) and _listed(found) and len(written) == len(found):
-        for i, (one, other) in enumerate(zip(written, found, strict=True)):
-            yield from _different(one, other, f"{where}[{i}]")
-    elif written != found:
-        yield where
-
-
-def _listed(value: Any) -> bool:
-    return isinstance(value, Sequence) and not isinstance(value, str)
+def _pictures(opened: OpenedStudy) -> Check | None:
+    """Whether every picture that is there is the one of its name; None without pictures."""
+    names = sorted({name for trial in opened.trials for name in trial.picture_names})
+    if not names:
+        return None
+    album = opened.directory / ALBUM
+    there = [name for name in names if (album / name).is_file()]
+    failed = [name for name in there if Picture(kind="rgb", png=read_input(album / name)).name != name]
+    missing = f"; {len(names) - len(there)} are not there" if len(there) < len(names) else ""
+    holds = f"{len(there)} pictures are those that the records name{missing}"
+    return check_of("pictures", failed, holds, "pictures are not those that the records name")

@@ -42,10 +42,11 @@ def write_report(
     """
     directory = Path(directory)
     with uncollected(), shared(directory, processes, elsewhere, preload=_PRELOADED) as each:
+        from lockprobe.report.opened import open_study
         from lockprobe.report.page import report_files
 
         with one_thread():
-            for name, content in report_files(directory, tell=tell, each=each):
+            for name, content in report_files(open_study(directory), tell=tell, each=each):
                 path = directory / name
                 if content is None:
                     remove_file(path)

@@ -41,6 +41,7 @@ __all__ = [
     "NotForked",
     "arm_interventions",
     "branching",
+    "fork_plan",
     "play_forks",
     "read_forks",
 ]
@@ -129,7 +130,7 @@ class Branching:
                     for arm in self.arms:
                         name = ForkName(parent=trial.key, at=at, arm=arm, truthful=self.truthful, time=time)
                         if time == 1 or not (unseeded and self._as_recorded(trial, name)):
-                            yield self._plan(trial, name)
+                            yield fork_plan(self.study, trial, name)
 
     def _as_recorded(self, trial: Trial, name: ForkName) -> bool:
         """Whether a fork gives the same reports as the record, at the fork and later."""
@@ -137,12 +138,18 @@ class Branching:
         later = range(name.at, len(trial.steps) - 1)
         return name.arm == said and not (name.truthful and any(flipped(trial, i) for i in later))
 
-    def _plan(self, trial: Trial, name: ForkName) -> Plan:
-        condition = _condition(self.study, trial)
-        plan = as_recorded(self.study.plan(trial.agent, condition, trial.repetition, trial.trial), trial)
-        acting, changed = _changed(plan.condition, name.arm, name.at, _label(trial, name.arm))
-        fork = Fork(name=name, acting=acting, recorded=trial.steps)
-        return replace(plan, key=str(name), condition=changed, named=True, fork=fork)
+
+def fork_plan(study: Study, trial: Trial, name: ForkName) -> Plan:
+    """The plan of a fork of a recorded trial.
+
+    Raises:
+        BadValue: If there is no such arm, or the condition cannot tell it.
+    """
+    condition = _condition(study, trial)
+    plan = as_recorded(study.plan(trial.agent, condition, trial.repetition, trial.trial), trial)
+    acting, changed = _changed(plan.condition, name.arm, name.at, _label(trial, name.arm))
+    fork = Fork(name=name, acting=acting, recorded=trial.steps)
+    return replace(plan, key=str(name), condition=changed, named=True, fork=fork)
 
 
 def _condition(study: Study, trial: Trial) -> Condition:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import asyncio
 import time
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -25,7 +25,7 @@ from lockprobe.plan import Plan
 from lockprobe.storage.jsonl import LineFile, whole_lines, with_checksum, without_checksum
 from lockprobe.studies.budget import Budget
 
-__all__ = ["ASKED", "CALLS", "Calls", "read_calls", "unanswered"]
+__all__ = ["ASKED", "CALLS", "Calls", "KeptReplies", "kept_replies", "read_asked", "read_calls", "unanswered"]
 
 CALLS = "calls.jsonl"
 """The file of calls in the directory of a study."""
@@ -45,6 +45,15 @@ def read_calls(directory: Path | str) -> Iterator[Call]:
     yield from _read(Path(directory) / CALLS)
 
 
+def read_asked(directory: Path | str) -> Iterator[Call]:
+    """The requests of a study as they were written before they were sent, in chronological order.
+
+    Raises:
+        BadFile: If a line is damaged.
+    """
+    yield from _read(Path(directory) / ASKED)
+
+
 def unanswered(directory: Path | str) -> list[Call]:
     """Requests without a recorded reply: in flight now, or when their run was killed.
 
@@ -52,7 +61,7 @@ def unanswered(directory: Path | str) -> list[Call]:
         BadFile: If a line is damaged.
     """
     asked: defaultdict[str, list[Call]] = defaultdict(list)
-    for call in _read(Path(directory) / ASKED):  # before the calls, so that one asked meanwhile is in neither
+    for call in read_asked(directory):  # before the calls, so that one asked meanwhile is in neither
         if call.unanswered and asked[call.key]:  # the same call, made again
             asked[call.key].pop()
         asked[call.key].append(call)
@@ -73,26 +82,47 @@ def _read(path: Path) -> Iterator[Call]:
             raise BadFile(path, f"line {number}: {error}") from error
 
 
+class KeptReplies:
+    """The replies to one trial that are kept, in the order in which they came. Each is given out once.
+
+    Two steps can have the same request, for example if an agent remembers nothing: then the first reply is that of the
+    first step.
+    """
+
+    def __init__(self, replies: Iterable[Call] = ()) -> None:
+        self.left = list(replies)
+
+    def take(self, step: int, turn: int, request: str) -> Call | None:
+        """The next reply to this request at this step and turn; None without one."""
+        for i, call in enumerate(self.left):
+            if (call.step, call.turn, call.request) == (step, turn, request):
+                return self.left.pop(i)
+        return None
+
+
+def kept_replies(calls: Iterable[Call]) -> dict[str, list[Call]]:
+    """The replies that trials still have, by key: those after the last mark that a trial is owed anew."""
+    kept: dict[str, list[Call]] = {}
+    for call in calls:
+        if call.owed_anew:
+            kept.pop(call.key, None)
+        elif call.reply is not None:
+            kept.setdefault(call.key, []).append(call)
+    return kept
+
+
 class Calls:
     """The open log of calls of a study. Use :meth:`open`."""
 
     def __init__(self, directory: Path) -> None:
         self._directory = directory
         self._files: dict[str, LineFile] = {}
-        self._replied: dict[str, dict[tuple[int, int], Call]] = {}
         self._on_their_way: dict[str, tuple[Call, float]] = {}
         self._budget: Budget | None = None
         self._claimed: Call | None = None
         self._waiting: list[asyncio.Future[None]] = []
         self._listeners: list[Callable[[Call], None]] = []
-        for call in read_calls(directory):
-            self._note(call)
-
-    def _note(self, call: Call) -> None:
-        if call.owed_anew:
-            self.forget(call.key)
-        elif call.reply is not None:
-            self._replied.setdefault(call.key, {})[call.step, call.turn] = call
+        self._kept = kept_replies(read_calls(directory))
 
     @classmethod
     @contextmanager
@@ -123,17 +153,19 @@ class Calls:
 
     def has_replies(self, key: str) -> bool:
         """Whether a trial that is not finished has replies already, from which it goes on."""
-        return key in self._replied
+        return bool(self._kept.get(key))
 
     def of(self, key: str, parent: str = "") -> _TrialCalls:
         """The calls of one trial; a fork also finds those of its parent trial (:meth:`adopt`)."""
-        return _TrialCalls(self, key, parent)
+        return _TrialCalls(self, key, [KeptReplies(self._kept.get(one, ())) for one in (key, parent)])
 
     def adopt(self, calls: Iterable[Call]) -> None:
         """Also look up calls of another log, those of forked trials. They are not written and cost nothing."""
-        for call in calls:
-            self._note(call)
-            if self._budget is not None:
+        calls = list(calls)
+        for key, replies in kept_replies(calls).items():
+            self._kept.setdefault(key, []).extend(replies)
+        if self._budget is not None:
+            for call in calls:
                 self._budget.learn(call)
 
     @property
@@ -145,11 +177,6 @@ class Calls:
     def longest_wait(self) -> float:
         """Age of the oldest call in flight, seconds; 0 without one."""
         return time.monotonic() - min((began for _, began in self._on_their_way.values()), default=time.monotonic())
-
-    def recall(self, key: str, step: int, turn: int, request: str) -> Call | None:
-        """The earlier call with the same request, step and turn that got a reply; None without one."""
-        call = self._replied.get(key, {}).get((step, turn))
-        return call if call is not None and call.request == request else None
 
     def admit(self, plan: Plan) -> bool:
         """Open a trial; False if open ones have to end first, because the budget does not cover it beside them.
@@ -200,7 +227,10 @@ class Calls:
         if call.unpriced:
             call = replace(call, most=asked.most)
         self._append(CALLS, call)
-        self._note(call)
+        if call.owed_anew:
+            self.forget(call.key)
+        elif call.reply is not None:
+            self._kept.setdefault(call.key, []).append(call)
         self._claimed = self._claimed or (call if call.claimed is not None else None)
         if self._budget is not None:
             self._budget.settle(call)
@@ -238,7 +268,7 @@ class Calls:
 
     def forget(self, key: str) -> None:
         """Drop the calls of a finished trial from memory; they stay on disk."""
-        self._replied.pop(key, None)
+        self._kept.pop(key, None)
 
 
 def _incredible(call: Call) -> Missing:
@@ -252,16 +282,15 @@ def _incredible(call: Call) -> Missing:
 
 
 class _TrialCalls:
-    """The calls of one trial."""
+    """The calls of one trial: those that it has, of itself and of its parent, and new ones."""
 
-    def __init__(self, calls: Calls, key: str, parent: str = "") -> None:
-        self._calls, self._key, self._parent = calls, key, parent
+    def __init__(self, calls: Calls, key: str, kept: Sequence[KeptReplies]) -> None:
+        self._calls, self._key, self._kept = calls, key, kept
         self._next = Call(key=key, step=0, turn=0, request="", reply=None)
 
     def recall(self, step: int, turn: int, request: str) -> Call | None:
         self._next = Call(key=self._key, step=step, turn=turn, request=request, reply=None)
-        found = self._calls.recall(self._key, step, turn, request)
-        return found or self._calls.recall(self._parent, step, turn, request)
+        return next((call for kept in self._kept if (call := kept.take(step, turn, request))), None)
 
     async def turn(self, worst: Usage) -> None:
         await self._calls.turn(self._key, worst)

@@ -13,20 +13,24 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from lockprobe.agents.mcp_client import SAME_IN_ALL_TRIALS
 from lockprobe.agents.participant import check_participant
 from lockprobe.errors import BadFile, BadValue, UserMistake
 from lockprobe.inputs import read_input
 from lockprobe.model_call import Call
 from lockprobe.pictures.picture import Picture
 from lockprobe.record import Fact, Trial
+from lockprobe.spec import MCP, spec_kind
+from lockprobe.studies.attempt_log import AttemptLog
 from lockprobe.studies.call_log import read_calls
 from lockprobe.studies.directory import write_settings
 from lockprobe.studies.journal import Journal, Timing, load, read_timings
+from lockprobe.studies.paused_trial import RecordedAttempt
 from lockprobe.studies.picture_store import ALBUM, Album
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.study import Study
 
-__all__ = ["Gathered", "MergeSource", "gather", "source_of_directory"]
+__all__ = ["Gathered", "MergeSource", "gather", "lasting_facts", "source_of_directory"]
 
 _PLANT_FACTS = ("engine", "renderer")
 
@@ -42,6 +46,7 @@ class MergeSource:
         unfinished: Keys of trials that were begun there and have no record.
         seconds: Key -> duration of the trial, if known.
         calls: The provider calls there.
+        attempts: Key -> attempts of a client with tools, from its server's log.
         picture: Function from the name of a picture to its bytes; None for a missing picture.
     """
 
@@ -51,6 +56,7 @@ class MergeSource:
     unfinished: frozenset[str] = frozenset()
     seconds: Mapping[str, float] = field(default_factory=dict)
     calls: tuple[Call, ...] = ()
+    attempts: Mapping[str, Sequence[RecordedAttempt]] = field(default_factory=dict)
     picture: Callable[[str], bytes | None] = lambda name: None
 
 
@@ -96,6 +102,7 @@ def source_of_directory(directory: Path) -> MergeSource:
         unfinished=frozenset(call.key for call in calls) - {trial.key for trial in trials},
         seconds={timing.key: timing.seconds for timing in read_timings(directory)},
         calls=calls,
+        attempts=AttemptLog.read(directory),
         picture=picture,
     )
 
@@ -133,7 +140,8 @@ def gather(
         if joined.agents != first.agents:
             write_settings(directory, joined)
         book, there = _CallMerger(journal), dict(journal.trials)
-        counts = [_take(source, journal, book, there) for source in finished]
+        with AttemptLog.open(directory) as log:
+            counts = [_take(source, journal, book, log, there) for source in finished]
         replies = sum(book.take_begun(source) for source in finished)
         unfinished = sum(map(journal.owes, {key for source in finished for key in source.unfinished}))
         beside(journal.trials)
@@ -203,7 +211,7 @@ def _short(value: object) -> str:
 class _IdentityCheck:
     """Refuses different models, prompts, runtimes or renderers under one name, as a resumed run does.
 
-    Facts about people's devices may differ between persons and trials.
+    Facts about people's devices and clients' connections may differ between trials.
     """
 
     def __init__(self, directory: Path, trials: Iterable[Trial]) -> None:
@@ -213,7 +221,7 @@ class _IdentityCheck:
             self._known |= self._facts(trial)
 
     def _facts(self, trial: Trial) -> dict[tuple[str, str], Fact]:
-        said = {} if trial.player else trial.facts
+        said = lasting_facts(trial)
         facts = {(trial.agent, name): value for name, value in said.items()}
         return facts | {("the plant", name): trial.plant[name] for name in _PLANT_FACTS if name in trial.plant}
 
@@ -224,6 +232,15 @@ class _IdentityCheck:
                 if here is not None and value is not None and here != value:
                     why = f"{what} is not the same there ({name} is {value!r}, {here!r} in {self._directory})"
                     raise BadFile(source.path, f"0 trials taken: {why}; import it into another directory")
+
+
+def lasting_facts(trial: Trial) -> Mapping[str, Fact]:
+    """The facts of an agent that are the same in all its trials."""
+    if trial.player:
+        return {}
+    if spec_kind(trial.agent) == MCP:
+        return {name: trial.facts[name] for name in SAME_IN_ALL_TRIALS if name in trial.facts}
+    return trial.facts
 
 
 def _refuse_another_agent(directory: Path, trials: Iterable[Trial], sources: Iterable[MergeSource]) -> None:
@@ -270,12 +287,12 @@ def _by_key(calls: Iterable[Call]) -> dict[str, list[Call]]:
 
 
 def _take(
-    source: MergeSource, journal: Journal, book: _CallMerger, there: dict[str, Trial]
+    source: MergeSource, journal: Journal, book: _CallMerger, log: AttemptLog, there: dict[str, Trial]
 ) -> tuple[int, int, int, int]:
     """Merge the finished trials; returns the counts taken, there, different and pictures missing.
 
-    A trial's calls are on disk before it counts as finished. ``there`` holds the records with their steps, which an
-    open journal forgets; those that are taken are added to it.
+    A trial's calls and attempts are on disk before it counts as finished. ``there`` holds the records with their steps,
+    which an open journal forgets; those that are taken are added to it.
     """
     album, missing = Album(journal.directory / ALBUM), 0
     owed = [trial for trial in source.trials if journal.owes(trial.key)]
@@ -284,6 +301,7 @@ def _take(
     calls = _by_key(source.calls)
     for trial in owed:
         book.take(calls.get(trial.key, ()))
+        log.replace(trial.key, source.attempts.get(trial.key, ()))
         for name in sorted(trial.picture_names):
             png = source.picture(name)
             picture = None if png is None else Picture(kind="rgb", png=png)

@@ -28,7 +28,7 @@ from lockprobe.trial import play
 if TYPE_CHECKING:
     import numpy as np
 
-__all__ = ["next_choices", "read_choices", "write_choices"]
+__all__ = ["next_choice", "next_choices", "read_choices", "write_choices"]
 
 _FILE = "next_choices.json"
 _CHOICES = TypeAdapter(dict[str, tuple[FiniteFloat, ...]])
@@ -78,11 +78,11 @@ async def _of_agent(
         if plan.fork is not None and plan.fork.name.time > 1:
             break
         if plan.fork is not None and plan.key in keys:
-            found[plan.key] = await _chances(plan, policy, plan.fork.name.at)
+            found[plan.key] = await next_choice(plan, policy, plan.fork.name.at)
     return found
 
 
-async def _chances(plan: Plan, policy: Policy[Any], at: int) -> tuple[float, ...]:
+async def next_choice(plan: Plan, policy: Policy[Any], at: int) -> tuple[float, ...]:
     """The choice probabilities at a fork, found by replaying it up to the choice after the changed report."""
     asked = _ChoiceProbe(policy, at)
     plant = resolve_plant(plan.plant).make(plan.box, Names(plan).labels, plan.stream("plant"))

@@ -28,6 +28,7 @@ class LeftOut:
         unfinished_lines: Lines torn by a crash, 0 or 1; the trial is owed again.
         replaced: Records of trials that were played again after an error.
         repeated: Duplicate records of finished trials; the last one counts.
+        contradicted: Of these, records that differ from the one before.
         foreign: Records of another study.
         first_foreign: The first foreign record: its line, its key and the setting that differs; empty without one.
     """
@@ -35,6 +36,7 @@ class LeftOut:
     unfinished_lines: int
     replaced: int
     repeated: int
+    contradicted: int = 0
     foreign: int = 0
     first_foreign: str = ""
 
@@ -65,7 +67,7 @@ def read_records(directory: Path | str, settings: Mapping[str, object] | None = 
         settings = read_settings(directory)
     study = None if settings is None else _RecordFilter(settings)
     trials: dict[str, Trial] = {}
-    replaced = repeated = 0
+    replaced = repeated = contradicted = 0
     foreign: list[str] = []
     for number, line in whole_lines(path):
         try:
@@ -78,7 +80,9 @@ def read_records(directory: Path | str, settings: Mapping[str, object] | None = 
         before = trials.pop(trial.key, None)
         replaced += before is not None and before.owed_again
         asked = trial.error is not None and trial.error.again  # the same record, owed anew
-        repeated += before is not None and not before.owed_again and not asked
+        if before is not None and not before.owed_again and not asked:
+            repeated += 1
+            contradicted += before != trial
         trials[trial.key] = trial
     with path.open("rb") as file:
         file.seek(max(0, path.stat().st_size - 1))
@@ -87,6 +91,7 @@ def read_records(directory: Path | str, settings: Mapping[str, object] | None = 
         unfinished_lines=torn,
         replaced=replaced,
         repeated=repeated,
+        contradicted=contradicted,
         foreign=len(foreign),
         first_foreign=foreign[0] if foreign else "",
     )

@@ -179,10 +179,17 @@ class Study:
         return {"conditions": [_settings_of(condition) for condition in self.conditions]}
 
     @property
+    def settings_hash(self) -> str:
+        """Thirty-two hexadecimal digits that change with any setting, and are the same read back from disk.
+
+        They stand under a preregistration, so they are too many to find two studies with equal ones by trying.
+        """
+        return _hash_of(self.settings())[:32]
+
+    @property
     def identity(self) -> str:
-        """Twelve hexadecimal digits that change with any setting."""
-        text = json.dumps(self.settings(), sort_keys=True)
-        return hashlib.sha256(text.encode()).hexdigest()[:12]
+        """The first twelve digits of the hash of the settings, for names of directories."""
+        return self.settings_hash[:12]
 
     @property
     def record_identity(self) -> str:
@@ -393,8 +400,13 @@ def record_identity(settings: Mapping[str, object]) -> str:
     those of :meth:`Study.settings`.
     """
     said = {name: value for name, value in {**LATER, **settings}.items() if name not in _IN_KEYS}
-    text = json.dumps(json.loads(json.dumps(said), parse_float=_number), sort_keys=True)
-    return hashlib.sha256(text.encode()).hexdigest()[:12]
+    return _hash_of(said)[:12]
+
+
+def _hash_of(settings: Mapping[str, object]) -> str:
+    """The SHA-256 of settings as JSON has them."""
+    text = json.dumps(json.loads(json.dumps(settings), parse_float=_number), sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def _number(text: str) -> float:

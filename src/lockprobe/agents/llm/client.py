@@ -24,7 +24,6 @@ from lockprobe.agents.model_access import Access
 from lockprobe.agents.prompt import Message
 from lockprobe.errors import needing
 from lockprobe.model_call import Usage
-from lockprobe.record import Fact
 from lockprobe.redaction import without_keys
 from lockprobe.terminal_text import printable
 
@@ -142,7 +141,7 @@ class ModelClient:
         )
 
     @property
-    def filled_in(self) -> dict[str, Fact]:
+    def filled_in(self) -> dict[str, int]:
         """Parameters sent by default because Inspect AI knows that the provider requires them."""
         return {} if self._config.max_tokens is None else {"max_tokens": self._config.max_tokens}
 

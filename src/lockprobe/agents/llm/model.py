@@ -14,12 +14,13 @@ import json
 import time
 from collections.abc import Awaitable, Callable, Mapping, Sequence
 from dataclasses import asdict, replace
+from typing import Any, get_args
 
 import numpy as np
 
 from lockprobe.agents.llm.client import RUNTIME, ModelClient, ModelReply
 from lockprobe.agents.llm.connect import host_of
-from lockprobe.agents.llm.model_facts import ModelFacts, facts_of
+from lockprobe.agents.llm.model_facts import Effort, ModelFacts, Schema, facts_of
 from lockprobe.agents.llm.settings import ModelSettings, read_settings
 from lockprobe.agents.llm.token_bounds import at_most
 from lockprobe.agents.model_access import Access
@@ -39,7 +40,7 @@ from lockprobe.model_call import BROKEN_OFF, Call, Usage
 from lockprobe.protocols import CallBook
 from lockprobe.record import Decision, Fact, Situation
 
-__all__ = ["Ask", "HostedModel", "check", "decided", "model_facts"]
+__all__ = ["Ask", "HostedModel", "ReplayedModel", "check", "decided", "model_facts"]
 
 _KEPT = ("stop", "served", "usage", "seconds", "retries", "unanswered")
 """The fields of an answer, besides its text, that a call keeps under the same names."""
@@ -98,6 +99,8 @@ class HostedModel:
         self._line = ModelClient(name, self._settings, access or Access())
         own = model_facts(name, self._settings, batch=self._line.batch)
         self.facts: Mapping[str, Fact] = own | self._line.filled_in
+        if "max_tokens" in self._line.filled_in:  # a request is known by what was sent, and so it is on record
+            self._settings = replace(self._settings, max_tokens=self._line.filled_in["max_tokens"])
 
     def with_calls(self, key: str, book: CallBook) -> _InOneTrial:
         """The model for one trial: no call is made twice, and every call is recorded."""
@@ -136,8 +139,7 @@ class _InOneTrial:
         async def ask(turn: int, messages: Sequence[Message], schema: dict[str, object]) -> ModelReply:
             request = _fingerprint(messages, schema, self._settings, self._facts)
             if (known := self._book.recall(step, turn, request)) and known.reply is not None:
-                came = {name: getattr(known, name) for name in _KEPT}
-                return ModelReply(text=known.reply, **came)
+                return _recalled(known, known.reply)
             worst = at_most(messages, self._settings, self._facts)
             await self._book.turn(worst)
             async with self._line.slots:
@@ -177,6 +179,65 @@ def _credible(call: Call, usage: Usage, worst: Usage) -> Call:
     if usage.beyond(worst):
         return replace(call, claimed=usage, usage=replace(worst, calls=min(1, usage.calls)))
     return replace(call, usage=usage)
+
+
+class ReplayedModel:
+    """A model in a trial that has ended: it decides again by the replies on record, and no provider is asked.
+
+    Its settings are those of the record, so that each request has to be the one that was sent.
+
+    Args:
+        facts: The facts of the model, from the record.
+        spec: Its spec.
+        book: The replies; every request is looked up, none is made.
+    """
+
+    unseeded = True
+
+    def __init__(self, facts: Mapping[str, Fact], spec: str, book: CallBook) -> None:
+        self.facts, self._book = facts, book
+        self._settings = _recorded_settings(read_settings(spec)[1], facts)
+
+    async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
+        """Decide as on record.
+
+        Raises:
+            ModelFault: If a reply is missing.
+        """
+        step = len(situation.past) + 1
+
+        async def ask(turn: int, messages: Sequence[Message], schema: dict[str, object]) -> ModelReply:
+            request = _fingerprint(messages, schema, self._settings, _UNKNOWN)
+            if (known := self._book.recall(step, turn, request)) is None or known.reply is None:
+                raise ModelFault("there is no such reply")
+            return _recalled(known, known.reply)
+
+        return await decided(situation, self._settings, ask)
+
+
+_UNKNOWN = ModelFacts()
+"""Of a model about which only its record says something."""
+
+
+def _recorded_settings(given: ModelSettings, facts: Mapping[str, Fact]) -> ModelSettings:
+    """The settings that a record names, with those of the spec that no record holds."""
+    numbers: dict[str, Any] = {name: _number(facts.get(name)) for name in ("temperature", "top_p", "max_tokens")}
+    effort, schema, repairs = (facts.get(name) for name in ("effort", "schema", "repairs"))
+    words: dict[str, Any] = {
+        "effort": effort if effort in get_args(Effort) else None,
+        "schema": schema if schema in get_args(Schema) else None,
+    }
+    return replace(given, **numbers, **words, repairs=repairs if isinstance(repairs, int) else given.repairs)
+
+
+def _number(fact: Fact) -> float | int | None:
+    return fact if isinstance(fact, int | float) and not isinstance(fact, bool) else None
+
+
+def _recalled(call: Call, text: str) -> ModelReply:
+    """The reply of a call on record."""
+    came = {name: getattr(call, name) for name in _KEPT}
+    return ModelReply(text=text, **came)
 
 
 def _fingerprint(

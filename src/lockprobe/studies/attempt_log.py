@@ -6,7 +6,7 @@ every attempt, and one where a box broke. A finished trial is an ordinary record
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Annotated, Literal
@@ -76,12 +76,27 @@ class AttemptLog:
         with closing(log):
             if log._path.exists():
                 log._opened().cut_torn_tail()
-                for number, line in whole_lines(log._path):
-                    try:
-                        log._follow(_adapter.validate_json(without_checksum(line)))
-                    except (ValidationError, BadValue):
-                        raise BadFile(log._path, f"line {number}: damaged") from None
+                log._read()
             yield log
+
+    def _read(self) -> None:
+        for number, line in whole_lines(self._path):
+            try:
+                self._follow(_adapter.validate_json(without_checksum(line)))
+            except (ValidationError, BadValue):
+                raise BadFile(self._path, f"line {number}: damaged") from None
+
+    @classmethod
+    def read(cls, directory: Path) -> Mapping[str, Sequence[RecordedAttempt]]:
+        """The attempts in a study directory by key of their trial, since its first step; empty without a log.
+
+        Raises:
+            BadFile: If a line is damaged.
+        """
+        log = cls(directory / ATTEMPTS)
+        if log._path.is_file():
+            log._read()
+        return log._attempts
 
     def close(self) -> None:
         """Close the file."""
@@ -115,6 +130,16 @@ class AttemptLog:
     def broke(self, key: str) -> None:
         """Write that the box broke."""
         self._write(_Broke(key=key))
+
+    def replace(self, key: str, attempts: Sequence[RecordedAttempt]) -> None:
+        """Write the attempts of a trial that was finished elsewhere, in place of those that it has here."""
+        if list(attempts) == self._attempts.get(key, []):
+            return
+        if self.under_way(key):
+            self.broke(key)
+        self.begin(key)
+        for attempt in attempts:
+            self.attempt(key, attempt)
 
     def _write(self, line: _Begun | _Did | _Broke) -> None:
         self._opened().append(with_checksum(_adapter.dump_json(line, exclude_defaults=False)), sync=True)

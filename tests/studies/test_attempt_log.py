@@ -3,7 +3,7 @@
 import pytest
 
 from lockprobe.errors import BadFile
-from lockprobe.mcp_server.attempt_log import AttemptLog
+from lockprobe.studies.attempt_log import AttemptLog
 from lockprobe.studies.paused_trial import RecordedAttempt
 
 STEPS = [RecordedAttempt("A", None, "You attempted A.", "why"), RecordedAttempt("B", "moved", "", "\N{SNOWMAN}")]

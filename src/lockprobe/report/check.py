@@ -1,0 +1,38 @@
+"""One thing that ``lockprobe verify`` checks, and what it found."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+__all__ = ["Check", "check_of"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Check:
+    """One thing that was checked.
+
+    Attributes:
+        name: Its name.
+        holds: Whether it holds.
+        said: What was found, in one line.
+        failed: What fails: keys of trials, or fields.
+    """
+
+    name: str
+    holds: bool
+    said: str
+    failed: tuple[str, ...] = ()
+
+
+def check_of(name: str, failed: Sequence[str], holds: str, fails: str) -> Check:
+    """The check that holds if nothing failed.
+
+    Args:
+        name: Its name.
+        failed: What fails.
+        holds: What is said if nothing does.
+        fails: What is said after the number of failures.
+    """
+    said = f"{len(failed)} {fails}" if failed else holds
+    return Check(name=name, holds=not failed, said=said, failed=tuple(failed))

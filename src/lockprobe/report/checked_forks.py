@@ -1,0 +1,92 @@
+"""Forks played again and held against the trials of which they are forks, their calls and their next choices."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+from lockprobe.agents.catalogue import recomputes, resolve
+from lockprobe.agents.policy import Policy
+from lockprobe.errors import UserMistake
+from lockprobe.fork_name import ForkName
+from lockprobe.record import Trial
+from lockprobe.report.check import Check, check_of
+from lockprobe.report.checked_replies import CallEvidence, replies_check
+from lockprobe.report.opened import OpenedStudy
+from lockprobe.report.replayed_trials import Replay, ReplayedTrial
+from lockprobe.studies.branch import FORKS, fork_plan
+from lockprobe.studies.directory import read_settings
+from lockprobe.studies.next_choice import next_choice
+from lockprobe.studies.study import record_identity
+
+__all__ = ["fork_checks"]
+
+
+def fork_checks(opened: OpenedStudy, evidence: CallEvidence) -> Iterator[Check]:
+    """Whether forks follow from the records of their trials; nothing without forks.
+
+    Args:
+        opened: The study with its forks.
+        evidence: The calls of the study, which forks share.
+
+    Raises:
+        BadFile: If a file of the forks is damaged.
+    """
+    directory = opened.directory / FORKS
+    if not opened.forks:
+        return
+    own, trials = CallEvidence.of(directory), {trial.key: trial for trial in opened.trials}
+    replay = Replay()
+    again = [_replayed(replay, opened, fork, trials, own, evidence) for fork in opened.forks]
+    failed = [
+        *_another_study(opened, directory),
+        *(f"{one.key}: {one.luck or one.choices}" for one in again if one.luck or (one.choices and not _paid(one))),
+        *_other_choices(opened, trials),
+    ]
+    holds = f"all {len(again)} forks follow from their trials, their choices and the seed"
+    yield check_of("forks", failed, holds, "forks do not follow from their trials, their choices and the seed")
+    if check := replies_check(directory, opened.forks, own, again, (), "fork replies"):
+        yield check
+
+
+def _paid(one: ReplayedTrial) -> bool:
+    """Whether the choices of a fork are held against replies, which has a check of its own."""
+    return one.kind == "hosted"
+
+
+def _replayed(
+    replay: Replay,
+    opened: OpenedStudy,
+    fork: Trial,
+    trials: Mapping[str, Trial],
+    own: CallEvidence,
+    evidence: CallEvidence,
+) -> ReplayedTrial:
+    name = ForkName.parse(fork.key)
+    if name is None or name.parent not in trials:
+        return ReplayedTrial(key=fork.key, kind="own", luck="it is a fork of no trial on record")
+    try:
+        plan = fork_plan(opened.study, trials[name.parent], name)
+    except UserMistake as mistake:
+        return ReplayedTrial(key=fork.key, kind="own", luck=str(mistake))
+    return replay(plan, fork, own.kept.get(fork.key, ()), evidence.kept.get(name.parent, ()))
+
+
+def _another_study(opened: OpenedStudy, directory: Path) -> Iterator[str]:
+    if record_identity(read_settings(directory)) != opened.study.record_identity:
+        yield f"{FORKS}/study.json: the settings of another study"
+
+
+def _other_choices(opened: OpenedStudy, trials: Mapping[str, Trial]) -> Iterator[str]:
+    """Forks whose probabilities of the next choice are not those of their strategy."""
+    on_record = {fork.key: fork for fork in opened.forks}
+    for key, chances in opened.choices.items():
+        fork, name = on_record.get(key), ForkName.parse(key)
+        if fork is None or name is None or name.parent not in trials:
+            yield f"{key}: the next choice of no fork on record"
+            continue
+        policy = resolve(fork.agent).make() if recomputes(fork.agent) else None
+        plan = fork_plan(opened.study, trials[name.parent], name)
+        if not isinstance(policy, Policy) or asyncio.run(next_choice(plan, policy, name.at)) != chances:
+            yield f"{key}: another next choice than its strategy has"

@@ -1,0 +1,206 @@
+"""The replies of hosted models held against the records: every decision is a reply, and every reply is a decision."""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from lockprobe.agents.llm.settings import read_settings
+from lockprobe.errors import UserMistake
+from lockprobe.model_call import Call
+from lockprobe.record import Trial
+from lockprobe.report.check import Check, check_of
+from lockprobe.report.replayed_trials import ReplayedTrial, is_hosted
+from lockprobe.spec import Spec
+from lockprobe.storage.jsonl import whole_lines
+from lockprobe.studies.call_log import kept_replies, read_asked, read_calls, unanswered
+from lockprobe.studies.directory import RECORDS
+from lockprobe.studies.merge import lasting_facts
+from lockprobe.trial_json import trial_from_line
+
+__all__ = ["CallEvidence", "agent_check", "replies_check"]
+
+
+@dataclass(frozen=True, slots=True)
+class CallEvidence:
+    """The calls of a study, each file read once.
+
+    Attributes:
+        calls: All calls in chronological order.
+        asked: All requests before they were sent, likewise.
+        kept: Key of a trial -> its replies, those after the last mark that it is owed anew.
+        unanswered: Keys of requests without a call.
+    """
+
+    calls: tuple[Call, ...]
+    asked: tuple[Call, ...]
+    kept: Mapping[str, Sequence[Call]]
+    unanswered: tuple[str, ...]
+
+    @classmethod
+    def of(cls, directory: Path) -> CallEvidence:
+        """Read the files of a directory.
+
+        Raises:
+            BadFile: If a line is damaged.
+        """
+        calls = tuple(read_calls(directory))
+        waiting = tuple(call.key for call in unanswered(directory))
+        return cls(calls, tuple(read_asked(directory)), kept_replies(calls), waiting)
+
+
+def replies_check(
+    directory: Path,
+    trials: Iterable[Trial],
+    evidence: CallEvidence,
+    replayed: Sequence[ReplayedTrial],
+    owed: Collection[str],
+    name: str = "replies",
+) -> Check | None:
+    """Whether the decisions of hosted models are the replies in ``calls.jsonl``, and these all decisions.
+
+    Args:
+        directory: The directory of the records.
+        trials: The trials on record.
+        evidence: The calls.
+        replayed: What follows of each trial.
+        owed: Keys of trials that are planned and not finished.
+        name: Name of the check.
+
+    Returns:
+        None if no hosted model played and none was called.
+    """
+    hosted = [one for one in replayed if one.kind == "hosted"]
+    if not hosted and not evidence.calls and not evidence.asked:
+        return None
+    on_record = {trial.key: trial for trial in trials}
+    failed = [
+        *(f"{one.key}: {_said(one, evidence)}" for one in hosted if one.choices),
+        *(
+            f"{one.key}: {one.unused} replies in calls.jsonl are no part of the record"
+            for one in hosted
+            if one.unused and not one.choices
+        ),
+        *(f"{key}: calls of no trial on record" for key in _of_nobody(evidence, on_record, owed)),
+        *(
+            f"{key}: a request in asked.jsonl has no call"
+            for key in dict.fromkeys(evidence.unanswered)
+            if key not in owed
+        ),
+        *_not_asked(evidence),
+        *_marks(directory, evidence, on_record),
+        *_priced_otherwise(evidence, on_record),
+    ]
+    number = sum(len(evidence.kept.get(one.key, ())) for one in hosted)
+    before = sum(call.reply is not None for call in evidence.calls) - sum(map(len, evidence.kept.values()))
+    replaced = f"; {before} earlier replies are of trials that were played again on request" if before else ""
+    holds = f"{number} replies in calls.jsonl are the decisions of {len(hosted)} trials, and all of them{replaced}"
+    return check_of(name, failed, holds, "contradictions between calls.jsonl and trials.jsonl")
+
+
+def _said(one: ReplayedTrial, evidence: CallEvidence) -> str:
+    if not evidence.kept.get(one.key):
+        return "calls.jsonl has no reply of it (a trial imported from a log of another program has none)"
+    return one.choices
+
+
+def _of_nobody(evidence: CallEvidence, trials: Collection[str], owed: Collection[str]) -> list[str]:
+    """Keys of calls and requests that belong to no trial on record and to none that is still to be played."""
+    found = dict.fromkeys(call.key for call in (*evidence.calls, *evidence.asked))
+    return [key for key in found if key not in trials and key not in owed]
+
+
+def _not_asked(evidence: CallEvidence) -> Iterator[str]:
+    """Calls without the request that was written before it was sent, and counts of lost attempts below those there.
+
+    Calls that an import brought have no requests; they come before all others of their trial.
+    """
+    asked: defaultdict[tuple[str, int, int, str], list[Call]] = defaultdict(list)
+    for call in evidence.asked:
+        asked[_place(call)].append(call)
+    begun = set[str]()
+    for call in evidence.calls:
+        if call.owed_anew:
+            continue
+        requests = asked[_place(call)]
+        if requests:
+            begun.add(call.key)
+        elif call.key in begun:
+            yield f"{call.key}: the call of step {call.step}, turn {call.turn}, is not in asked.jsonl"
+        lost = max((one.unanswered for one in requests), default=0)
+        if call.unanswered < lost:
+            yield f"{call.key}: step {call.step} had {lost} attempts without an answer, not {call.unanswered}"
+        if requests and call.most is not None and call.most not in [one.most for one in requests]:
+            yield f"{call.key}: step {call.step} could cost {requests[-1].most}, not {call.most}"
+
+
+def _place(call: Call) -> tuple[str, int, int, str]:
+    return call.key, call.step, call.turn, call.request
+
+
+def _marks(directory: Path, evidence: CallEvidence, trials: Mapping[str, Trial]) -> Iterator[str]:
+    """Trials whose marks in the log of calls are not those of their records: played again on request, or not."""
+    marks = Counter(call.key for call in evidence.calls if call.owed_anew)
+    if not marks and not any(trial.replays for trial in trials.values()):
+        return
+    again = Counter[str]()
+    for _, line in whole_lines(directory / RECORDS):
+        if b'"again":true' in line:
+            copy, _ = trial_from_line(line)
+            again[copy.key] += copy.error is not None and copy.error.again
+    for key in dict.fromkeys([*marks, *again, *trials]):
+        trial = trials.get(key)
+        replays = 0 if trial is None else trial.replays + (trial.error is not None and trial.error.again)
+        if trial is not None and not (marks[key] == again[key] == replays):
+            yield (
+                f"{key}: owed anew {marks[key]} times in calls.jsonl, {again[key]} times in trials.jsonl, "
+                f"and its record counts {replays}"
+            )
+
+
+def _priced_otherwise(evidence: CallEvidence, trials: Mapping[str, Trial]) -> Iterator[str]:
+    """Trials whose record names another interface of their provider than their last call, at another price."""
+    last = {call.key: call for call in evidence.calls if call.reply is not None}
+    for key, call in last.items():
+        trial = trials.get(key)
+        if trial is not None and is_hosted(trial.agent) and bool(trial.facts.get("batch")) != call.batch:
+            yield f"{key}: its record and its calls disagree on whether it was a batch"
+
+
+def agent_check(trials: Iterable[Trial]) -> Check:
+    """Whether an agent is the same in all its trials, and a model the one that its spec names."""
+    known: dict[tuple[str, str], object] = {}
+    failed: dict[str, None] = {}
+    for trial in trials:
+        for name, value in lasting_facts(trial).items():
+            if value is not None and known.setdefault((trial.agent, name), value) != value:
+                failed[f"{trial.key}: {name} is {value}, and {known[trial.agent, name]} in other trials"] = None
+        if why := _another_model(trial):
+            failed[f"{trial.key}: {why}"] = None
+    holds = "every agent says the same of itself in all its trials"
+    return check_of("agents", list(failed), holds, "trials differ in what they say of their agent")
+
+
+def _another_model(trial: Trial) -> str:
+    """What the facts of a hosted model have otherwise than its spec; empty if nothing."""
+    if not is_hosted(trial.agent) or not trial.facts:
+        return ""
+    try:
+        name, _ = read_settings(trial.agent)
+    except UserMistake as mistake:
+        return str(mistake)
+    asked = {"model": name, **Spec.parse(trial.agent).options}
+    for fact, value in asked.items():
+        there = trial.facts.get(fact)
+        if there is not None and str(there) != value and not _equal(there, value):
+            return f"{fact} is {there} in its record and {value} in its spec"
+    return ""
+
+
+def _equal(fact: object, text: str) -> bool:
+    try:
+        return isinstance(fact, int | float) and float(text) == fact
+    except ValueError:
+        return False

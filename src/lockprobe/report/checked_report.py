@@ -1,0 +1,199 @@
+"""The files of a report made again from the records, and held against those in the directory."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from lockprobe.errors import BadFile, LockprobeError, UserMistake
+from lockprobe.inputs import read_input
+from lockprobe.report.check import Check, check_of
+from lockprobe.report.opened import OpenedStudy
+from lockprobe.report.parallel import one_thread, shared, uncollected
+from lockprobe.report.schema import MeasureResult
+from lockprobe.studies.branch import FORKS
+from lockprobe.studies.directory import RECORDS
+
+__all__ = ["check_file", "check_page", "report_checks"]
+
+RESULTS = "results.json"
+
+PAGES = ("report.html", "claims.html", "audit.html", "why.html", "forks.html")
+"""The pages that a report can have."""
+
+_LARGEST = 2**28
+"""Bytes of one file of a report."""
+
+_DRAWN = re.compile(rb"<dc:title>(Matplotlib v[\w.]+)")
+"""What drew a figure, in its SVG."""
+
+_EMBEDDED = re.compile(rb"data:image/svg\+xml;base64,[A-Za-z0-9+/=]+")
+"""A figure in a page."""
+
+
+@dataclass
+class _Compared:
+    """The files that were compared, and what differs."""
+
+    made: set[str] = field(default_factory=set)
+    there: int = 0
+    missing: int = 0
+    pages: list[str] = field(default_factory=list)
+    figures: list[str] = field(default_factory=list)
+    drawn_elsewhere: str = ""
+
+
+def report_checks(opened: OpenedStudy, *, processes: int = 1) -> tuple[Check, ...]:
+    """Whether ``results.json``, pages, tables and figures are what the records give.
+
+    What installed packages measure is not measured again: that would run their code. It is taken from the file.
+
+    Args:
+        opened: The study.
+        processes: Processes that may work at a large report.
+    """
+    directory = opened.directory
+    names = [RESULTS, *PAGES, *(f"{folder}/" for folder in ("tables", "figures"))]
+    if not any((directory / name).exists() for name in names):
+        return (Check(name="results", holds=True, said="there is no report to compare"),)
+    measures, compared, results = _measures_in(directory), _Compared(), dict[str, Any]()
+    opened = replace(opened, measures=measures)
+    try:
+        for name, content in _made_again(opened, processes):
+            compared.made.add(name)
+            if name == RESULTS:
+                results = json.loads(str(content))
+            else:
+                _compare(directory, name, content, compared)
+    except UserMistake as mistake:
+        return (Check(name="results", holds=False, said=str(mistake)),)
+    check = _results(directory, results, measures)
+    if not check.holds and "release" in check.said:
+        return (check,)
+    return check, _pages(opened, compared, newer=_changed_since(directory))
+
+
+def _made_again(opened: OpenedStudy, processes: int) -> Iterator[tuple[str, str | bytes | None]]:
+    from lockprobe.report.page import report_files
+
+    with uncollected(), shared(opened.directory, processes) as each, one_thread():
+        yield from report_files(opened, tell=lambda said: None, each=each)
+
+
+def _measures_in(directory: Path) -> tuple[MeasureResult, ...]:
+    """The measures of packages as the results hold them; none if they cannot be read."""
+    try:
+        rows = json.loads(read_input(directory / RESULTS, _LARGEST)).get("measures") or ()
+        return tuple(MeasureResult.model_validate(row) for row in rows)
+    except (LockprobeError, ValueError, AttributeError, TypeError):
+        return ()
+
+
+def _compare(directory: Path, name: str, made: str | bytes | None, found: _Compared) -> None:
+    path, into = directory / name, found.figures if name.startswith("figures/") else found.pages
+    if made is None:
+        if path.exists():
+            into.append(f"{name}: no file of this report")
+        return
+    if not path.exists():
+        found.missing += 1
+        return
+    found.there += 1
+    try:
+        written = read_input(path, _LARGEST)
+    except LockprobeError as error:
+        into.append(str(error))
+        return
+    expected = made.encode() if isinstance(made, str) else made
+    if written == expected:
+        return
+    if name.startswith("figures/"):
+        software = [one[1].decode() if (one := _DRAWN.search(svg)) else "" for svg in (written, expected)]
+        if software[0] != software[1]:
+            found.drawn_elsewhere = software[0] or "another program"
+        into.append(name)
+    elif _EMBEDDED.sub(b"", written) != _EMBEDDED.sub(b"", expected):
+        into.append(name)
+    else:
+        into.append(f"{name}: its figures")
+
+
+def _changed_since(directory: Path) -> bool:
+    """Whether records or forks are newer than the report."""
+    reports = [path.stat().st_mtime for name in (RESULTS, "report.html") if (path := directory / name).is_file()]
+    records = [path.stat().st_mtime for folder in (".", FORKS) if (path := directory / folder / RECORDS).is_file()]
+    return bool(reports) and max(records, default=0.0) > min(reports)
+
+
+def _pages(opened: OpenedStudy, found: _Compared, *, newer: bool) -> Check:
+    """Whether pages, tables and figures are those of the records."""
+    left = [name for name in PAGES if name not in found.made and (opened.directory / name).exists()]
+    failed = [*found.pages, *found.figures, *(f"{name}: no file of this report" for name in left)]
+    missing = f"; {found.missing} are not there" if found.missing else ""
+    holds = f"{found.there} pages, tables and figures are what the records give{missing}"
+    fails = "pages, tables and figures are not what the records give"
+    if found.drawn_elsewhere:
+        fails += f"; figures were drawn by {found.drawn_elsewhere}: lockprobe report first"
+    elif newer:
+        fails += "; the records are newer: lockprobe report first"
+    return check_of("report", failed, holds, fails)
+
+
+def _results(directory: Path, found: Mapping[str, Any], measures: Sequence[MeasureResult]) -> Check:
+    """Whether ``results.json`` is what the records give; forks that were played after it are said to be."""
+    path, forks = directory / RESULTS, directory / FORKS / RECORDS
+    check = check_file("results", path, found)
+    if check.holds and measures:
+        return replace(check, said=f"{check.said}; {len(measures)} values by measures of packages are taken from it")
+    of_forks = check.failed and all(re.match(r"forks(_said)?\b", name) for name in check.failed)
+    if of_forks and forks.is_file() and forks.stat().st_mtime > path.stat().st_mtime:
+        return replace(check, said=f"forks were played after {path.name} was written: lockprobe report first")
+    return check
+
+
+def check_page(name: str, path: Path, made: str) -> Check:
+    """Whether a page is the one that the records give."""
+    try:
+        written = read_input(path, _LARGEST)
+    except BadFile as error:
+        return Check(name=name, holds=False, said=str(error))
+    same = written == made.encode()
+    said = "is what the records give" if same else "is not what the records give"
+    return Check(name=name, holds=same, said=f"{path.name} {said}")
+
+
+def check_file(name: str, path: Path, found: Mapping[str, Any]) -> Check:
+    """Whether a file of results, if there is one, holds what is computed from the records."""
+    try:
+        written = json.loads(read_input(path, _LARGEST))
+    except BadFile as error:
+        if not path.exists():
+            return Check(name=name, holds=True, said=f"there is no {path.name} to compare")
+        return Check(name=name, holds=False, said=str(error))
+    except (ValueError, RecursionError) as error:
+        return Check(name=name, holds=False, said=f"{path.name} is damaged ({error})")
+    if isinstance(written, dict) and written.get("lockprobe") != found["lockprobe"]:
+        release = written.get("lockprobe")
+        return Check(name=name, holds=False, said=f"{path.name} is of release {release}: lockprobe report first")
+    places = tuple(_different(written, found))
+    return check_of(name, places, f"{path.name} is what the records give", f"values of {path.name} differ")
+
+
+def _different(written: Any, found: Any, where: str = "") -> Iterator[str]:
+    """The places at which two JSON values differ."""
+    if isinstance(written, Mapping) and isinstance(found, Mapping):
+        for name in dict.fromkeys([*written, *found]):
+            yield from _different(written.get(name), found.get(name), f"{where}.{name}" if where else name)
+    elif _listed(written) and _listed(found) and len(written) == len(found):
+        for i, (one, other) in enumerate(zip(written, found, strict=True)):
+            yield from _different(one, other, f"{where}[{i}]")
+    elif written != found:
+        yield where or "all of it"
+
+
+def _listed(value: Any) -> bool:
+    return isinstance(value, Sequence) and not isinstance(value, str)
