@@ -136,7 +136,7 @@ def test_the_same_name_runs_when_it_is_named_in_the_command(tmp_path, lockprobe)
     spec = foreign.AGENTS[1]
     status, _, err = lockprobe("branch", str(there), f"flips/{spec}/p=0.4", "--at", "2")
     assert status == 2
-    said = f"lockprobe: agent: got '{spec}', expected --allow with it in this command: what a file or a directory names"
+    said = f"lockprobe: agent: got '{spec}', expected --allow with it in this command (in Python: "
     assert err.startswith(said)
     status, _, err = lockprobe("branch", str(there), f"flips/{spec}/p=0.4", "--at", "2", "--allow", spec)
     assert (status, (tmp_path / foreign.SUNG).exists()) == (0, True), err

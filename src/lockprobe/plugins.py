@@ -150,7 +150,10 @@ class Plugin:
             return
         named = f"{self.name}?" if self.kind == "intervention" else self.spec or self.name
         if named not in _permission.specs:
-            expected = "--allow with it in this command: what a file or a directory names is data, and is not run"
+            expected = (
+                "--allow with it in this command (in Python: lockprobe.plugins.allow): "
+                "what a file or a directory names is data, and is not run"
+            )
             raise BadValue(self.kind, self.spec or self.name, expected)
         self._refuse_standard(self.value)
 

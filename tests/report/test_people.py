@@ -16,6 +16,7 @@ from lockprobe.analysis.relative_steps import RelativeSteps
 from lockprobe.analysis.summary import summarise
 from lockprobe.people.progress import Flow
 from lockprobe.people.withdrawal import put
+from lockprobe.plugins import allow
 from lockprobe.report import write_report
 from lockprobe.report.people import flow_said, people_said, people_steps_table
 from lockprobe.studies.journal import load
@@ -135,6 +136,7 @@ def test_where_a_median_is_beyond_the_budget_the_sentence_has_a_bound(
     tmp_path, monkeypatch, people, agent, median, compared
 ):
     strangers.install(tmp_path, monkeypatch)
+    allow(STUCK)
     study = small_study(("participant", agent), (0.0,), 1, 6)
     trials = [*play_study(small_study((agent,), (0.0,), 1, 6)), *played_by_people(study, 1, people)]
     _, steps, ratio, _ = people_said(summarise(trials))

@@ -18,6 +18,7 @@ from lockprobe.plants.hardware.bounds import Bounded
 from lockprobe.plants.hardware.rehearsal import BOUNDS
 from lockprobe.plants.hardware.rungs import parts_of
 from lockprobe.plants.operator import ConsentingOperator
+from lockprobe.plugins import allow
 from lockprobe.studies.runner import run_study
 
 CHAIN = box("chain-4")
@@ -55,7 +56,8 @@ def test_a_free_and_a_locked_joint_over_the_wire(parts, shown, monkeypatch):
 
 def wire_study(trials=1):
     study = small_study(["human-inspired"], p=[0.0], repetitions=1, trials=trials)
-    return replace(study, plant="python:plants.hardware.wire_faults:wire_rig", max_steps=1)
+    allow(plant := "python:plants.hardware.wire_faults:wire_rig")
+    return replace(study, plant=plant, max_steps=1)
 
 
 @pytest.mark.parametrize("name", FAULTS)
