@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from drawn_board import HANDLES, coloured
+from mjcf_models import OWN, own_box
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.human_inspired import HumanInspired
@@ -16,6 +17,7 @@ from lockprobe.interventions.condition import flips
 from lockprobe.lockbox.families import box
 from lockprobe.pictures import picture_reader
 from lockprobe.pictures.picture import Picture
+from lockprobe.pictures.png import to_png
 from lockprobe.plan import Names, Plan
 from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.record import Decision, Percept, Situation, Task, Turn
@@ -110,7 +112,7 @@ class Listener(RandomAgent):
 
 def heard(monkeypatch, *numbers):
     listener = Listener()
-    agent = Viewer(strategy=listener, name="listener", sight=Eyesight(doubt=0.1))
+    agent = Viewer(strategy=listener, name="listener", sight=Eyesight(acuity=10, doubt=0.1))
     decision = asyncio.run(agent.decide(readings(monkeypatch, *numbers), np.random.default_rng(1)))
     return [*(turn.percept for turn in listener.heard.past), listener.heard.percept], decision
 
@@ -140,7 +142,7 @@ def test_it_reads_a_picture_once_and_looks_only_at_what_is_shown(monkeypatch):
     monkeypatch.setattr(picture_reader, "evidence", evidence)
     hidden = Picture(kind="depth16", png=b"measured", shown=False)
     first, second = (Percept(pictures=(Picture(kind="rgb", png=p), hidden), handles=HANDLES[:3]) for p in (b"1", b"2"))
-    agent = Viewer(strategy=Listener(), name="listener")
+    agent = Viewer(strategy=Listener(), name="listener", sight=Eyesight(acuity=10))
     past = ()
     for percept in (first, replace(second, joint="A"), replace(first, joint="A")):
         asyncio.run(agent.decide(Situation(task=TASK, past=past, percept=percept), np.random.default_rng(1)))
@@ -206,3 +208,46 @@ def test_names_are_those_of_the_listing():
     assert Names(plan).listing != tuple("ABCD")
     trial = played(resolve(f"viewer:{SPEC}?acuity=80").make(), [Photographer()], trial=5)
     assert trial.actions == run_trial(agent=SPEC, trial=5).actions
+
+
+@pytest.mark.parametrize("handle", [2, 6, 14])
+def test_the_first_picture_says_how_many_pixels_are_needed(handle):
+    """Handles of any size are read, and with no more pixels than it takes."""
+    places = tuple(((40.0 + 90 * i, 60.0), (40.0 + 90 * i, 60.0 + 6 * handle)) for i in range(4))
+
+    def shown(positions):
+        image = np.full((240, 320, 3), (150, 110, 70), np.uint8)
+        for pair, position in zip(places, positions, strict=True):
+            column, row = map(int, pair[position])
+            image[row - handle // 2 : row + handle // 2 + 1, column - handle // 2 : column + handle // 2 + 1] = (
+                210,
+                40,
+                30,
+            )
+        return (Picture(kind="rgb", png=to_png(image)),)
+
+    first = shown((False,) * 4)
+    acuity = picture_reader.needed_acuity(first, places, 10)
+    for number in range(16):
+        positions = tuple(bool(number >> i & 1) for i in range(4))
+        found = picture_reader.evidence(shown(positions), places, acuity=acuity)
+        assert tuple(sign > 0 for sign in found) == positions
+    assert acuity <= 10 or acuity * handle <= 3 * 320
+
+
+def test_on_the_default_scene_ten_pixels_are_enough():
+    viewer = resolve("viewer").make()
+    trial = run_trial(agent="viewer", plant="fast-twin?renderer=rays", modality="rgb", p=0, seed=1, max_steps=2)
+    assert trial.facts["acuity"] is None
+    assert viewer.sight.acuity is None
+    same = run_trial(
+        agent="viewer?acuity=10", plant="fast-twin?renderer=rays", modality="rgb", p=0, seed=1, max_steps=2
+    )
+    assert [step.decision for step in trial.steps] == [step.decision for step in same.steps]
+
+
+def test_a_model_of_a_user_is_read_without_an_option():
+    own = {"box": own_box(), "plant": f"twin?model={OWN}&renderer=rays", "modality": "rgb", "p": 0, "seed": 1}
+    trial = run_trial(agent="viewer:round-robin", max_steps=6, **own)
+    claims = [step.decision.claimed for step in trial.steps[1:]]
+    assert claims == ["moved" if step.moved else "blocked" for step in trial.steps[:-1]]

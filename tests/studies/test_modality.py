@@ -1,5 +1,7 @@
 """From a modality's spec to what stands between box and agent."""
 
+import re
+
 import pytest
 
 from lockprobe.errors import BadValue, Missing, UnknownName
@@ -9,7 +11,7 @@ from lockprobe.interventions.delay import Delay
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.words import TextChannel
 from lockprobe.studies import modality
-from lockprobe.studies.modality import check_distinct, interventions_for, is_pictured, shown, taken_in
+from lockprobe.studies.modality import check_distinct, interventions_for, is_pictured, refuse_blind, shown, taken_in
 
 
 def test_reports_are_flipped_and_put_into_words():
@@ -140,3 +142,19 @@ def test_records_of_hosted_models_can_be_read_without_their_package(monkeypatch)
 
     monkeypatch.setattr(modality, "resolve", without)
     assert taken_in("llm:nowhere/never-seen", ("rgb", "symbolic")) == ("rgb", "symbolic")
+
+
+@pytest.mark.parametrize(
+    ("agent", "looks"),
+    [
+        ("human-inspired", "viewer:human-inspired"),
+        ("human-inspired:proximity?lapse=0.1", "viewer:human-inspired:proximity?lapse=0.1"),
+        ("cognitive:careful", "viewer:cognitive:careful"),
+        ("random", "viewer:random"),
+        ("llm:local", "viewer, or a model that takes pictures,"),
+    ],
+)
+def test_an_agent_without_eyes_is_refused_with_the_one_that_looks_for_it(agent, looks):
+    with pytest.raises(BadValue, match=re.escape(f"symbolic for {agent}, which reads reports")) as refused:
+        refuse_blind(agent, "rgb", "symbolic")
+    assert f"; {looks} plays by what it sees" in str(refused.value)

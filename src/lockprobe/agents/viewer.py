@@ -9,9 +9,9 @@ It knows where in a picture each handle can be, so it does not test *finding* jo
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Hashable, Iterable, Mapping
 from dataclasses import asdict, dataclass, field, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from lockprobe.agents.policy import told_outcome
 from lockprobe.errors import BadValue
@@ -21,9 +21,16 @@ from lockprobe.record import Decision, Fact, Outcome, Percept, Situation, Task
 if TYPE_CHECKING:
     import numpy as np
 
+    from lockprobe.pictures.picture import Picture
     from lockprobe.pictures.picture_reader import Handles
 
-__all__ = ["REMEMBERED", "Eyesight", "Viewer"]
+Key = TypeVar("Key", bound=Hashable)
+Value = TypeVar("Value")
+
+__all__ = ["LEAST_ACUITY", "REMEMBERED", "Eyesight", "Viewer"]
+
+LEAST_ACUITY = 10
+"""Pixels across a picture that a viewer resolves by default, unless handles are too small for that."""
 
 REMEMBERED = 512
 """Size of the cache of readings, so that a picture is not read again at every step."""
@@ -34,18 +41,19 @@ class Eyesight:
     """How well a viewer sees: the options of ``viewer``. All other options belong to its strategy.
 
     Attributes:
-        acuity: Pixels that it resolves across a picture, at least 4.
+        acuity: Pixels that it resolves across a picture, at least 4. None: 10, or more where the first picture of a
+            trial needs more.
         doubt: Least evidence for a new reading; below it a joint keeps its last reading.
 
     Raises:
         BadValue: If one is out of range.
     """
 
-    acuity: int = 10
+    acuity: int | None = None
     doubt: float = 0.05
 
     def __post_init__(self) -> None:
-        if self.acuity < 4:
+        if self.acuity is not None and self.acuity < 4:
             raise BadValue("acuity", self.acuity, "a whole number from 4")
         if not 0 <= self.doubt < 1:
             raise BadValue("doubt", self.doubt, "a number from 0, below 1")
@@ -64,7 +72,10 @@ class Viewer:
     strategy: Agent
     name: str
     sight: Eyesight = Eyesight()
-    _read: dict[tuple[tuple[str, ...], Handles], tuple[float, ...]] = field(
+    _read: dict[tuple[tuple[str, ...], Handles, int], tuple[float, ...]] = field(
+        default_factory=dict, init=False, compare=False, repr=False
+    )
+    _needed: dict[tuple[tuple[str, ...], Handles], int] = field(
         default_factory=dict, init=False, compare=False, repr=False
     )
 
@@ -87,14 +98,19 @@ class Viewer:
             BadValue: If pictures do not say where handles are.
         """
         reports: list[Percept] = []
+        acuity = self.sight.acuity or 0
         before: tuple[bool, ...] | None = None  # where joints were read, or told, last
         for percept in percepts:
-            reports.append(self._report(task, percept, before) if percept.pictures else percept)
+            if percept.pictures:
+                acuity = acuity or self._acuity(percept)
+                reports.append(self._report(task, percept, before, acuity))
+            else:
+                reports.append(percept)
             before = before if reports[-1].positions is None else reports[-1].positions
         return reports
 
-    def _report(self, task: Task, percept: Percept, before: tuple[bool, ...] | None) -> Percept:
-        found = self._evidence(percept)
+    def _report(self, task: Task, percept: Percept, before: tuple[bool, ...] | None, acuity: int) -> Percept:
+        found = self._evidence(percept, acuity)
         before = before or tuple(number > 0 for number in found)
         positions = tuple(
             number > 0 if abs(number) > self.sight.doubt else earlier
@@ -106,15 +122,38 @@ class Viewer:
             outcome = "moved" if positions[j] != before[j] else "blocked"
         return replace(percept, positions=positions, outcome=outcome, pictures=())
 
-    def _evidence(self, percept: Percept) -> tuple[float, ...]:
-        shown = tuple(picture for picture in percept.pictures if picture.shown)
-        if not percept.handles or not shown:
-            raise BadValue("observation of viewer", percept.text, "pictures with the places of handles")
-        key = (tuple(picture.name for picture in shown), percept.handles)
-        if key not in self._read:
-            from lockprobe.pictures.picture_reader import evidence
+    def _acuity(self, percept: Percept) -> int:
+        """The acuity for a trial whose first picture this is."""
+        from lockprobe.pictures.picture_reader import needed_acuity
 
-            self._read[key] = evidence(shown, percept.handles, acuity=self.sight.acuity)
-            while len(self._read) > REMEMBERED:
-                del self._read[next(iter(self._read))]  # the oldest
-        return self._read[key]
+        shown = _shown(percept)
+        key = (tuple(picture.name for picture in shown), percept.handles)
+        return _remembered(self._needed, key, lambda: needed_acuity(shown, percept.handles, LEAST_ACUITY))
+
+    def _evidence(self, percept: Percept, acuity: int) -> tuple[float, ...]:
+        from lockprobe.pictures.picture_reader import evidence
+
+        shown = _shown(percept)
+        key = (tuple(picture.name for picture in shown), percept.handles, acuity)
+        return _remembered(self._read, key, lambda: evidence(shown, percept.handles, acuity=acuity))
+
+
+def _shown(percept: Percept) -> tuple[Picture, ...]:
+    """The pictures to look at.
+
+    Raises:
+        BadValue: If there are none, or they do not say where handles are.
+    """
+    shown = tuple(picture for picture in percept.pictures if picture.shown)
+    if not percept.handles or not shown:
+        raise BadValue("observation of viewer", percept.text, "pictures with the places of handles")
+    return shown
+
+
+def _remembered(known: dict[Key, Value], key: Key, read: Callable[[], Value]) -> Value:
+    """What is known, or is read now; the oldest of many is forgotten."""
+    if key not in known:
+        known[key] = read()
+        while len(known) > REMEMBERED:
+            del known[next(iter(known))]
+    return known[key]

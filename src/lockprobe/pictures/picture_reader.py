@@ -20,10 +20,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.pictures.depth import turbo
-from lockprobe.pictures.picture import Picture
+from lockprobe.pictures.picture import Picture, PictureKind
 from lockprobe.pictures.png import from_png
 
-__all__ = ["Handles", "evidence", "gaze_at", "shrunk"]
+__all__ = ["Handles", "evidence", "gaze_at", "needed_acuity", "shrunk"]
 
 Handles = Sequence[tuple[tuple[float, float], tuple[float, float]]]
 """For each joint where its handle is seen, (column, row), at position 0 and at position 1."""
@@ -46,6 +46,12 @@ _FARTHEST, _SPAN = 2.0, 0.14
 
 _BLACK = 0.5 / 255
 """Greys up to this are no reading."""
+
+_GAZES = ((0.0, 0.0), (0.25, 0.5), (0.5, 0.25), (0.75, 0.75))
+"""Offsets of the coarse pixels with which an acuity is tried."""
+
+_FEW, _MARGIN = 1 / 16, 1.25
+"""Share of joints that the least acuity may misread; a higher one misreads none, and gets so many more pixels."""
 
 _FAINT = {"rgb": 0.04, "depth": 0.03}
 """The size of either cue at an empty place: a difference of so much is no certainty."""
@@ -87,20 +93,45 @@ def evidence(pictures: Sequence[Picture], handles: Handles, *, acuity: int) -> t
 
     It is the mean over the pictures, after downsampling to a width of ``acuity`` pixels.
     """
-    cues = [_cue(picture, np.array(handles, dtype=float), acuity) for picture in pictures]
+    files = [(picture.kind, from_png(picture.png)) for picture in pictures]
+    cues = [_cue(kind, file, np.array(handles, dtype=float), acuity, gaze_at(file)) for kind, file in files]
     return tuple(np.mean(cues, axis=0).tolist())
 
 
-def _cue(picture: Picture, handles: _Places, acuity: int) -> _Image:
+def needed_acuity(pictures: Sequence[Picture], handles: Handles, least: int) -> int:
+    """The least acuity that reads pictures as their finest pixels do, wherever the coarse pixels lie.
+
+    ``least`` does if it misreads few joints: how small handles are, and how near to each other, differs between models
+    of boxes.
+    """
+    files = [(picture.kind, from_png(picture.png)) for picture in pictures]
+    places = np.array(handles, dtype=float)
+    width: int = max(file.shape[1] for _, file in files)
+    truth = np.mean([_cue(kind, file, places, width, (0.0, 0.0)) for kind, file in files], axis=0) > 0
+    acuity, most_wrong = least, _FEW
+    while acuity < width:
+        cues = [np.mean([_cue(kind, file, places, acuity, gaze) for kind, file in files], axis=0) for gaze in _GAZES]
+        if ((np.array(cues) > 0) != truth).mean() <= most_wrong:
+            break
+        acuity, most_wrong = math.ceil(1.25 * acuity), 0.0
+    return min(acuity if acuity == least else math.ceil(_MARGIN * acuity), max(width, least))
+
+
+def _cue(
+    kind: PictureKind,
+    file: NDArray[np.uint8] | NDArray[np.uint16],
+    handles: _Places,
+    acuity: int,
+    gaze: tuple[float, float],
+) -> _Image:
     """The cue of one picture for each joint, from -1 to 1, shape (joints,)."""
-    file = from_png(picture.png)
-    fine = _unpacked(file) if picture.kind == "depth" else file / 255.0
-    size, gaze = max(fine.shape[1] / acuity, 1.0), gaze_at(file) if acuity < fine.shape[1] else (0.0, 0.0)
+    fine = _unpacked(file) if kind == "depth" else file / 255.0
+    size, gaze = max(fine.shape[1] / acuity, 1.0), gaze if acuity < fine.shape[1] else (0.0, 0.0)
     image = shrunk(fine, acuity, gaze)
     places = (handles + 0.5) / size + gaze - 0.5
     apart = float(np.median(np.linalg.norm(places[:, 1] - places[:, 0], axis=-1)))
     part, first = _around_handles(image, places, apart / 2 + 1)
-    if picture.kind == "rgb":
+    if kind == "rgb":
         strange = _strangeness(part)
     else:
         board = _board(*_around_handles(fine, handles, size * apart / 2))
@@ -109,7 +140,7 @@ def _cue(picture: Picture, handles: _Places, acuity: int) -> _Image:
         near, known = _nearness(part)
         strange = np.where(known, near - (board[0] + board[1] * columns + board[2] * rows[:, None]), 0.0)
     found = np.clip(_around(strange, places - first, max(_DISC * apart, 0.4)), 0, None)
-    certainty: _Image = (found[:, 1] - found[:, 0]) / (found.sum(axis=1) + _FAINT[picture.kind])
+    certainty: _Image = (found[:, 1] - found[:, 0]) / (found.sum(axis=1) + _FAINT[kind])
     return certainty
 
 

@@ -10,9 +10,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import fields
 from functools import lru_cache
+from typing import NoReturn
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.errors import BadValue, Missing, UnknownName
+from lockprobe.errors import BadValue, Missing, UnknownName, UserMistake
 from lockprobe.interventions.camera import CameraChannel
 from lockprobe.interventions.catalogue import with_words
 from lockprobe.interventions.condition import MODALITIES, Condition, Recorded
@@ -28,6 +29,7 @@ __all__ = [
     "check_shown",
     "interventions_for",
     "is_pictured",
+    "refuse_blind",
     "shown",
     "taken_in",
 ]
@@ -156,6 +158,26 @@ def taken_in(agent: str, modalities: Iterable[str]) -> tuple[str, ...]:
     if not any(map(is_pictured, modalities)) or _looks(agent):
         return modalities
     return tuple(modality for modality in modalities if not is_pictured(modality))
+
+
+def refuse_blind(agent: str, modality: str, instead: str) -> NoReturn:
+    """Refuse pictures for an agent that reads reports; the message names the viewer that plays as it does.
+
+    Args:
+        agent: Its spec.
+        modality: The pictures.
+        instead: The modality that it plays.
+
+    Raises:
+        BadValue: Always.
+    """
+    looks = f"viewer:{agent}"
+    try:
+        resolve(looks)
+    except UserMistake:  # no strategy that reads reports: a language model, a class of a user
+        looks = "viewer, or a model that takes pictures,"
+    why = f"{agent}, which reads reports and looks at no pictures; {looks} plays by what it sees"
+    raise BadValue("modality", modality, f"{instead} for {why}")
 
 
 @lru_cache(maxsize=256)

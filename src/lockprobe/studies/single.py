@@ -16,7 +16,7 @@ from lockprobe.protocols import Agent, Closable
 from lockprobe.record import Trial
 from lockprobe.spec import MCP, PEOPLE, spec_kind
 from lockprobe.studies import paper
-from lockprobe.studies.modality import taken_in
+from lockprobe.studies.modality import refuse_blind, taken_in
 from lockprobe.studies.picture_store import Album
 from lockprobe.studies.play import play_timed
 from lockprobe.studies.studyfile import trial_study
@@ -61,7 +61,7 @@ def _check(plan: Plan, agent: str | Agent) -> None:
     if isinstance(agent, str) and spec_kind(agent) in (PEOPLE, MCP):
         raise BadValue("agent", agent, "one that is called: people join lockprobe serve, and clients lockprobe mcp")
     if isinstance(agent, str) and not taken_in(agent, (plan.modality,)):
-        raise BadValue("modality", plan.modality, f"symbolic for {agent}, which reads reports and looks at no pictures")
+        refuse_blind(agent, plan.modality, "symbolic")
     resolve_plant(plan.plant).check(plan.box)
 
 

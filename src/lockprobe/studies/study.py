@@ -20,7 +20,7 @@ from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.record import UNNAMED, Trial
 from lockprobe.seeds import trial_stream
 from lockprobe.spec import PEOPLE, group_of, spec_name
-from lockprobe.studies.modality import check_shown, is_pictured, taken_in
+from lockprobe.studies.modality import check_shown, is_pictured, refuse_blind, taken_in
 
 __all__ = ["IDENTITY_VERSION", "LARGEST_SEED", "LATER", "Study", "joined_agents", "record_identity"]
 
@@ -225,10 +225,7 @@ class Study:
         """
         for agent in self.agents:
             if not self.modalities_of(agent):
-                shown = ", ".join(self.modalities)
-                raise BadValue(
-                    "modality", shown, f"symbolic too for {agent}, which reads reports and looks at no pictures"
-                )
+                refuse_blind(agent, ", ".join(self.modalities), "symbolic too")
 
     def modalities_of(self, agent: str) -> tuple[str, ...]:
         """Those of its modalities that an agent plays.
