@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields
+from math import inf
 from typing import Annotated
 
-from annotated_types import Ge, Le
+from annotated_types import Ge, Gt, Le, Lt
 
-__all__ = ["BROKEN_OFF", "OWED_ANEW", "Call", "Count", "Seconds", "Usage"]
+__all__ = ["BROKEN_OFF", "OWED_ANEW", "Call", "Count", "Finite", "Seconds", "Usage", "Whole"]
 
 BROKEN_OFF = "broken off"
 """The error text of a call that was in progress when its run ended."""
@@ -17,6 +18,12 @@ OWED_ANEW = "owed anew"
 
 Count = Annotated[int, Ge(0), Le(2**53)]
 """A whole number read from disk."""
+
+Whole = Annotated[int, Ge(-(2**63)), Le(2**63)]
+"""A whole number of a record: other tools read 64 bits."""
+
+Finite = Annotated[float, Gt(-inf), Lt(inf)]
+"""Any other number of a record."""
 
 Seconds = Annotated[float, Ge(0), Le(1e8)]
 """A duration read from disk: three years at most, which still is a number of nanoseconds."""

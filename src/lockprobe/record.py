@@ -9,12 +9,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Annotated, Literal, Protocol
-
-from annotated_types import Ge, Gt, Le, Lt
+from typing import TYPE_CHECKING, Literal, Protocol
 
 from lockprobe.errors import FINAL, Boundary
-from lockprobe.model_call import Count, Usage
+from lockprobe.model_call import Count, Finite, Usage, Whole
 from lockprobe.pictures.picture import Picture, PictureKind
 from lockprobe.spec import PEOPLE, group_of, spec_kind
 
@@ -57,8 +55,7 @@ Outcome = Literal["moved", "blocked"]
 Ending = Literal["solved", "budget", "error"]
 """How a trial ended: the target moved, the steps ran out, or something broke."""
 
-Fact = str | Annotated[int, Ge(-(2**63)), Lt(2**63)] | Annotated[float, Gt(-math.inf), Lt(math.inf)] | bool | None
-"""A setting or a measurement. Numbers are finite, and whole ones have 64 bits, as other tools read them."""
+Fact = str | Whole | Finite | bool | None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -374,7 +371,7 @@ class Trial:
     channels: tuple[Mapping[str, Fact], ...]
     repetition: Count
     trial: Count
-    seed: Annotated[int, Ge(0), Le(2**63)]
+    seed: Whole
     budget: int
     joints: tuple[str, ...]
     labels: tuple[str, ...]
