@@ -197,6 +197,7 @@ def test_trials_of_people_are_owed_by_nobody(tmp_path, told):
     facts, lines = told(write_study(tmp_path / "study", mixed, played))
     assert [facts[name] for name in ("trials", "done", "owed", "solved")] == [4, 3, 1, 3]
     assert [facts[name] for name in ("people_trials", "people_done", "people_solved", "people")] == [4, 3, 3, 2]
+    assert [facts[name] for name in ("planned", "finished", "partial")] == [8, 6, True]
     assert f"people      3 of 4 played by 2, 3 solved (lockprobe serve {tmp_path / 'study'})" in lines
     _, others = told(write_study(tmp_path / "other", planned("random"), []))
     assert not [line for line in others if line.startswith("people")]
@@ -206,5 +207,6 @@ def test_a_study_of_people_alone_has_no_line_of_trials_to_run(tmp_path, told):
     played = replace(make_trial(SOLUTION, agent="participant:aaaa"), key="flips/participant/p=0/rep=1/trial=1")
     facts, lines = told(write_study(tmp_path / "study", planned("participant"), [played]))
     assert (facts["trials"], facts["people_done"]) == (0, 1)
+    assert (facts["planned"], facts["finished"], facts["partial"]) == (3, 1, True)
     assert not [line for line in lines if line.startswith("trials")]
     assert f"people      1 of 3 played by 1, 1 solved (lockprobe serve {tmp_path / 'study'})" in lines

@@ -4,6 +4,7 @@ import csv
 import io
 import json
 import statistics
+from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
@@ -17,6 +18,7 @@ from lockprobe.analysis.summary import summarise
 from lockprobe.people.progress import Flow
 from lockprobe.people.withdrawal import put
 from lockprobe.plugins import allow
+from lockprobe.record import TrialError
 from lockprobe.report import write_report
 from lockprobe.report.people import flow_said, people_said, people_steps_table
 from lockprobe.studies.journal import load
@@ -44,8 +46,12 @@ def table(directory, name):
     return list(csv.DictReader(io.StringIO((directory / "tables" / f"{name}.csv").read_text("utf-8"))))
 
 
-def test_what_people_owe_is_owed_by_nobody(content):
-    assert content["progress"] == {"planned": 40, "finished": 40, "partial": False}
+def test_places_of_people_are_a_part_of_the_plan(content, directory):
+    assert content["progress"] == {"planned": 60, "finished": 40 + PLAYED, "partial": True}
+    page = (directory / "report.html").read_text("utf-8")
+    assert f"Partial: {40 + PLAYED} of 60 trials." in page
+    assert f"{40 + PLAYED} trials of 2 agents and people." in page
+    assert f"{40 + PLAYED} of 60 finished; of these, people: {PLAYED} of 20</dd>" in page
     people = content["people"]
     assert (people["planned"], people["finished"], people["owed"]) == (20, PLAYED, 6)
     assert content["left_out"]["not_asked_for"] == 0
@@ -164,12 +170,32 @@ def test_people_alone_are_reported_too(tmp_path):
     path = write_study(tmp_path / "study", study, played_by_people(study, 2))
     write_report(path)
     found = json.loads((path / "results.json").read_text("utf-8"))
-    assert found["progress"] == {"planned": 0, "finished": 0, "partial": False}
+    assert found["progress"] == {"planned": 6, "finished": 6, "partial": False}
     assert found["people"]["found"]["relative"] == []
     assert "3 people opened" in found["people"]["said"][0]
     page = (path / "report.html").read_text("utf-8")
-    assert "people: 6 of 6</dd>" in page
-    assert "0 of 0 finished" not in page
+    assert "; 6 of 6 finished</dd>" in page
+    assert "6 trials of people." in page
+    assert "Partial: " not in page
+
+
+def test_a_study_of_people_is_partial_until_every_place_is_filled(tmp_path):
+    study = small_study(("participant",), (0.0, 0.4), 1, 3)
+    path = write_study(tmp_path / "study", study, played_by_people(study, 2)[:4])
+    write_report(path)
+    found = json.loads((path / "results.json").read_text("utf-8"))
+    assert found["progress"] == {"planned": 6, "finished": 4, "partial": True}
+    assert "Partial: 4 of 6 trials." in (path / "report.html").read_text("utf-8")
+    assert "4 trials of people." in (path / "report.html").read_text("utf-8")
+
+
+def test_a_place_that_two_people_played_is_filled_once():
+    study = small_study(("participant",), (0.0,), 1, 3)
+    first, second, *_ = played_by_people(study, 2)
+    again = replace(first, agent="participant:zzzz99", key=f"{first.key}/again")
+    assert study.places_filled([first, again, second]) == 2
+    broken = replace(second, ending="error", error=TrialError(boundary="plant", message="gone", step=1))
+    assert study.places_filled([first, broken]) == 1
 
 
 def test_without_people_nothing_is_said_of_them(tmp_path):

@@ -116,7 +116,7 @@ def _played(study: Study, trials: Sequence[Trial], everything: Sequence[Trial], 
         "people_done": 0 if of_forks else study.places_filled(people),
         "people_solved": sum(trial.solved for trial in people),
         "people": len({trial.agent for trial in people}),
-        "partial": not of_forks and study.places_filled(trials) < study.size,
+        **_progress(study, trials, of_forks=of_forks),
         "not_asked_for": len(everything) - len(trials),
         "solved": sum(trial.solved for trial in run),
         "errors": dict(Counter(trial.error.boundary for trial in trials if trial.error)),
@@ -130,6 +130,13 @@ def _played(study: Study, trials: Sequence[Trial], everything: Sequence[Trial], 
 def _tidied(trials: Sequence[Trial]) -> Counter[str]:
     """What was tidied in replies before they were read, and how often."""
     return Counter(TIDIED.get(what, what) for trial in trials for step in trial.steps for what in step.decision.tidied)  # type: ignore[call-overload]
+
+
+def _progress(study: Study, trials: Sequence[Trial], *, of_forks: bool) -> dict[str, object]:
+    """How far a study has come, in places of its plan, those of people included; forks have no plan."""
+    finished = sum(not trial.owed_again for trial in trials) if of_forks else study.places_filled(trials)
+    planned = len(trials) if of_forks else study.size
+    return {"planned": planned, "finished": finished, "partial": finished < planned}
 
 
 def _took(directory: Path, trials: Sequence[Trial]) -> dict[str, object]:

@@ -73,6 +73,8 @@ def send_traces(requests: Iterable[Mapping[str, object]], url: str) -> int:
             try:
                 _post(endpoints[0], body, sent)
             except (OSError, http.client.HTTPException) as error:
+                if isinstance(error, urllib.error.HTTPError):
+                    error.close()
                 tried.append(endpoints.pop(0))
                 if not (endpoints and not count and _is_elsewhere(error)):
                     said = f"{' and '.join(tried)} took {count} requests, then failed ({_why(error)})"
