@@ -56,8 +56,9 @@ class Channel(Protocol):
     changes outcome and positions, from which words are made; one with ``after_words = True`` gets the words.
 
     A class attribute ``shows = True`` says that it puts the report into words or pictures, which may leave facts out:
-    later channels know them as ``Moment.reported``. Settings that a class attribute ``later`` names are left out of the
-    record where they have their defaults.
+    later channels know them as ``Moment.reported``. Its method ``shown(percept)``, if it has one, gives what the agent
+    gets of a percept: a change of anything else counts as none (:mod:`lockprobe.changes`). Settings that a class
+    attribute ``later`` names are left out of the record where they have their defaults.
     """
 
     def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:

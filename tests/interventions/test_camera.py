@@ -134,3 +134,12 @@ def test_bad_settings_are_refused():
         CameraChannel(depth="jet")
     with pytest.raises(BadValue, match="depth window: got"):
         CameraChannel(depth="turbo", near=0.8, far=0.7)
+
+
+def test_what_pictures_show_of_a_percept():
+    """A change of anything else is none."""
+    shown = CameraChannel().shown
+    assert shown(replace(MOVED, outcome="blocked", text="Well.", corrects=MOVED)) == shown(MOVED)
+    assert shown(replace(MOVED, positions=None)) == shown(Percept())
+    for changed in ({"positions": (False, False)}, {"joint": "A"}, {"look": lambda positions: FRAME}):
+        assert shown(replace(MOVED, **changed)) != shown(MOVED)

@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -228,3 +229,22 @@ def test_the_record_says_what_is_told_and_is_as_before_where_all_is():
 def test_what_it_cannot_write_is_refused(setting, value):
     with pytest.raises(BadValue, match=f"^{setting}: got '{value}', expected one of"):
         TextChannel(**{setting: value})
+
+
+@pytest.mark.parametrize(
+    ("tell", "seen"), [("state", {"positions"}), ("outcome", {"outcome"}), ("both", {"positions", "outcome"})]
+)
+def test_what_words_show_of_a_percept(tell, seen):
+    """A change of anything else is none; a corrected report shows what the first one showed."""
+    told = Percept(joint="B", outcome="moved", positions=(True, False))
+    others = {"outcome": "blocked", "positions": (False, False), "text": "Well."}
+    shown = TextChannel(tell=tell).shown
+    for name, value in others.items():
+        changed = replace(told, **{name: value})
+        assert (shown(changed) != shown(told)) == (name in seen)
+        assert (shown(replace(told, corrects=changed)) != shown(replace(told, corrects=told))) == (name in seen)
+        written = (
+            TextChannel(tell=tell).perceive(one, (), TASK, np.random.default_rng(1)).text for one in (told, changed)
+        )
+        assert (len(set(written)) > 1) == (name in seen)
+    assert shown(replace(told, corrects=told)) != shown(told)
