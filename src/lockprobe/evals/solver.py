@@ -8,6 +8,7 @@ Inspect retries or reports. A refusal, or a reply that stays unusable, is the mo
 
 from __future__ import annotations
 
+import asyncio
 import json
 import sys
 import time
@@ -185,7 +186,12 @@ class _ModelOfTheEval:
             finally:
                 _ASKING.reset(asking)
 
-        came, tries = await with_retries(attempt, _own_judgement, self._access)
+        try:
+            asyncio.get_running_loop()
+        except RuntimeError:  # Inspect runs on trio: what it does not retry is the sample's error
+            came, tries = await attempt(), Tries()
+        else:
+            came, tries = await with_retries(attempt, _own_judgement, self._access)
         refuse_overflow(came[0], tries)
         return *came, tries
 
