@@ -36,6 +36,8 @@ ONE_READING = {
     f"<|channel|>final<|message|>{OBJECT}": ("template",),
     f"analysisPerhaps {OTHER}assistantfinal{OBJECT}": ("reasoning",),
     f"{OBJECT}<|im_end|>": ("template",),
+    f"<|channel>thought\nPerhaps {OTHER}<channel|>{OBJECT}<turn|>": ("reasoning", "template"),
+    f"<|begin_of_box|>{OBJECT}<|end_of_box|>": ("template",),
     f"{OBJECT}<|eot_id|>": ("template",),
     f"<s>{OBJECT}</s>": ("template",),
     f"{OBJECT}<end_of_turn>\n": ("template",),

@@ -372,7 +372,7 @@ def test_records_without_replays_are_written_as_ever(tmp_path):
 def test_another_boundary_is_refused(tmp_path):
     with (
         Journal.open(tmp_path, STUDY) as journal,
-        pytest.raises(BadValue, match="expected reply; what broke elsewhere"),
+        pytest.raises(BadValue, match="expected reply or refusal; what broke elsewhere"),
     ):
         owe_anew(journal, STUDY, "model")
 

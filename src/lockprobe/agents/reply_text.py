@@ -34,8 +34,9 @@ TIDIED: Mapping[Tidied, str] = {
 
 _REASONING = r"(?:seed:)?(?:think|thinking|thoughts?|reasoning|reasoning_content|reflection|scratchpad)"
 _TAG = re.compile(
-    rf"(?P<open><{_REASONING}(?:\s[^<>]*)?>|\[THINK\]|◁think▷|<\|begin_of_thought\|>|<\|START_THINKING\|>)"
-    rf"|</{_REASONING}>|\[/THINK\]|◁/think▷|<\|end_of_thought\|>|<\|END_THINKING\|>",
+    rf"(?P<open><{_REASONING}(?:\s[^<>]*)?>|\[THINK\]|◁think▷|<\|begin_of_thought\|>|<\|START_THINKING\|>"
+    rf"|<\|channel>thought|<unused94>)"
+    rf"|</{_REASONING}>|\[/THINK\]|◁/think▷|<\|end_of_thought\|>|<\|END_THINKING\|>|<channel\|>|<unused95>",
     re.IGNORECASE,
 )
 """Where reasoning begins and ends."""
@@ -51,12 +52,12 @@ _BARE_FINAL = "assistantfinal"
 _TURN = re.compile(
     r"<\|(?:im_end|im_start|eot_id|eom_id|eot|end|return|call|start|start_header_id|end_of_text|endoftext|user|assistant"
     r"|system|END_OF_TURN_TOKEN|START_OF_TURN_TOKEN|END_RESPONSE)\|>|<\uff5c(?:end▁of▁sentence|User|Assistant)\uff5c>"
-    r"|</s>|<(?:start|end)_of_turn>|<eos>|\[INST\]"
+    r"|</s>|<(?:start|end)_of_turn>|<\|turn>|<turn\|>|<eos>|\[INST\]"
 )
 """Tokens between two turns; what follows one is no longer part of the reply."""
 
 _TOKEN = re.compile(
-    r"<\|[^|<>\s]{1,40}\|>|<\uff5c[^\uff5c<>\s]{1,40}\uff5c>|</?s>|<(?:start|end)_of_turn>|<(?:bos|eos|pad)>|\[/?INST\]"
+    r"<\|[^|<>\s]{1,40}\|?>|<[^|<>\s]{1,40}\|>|<\uff5c[^\uff5c<>\s]{1,40}\uff5c>|</?s>|<(?:start|end)_of_turn>|<(?:bos|eos|pad)>|\[/?INST\]"
 )
 """Any token of a template."""
 

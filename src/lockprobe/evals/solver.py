@@ -8,6 +8,7 @@ Inspect retries or reports. A refusal, or a reply that stays unusable, is the mo
 
 from __future__ import annotations
 
+import asyncio
 import json
 import sys
 import time
@@ -177,21 +178,20 @@ class _ModelOfTheEval:
         """The model's output, its text and why it stopped. Inspect retries what it knows as a fault; we do the rest."""
         check_answers(getattr(self._model.api, "client", None), _ASKING.get)
 
-        async def attempt() -> tuple[ModelOutput, str, str] | Exception:
+        async def attempt() -> tuple[ModelOutput, str, str]:
             asking = _ASKING.set(True)
             try:
                 output = await self._model.generate(asked, config=config)
                 return output, *said_in(output)
-            except Declined:
-                raise
-            except Exception as error:  # noqa: BLE001 - raised below, as it came
-                return error
             finally:
                 _ASKING.reset(asking)
 
-        came, tries = await with_retries(attempt, _own_judgement, self._access)
-        if isinstance(came, Exception):
-            raise came
+        try:
+            asyncio.get_running_loop()
+        except RuntimeError:  # Inspect runs on trio: what it does not retry is the sample's error
+            came, tries = await attempt(), Tries()
+        else:
+            came, tries = await with_retries(attempt, _own_judgement, self._access)
         refuse_overflow(came[0], tries)
         return *came, tries
 
@@ -220,8 +220,9 @@ class _ModelOfTheEval:
 
 
 def _own_judgement(error: Exception) -> Judgement:
-    """The judgement of a fault that Inspect does not know."""
-    assert isinstance(error, Declined)
+    """The judgement of a fault that Inspect does not know; its own exceptions pass."""
+    if not isinstance(error, Declined):
+        raise error
     return error
 
 

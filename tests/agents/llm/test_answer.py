@@ -43,6 +43,12 @@ def test_chunks_of_a_text_are_joined_without_a_break_and_reasoning_is_left_out()
         (output(stop=REFUSED), {"stop_reason": "refusal"}, "stop_reason refusal"),
         (output(stop=REFUSED), {"candidates": [{"finishReason": "SPII"}]}, "finishReason SPII"),
         (output(stop=REFUSED), {"candidates": [{"finish_reason": "FinishReason.SPII"}]}, "finish_reason SPII"),
+        (
+            output(stop=REFUSED),
+            {"candidates": [{"finishReason": "SPII", "finishMessage": "No."}]},
+            "finishReason SPII, No.",
+        ),
+        (output("Sorry.", stop="unknown"), {"stopReason": "guardrail_intervened"}, "stopReason guardrail_intervened"),
         (output(stop=REFUSED), None, REFUSED),
         (output(stop=REFUSED, details=HARM), None, "SAFETY, DANGEROUS_CONTENT HIGH"),
         (output(stop=REFUSED, details=CYBER), None, "cyber: It looks like a break-in."),
@@ -63,6 +69,7 @@ def test_a_refusal_is_in_the_words_of_the_provider(came, body, words):
         (output("(no content)"), None),
         (output("\nI seem to have had trouble calling a function and replied with x.", stop="unknown"), None),
         (output(), {"candidates": [{"finishReason": "STOP", "content": None}]}),
+        (output('{"jo', stop="unknown"), {"candidates": [{"finishReason": "MALFORMED_RESPONSE", "content": {}}]}),
         (ModelOutput(model="m", usage=output().usage), None),
     ],
 )

@@ -69,6 +69,11 @@ FAULTS = {
     ),
     "no reason for nothing": (body(finish=None), "an empty reply without a reason for its end"),
     "Gemini's other": (body(finish="OTHER"), "finish_reason OTHER"),
+    "nothing written": (
+        body("", usage={"prompt_tokens": 11, "completion_tokens": 0, "total_tokens": 11}),
+        "an empty reply of 0 tokens, stop",
+    ),
+    "errors in a list": ((200, {"success": False, "errors": [{"code": 7000, "message": "No route"}]}), "No route"),
     "null": (body(None), "a reply without content (null), stop"),
     "no content": (body([]), "a reply without content (null), stop"),
     "no message": (body(choice={"message": None}), "a reply without content (null), stop"),

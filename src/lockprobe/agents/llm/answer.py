@@ -38,7 +38,7 @@ _NO_REASON = ("", "other", "unknown", "unspecified", "finish_reason_unspecified"
 _NOTHING_CAME = ("(no content)", "I seem to have had trouble calling a function")
 """How texts begin that Inspect AI writes in the place of a reply that did not come."""
 
-_REASONS = ("finish_reason", "finishReason", "finish_message", "finishMessage", "stop_reason")
+_REASONS = ("finish_reason", "finishReason", "stop_reason", "stopReason")
 """How providers name the reason for the end of a reply."""
 
 _ONCE = Tries()
@@ -74,6 +74,12 @@ def said_in(output: ModelOutput, body: object = None) -> tuple[str, str]:
     if refusal or stop == REFUSED:
         return _words(choice, text, refusal or output.error or "") or _reason_in(body) or REFUSED, REFUSED
     said = text.strip()
+    for name, reason in _reasons(body).items():
+        kind = kind_of_stop(reason, empty=not said)
+        if kind == "refusal":
+            return f"{name} {reason}", REFUSED
+        if kind == "fault":
+            raise Declined(f"{name} {reason}", usage=counted, charged=True)
     if stop in ("unknown", "stop") and (said.startswith(_NOTHING_CAME) or (stop == "unknown" and not said)):
         raise Declined(f"an empty reply, {_reason_in(body) or 'without a reason'}", usage=counted, charged=True)
     if stop == "stop" and not said and _without_content(body) and not (counted and counted.reasoning_tokens):
@@ -108,11 +114,17 @@ def _candidate(body: object) -> Mapping[str, Any]:
     return first if isinstance(first, Mapping) else {}
 
 
-def _reason_in(body: object) -> str:
-    """The reason for the end of a reply in the provider's words, with their names; empty if it is not known."""
+def _reasons(body: object) -> dict[str, str]:
+    """The reasons for the end of a reply in the provider's words, by their names."""
     found = _candidate(body)
-    reasons = {name: str(found[name]) for name in _REASONS if found.get(name)}
-    return ", ".join(f"{name} {reason.rpartition('.')[2] or reason}" for name, reason in reasons.items())
+    return {name: str(found[name]).rpartition(".")[2] for name in _REASONS if found.get(name)}
+
+
+def _reason_in(body: object) -> str:
+    """The reasons on one line, and the provider's message about them; empty if it gives none."""
+    found = _candidate(body)
+    messages = (str(found[name]) for name in ("finishMessage", "finish_message") if found.get(name))
+    return ", ".join((*(f"{name} {reason}" for name, reason in _reasons(body).items()), *messages))
 
 
 def _without_content(body: object) -> bool:

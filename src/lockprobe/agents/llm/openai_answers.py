@@ -26,7 +26,7 @@ try:
 except ImportError:  # another provider's package will do
     AsyncOpenAI = None  # type: ignore[assignment,misc]
 
-__all__ = ["check_answers"]
+__all__ = ["accepted", "check_answers"]
 
 _FAILURES = frozenset(map(str, range(400, 600)))
 """Error codes that are HTTP statuses; some servers write them as text, and most other codes are words."""
@@ -73,7 +73,7 @@ def accepted(came: Any) -> Any:
         _straighten(choices[0], came, _error_in(came, "error"))
         _forget_error(came)
         return came
-    error = _error_in(came, "error", "detail", "message")
+    error = _error_in(came, "error", "errors", "detail", "message")
     if error is None:
         raise _nothing(came, "no reply in its answer")
     if not error.refused:
@@ -99,6 +99,8 @@ class _Error(NamedTuple):
 def _error_in(holder: Any, *names: str) -> _Error | None:
     """The error under the first of these names; None if there is none."""
     said = next((said for name in names if (said := getattr(holder, name, None))), None)
+    if isinstance(said, list):
+        said = said[0]
     if said is None:
         return None
     parts = said if isinstance(said, dict) else getattr(said, "__dict__", {"code": getattr(holder, "code", None)})
@@ -158,10 +160,7 @@ def _straighten(choice: Any, came: Any, beside: _Error | None) -> None:
     called = any(getattr(message, name, None) for name in _CALLS)
     reasoned = said.reasoning or any(getattr(message, name, None) for name in _REASONING) or _reasoning_tokens(came)
     if empty and not (refusal or called or cut_off):
-        if not any(reasons.values()):
-            raise _nothing(came, "an empty reply without a reason for its end")
-        if said.text is None and not reasoned:
-            raise _nothing(came, f"a reply without content (null), {next(filter(None, reasons.values()))}")
+        _refuse_nothing(came, said, " ".join(filter(None, reasons.values())), reasoned=bool(reasoned))
     _write(choice, message, said, refusal)
     if cut_off:
         choice.finish_reason = "length"
@@ -173,6 +172,21 @@ class _Said(NamedTuple):
     text: str | None
     refusal: str = ""
     reasoning: str = ""
+
+
+def _refuse_nothing(came: Any, said: _Said, reason: str, *, reasoned: bool) -> None:
+    """Let an empty reply pass only if a model can have given it.
+
+    Raises:
+        Declined: If it comes without a reason for its end, without a token, or without reasoning and content.
+    """
+    counted = _usage_of(came)
+    if not reason:
+        raise _nothing(came, "an empty reply without a reason for its end")
+    if counted is not None and counted.input_tokens and not counted.output_tokens:
+        raise _nothing(came, f"an empty reply of 0 tokens, {reason}")
+    if said.text is None and not reasoned:
+        raise _nothing(came, f"a reply without content (null), {reason}")
 
 
 def _write(choice: Any, message: Any, said: _Said, refusal: str) -> None:
