@@ -43,6 +43,7 @@ def test_hashes_are_said_around_the_trials_and_known_again(tmp_path):
     assert (
         f"FAILS  settings hash  these settings have the hash {said['Settings']}, not {said['Results']}" in done.stdout
     )
+    assert hashes(typed(*RUN, "--estimate").stderr) == {"Settings": said["Settings"]}
     done = typed("verify", out, "--settings", "")
     assert (done.returncode, done.stderr.count("\n")) == (2, 1)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Collection, Mapping
 from dataclasses import replace
 from functools import partial
@@ -14,6 +15,7 @@ from lockprobe.agents.model_access import Access
 from lockprobe.cli import options
 from lockprobe.cli.cluster import reached
 from lockprobe.cli.format_cost import print_estimates
+from lockprobe.cli.progress import settings_line
 from lockprobe.cli.run_study import allowed_budget, play_study
 from lockprobe.cli.suite import run_suite
 from lockprobe.errors import BadFile, BadValue, UnknownName
@@ -81,6 +83,8 @@ def run(
         planned, directory = _planned(what, asked, out, camera)
         _refuse_followers(planned, part)
         if estimate:
+            if not json:
+                print(settings_line(planned.settings_hash), file=sys.stderr)
             return print_estimates([(planned, directory)], batch=batch, json=json)
         allowed = allowed_budget(planned, budget, directory)
         if status := play_study(planned, directory, limits, allowed, shard=part, again=again, report=report, json=json):
