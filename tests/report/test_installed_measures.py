@@ -9,6 +9,8 @@ from lockprobe.analysis.measures import measured
 from lockprobe.formatting import NONE
 from lockprobe.report import write_report
 from lockprobe.report.installed_measures import measure_rows, measure_table
+from lockprobe.report.opened import open_study
+from lockprobe.report.verification import verify
 
 STUDY = small_study(["random"], p=[0.0, 0.6], repetitions=1)
 MEASURES = {"measures": {"untold": "untold", "hasty": "hasty", "breaks": "breaks"}}
@@ -17,7 +19,7 @@ MEASURES = {"measures": {"untold": "untold", "hasty": "hasty", "breaks": "breaks
 def test_every_condition_has_the_mean_of_each_and_of_one_that_breaks_the_reason(tmp_path, monkeypatch):
     strangers.install(tmp_path, monkeypatch, points=MEASURES)
     trials = play_study(STUDY)
-    rows = measure_rows(trials)
+    rows = measure_rows(open_study(write_study(tmp_path / "study", STUDY, trials)))
     assert [(row.agent, row.condition, row.measure) for row in rows] == [
         ("random", condition, name) for condition in ("p=0", "p=0.6") for name in ("breaks", "hasty", "untold")
     ]
@@ -32,7 +34,7 @@ def test_every_condition_has_the_mean_of_each_and_of_one_that_breaks_the_reason(
 
 def test_the_table_writes_a_mean_with_its_interval_and_a_dash_without_one(tmp_path, monkeypatch):
     strangers.install(tmp_path, monkeypatch, points=MEASURES)
-    rows = measure_rows(play_study(STUDY))
+    rows = measure_rows(open_study(write_study(tmp_path / "study", STUDY)))
     head, *lines = measure_table(rows)
     assert head[-1] == "mean [95 % interval]"
     said = {(line[1], line[2]): line[-1] for line in lines}
@@ -54,3 +56,13 @@ def test_a_report_shows_them(tmp_path, monkeypatch):
     page = (path / "report.html").read_text("utf-8")
     assert "Whether it was solved in five steps" in page
     assert "Whether it was solved in five steps" not in without
+
+
+def test_verification_takes_them_from_the_results_and_runs_no_package(tmp_path, monkeypatch):
+    with monkeypatch.context() as installed:
+        strangers.install(tmp_path, installed, points=MEASURES)
+        directory = write_study(tmp_path / "study", STUDY)
+        write_report(directory)
+    checks = {check.name: check for check in verify(directory)}
+    assert all(check.holds for check in checks.values())
+    assert checks["results"].said.endswith("; 6 values by measures of packages are taken from it")

@@ -163,7 +163,13 @@ def another_arm(files):
         record["key"] = record["key"].replace("/truth/", "/x/").replace("/lie/", "/truth/").replace("/x/", "/lie/")
 
 
-@pytest.mark.parametrize("change", [told_otherwise, chosen_otherwise, of_no_trial, another_arm])
+def an_arm_that_is_not_there(files):
+    files.records[0]["key"] = files.records[0]["key"].replace("/truth/", "/force=nothing/").replace("/lie/", "/hint/")
+
+
+@pytest.mark.parametrize(
+    "change", [told_otherwise, chosen_otherwise, of_no_trial, another_arm, an_arm_that_is_not_there]
+)
 def test_an_edited_fork_is_found(with_forks, change):
     assert "forks" in edited(with_forks, change)
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import json as json_
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
+from types import MappingProxyType
 
 from rich.console import Console, Group
 from rich.live import Live
@@ -34,6 +35,8 @@ __all__ = ["Attended", "JsonLines", "LiveDisplay", "watch"]
 
 class JsonLines(Plain):
     """Prints progress as JSON, one object per line, with every step and trial of slow agents."""
+
+    _hashes: Mapping[str, object] = MappingProxyType({})
 
     def say(self, text: str) -> None:
         """Print nothing: :meth:`event` prints everything."""
@@ -154,21 +157,14 @@ class JsonLines(Plain):
         self.event("no-valid-trial", conditions=[asdict(one) for one in found], message=invalid_in_words(found))
 
     def recorded(self, directory: Path) -> None:
-        """Print the hashes of settings and records after the last trial of the run."""
+        """Keep the hashes of settings and records for the last event."""
         found = StudyHashes.of(directory)
-        self.event(
-            "results",
-            directory=str(directory),
-            settings_hash=found.settings,
-            results_hash=found.results,
-            finished=found.finished,
-            planned=found.planned,
-        )
+        self._hashes = {"settings_hash": found.settings, "results_hash": found.results}
 
     def reported(self, path: Path | None) -> None:
-        """Print the path of the report, or None without a report."""
+        """Print the path of the report, or None without a report, and the hashes if there are trials."""
         if self._report is not None:
-            self.event("report", path=None if path is None else str(path), **self._cost())
+            self.event("report", path=None if path is None else str(path), **self._hashes, **self._cost())
 
 
 class LiveDisplay(Plain):

@@ -6,6 +6,7 @@ Help and a mistyped name import no arithmetic and no report: what plays is impor
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
@@ -83,7 +84,10 @@ def run(
         refuse_followers(planned, part)
         if estimate:
             from lockprobe.cli.format_cost import print_estimates
+            from lockprobe.cli.progress import settings_line
 
+            if not json:
+                print(settings_line(planned.settings_hash), file=sys.stderr)
             return print_estimates([(planned, directory)], batch=batch, json=json)
         from lockprobe.cli.run_study import allowed_budget, play_study
 

@@ -10,6 +10,7 @@ from lockprobe.agents.catalogue import recomputes, resolve
 from lockprobe.agents.policy import Policy
 from lockprobe.errors import UserMistake
 from lockprobe.fork_name import ForkName
+from lockprobe.plan import Plan
 from lockprobe.record import Trial
 from lockprobe.report.check import Check, check_of
 from lockprobe.report.checked_replies import CallEvidence, replies_check
@@ -63,14 +64,22 @@ def _replayed(
     own: CallEvidence,
     evidence: CallEvidence,
 ) -> ReplayedTrial:
+    planned = _planned(opened, fork, trials)
+    if isinstance(planned, str):
+        return ReplayedTrial(key=fork.key, kind="own", luck=planned)
+    name, plan = planned
+    return replay(plan, fork, own.kept.get(fork.key, ()), evidence.kept.get(name.parent, ()))
+
+
+def _planned(opened: OpenedStudy, fork: Trial, trials: Mapping[str, Trial]) -> tuple[ForkName, Plan] | str:
+    """The name and the plan of a fork, or why it has none."""
     name = ForkName.parse(fork.key)
     if name is None or name.parent not in trials:
-        return ReplayedTrial(key=fork.key, kind="own", luck="it is a fork of no trial on record")
+        return "it is a fork of no trial on record"
     try:
-        plan = fork_plan(opened.study, trials[name.parent], name)
-    except UserMistake as mistake:
-        return ReplayedTrial(key=fork.key, kind="own", luck=str(mistake))
-    return replay(plan, fork, own.kept.get(fork.key, ()), evidence.kept.get(name.parent, ()))
+        return name, fork_plan(opened.study, trials[name.parent], name)
+    except (UserMistake, ValueError, StopIteration) as error:  # an unknown arm; a trial that is none of its condition
+        return f"its trial cannot be forked so ({str(error) or 'its record is another one'})"
 
 
 def _another_study(opened: OpenedStudy, directory: Path) -> Iterator[str]:
@@ -82,11 +91,12 @@ def _other_choices(opened: OpenedStudy, trials: Mapping[str, Trial]) -> Iterator
     """Forks whose probabilities of the next choice are not those of their strategy."""
     on_record = {fork.key: fork for fork in opened.forks}
     for key, chances in opened.choices.items():
-        fork, name = on_record.get(key), ForkName.parse(key)
-        if fork is None or name is None or name.parent not in trials:
-            yield f"{key}: the next choice of no fork on record"
+        fork = on_record.get(key)
+        planned = _planned(opened, fork, trials) if fork else "no fork on record has it"
+        if fork is None or isinstance(planned, str):
+            yield f"{key}: a next choice, but {planned}"
             continue
+        name, plan = planned
         policy = resolve(fork.agent).make() if recomputes(fork.agent) else None
-        plan = fork_plan(opened.study, trials[name.parent], name)
         if not isinstance(policy, Policy) or asyncio.run(next_choice(plan, policy, name.at)) != chances:
             yield f"{key}: another next choice than its strategy has"
