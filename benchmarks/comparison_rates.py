@@ -76,7 +76,9 @@ def compared(case: Case, design: Design, shared: float, number: int, *, alike: b
         for i, (name, success) in enumerate((("first", case.first), ("second", case.second)))
     ]
     values, (one, two) = sheets(groups)
-    found = compare((("first", ""), ("second", "")), values, (one, two), "subjects", np.random.default_rng([number, 2]))
+    found = compare(
+        (("first", ""), ("second", "")), values, (one, two), "subjects", np.random.default_rng([number, 2]), budget=20
+    )
     assert found is not None
     apart = two.solved - one.solved
     return corrected([found])[0], sign_flip((apart[:, 1:] - apart[:, :1]).sum(axis=1))
@@ -131,7 +133,7 @@ def lopsided(studies: int) -> None:
             for number in range(studies):
                 laid = world(blocks, np.random.default_rng([number, blocks]))
                 rng = np.random.default_rng([number, 3])
-                found = compare((("first", ""), ("second", "")), Design().p, laid, "reference", rng)
+                found = compare((("first", ""), ("second", "")), Design().p, laid, "reference", rng, budget=20)
                 assert found is not None
                 one = corrected([found])[0]
                 rejected = [(adjusted or 0.0) < ALPHA for adjusted in (one.success_adjusted, one.steps_adjusted)]

@@ -84,7 +84,7 @@ def rate(design: str, person: float, luck: float, studies: int, template: Trial)
         n = np.ones(human.solved.size)
         both = crossed_proportion(human.solved.ravel(), n, seat.ravel(), block.ravel())
         alone = clustered_proportion(human.solved.sum(axis=1), np.full(LUCKS, len(P)))
-        found = compare((("a", ""), ("b", "")), P, (agent, human), "subjects", rng)
+        found = compare((("a", ""), ("b", "")), P, (agent, human), "subjects", rng, budget=BUDGET)
         assert found is not None
         assert found.success.p_value is not None
         columns = Outcomes(
@@ -94,7 +94,7 @@ def rate(design: str, person: float, luck: float, studies: int, template: Trial)
             length=human.steps.ravel().astype(np.int64),
             solved=human.solved.ravel() > 0,
             onset=np.zeros(human.solved.size, dtype=np.int64),
-            person=seat.ravel(),
+            player=seat.ravel(),
         )
         matters = any_difference(columns, rng, 400).p_value
         counts += [
@@ -145,7 +145,7 @@ def at_one_p(people_at_p: int, boxes: int, likeness: float, studies: int) -> lis
         first = columns.at(columns.p == 0)
         together, alone = (
             any_difference(made, rng, 99).clearest
-            for made in (columns, replace(columns, person=np.empty(0, dtype=np.str_)))
+            for made in (columns, replace(columns, player=np.empty(0, dtype=np.str_)))
         )
         assert together is not None
         assert alone is not None

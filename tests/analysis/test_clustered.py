@@ -2,9 +2,17 @@
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 from solved import people
 
-from lockprobe.analysis.clustered import clustered_proportion, crossed_proportion, share_of, two_way_variance
+from lockprobe.analysis.clustered import (
+    alike_weights,
+    clustered_difference,
+    clustered_proportion,
+    crossed_proportion,
+    share_of,
+    two_way_variance,
+)
 from lockprobe.analysis.proportions import proportion
 
 
@@ -126,3 +134,45 @@ def test_the_interval_of_people_at_a_single_p_holds_the_truth(per_p, boxes, like
             kept.append(found.low <= 0.5 <= found.high)
     assert np.mean(together) >= 0.95 - 2.5 * np.sqrt(0.05 * 0.95 / 200)
     assert np.mean(alone) < np.mean(together)
+
+
+def left_after_failures(rng, people=60, boxes=6, leaves=0.5, likeness=0.5):
+    """Who played each trial, and whether it was solved; people are unequally able, and some leave after a failure."""
+    able = rng.standard_normal(people)
+    chance = norm.cdf(likeness**0.5 * able / (1 - likeness) ** 0.5)
+    played = []
+    for i in range(people):
+        for _ in range(boxes):
+            played.append((i, bool(rng.random() < chance[i])))
+            if not played[-1][1] and rng.random() < leaves:
+                break
+    return np.array(played).T
+
+
+@pytest.mark.parametrize(("people", "boxes", "leaves"), [(60, 6, 0.5), (30, 4, 1.0), (40, 8, 0.5), (30, 4, 0.0)])
+def test_the_interval_holds_the_truth_though_those_who_fail_leave(people, boxes, leaves):
+    """By box alone it holds one half in 53 to 97 % of studies, with every person counted alike in 62 to 97 %."""
+    held = []
+    for seed in range(150):
+        who, solved = left_after_failures(np.random.default_rng([seed, people]), people, boxes, leaves)
+        found = crossed_proportion(solved, np.ones(len(who)), who, np.arange(len(who)))
+        held.append(found.low <= 0.5 <= found.high)
+    assert np.mean(held) >= 0.95 - 2.5 * np.sqrt(0.05 * 0.95 / 150)
+
+
+def test_if_all_have_as_many_trials_it_is_the_pooled_interval():
+    assert alike_weights(np.repeat(np.arange(7), 3)) == pytest.approx(np.ones(21))
+    weights = alike_weights(["a", "b", "b", "b"])
+    assert weights == pytest.approx([2, 2 / 3, 2 / 3, 2 / 3])
+    assert np.mean(weights * [1, 0, 0, 1]) == pytest.approx((1 + 1 / 3) / 2)
+
+
+def test_a_difference_of_people_must_hold_both_ways():
+    """One person with many trials makes all of the pooled difference."""
+    who = np.concatenate([np.arange(10), 10 + np.arange(10), np.full(60, 19)])
+    later = np.arange(80) >= 10
+    happened = np.concatenate([np.arange(10) % 2, np.arange(10) % 2, np.ones(60)])
+    found = clustered_difference(happened, later, who, np.arange(80))
+    assert found.value > 0.3
+    assert found.low < 0 < found.high
+    assert found.interval_p > 0.05

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from builders import SOLUTION, make_trial
+from scipy.stats import norm
 
 from lockprobe.analysis.agent_comparison.crossed_clusters import FEWEST, at_one_p, crossed_change, crossed_mean
 from lockprobe.analysis.agent_comparison.pair import compare
@@ -108,3 +109,40 @@ def test_who_plays_several_boxes_at_one_p_counts_as_one():
     values, laid = sheets([outcomes(own), outcomes(people)])
     (at,) = compare((A, PEOPLE), values, tuple(laid), "subjects", np.random.default_rng(1), budget=20).at
     assert (at.success.only_second, at.success.p_value) == (12, 2 * 0.5**3)
+
+
+def test_able_people_who_stay_are_not_said_to_solve_more():
+    """Sixty people leave by chance after a failure; an agent solves as many boxes. By box, a third of studies err."""
+    wrong, lower = 0, 0
+    for seed in range(100):
+        rng = np.random.default_rng([seed, 9])
+        chance, rows = norm.cdf(rng.standard_normal(60)), []
+        for i in range(60):
+            for _ in range(6):
+                rows.append((i, rng.random() < chance[i]))
+                if not rows[-1][1] and rng.random() < 0.5:
+                    break
+        who, solved = np.array(rows).T
+        found = crossed_mean(solved - (rng.random(len(who)) < 0.5) * 1.0, np.arange(len(who)), who, unit=1.0)
+        wrong += found.p_value < 0.05 and found.low > 0
+        lower += found.p_value < 0.05 and found.high < 0
+    assert wrong <= 9
+    assert lower <= 9
+
+
+def test_at_one_p_a_person_with_many_boxes_decides_nothing_alone():
+    values, person = np.array([1.0] * 20 + [-1, 0, 1, 0, -1, 1, 0, 0]), np.array(["a"] * 20 + list("bcdefghi"))
+    found = at_one_p(values, person, unit=1.0)
+    assert found.value > 0.6
+    assert found.low < 0 < found.high
+    assert found.p_value > 0.05
+
+
+def test_a_person_who_is_slow_throughout_may_be_missing_among_few():
+    """All of ten people are a step faster in each of five boxes; one slow person would undo that."""
+    values, person = np.full(50, -1.0) + np.tile([0.5, -0.5], 25), np.repeat(np.arange(10), 5)
+    narrow, wide = (
+        crossed_mean(values, np.arange(50), person, unit=20.0, whole_blocks=whole) for whole in (False, True)
+    )
+    assert wide.high - wide.low > 2 * (narrow.high - narrow.low)
+    assert not wide.clear
