@@ -70,6 +70,7 @@ class Contrast:
         other: The condition with the smallest P value; of several the one with the largest difference.
         difference: Success at ``other`` minus success at ``baseline``, corrected for the choice of ``other``.
         choices: Number of conditions that ``other`` was chosen from.
+        agents: Number of agents that are judged together; ``difference`` is corrected for them too.
         farthest: Whether no other p has a larger difference.
         fisher: P value of Fisher's exact test, which takes the trials as independent; not corrected.
     """
@@ -78,12 +79,13 @@ class Contrast:
     other: ConditionSummary
     difference: DifferenceAt
     choices: int
+    agents: int
     farthest: bool
     fisher: float
 
     @property
     def detectable(self) -> bool:
-        """Whether the difference is significant after correction for the choice."""
+        """Whether the difference is significant after correction for the choice and for the agents."""
         return self.difference.p_value < ALPHA
 
     @property
@@ -131,6 +133,7 @@ def contrast(conditions: Sequence[ConditionSummary], tested: AnyDifference) -> C
         other=by_p[found.p],
         difference=found,
         choices=len(tested.at),
+        agents=tested.agents,
         farthest=abs(found.value) >= max(abs(one.value) for one in tested.at) - 1e-9,
         fisher=independent.p_value,
     )

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from operator import call
 
+from lockprobe.analysis.behaviour import ignores_reports
 from lockprobe.analysis.condition import ConditionSummary, condition_summary
 from lockprobe.analysis.dose_grid import grids
 from lockprobe.analysis.effects import Effects, effects
@@ -93,24 +95,59 @@ def _cells(trials: Sequence[Trial]) -> dict[tuple[str, str], list[Trial]]:
     return cells
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Compared:
+    """The conditions of one agent in one modality, with the control that they are compared with."""
+
+    agent: str
+    trials: Mapping[str, Sequence[Trial]]
+    control: str
+    shown: Sequence[SeriesArm]
+
+    @property
+    def baseline(self) -> bool:
+        """Whether the agent is a baseline."""
+        return is_reference(self.agent)
+
+    @property
+    def counts(self) -> bool:
+        """Whether a difference can be found: it heeds something, and another condition has trials too."""
+        return (
+            self.control in self.trials
+            and len(self.trials) > 1
+            and not ignores_reports([trial for members in self.trials.values() for trial in members])
+        )
+
+
 def _effects(cells: _Cells, arms: Sequence[SeriesArm], agents: Sequence[str]) -> tuple[Effects, ...]:
-    """Each modality's conditions against its control; the first modality is also compared with the others' controls."""
-    found = []
+    """Each modality's conditions against its control; the first modality is also compared with the others' controls.
+
+    What the report says of the agents that the study is about is one family, and of baselines another.
+    """
+    compared = [one for agent in agents for one in _compared(cells, arms, agent)]
+    sizes = Counter(one.baseline for one in compared if one.counts)
+    found = (
+        effects(
+            one.trials, one.control, crossings(one.shown), grids(one.shown), agents=max(1, sizes[one.baseline])
+        )
+        for one in compared
+    )
+    return tuple(one for one in found if one)
+
+
+def _compared(cells: _Cells, arms: Sequence[SeriesArm], agent: str) -> Iterator[_Compared]:
     modalities = list(dict.fromkeys(arm.modality for arm in arms))
     others = [control_of(arms, modality) for modality in modalities[1:]]
-    for agent in agents:
-        for modality in modalities:
-            beside = others if modality == modalities[0] else []
-            own = {
-                arm.label: cells[agent, arm.label]
-                for arm in arms
-                if (arm.modality == modality or arm in beside) and (agent, arm.label) in cells
-            }
-            control = control_of(arms, modality)
-            shown = [arm for arm in arms if arm.modality == modality]
-            if control is not None and (one := effects(own, control.label, crossings(shown), grids(shown))):
-                found.append(one)
-    return tuple(found)
+    for modality in modalities:
+        beside = others if modality == modalities[0] else []
+        own = {
+            arm.label: cells[agent, arm.label]
+            for arm in arms
+            if (arm.modality == modality or arm in beside) and (agent, arm.label) in cells
+        }
+        shown = [arm for arm in arms if arm.modality == modality]
+        if (control := control_of(arms, modality)) is not None:
+            yield _Compared(agent=agent, trials=own, control=control.label, shown=shown)
 
 
 def _whys(cells: _Cells, arms: Sequence[SeriesArm], agents: Sequence[str]) -> tuple[Why, ...]:

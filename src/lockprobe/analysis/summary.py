@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from itertools import combinations, groupby
 from operator import call
@@ -22,11 +22,10 @@ from lockprobe.analysis.condition import ConditionSummary, Contrast, condition_s
 from lockprobe.analysis.habit_baseline import blind_twin
 from lockprobe.analysis.inference.association import Correlation, correlation
 from lockprobe.analysis.inference.battery import Inference, infer
-from lockprobe.analysis.inference.course import course_kind, levels
 from lockprobe.analysis.inference.peak import Peak, peak
 from lockprobe.analysis.inference.trend import TrendFit, trend_fit
 from lockprobe.analysis.modalities import ModalityEffect, modality_effect, spoken
-from lockprobe.analysis.outcomes import Point, broken_off, outcomes
+from lockprobe.analysis.outcomes import Point, broken_off, ended, outcomes
 from lockprobe.analysis.pace import Pace, pace
 from lockprobe.analysis.people import People, people
 from lockprobe.analysis.reference import Reference, reference_of
@@ -166,12 +165,17 @@ def summarise(
     ordered = sorted(trials, key=lambda trial: (*group(trial), trial.repetition, trial.trial))
     by_agent = [list(members) for _, members in groupby(ordered, key=lambda trial: group(trial)[0])]
     shown = Counter(agent for agent, _ in place)
+    blind = [ignores_reports(members) for members in by_agent]
+    family = _judged_together(by_agent, blind)
     jobs: list[Callable[[], Any]] = [
         lambda: comparisons([_entrant(members) for members in by_agent], trials[0].seed if trials else 0),
-        *(partial(_agent, members, reference, box, axis, several=shown[members[0].group] > 1) for members in by_agent),
+        *(
+            partial(_agent, members, reference, box, axis, several=shown[members[0].group] > 1, blind=ignores, agents=n)
+            for members, ignores, n in zip(by_agent, blind, family, strict=True)
+        ),
     ]
     compared, *found = each(call, jobs)
-    agents = _courses_corrected(tuple[AgentSummary, ...](found))
+    agents = tuple[AgentSummary, ...](found)
     rows = [standing(members, agent.conditions, reference) for members, agent in zip(by_agent, agents, strict=True)]
     return StudySummary(
         agents=agents,
@@ -186,23 +190,19 @@ def summarise(
     )
 
 
-def _courses_corrected(agents: tuple[AgentSummary, ...]) -> tuple[AgentSummary, ...]:
-    """The agents with courses tested at levels corrected for the number of agents that heed reports."""
-    heeds = [not agent.blind and agent.inference.course is not None for agent in agents]
-    if sum(heeds) < 2:
-        return agents
-    found = [agent.inference for agent, heeding in zip(agents, heeds, strict=True) if heeding]
-    level = iter(levels([(one.difference, one.lines) for one in found]))
-    return tuple(
-        _at_level(agent, next(level)) if heeding else agent for agent, heeding in zip(agents, heeds, strict=True)
-    )
+def _judged_together(by_agent: Sequence[Sequence[Trial]], blind: Sequence[bool]) -> list[int]:
+    """The size of each agent's family: agents that heed reports and have trials at two doses or more.
 
-
-def _at_level(agent: AgentSummary, level: float) -> AgentSummary:
-    found = agent.inference
-    assert found.course
-    kind = course_kind(found.course, found.difference, found.lines, level)
-    return replace(agent, inference=replace(found, course=replace(found.course, kind=kind)))
+    Agents that the study is about are one family, since one sentence names those of them that change; baselines are
+    another.
+    """
+    heeding = [
+        not ignores and len({trial.dose for trial in ended(members)}) > 1
+        for members, ignores in zip(by_agent, blind, strict=True)
+    ]
+    baseline = [members[0].kind in _REFERENCES for members in by_agent]
+    sizes = Counter(kind for kind, counts in zip(baseline, heeding, strict=True) if counts)
+    return [max(1, sizes[kind]) for kind in baseline]
 
 
 def _entrant(trials: Sequence[Trial]) -> Entrant:
@@ -246,14 +246,20 @@ def _lowest(by_agent: Sequence[Sequence[Trial]]) -> list[list[Trial]]:
 
 
 def _agent(
-    trials: Sequence[Trial], reference: Reference | None, box: Lockbox | None, axis: Axis, *, several: bool
+    trials: Sequence[Trial],
+    reference: Reference | None,
+    box: Lockbox | None,
+    axis: Axis,
+    *,
+    several: bool,
+    blind: bool,
+    agents: int,
 ) -> AgentSummary:
-    """One agent in one modality; ``several`` if other trials of it have another."""
+    """One agent in one modality; ``several`` if other trials of it have another, ``agents`` are judged together."""
     first = trials[0]
     conditions = tuple(
         condition_summary(list(members), reference) for _, members in groupby(trials, key=lambda trial: trial.dose)
     )
-    blind = ignores_reports(trials)
     distinct = conditions[:1] if blind else conditions
     shares = [point for condition in distinct for point in condition.points]
     shown = {condition.p for condition in distinct}
@@ -267,6 +273,7 @@ def _agent(
         broken=broken_off(looked_at),
         blind=twin,
         persistence=conditions[0].persistence,
+        agents=agents,
     )
     return AgentSummary(
         agent=first.group,

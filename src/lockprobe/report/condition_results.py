@@ -144,6 +144,7 @@ def _effect_rows(found: Effects) -> list[EffectResult]:
             difference_low=one.difference.low,
             difference_high=one.difference.high,
             corrected_for=len(found.effects),
+            agents=found.agents,
         )
         for one in found.effects
     ]
@@ -158,6 +159,7 @@ def _interplay_rows(found: Effects) -> list[CrossingResult]:
             one,
             one.change,
             trials=one.change.pairs,
+            corrected_for=one.choices,
             difference=one.change.value,
             difference_low=one.change.low,
             difference_high=one.change.high,

@@ -238,6 +238,7 @@ class ContrastResult:
     baseline_p: float
     other_p: float
     choices: int
+    agents: int
     farthest: bool
     all_trials: bool
     baseline_solved: int

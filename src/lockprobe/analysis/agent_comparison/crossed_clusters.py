@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from lockprobe.analysis.agent_comparison.paired import Array, BlockMean, Sheet, block_mean, by_cluster, half_width
 from lockprobe.analysis.clustered import two_way_variance
+from lockprobe.analysis.proportions import ALPHA, LEVEL
 
 __all__ = ["FEWEST", "at_one_p", "crossed_change", "crossed_mean", "people_of"]
 
@@ -48,13 +49,14 @@ def crossed_mean(values: Array, luck: _Labels, person: _Labels, *, unit: float |
     return _clustered_mean(value, values - value, luck, person, unit=unit, pairs=n, most=unit)
 
 
-def crossed_change(low: Array, high: Array, person: tuple[_Labels, _Labels]) -> BlockMean:
+def crossed_change(low: Array, high: Array, person: tuple[_Labels, _Labels], *, choices: int = 1) -> BlockMean:
     """How much the difference of two agents' success changes from the lowest p to a higher one.
 
     Args:
         low: Differences of the two agents at the lowest p by block of luck, shape (blocks,), in [-1, 1].
         high: The same at the higher p.
         person: The person of each, at the lowest p and at the higher, of the same shape.
+        choices: Number of changes examined; the interval has the level 1 - 0.05 / choices.
     """
     blocks = np.arange(len(low))
     residuals = np.concatenate([low.mean() - low, high - high.mean()])
@@ -66,6 +68,7 @@ def crossed_change(low: Array, high: Array, person: tuple[_Labels, _Labels]) -> 
         unit=1.0,
         pairs=len(low),
         most=2.0,
+        level=1 - ALPHA / choices,
     )
 
 
@@ -78,6 +81,7 @@ def _clustered_mean(
     unit: float | None,
     pairs: int,
     most: float | None,
+    level: float = LEVEL,
 ) -> BlockMean:
     blocks, people = len(np.unique(luck)), len(np.unique(person))
     none = BlockMean(value=value, low=None, high=None, p_value=None, pairs=pairs, blocks=blocks)
@@ -92,7 +96,7 @@ def _clustered_mean(
     from scipy.stats import t
 
     se, ends = math.sqrt(spread) / pairs, math.inf if most is None else most
-    half, fewest = half_width(se, min(blocks, people)), min(blocks, people)
+    half, fewest = half_width(se, min(blocks, people), level), min(blocks, people)
     tested = 2 * float(t.sf(abs(value) / se, fewest - 1)) if fewest >= FEWEST else None
     return replace(none, low=max(-ends, value - half), high=min(ends, value + half), p_value=tested)
 

@@ -29,7 +29,7 @@ from lockprobe.analysis.inference.mean_steps import MeanSteps, mean_steps
 from lockprobe.analysis.inference.shape import BinomialOrders, binomial_orders
 from lockprobe.analysis.inference.smaller_budget import Reversal, reversal
 from lockprobe.analysis.inference.trend import trend_fit
-from lockprobe.analysis.inference.ushape import LindMehlum, TwoLines, lind_mehlum, onset_lines, two_lines
+from lockprobe.analysis.inference.ushape import LindMehlum, TwoLines, corrected, lind_mehlum, onset_lines, two_lines
 from lockprobe.analysis.inference.verdict import (
     TestResult,
     harm_tests,
@@ -97,6 +97,7 @@ def infer(
     broken: Outcomes | None = None,
     blind: Outcomes | None = None,
     persistence: Persistence | None = None,
+    agents: int = 1,
 ) -> Inference:
     """Run all tests on one agent's trials over p.
 
@@ -110,18 +111,20 @@ def infer(
         blind: Trials of a blind agent with the same action habits on the same box. Their odds ratio after a loop is
             the null hypothesis; without them it is 1.
         persistence: Persistence in the ended trials at the lowest p; without it, its questions are not asked.
+        agents: Number of agents whose courses of success are judged together. Differences, their intervals and the two
+            lines are corrected for them; the tests of other questions are not.
 
     Raises:
         BadValue: If a dose is negative or no number.
     """
     if not (proper := np.isfinite(outcomes.p) & (outcomes.p >= 0)).all():
         raise BadValue("dose of the trials", outcomes.p[~proper][0], "a number from 0")
-    found = _tested(outcomes, rng, blind)
+    found = _tested(outcomes, rng, blind, agents)
     kept = tuple(persistence_tests(persistence)) if persistence else ()
     if broken is None or not len(broken):
         return replace(found, tests=found.tests + kept)
     shares = broken_shares(outcomes, broken, rng)
-    ends = [_tested(whole, rng, blind) for whole in completed(outcomes, broken)]
+    ends = [_tested(whole, rng, blind, agents) for whole in completed(outcomes, broken)]
     difference = worst_case_difference(found.difference, *(end.difference for end in ends))
     lines = worst_case_lines(found.lines, *(end.lines for end in ends))
     return replace(
@@ -136,14 +139,14 @@ def infer(
     )
 
 
-def _tested(outcomes: Outcomes, rng: np.random.Generator, blind: Outcomes | None) -> Inference:
+def _tested(outcomes: Outcomes, rng: np.random.Generator, blind: Outcomes | None, agents: int) -> Inference:
     repetitions, conditions = points(outcomes), points(outcomes, by_repetition=False)
-    difference = any_difference(outcomes, rng)
+    difference = any_difference(outcomes, rng, agents=agents)
     steps, speed, onset = mean_steps(outcomes), solution_logrank(outcomes), loop_onset_logrank(outcomes)
     orders = binomial_orders(outcomes.p, outcomes.solved)
     bend = lind_mehlum(outcomes.p, outcomes.solved)
     clusters = outcomes.cluster if outcomes.crossed else None
-    lines = two_lines(outcomes.p, outcomes.solved, clusters)
+    lines = corrected(two_lines(outcomes.p, outcomes.solved, clusters), agents)
     again, rates = onset_lines(outcomes), two_lines(outcomes.p, outcomes.looped, clusters)
     hazard, landmark = loop_hazard(outcomes, blind), loop_landmark(outcomes, blind)
     whole = naive_association(outcomes)
