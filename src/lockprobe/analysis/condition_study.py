@@ -127,9 +127,7 @@ def _effects(cells: _Cells, arms: Sequence[SeriesArm], agents: Sequence[str]) ->
     compared = [one for agent in agents for one in _compared(cells, arms, agent)]
     sizes = Counter(one.baseline for one in compared if one.counts)
     found = (
-        effects(
-            one.trials, one.control, crossings(one.shown), grids(one.shown), agents=max(1, sizes[one.baseline])
-        )
+        effects(one.trials, one.control, crossings(one.shown), grids(one.shown), agents=max(1, sizes[one.baseline]))
         for one in compared
     )
     return tuple(one for one in found if one)

@@ -178,7 +178,9 @@ def _corrected_said(heeding: Sequence[AgentSummary]) -> str:
     if len(sizes) == 1:
         (size,) = sizes.values()
         return f" Tests are corrected for the {size} agents that use reports (Bonferroni)."
-    agents, baselines = (f"{n} {kind}{'s' * (n != 1)}" for n, kind in ((sizes[False], "agent"), (sizes[True], "baseline")))
+    agents, baselines = (
+        f"{n} {kind}{'s' * (n != 1)}" for n, kind in ((sizes[False], "agent"), (sizes[True], "baseline"))
+    )
     return f" Tests are corrected for {agents} and, apart, for {baselines} (Bonferroni)."
 
 

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 from lockprobe.analysis.modalities import spoken
+from lockprobe.analysis.outcomes import outcomes
+from lockprobe.analysis.suite_ranks import possible_ranks
 from lockprobe.analysis.suite_scores import LevelTrials, SuiteScore, suite_score
 from lockprobe.lockbox.families import box
 from lockprobe.lockbox.solve import optimum, random_success
@@ -124,10 +126,7 @@ def suite_results(directory: Path) -> SuiteResults:
         for agent in study.study.agents
         for modality in study.study.modalities
     )
-    entries = [
-        _entry(agent, modality, suite, {level: studies.get(f"{level.box}{ending}") for level in levels})
-        for agent, modality, ending in cells
-    ]
+    entries = _entries(cells, suite, levels, studies)
     entries.sort(key=lambda one: -one.scores.competence.value if one.scores.competence else 1.0)
     return SuiteResults(
         suite=suite,
@@ -143,7 +142,31 @@ def _level(name: str, *, judged: bool) -> Level:
     return Level(box=name, joints=len(found.joints), optimum=optimum(found), chance=chance, judged=judged)
 
 
-def _entry(agent: str, modality: str, suite: Suite, studies: dict[Level, OpenedStudy | None]) -> Entry:
+def _entries(
+    cells: Iterable[tuple[str, str, str]], suite: Suite, levels: Sequence[Level], studies: Mapping[str, OpenedStudy]
+) -> list[Entry]:
+    """Every agent with its scores, judged together with all that have trials at every level."""
+    played = {
+        (agent, modality): _played(agent, modality, {level: studies.get(f"{level.box}{ending}") for level in levels})
+        for agent, modality, ending in cells
+    }
+    told = {name: [outcomes(level.told) for level in own] for name, (own, _) in played.items()}
+    competing = [name for name, own in told.items() if all(map(len, own))]
+    ranks = dict(zip(competing, possible_ranks([told[name] for name in competing]), strict=True))
+    together = max(1, len(competing))
+    found = []
+    for (agent, modality), (own, pictures) in played.items():
+        scores = suite_score(own, together=together)
+        if together > 1:
+            scores = replace(scores, ranks=ranks.get((agent, modality)))
+        planned = len(levels) * len(suite.p) * (suite.looks if pictures else suite.trials)
+        shown = spoken(modality) if pictures else ""
+        found.append(Entry(agent=agent, modality=modality, shown=shown, planned=planned, scores=scores))
+    return found
+
+
+def _played(agent: str, modality: str, studies: Mapping[Level, OpenedStudy | None]) -> tuple[list[LevelTrials], bool]:
+    """The trials of an agent by level, and whether it was shown pictures."""
     found, pictures = list[LevelTrials](), False
     for level, opened in studies.items():
         trials = () if opened is None else opened.trials
@@ -151,9 +174,7 @@ def _entry(agent: str, modality: str, suite: Suite, studies: dict[Level, OpenedS
         told, misled = ([one for one in own if bool(one.p) == false] for false in (False, True))
         found.append(LevelTrials(box=level.box, chance=level.chance, told=told, misled=misled, judged=level.judged))
         pictures = pictures or (opened is not None and opened.study.has_pictures)
-    planned = len(studies) * len(suite.p) * (suite.looks if pictures else suite.trials)
-    shown = spoken(modality) if pictures else ""
-    return Entry(agent=agent, modality=modality, shown=shown, planned=planned, scores=suite_score(found))
+    return found, pictures
 
 
 def _digest(trials: Sequence[Trial]) -> str:

@@ -8,7 +8,7 @@ from pathlib import Path
 from lockprobe.analysis.suite_scores import Score
 from lockprobe.errors import BadFile
 from lockprobe.formatting import NONE, bracketed, percent, share
-from lockprobe.prose.suite import suite_said
+from lockprobe.prose.suite import ranks_said, suite_said
 from lockprobe.report.figures import Caption, suite_picture
 from lockprobe.report.format import TextTable, share_cell
 from lockprobe.report.rendering import image, rendered
@@ -60,7 +60,7 @@ def write_suite(found: SuiteResults, directory: Path) -> Path:
 
 def score_table(found: SuiteResults) -> TextTable:
     """The five scores of every agent."""
-    rows = [["agent", "competence", "robustness", "misreading", "loops", "rationality", "trials"]]
+    rows = [["agent", "competence", "rank", "robustness", "misreading", "loops", "rationality", "trials"]]
     for one in found.entries:
         scores = one.scores
         judged = scores.rationality
@@ -70,6 +70,7 @@ def score_table(found: SuiteResults) -> TextTable:
             [
                 one.name,
                 _share(scores.competence),
+                ranks_said(scores) or NONE,
                 _points(scores.robustness),
                 _share(scores.misreading),
                 _points(scores.loops),
