@@ -17,6 +17,7 @@ from lockprobe.analysis.proportions import ALPHA, Proportion, difference
 from lockprobe.analysis.rationality import Rationality, rationality
 from lockprobe.analysis.reference import Reference
 from lockprobe.record import Trial
+from lockprobe.sections import section
 
 __all__ = ["ConditionSummary", "Contrast", "condition_summary", "contrast"]
 
@@ -109,11 +110,15 @@ def condition_summary(trials: Sequence[Trial], reference: Reference | None) -> C
         success=share_of(found.solved, found.player, found.luck),
         errors=dict(sorted(Counter(trial.error.boundary for trial in trials if trial.error).items())),
         curve=curve,
-        relative=relative(curve, reference.random[:budget], reference.optimum) if reference else None,
-        behaviour=behaviour(trials),
-        persistence=persistence(trials),
-        claims=misinterpretations(trials),
-        rationality=rationality(trials),
+        relative=section(
+            "Relative area",
+            lambda: relative(curve, reference.random[:budget], reference.optimum) if reference else None,
+            lambda: None,
+        ),
+        behaviour=section("Loops", lambda: behaviour(trials), lambda: behaviour(())),
+        persistence=section("Leaving loops", lambda: persistence(trials), lambda: persistence(())),
+        claims=section("Misread claims", lambda: misinterpretations(trials), lambda: misinterpretations(())),
+        rationality=section("Rationality", lambda: rationality(trials), tuple),
         points=tuple(points(found)),
         distinct_sequences=len({trial.actions for trial in ended(trials)}),
     )

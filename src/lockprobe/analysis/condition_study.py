@@ -19,6 +19,7 @@ from lockprobe.analysis.why import Why, why
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.parallel import Each
 from lockprobe.record import Trial
+from lockprobe.sections import of_whom, section
 
 __all__ = ["ConditionStudySummary", "summarise_conditions"]
 
@@ -75,16 +76,24 @@ def summarise_conditions(
     """
     reference = reference_of(box, budget)
     cells = _cells(trials)
-    jobs = [partial(condition_summary, members, reference) for members in cells.values()]
+    jobs = [partial(_condition_if_possible, members, reference) for members in cells.values()]
+    conditions = {name: one for name, one in zip(cells, each(call, jobs), strict=True) if one is not None}
+    cells = {name: cells[name] for name in conditions}
     return ConditionStudySummary(
         agents=agents,
         arms=tuple(arms),
-        conditions=dict(zip(cells, each(call, jobs), strict=True)),
-        effects=_effects(cells, arms, agents),
-        series=_series(trials, arms, agents, box, each),
-        whys=_whys(cells, arms, agents),
+        conditions=conditions,
+        effects=section("Every condition against the control", lambda: _effects(cells, arms, agents), tuple),
+        series=section("Doses", lambda: _series(trials, arms, agents, box, each), tuple),
+        whys=section("Why false reports change success", lambda: _whys(cells, arms, agents), tuple),
         reference=reference,
     )
+
+
+def _condition_if_possible(trials: Sequence[Trial], reference: Reference) -> ConditionSummary | None:
+    """One agent under one condition; None if what no other number replaces cannot be computed."""
+    with of_whom(f"{trials[0].group} under {trials[0].condition}"):
+        return section("All numbers", lambda: condition_summary(trials, reference), lambda: None)
 
 
 def _cells(trials: Sequence[Trial]) -> dict[tuple[str, str], list[Trial]]:

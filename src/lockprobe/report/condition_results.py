@@ -17,6 +17,7 @@ from lockprobe.prose.hypothesis_tests import conclusions
 from lockprobe.prose.loops import loop_finding
 from lockprobe.prose.success import courses_said, finding
 from lockprobe.record import Trial
+from lockprobe.report.assembled import Part, assembled
 from lockprobe.report.described import filled
 from lockprobe.report.dose_grids import grid_rows
 from lockprobe.report.examples import ExampleTrial, example, told_twice
@@ -83,43 +84,59 @@ def condition_results(opened: OpenedStudy, found: ConditionStudySummary) -> Resu
     """
     study = opened.study
     said = {arm.label: " + ".join(map(str, arm.specs)) for arm in found.arms}
-    return Results(
+    everything: dict[str, Part] = {
+        "overview": ("First screen", lambda: condition_overview(found, opened.settings)),
+        "left_out": ("Trials left out", lambda: left_out_row(opened.trials, opened.journal, opened.foreign)),
+        "findings": ("Findings", lambda: _findings(found)),
+        "conditions": (
+            "All conditions",
+            lambda: [
+                _condition_row(study, agent, label, summary, said[label])
+                for (agent, label), summary in found.conditions.items()
+            ],
+        ),
+        "effects": (
+            "Every condition against the control",
+            lambda: [row for one in found.effects for row in _effect_rows(one)],
+        ),
+        "crossings": (
+            "Interactions of interventions",
+            lambda: [row for one in found.effects for row in _interplay_rows(one)],
+        ),
+        "grids": ("Interactions of doses", lambda: [row for one in found.effects for row in grid_rows(one)]),
+        "series": ("Doses", lambda: [_series_row(series, summary) for series, summary in found.series]),
+        "why": ("Why false reports change success", lambda: _why_rows(found, opened.trials)),
+        "measures": ("Measures of installed packages", lambda: measure_rows(opened.trials)),
+        "errors": ("Trials that broke", lambda: broken_rows(opened.trials)),
+        "agents": ("Agents", lambda: agent_facts(opened.trials)),
+        "plants": ("Plant", lambda: plant_facts(opened.trials, opened.settings)),
+        "seen": ("What agents saw", lambda: seen(opened.trials)),
+        "examples": ("Examples", lambda: _examples(found.subjects[0], opened.trials)),
+        "audit": ("Error rates of the tests", audit_result),
+    }
+    return assembled(
+        everything,
         schema_version=RESULTS_VERSION,
         lockprobe=version("lockprobe"),
         study=dict(opened.settings),
         joints=len(study.box.joints),
-        overview=condition_overview(found, opened.settings),
         progress=StudyProgress(
             planned=study.size,
             finished=opened.finished,
             partial=opened.finished < study.size,
         ),
-        left_out=left_out_row(opened.trials, opened.journal, opened.foreign),
         subjects=list(found.subjects),
-        findings=[
-            sentence
-            for one in found.effects
-            if one.agent in found.subjects
-            for sentence in effects_said(one, found.conditions)
-        ],
-        conditions=[
-            _condition_row(study, agent, label, summary, said[label])
-            for (agent, label), summary in found.conditions.items()
-        ],
-        effects=[row for one in found.effects for row in _effect_rows(one)],
-        crossings=[row for one in found.effects for row in _interplay_rows(one)],
-        grids=[row for one in found.effects for row in grid_rows(one)],
-        series=[_series_row(series, summary) for series, summary in found.series],
-        why=_why_rows(found, opened.trials),
         box=found.reference,
-        measures=measure_rows(opened.trials),
-        errors=broken_rows(opened.trials),
-        agents=agent_facts(opened.trials),
-        plants=plant_facts(opened.trials, opened.settings),
-        seen=seen(opened.trials),
-        examples=_examples(found.subjects[0], opened.trials),
-        audit=audit_result(),
     )
+
+
+def _findings(found: ConditionStudySummary) -> list[str]:
+    return [
+        sentence
+        for one in found.effects
+        if one.agent in found.subjects
+        for sentence in effects_said(one, found.conditions)
+    ]
 
 
 def _condition_row(study: Study, agent: str, label: str, summary: ConditionSummary, acts: str) -> ConditionResult:

@@ -45,6 +45,7 @@ __all__ = [
     "GridResult",
     "MeasureResult",
     "Results",
+    "SectionLeftOut",
     "SeriesResult",
     "StudyProgress",
     "plain_json",
@@ -60,6 +61,13 @@ class StudyProgress(DescribedResult):
     planned: Counted = Field(description="Planned trials, except those of people.")
     finished: Counted = Field(description="Of these, finished trials.")
     partial: bool = Field(description="Whether planned trials are unfinished.")
+
+
+class SectionLeftOut(DescribedResult):
+    """A section of the report that could not be made; the others do not depend on it."""
+
+    section: str = Field(description="What it is called.")
+    reason: str = Field(description="Why, in one line.")
 
 
 class ConditionResult(DescribedResult):
@@ -256,6 +264,9 @@ class Results(DescribedResult):
     study: dict[str, Any] = Field(description="The settings, as in study.json.")
     joints: int
     overview: Overview | None = Field(default=None, description="The first screen of the report.")
+    sections_left_out: list[SectionLeftOut] = Field(
+        default=[], description="Sections of the report that could not be made."
+    )
     answers: dict[str, str] = {}
     progress: StudyProgress
     left_out: details.LeftOutResult
@@ -346,6 +357,7 @@ _CONDITION_KEYS = (
         "study",
         "joints",
         "overview",
+        "sections_left_out",
         "progress",
         "left_out",
         "subjects",

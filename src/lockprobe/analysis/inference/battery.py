@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lockprobe.analysis.inference.association import Correlation, pearson
 from lockprobe.analysis.inference.broken_trials import (
@@ -43,8 +46,12 @@ from lockprobe.analysis.inference.verdict import (
 from lockprobe.analysis.outcomes import Outcomes, points
 from lockprobe.analysis.persistence import Persistence
 from lockprobe.errors import BadValue
+from lockprobe.sections import section
 
 __all__ = ["Inference", "infer"]
+
+
+_Test = TypeVar("_Test")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -142,18 +149,26 @@ def infer(
 def _tested(outcomes: Outcomes, rng: np.random.Generator, blind: Outcomes | None, agents: int) -> Inference:
     repetitions, conditions = points(outcomes), points(outcomes, by_repetition=False)
     difference = any_difference(outcomes, rng, agents=agents)
-    steps, speed, onset = mean_steps(outcomes), solution_logrank(outcomes), loop_onset_logrank(outcomes)
-    orders = binomial_orders(outcomes.p, outcomes.solved)
-    bend = lind_mehlum(outcomes.p, outcomes.solved)
-    clusters = outcomes.cluster if outcomes.crossed else None
-    lines = corrected(two_lines(outcomes.p, outcomes.solved, clusters), agents)
-    again, rates = onset_lines(outcomes), two_lines(outcomes.p, outcomes.looped, clusters)
-    hazard, landmark = loop_hazard(outcomes, blind), loop_landmark(outcomes, blind)
-    whole = naive_association(outcomes)
-    fine, coarse = pearson(repetitions), pearson(conditions)
+    none = outcomes.at(np.zeros(len(outcomes), dtype=np.bool_))
+
+    def of(name: str, test: Callable[[Outcomes], _Test]) -> _Test:
+        return section(name, lambda: test(outcomes), lambda: test(none))
+
+    steps, speed = of("Mean steps", mean_steps), of("Steps to solve", solution_logrank)
+    onset = of("Loop onset", loop_onset_logrank)
+    orders = of("Binomial model of success", lambda some: binomial_orders(some.p, some.solved))
+    bend = of("Lind-Mehlum test", lambda some: lind_mehlum(some.p, some.solved))
+    lines = corrected(of("Two lines of success", lambda some: two_lines(some.p, some.solved, _players(some))), agents)
+    again = of("Two lines of loop onset", onset_lines)
+    rates = of("Two lines of loop rates", lambda some: two_lines(some.p, some.looped, _players(some)))
+    hazard = of("Success after a loop", lambda some: loop_hazard(some, blind))
+    landmark = of("Success after a loop by step 10", lambda some: loop_landmark(some, blind))
+    whole = of("Loops against success", naive_association)
+    fine = of("Correlation over repetitions", lambda some: pearson(points(some)))
+    coarse = of("Correlation over flip rates", lambda some: pearson(points(some, by_repetition=False)))
     return Inference(
         difference=difference,
-        reversal=reversal(outcomes, difference),
+        reversal=section("Smaller budgets", lambda: reversal(outcomes, difference), lambda: None),
         course=course(conditions, difference, lines),
         orders=orders,
         lines=lines,
@@ -177,3 +192,8 @@ def _tested(outcomes: Outcomes, rng: np.random.Generator, blind: Outcomes | None
             *harm_tests(hazard, landmark, whole, fine, coarse),
         ),
     )
+
+
+def _players(outcomes: Outcomes) -> NDArray[np.int64] | None:
+    """The clusters of people's trials; None for an agent, whose trials are independent there."""
+    return outcomes.cluster if outcomes.crossed else None
