@@ -6,7 +6,7 @@ Whatever computes, draws or writes a part of a report does so through :func:`sec
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from typing import Any, Generic, TypeVar
 
 from lockprobe.terminal_text import printable
 
-__all__ = ["LeftOutSection", "collecting", "leaving_out", "of_whom", "section"]
+__all__ = ["LeftOutSection", "collecting", "leaving_out", "of_whom", "section", "without"]
 
 _T = TypeVar("_T")
 _Job = TypeVar("_Job")
@@ -22,6 +22,9 @@ _Done = TypeVar("_Done")
 
 _LONGEST = 200
 """Characters of a reason."""
+
+_NAMED = 3
+"""Sections that the line on a report names; the others are counted."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,6 +84,19 @@ def section(name: str, make: Callable[[], _T], instead: Callable[[], _T]) -> _T:
         if left_out not in found:
             found.append(left_out)
         return instead()
+
+
+def without(left_out: Sequence[LeftOutSection]) -> str:
+    """What a report is without, for the end of the line that names it; empty for a whole report.
+
+    >>> without([LeftOutSection("Loops", "ValueError: no")])
+    ', without Loops (ValueError: no)'
+    """
+    if not left_out:
+        return ""
+    named = "; ".join(f"{one.section} ({one.reason})" for one in left_out[:_NAMED])
+    more = len(left_out) - _NAMED
+    return f", without {named}" + (f" and {more} more section{'s' * (more > 1)}, named on the page" if more > 0 else "")
 
 
 def _reason(error: Exception) -> str:

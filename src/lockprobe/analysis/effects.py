@@ -21,7 +21,7 @@ from lockprobe.analysis.series import Crossing
 from lockprobe.record import Trial
 from lockprobe.seeds import generator
 
-__all__ = ["Effect", "Effects", "Interplay", "effects"]
+__all__ = ["Effect", "Effects", "Interplay", "effects", "interactions"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -117,7 +117,7 @@ def effects(
     tested = any_difference(together, rng, agents=agents)
     if not tested.at:
         return None
-    interplays, summaries = _interactions(crossed, gridded, found, agents)
+    interplays, summaries = interactions(crossed, gridded, found, agents)
     seen = [Effect(condition=names[int(one.p)], difference=one) for one in tested.at]
     return Effects(
         agent=first.group,
@@ -130,7 +130,7 @@ def effects(
     )
 
 
-def _interactions(
+def interactions(
     crossed: Sequence[Crossing], gridded: Sequence[Grid], found: Mapping[str, Outcomes], agents: int
 ) -> tuple[tuple[Interplay, ...], tuple[GridSummary, ...]]:
     """Every interaction once, in a grid where there is one; corrected for their number and the agents (Bonferroni)."""

@@ -44,8 +44,8 @@ __all__ = [
     "Score",
     "SuiteScore",
     "change_of_success",
-    "combined",
     "mean_difference",
+    "success_over_levels",
     "suite_score",
 ]
 
@@ -178,7 +178,7 @@ def _solved(trials: Sequence[Trial], level: float = LEVEL) -> Proportion:
     return proportion(sum(trial.solved for trial in counted), len(counted), level)
 
 
-def combined(parts: Sequence[Score], scale: float = 1.0, shift: float = 0.0) -> Score:
+def _combined(parts: Sequence[Score], scale: float = 1.0, shift: float = 0.0) -> Score:
     """(Mean of independent estimates - ``shift``) / ``scale``, with an interval by variance estimates recovery."""
     value = fmean(part.value for part in parts)
     down = math.hypot(*(part.value - part.low for part in parts)) / len(parts)
@@ -191,8 +191,12 @@ def _as_score(found: Proportion | ClusteredProportion) -> Score:
 
 
 def _competence(levels: Sequence[LevelTrials], whole: float, together: int) -> Score:
-    level = 1 - ALPHA / together
-    return combined([_as_score(_solved(one.told, level)) for one in levels], whole, shift=1 - whole)
+    return success_over_levels([_solved(one.told, 1 - ALPHA / together) for one in levels], whole, 1 - whole)
+
+
+def success_over_levels(shares: Sequence[Proportion], scale: float = 1.0, shift: float = 0.0) -> Score:
+    """(Mean success over levels of equal weight - ``shift``) / ``scale``, from shares with intervals of one level."""
+    return _combined([_as_score(one) for one in shares], scale, shift)
 
 
 def _robustness(levels: Sequence[LevelTrials], whole: float, together: int) -> Score | None:
@@ -255,7 +259,7 @@ def _loops(told: Sequence[Sequence[Trial]]) -> Score:
         expected_loop_rate([trial.actions for trial in trials], "uniform", actions=len(trials[0].joints)).probability
         for trials in told
     ]
-    return combined([_as_score(proportion(int(one.sum()), len(one))) for one in found], shift=fmean(chance))
+    return _combined([_as_score(proportion(int(one.sum()), len(one))) for one in found], shift=fmean(chance))
 
 
 def _rationality(told: Sequence[Sequence[Trial]]) -> Rational | None:
@@ -273,5 +277,5 @@ def _rationality(told: Sequence[Sequence[Trial]]) -> Rational | None:
         actions += len(steps)
     if not parts:
         return None
-    found = combined(parts)
+    found = _combined(parts)
     return Rational(value=found.value, low=found.low, high=found.high, chance=fmean(chance), actions=actions)

@@ -20,6 +20,7 @@ from lockprobe.cli.progress import Plain, invalid_in_words, told
 from lockprobe.errors import BudgetReached
 from lockprobe.model_call import Call
 from lockprobe.record import Step, Trial
+from lockprobe.sections import LeftOutSection
 from lockprobe.studies.estimate import Estimate
 from lockprobe.studies.journal import Journal, Timing
 from lockprobe.studies.spending import Budget
@@ -131,10 +132,11 @@ class JsonLines(Plain):
         """Print the conditions without a valid trial."""
         self.event("no-valid-trial", conditions=[asdict(one) for one in found], message=invalid_in_words(found))
 
-    def reported(self, path: Path | None) -> None:
+    def reported(self, path: Path | None, left_out: Sequence[LeftOutSection] = ()) -> None:
         """Print the path of the report, or None without a report."""
         if self._report is not None:
-            self.event("report", path=None if path is None else str(path), **self._cost())
+            missing = {"left_out": [asdict(one) for one in left_out]} if left_out else {}
+            self.event("report", path=None if path is None else str(path), **missing, **self._cost())
 
 
 class LiveDisplay(Plain):

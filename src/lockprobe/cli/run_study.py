@@ -14,6 +14,7 @@ from lockprobe.cli.live_report import LiveReport
 from lockprobe.cli.progress import Plain, foreign_in_words
 from lockprobe.errors import BadValue, BudgetReached
 from lockprobe.plan import Plan
+from lockprobe.sections import LeftOutSection
 from lockprobe.studies.estimate import most_of_one_call
 from lockprobe.studies.journal import Journal
 from lockprobe.studies.runner import Limits, owe_anew
@@ -95,7 +96,9 @@ def play_study(
     if planned.size == planned.invited and not journal.trials:
         return status  # people have yet to be invited
     live.end()
-    observer.reported(_report(directory, limits) if report and (journal.trials or not status) else None)
+    left_out: list[LeftOutSection] = []
+    written = report and (journal.trials or not status)
+    observer.reported(_report(directory, limits, left_out) if written else None, left_out)
     return status
 
 
@@ -116,11 +119,11 @@ def _failure(planned: Study, journal: Journal, observer: Plain) -> int:
     return 0
 
 
-def _report(directory: Path, limits: Limits) -> Path:
+def _report(directory: Path, limits: Limits, left_out: list[LeftOutSection]) -> Path:
     from lockprobe.report import write_report  # a second of imports, which the first trials need not wait for
 
     tell = partial(print, "Report:", file=sys.stderr)
-    return write_report(directory, tell=tell, processes=2, elsewhere=limits.cluster)
+    return write_report(directory, tell=tell, left_out=left_out.append, processes=2, elsewhere=limits.cluster)
 
 
 def allowed_budget(planned: Study, budget: float | None, directory: Path) -> Budget | None:

@@ -8,7 +8,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from lockprobe.report.details import AuditResult, LeftOutResult
+from lockprobe.report.details import AuditedSentences, AuditResult, LeftOutResult
 from lockprobe.report.schema import Results
 from lockprobe.sections import section
 
@@ -19,7 +19,7 @@ Part = tuple[str, Callable[[], Any]]
 
 _WITHOUT: Mapping[str, Any] = {
     "agents": {},
-    "audit": AuditResult(seed=0, worlds={}, rates=[]),
+    "audit": AuditResult(seed=0, worlds={}, rates=[], many_agents=AuditedSentences(worlds={}, rates=[])),
     "box": None,
     "left_out": LeftOutResult(
         errors=0,

@@ -25,6 +25,10 @@ from lockprobe.studies.directory import RECORDS
 __all__ = ["StudyNumbers", "results", "results_of", "study_numbers", "with_left_out"]
 
 
+_NUMBERS = ("All numbers", "Every condition against the control")
+"""How the names of sections begin without which there is no answer."""
+
+
 @dataclass(frozen=True, slots=True)
 class StudyNumbers:
     """All numbers of a study, without sentences.
@@ -100,7 +104,8 @@ def with_left_out(content: Results, left_out: Sequence[LeftOutSection]) -> Resul
         return content
     rows = [SectionLeftOut(section=one.section, reason=one.reason) for one in left_out]
     overview = content.overview
-    if overview is not None and content.progress.finished and not overview.numbers:
+    numberless = any(one.section.startswith(_NUMBERS) for one in left_out)
+    if overview is not None and content.progress.finished and numberless and not overview.numbers:
         answer = "The answer could not be computed; the sections below that are left out say why."
         overview = overview.model_copy(update={"answer": answer})
     return content.model_copy(update={"sections_left_out": rows, "overview": overview})

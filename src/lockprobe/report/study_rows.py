@@ -9,7 +9,14 @@ from typing import Any
 
 from lockprobe.audit.rates import shipped
 from lockprobe.record import Fact, Trial
-from lockprobe.report.details import AuditedRate, AuditResult, BrokenTrials, LeftOutResult
+from lockprobe.report.details import (
+    AuditedRate,
+    AuditedSentence,
+    AuditedSentences,
+    AuditResult,
+    BrokenTrials,
+    LeftOutResult,
+)
 from lockprobe.studies.records import LeftOut
 
 __all__ = ["agent_facts", "audit_result", "broken_rows", "left_out_row", "plant_facts"]
@@ -90,6 +97,10 @@ def broken_rows(trials: Sequence[Trial]) -> list[BrokenTrials]:
 def audit_result() -> AuditResult:
     """The shipped audit."""
     audit = shipped()
+    many = audit["many_agents"]
     return AuditResult(
-        seed=audit["seed"], worlds=audit["worlds"], rates=[AuditedRate(**rate) for rate in audit["rates"]]
+        seed=audit["seed"],
+        worlds=audit["worlds"],
+        rates=[AuditedRate(**rate) for rate in audit["rates"]],
+        many_agents=AuditedSentences(worlds=many["worlds"], rates=[AuditedSentence(**rate) for rate in many["rates"]]),
     )
