@@ -189,7 +189,7 @@ def test_the_effect_that_was_not_detected_is_compared_with_that_which_was():
     same = interaction_said(answer(a={0: 10, 0.4: 25}, b={0: 20, 0.4: 31}))
     assert re.fullmatch(
         "No difference in effect between the two agents was detected on the 40 trials that both finished under both "
-        r"reports \([+−]\d+ points, 95 % interval [+−]\d+ to [+−]\d+; P = [\d.]+\)\.",
+        r"reports \(\S\d+ points, 95 % interval \S\d+ to \S\d+; P = [\d.]+\)\.",
         same,
     )
     assert interaction_said(answer(a={0: 5, 0.4: 30}, b={0: 30, 0.4: 5})) == ""
@@ -229,8 +229,10 @@ def test_the_first_sentence_says_on_which_trials_two_reports_are_compared():
         ({"a": 20, "b": 20, "c": 20}, "All 3 agents solved the same share: 50 % of 40 trials."),
         (
             {"a": 21, "b": 21, "c": 20},
-            "Of 3 agents a and b solved the most: 52 % of 40 trials each; by the comparisons of pairs any of 3 may be "
-            "the best.",
+            (
+                "Of 3 agents a and b solved the most: 52 % of 40 trials each; by the comparisons of pairs any of 3 may "
+                "be the best."
+            ),
         ),
         ({"a": 38, "b": 38, "c": 2}, "Of 3 agents a and b solved the most: 95 % of 40 trials each."),
         (
