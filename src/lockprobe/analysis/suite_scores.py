@@ -36,6 +36,7 @@ from lockprobe.analysis.outcomes import ended, outcomes, solved_in_pairs
 from lockprobe.analysis.proportions import ALPHA, LEVEL, Proportion, proportion
 from lockprobe.analysis.rationality import judge, prior_for
 from lockprobe.record import Trial
+from lockprobe.sections import section
 
 __all__ = [
     "LevelScore",
@@ -160,11 +161,17 @@ def suite_score(levels: Sequence[LevelTrials], *, together: int = 1) -> SuiteSco
     return SuiteScore(
         trials=len(ended(every)),
         broken=len(every) - len(ended(every)),
-        competence=_competence(levels, whole, together) if all(told) else None,
-        robustness=_robustness(levels, whole, together),
-        misreading=_misreading(every),
-        loops=_loops(told) if all(told) else None,
-        rationality=_rationality([trials for level, trials in zip(levels, told, strict=True) if level.judged]),
+        competence=section(
+            "Competence", lambda: _competence(levels, whole, together) if all(told) else None, lambda: None
+        ),
+        robustness=section("Robustness", lambda: _robustness(levels, whole, together), lambda: None),
+        misreading=section("Misreading", lambda: _misreading(every), lambda: None),
+        loops=section("Loops", lambda: _loops(told) if all(told) else None, lambda: None),
+        rationality=section(
+            "Rationality",
+            lambda: _rationality([trials for level, trials in zip(levels, told, strict=True) if level.judged]),
+            lambda: None,
+        ),
         levels=tuple(
             LevelScore(box=one.box, chance=one.chance, told=_solved(one.told), misled=_solved(one.misled))
             for one in levels

@@ -199,7 +199,7 @@ MANY_AGENTS: Mapping[str, ManyAgents] = {
         *(
             ManyAgents(
                 name=f"suite-of-{agents}",
-                says=f"{agents} agents are equally competent, and false reports change nothing.",
+                says="Agents are equally competent, and false reports change nothing.",
                 agents=agents,
                 sentences={ORDER: False, MOVED: False, MISSED: False},
                 play=_suite(0.0),
@@ -208,7 +208,7 @@ MANY_AGENTS: Mapping[str, ManyAgents] = {
         ),
         ManyAgents(
             name="suite-of-10-lowered",
-            says="10 agents are equally competent, and false reports lower the success of each by 20 points.",
+            says="Agents are equally competent, and false reports lower the success of each by 20 points.",
             agents=10,
             sentences={ORDER: False, MOVED: True, MISSED: False},
             play=_suite(0.2),

@@ -15,6 +15,7 @@ from lockprobe.cli.run_study import BUDGET_REACHED, allowed_budget, play_study
 from lockprobe.errors import BadValue, Conflict
 from lockprobe.report.suite import SuiteResults, suite_results
 from lockprobe.report.suite_page import score_table, write_suite
+from lockprobe.sections import LeftOutSection, without
 from lockprobe.studies import paper
 from lockprobe.studies.call_log import read_calls
 from lockprobe.studies.runner import Limits
@@ -99,12 +100,13 @@ def _spent(directory: Path, suite: Suite, *, without: str) -> float:
 def report_suite(directory: Path, *, json: bool) -> None:
     """Write the scores and the page of a suite, and print the scores."""
     found = suite_results(directory)
-    page = write_suite(found, directory)
+    left_out: list[LeftOutSection] = []
+    page = write_suite(found, directory, left_out=left_out.append)
     if json:
         print(json_.dumps({"event": "suite", **found.plain(), "page": str(page)}, allow_nan=False), flush=True)
         return
     _print(found)
-    print(f"Suite: {page}")
+    print(f"Suite: {page}{without(left_out)}")
 
 
 def _print(found: SuiteResults) -> None:

@@ -14,7 +14,7 @@ from lockprobe.analysis.condition import ConditionSummary, Contrast
 from lockprobe.analysis.effects import Effects
 from lockprobe.analysis.inference.course import CourseKind
 from lockprobe.analysis.modalities import ModalityEffect, spoken
-from lockprobe.analysis.proportions import ALPHA, Proportion
+from lockprobe.analysis.proportions import ALPHA, Proportion, proportion
 from lockprobe.analysis.summary import AgentSummary, StudySummary
 from lockprobe.formatting import p_value, percent, points, range_said
 from lockprobe.prose.doses import at_dose, cause, cause_first
@@ -270,11 +270,15 @@ def not_above_chance(summary: StudySummary) -> str:
 def no_advantage_said(shares: Mapping[str, Proportion | ClusteredProportion], where: str, by_chance: float) -> str:
     """Agents whose interval does not lie above what random agents without immediate repeats solve; empty if none.
 
+    With several agents intervals hold for all of them at once, since the sentence also says of those that it does not
+    name that they exceed chance.
+
     Args:
         shares: Agent -> its success.
         where: Under which reports.
         by_chance: Success of the random agents, [0, 1].
     """
+    shares = {name: _of_all(one, len(shares)) for name, one in shares.items()}
     weak = [name for name, one in shares.items() if one.low <= by_chance]
     if not weak:
         return ""
@@ -290,6 +294,14 @@ def no_advantage_said(shares: Mapping[str, Proportion | ClusteredProportion], wh
         who = "neither agent" if len(shares) == 2 else f"neither {weak[0]} nor {weak[1]}"
         who += " detectably exceeded"
     return f"{where}, {who} {than}."
+
+
+def _of_all(one: Proportion | ClusteredProportion, agents: int) -> Proportion | ClusteredProportion:
+    """The share with Wilson's interval for one of several agents; clustered intervals of people stay as they are."""
+    alone = proportion(one.count, one.n)
+    if (alone.low, alone.high) != (one.low, one.high):
+        return one
+    return proportion(one.count, one.n, 1 - ALPHA / agents)
 
 
 def flips_needed(summary: StudySummary) -> str:

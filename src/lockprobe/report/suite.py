@@ -18,6 +18,7 @@ from lockprobe.lockbox.solve import optimum, random_success
 from lockprobe.record import Trial
 from lockprobe.report.opened import OpenedStudy, open_study
 from lockprobe.report.schema import plain_json
+from lockprobe.sections import LeftOutSection, leaving_out, of_whom, section
 from lockprobe.studies import paper
 from lockprobe.studies.suites import Suite, read_suite, suite_directories
 from lockprobe.trial_json import trial_to_json
@@ -85,12 +86,14 @@ class SuiteResults:
         levels: Its levels, from easy to hard.
         entries: The agents, the most competent first; those without a competence last.
         records: SHA-256 of the records of each study, in the order of their keys, by the name of its directory.
+        sections_left_out: Scores, tables and figures that could not be made.
     """
 
     suite: Suite
     levels: tuple[Level, ...]
     entries: tuple[Entry, ...]
     records: dict[str, str]
+    sections_left_out: tuple[LeftOutSection, ...] = ()
 
     def plain(self) -> dict[str, Any]:
         """As JSON holds it."""
@@ -106,6 +109,11 @@ class SuiteResults:
                 "levels": [asdict(level) for level in self.levels],
                 "agents": entries,
                 "records": self.records,
+                **(
+                    {"sections_left_out": [asdict(one) for one in missing]}
+                    if (missing := self.sections_left_out)
+                    else {}
+                ),
             }
         )
         return found
@@ -126,13 +134,15 @@ def suite_results(directory: Path) -> SuiteResults:
         for agent in study.study.agents
         for modality in study.study.modalities
     )
-    entries = _entries(cells, suite, levels, studies)
+    with leaving_out() as left_out:
+        entries = _entries(cells, suite, levels, studies)
     entries.sort(key=lambda one: -one.scores.competence.value if one.scores.competence else 1.0)
     return SuiteResults(
         suite=suite,
         levels=levels,
         entries=tuple(entries),
         records={name: _digest(study.trials) for name, study in studies.items()},
+        sections_left_out=tuple(left_out),
     )
 
 
@@ -152,11 +162,16 @@ def _entries(
     }
     told = {name: [outcomes(level.told) for level in own] for name, (own, _) in played.items()}
     competing = [name for name, own in told.items() if all(map(len, own))]
-    ranks = dict(zip(competing, possible_ranks([told[name] for name in competing]), strict=True))
+    ranks = section(
+        "Ranks",
+        lambda: dict(zip(competing, possible_ranks([told[name] for name in competing]), strict=True)),
+        dict[tuple[str, str], tuple[int, int]],
+    )
     together = max(1, len(competing))
     found = []
     for (agent, modality), (own, pictures) in played.items():
-        scores = suite_score(own, together=together)
+        with of_whom(agent):
+            scores = suite_score(own, together=together)
         if together > 1:
             scores = replace(scores, ranks=ranks.get((agent, modality)))
         planned = len(levels) * len(suite.p) * (suite.looks if pictures else suite.trials)

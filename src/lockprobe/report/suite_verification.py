@@ -8,7 +8,7 @@ from pathlib import Path
 
 from lockprobe.errors import LockprobeError
 from lockprobe.report.suite import suite_results
-from lockprobe.report.verification import Check, check_file, verify
+from lockprobe.report.verification import Check, as_written, check_file, verify
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.suites import SCORES, Suite, read_suite, suite_directories, suite_study
 
@@ -33,7 +33,9 @@ def verify_suite(directory: Path, *, tell: Callable[[int, int], None] = lambda d
     studies = (
         replace(check, name=f"{name}: {check.name}") for name in names for check in verify(directory / name, tell=tell)
     )
-    scores = check_file("scores", directory / SCORES, lambda: suite_results(directory).plain())
+    scores = check_file(
+        "scores", directory / SCORES, lambda: as_written(suite_results(directory).plain(), directory / SCORES)
+    )
     return (_definition(directory, suite, names), *studies, scores)
 
 

@@ -33,7 +33,7 @@ from lockprobe.studies.play import play_timed
 from lockprobe.studies.yoking import bound
 from lockprobe.trial_json import trial_to_json
 
-__all__ = ["Check", "check_file", "verify"]
+__all__ = ["Check", "as_written", "check_file", "verify"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -181,14 +181,14 @@ def _differs(trial: Trial, again: Trial) -> str | None:
 def _results(directory: Path) -> Check:
     """Whether ``results.json`` is what the records give; forks that were played after it are said to be."""
     path, forks = directory / "results.json", directory / FORKS / RECORDS
-    check = check_file("results", path, lambda: _as_written(results(directory).plain(), path))
+    check = check_file("results", path, lambda: as_written(results(directory).plain(), path))
     of_forks = check.failed and all(re.match(r"forks(_said)?\b", name) for name in check.failed)
     if of_forks and forks.is_file() and forks.stat().st_mtime > path.stat().st_mtime:
         return replace(check, said=f"forks were played after {path.name} was written: lockprobe report first")
     return check
 
 
-def _as_written(content: dict[str, Any], path: Path) -> dict[str, Any]:
+def as_written(content: dict[str, Any], path: Path) -> dict[str, Any]:
     """The results with the sections that the file says are missing: drawing, which can fail too, is not done again."""
     written = json.loads(path.read_text("utf-8"))
     missing = written.get("sections_left_out", []) if isinstance(written, dict) else []
