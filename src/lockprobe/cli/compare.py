@@ -15,6 +15,7 @@ from lockprobe.cli.printing import new_table, print_table
 from lockprobe.prose.study_comparison import leading
 from lockprobe.report.compare import Comparison, compare_studies
 from lockprobe.report.compare_page import difference_table, success_table, write_comparison
+from lockprobe.sections import LeftOutSection, without
 from lockprobe.terminal_text import printable
 
 __all__ = ["compare"]
@@ -44,12 +45,13 @@ def compare(directories: Directories, agent: Agents = None, out: Out = PAGE, jso
     for directory in directories:
         refuse_study_file(out, directory)
     found = compare_studies(directories, agent or ())
-    path = write_comparison(found, out / PAGE if out.is_dir() else out)
+    left_out: list[LeftOutSection] = []
+    path = write_comparison(found, out / PAGE if out.is_dir() else out, left_out=left_out.append)
     if json:
         print(json_.dumps(found.plain() | {"page": str(path)}, allow_nan=False))
         return
     _print(found)
-    print(f"Comparison: {path}")
+    print(f"Comparison: {path}{without(left_out)}")
 
 
 def _print(found: Comparison) -> None:
