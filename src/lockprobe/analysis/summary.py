@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import combinations, groupby
@@ -166,25 +166,7 @@ def summarise(
     ordered = sorted(trials, key=lambda trial: (*group(trial), trial.repetition, trial.trial))
     by_agent = [list(members) for _, members in groupby(ordered, key=lambda trial: group(trial)[0])]
     shown = Counter(agent for agent, _ in place)
-    blind = [ignores_reports(members) for members in by_agent]
-    family = _judged_together(by_agent, blind)
-    jobs: list[Callable[[], Any]] = [
-        lambda: section(
-            "Agents compared",
-            lambda: comparisons([_entrant(members) for members in by_agent], trials[0].seed if trials else 0),
-            tuple,
-        ),
-        *(
-            partial(
-                _agent_if_possible,
-                partial(
-                    _agent, members, reference, box, axis, several=shown[members[0].group] > 1, blind=ignores, agents=n
-                ),
-                members[0].group,
-            )
-            for members, ignores, n in zip(by_agent, blind, family, strict=True)
-        ),
-    ]
+    jobs = _jobs(by_agent, reference, box, axis, shown)
     compared, *found = each(call, jobs)
     made = [(members, agent) for members, agent in zip(by_agent, found, strict=True) if agent is not None]
     agents = tuple[AgentSummary, ...](agent for _, agent in made)
@@ -204,6 +186,35 @@ def summarise(
         people=section("People", lambda: people(ordered), lambda: None),
         axis=axis,
     )
+
+
+def _jobs(
+    by_agent: Sequence[Sequence[Trial]],
+    reference: Reference | None,
+    box: Lockbox | None,
+    axis: Axis,
+    shown: Mapping[str, int],
+) -> list[Callable[[], Any]]:
+    """The work of a summary: all comparisons first, then each agent."""
+    blind = [ignores_reports(members) for members in by_agent]
+    family = _judged_together(by_agent, blind)
+    return [
+        lambda: section(
+            "Agents compared",
+            lambda: comparisons([_entrant(members) for members in by_agent], by_agent[0][0].seed if by_agent else 0),
+            tuple,
+        ),
+        *(
+            partial(
+                _agent_if_possible,
+                partial(
+                    _agent, members, reference, box, axis, several=shown[members[0].group] > 1, blind=ignores, agents=n
+                ),
+                members[0].group,
+            )
+            for members, ignores, n in zip(by_agent, blind, family, strict=True)
+        ),
+    ]
 
 
 def check_trials(trials: Sequence[Trial], box: Lockbox | None = None, axis: Axis = FLIPS) -> None:
