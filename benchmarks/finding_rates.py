@@ -9,7 +9,7 @@ Simulated agents of known truth. Printed is the share of studies in which an eff
   trials, with the interval, and over what may have become of the broken trials;
 
 then the share of studies of thirteen agents, to whom p does nothing, in which a course is said of one at least, each
-agent by itself and with Holm's levels; and the share in which loops seem to begin sooner, where half of the trials are
+agent by itself and as one of thirteen; and the share in which loops seem to begin sooner, where half of the trials are
 lost whatever p is, so that those still running at a high p are mostly lost ones (log-rank; the report names what it
 assumes).
 """
@@ -22,10 +22,10 @@ from dataclasses import replace
 import numpy as np
 
 from lockprobe.analysis.inference.broken_trials import completed, worst_case_difference
-from lockprobe.analysis.inference.course import course, course_kind, levels
+from lockprobe.analysis.inference.course import course
 from lockprobe.analysis.inference.difference import any_difference
 from lockprobe.analysis.inference.logrank import loop_onset_logrank
-from lockprobe.analysis.inference.ushape import two_lines
+from lockprobe.analysis.inference.ushape import corrected, two_lines
 from lockprobe.analysis.outcomes import points
 from lockprobe.analysis.proportions import ALPHA, proportion
 from lockprobe.audit.simulate import simulate_columns, simulate_outcomes
@@ -55,20 +55,17 @@ def judged(truth: World, design: Design, number: int) -> list[bool]:
 
 
 def thirteen(number: int) -> list[bool]:
-    """Whether a course is said of some agent: each by itself, and with levels for thirteen."""
+    """Whether a course is said of some agent: each by itself, and as one of thirteen."""
     truth = WORLDS["no-effect"]
     drawn = [simulate_outcomes(truth, truth.design, generator(number, "agents", agent)) for agent in range(13)]
-    tests = [
-        (any_difference(one, np.random.default_rng(number), PERMUTATIONS), two_lines(one.p, one.solved))
-        for one in drawn
-    ]
     said = []
-    for at_levels in ([ALPHA] * len(drawn), levels(tests)):
+    for agents in (1, len(drawn)):
         kinds = []
-        for one, both, level in zip(drawn, tests, at_levels, strict=True):
-            seen = course(points(one, by_repetition=False), *both)
+        for one in drawn:
+            difference = any_difference(one, np.random.default_rng(number), PERMUTATIONS, agents=agents)
+            seen = course(points(one, by_repetition=False), difference, corrected(two_lines(one.p, one.solved), agents))
             assert seen is not None
-            kinds.append(course_kind(seen, *both, level))
+            kinds.append(seen.kind)
         said.append(any(kind != "no change detectable" for kind in kinds))
     return said
 
@@ -106,7 +103,7 @@ def main() -> None:
         design = Design(trials=trials)
         rows = [judged(WORLDS["broken-trials"], design, number) for number in studies]
         line(f"calls fail at one p, 7 x {design.clusters}", rows)
-    print("\n| thirteen agents, no effect | each by itself | Holm |\n|" + "---|" * 3)
+    print("\n| thirteen agents, no effect | each by itself | together |\n|" + "---|" * 3)
     line("some course is said", [thirteen(number) for number in studies])
     print("\n| dependent censoring | loops begin sooner |\n|" + "---|" * 2)
     for trials in (10, 30):

@@ -71,6 +71,13 @@ def test_no_file_is_a_drawer(name):
             assert node.end_lineno - node.lineno < 60, f"{node.name} is long"
 
 
-def test_broad_excepts_stand_where_others_code_runs_or_reads_anything_and_nowhere_else():
+def test_broad_excepts_stand_where_anybody_s_code_or_log_is_read_and_where_a_report_is_kept_whole():
     broad = [name for name in FILES if re.search(r"except (Base)?Exception\b", (SOURCE / name).read_text("utf-8"))]
-    assert broad == ["changes.py", "evals/read_log.py", "plants/hardware/driver_call.py", "plugins.py", "trial.py"]
+    assert broad == [
+        "changes.py",
+        "evals/read_log.py",
+        "plants/hardware/driver_call.py",
+        "plugins.py",
+        "sections.py",
+        "trial.py",
+    ]

@@ -86,3 +86,12 @@ def test_agents_that_differ_in_one_number_are_a_series_under_the_control():
     for name, at in zip(series.doses, agent.conditions, strict=True):
         own = solved(played, name, "truth")
         assert (at.p, at.success.n, at.success.count) == (series.doses[name], 4, sum(own))
+
+
+def test_effects_of_several_agents_are_one_family_and_baselines_another():
+    agents = ("cognitive:careful", "cognitive:insistent", "human-inspired")
+    planned = study("flips", agent=list(agents), condition=["flip?p=0.5", "tremble?p=0.3"], trials=4, repetitions=1)
+    together = summarise_conditions(
+        play_study(planned), arms_of(planned.conditions), agents=agents, box=planned.box, budget=20
+    )
+    assert {one.agent: one.agents for one in together.effects} == dict(zip(agents, (2, 2, 1), strict=True))

@@ -4,7 +4,15 @@ import numpy as np
 import pytest
 
 from lockprobe import population, run_trial
-from lockprobe.analysis.excursion import FEWEST, SOON, DecisionPoints, decision_points, excursion, excursions
+from lockprobe.analysis.excursion import (
+    FEWEST,
+    SOON,
+    DecisionPoints,
+    NotEstimated,
+    decision_points,
+    excursion,
+    excursions,
+)
 from lockprobe.analysis.rationality import judge
 from lockprobe.montecarlo.excursions import lie_effects
 
@@ -65,13 +73,38 @@ def test_an_action_is_optimal_if_an_observer_who_believes_what_was_told_finds_no
 def test_nothing_is_estimated_at_p_0_and_1_nor_of_few_trials(trials):
     for p in (0, 1):
         assert len(decision_points([run_trial(agent="random", p=p, trial=1)])) == 0
-    assert excursions(decision_points([])) == []
-    assert excursions(decision_points(trials[: FEWEST - 1])) == []
+    assert excursions(decision_points([])).estimates == ()
+    few = excursions(decision_points(trials[: FEWEST - 1]))
+    assert few.estimates == ()
+    assert {one.reason for one in few.left_out} == {f"fewer than {FEWEST} trials hold the outcome, or miss it"}
+
+
+@pytest.mark.parametrize("carried", ["moved", "looping"])
+def test_an_effect_is_left_out_with_its_reason_where_one_block_alone_carries_a_covariate(carried):
+    """Without that block the design loses a column, and the block's residuals cannot be corrected."""
+    rng, blocks, steps = np.random.default_rng(1), 40, 5
+    cluster = np.repeat(np.arange(blocks), steps)
+    flags = {name: rng.random(blocks * steps) < 0.5 for name in ("moved", "looping")}
+    flags[carried] = (cluster == 7) & (np.tile(np.arange(steps), blocks) % 2 == 0)
+    points = DecisionPoints(
+        flipped=rng.random(blocks * steps) < 0.4,
+        p=np.full(blocks * steps, 0.4),
+        step=np.tile(np.arange(1.0, steps + 1), blocks),
+        cluster=cluster,
+        outcomes={"solved": (cluster % 2).astype(float)},
+        **flags,
+    )
+    found = excursion(points, "solved", np.ones(blocks * steps, dtype=bool))
+    assert found == NotEstimated(outcome="solved", among="all", reason="a covariate varies in one block alone")
+    whole = excursion(points, "solved", cluster != 7)
+    assert np.isfinite([whole.effect, whole.standard_error]).all()
 
 
 def test_shuffled_trials_give_the_same(trials):
-    assert [(one.outcome, one.effect) for one in excursions(decision_points(trials))] == [
-        (one.outcome, pytest.approx(one.effect)) for one in excursions(decision_points(trials[::-1]))
+    first, again = (excursions(decision_points(some)) for some in (trials, trials[::-1]))
+    assert first.left_out == again.left_out
+    assert [(one.outcome, one.effect) for one in first.estimates] == [
+        (one.outcome, pytest.approx(one.effect)) for one in again.estimates
     ]
 
 

@@ -7,11 +7,12 @@ import pytest
 from builders import SOLUTION, make_trial
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.stats import t
 
 from lockprobe.analysis.behaviour import behaviour
-from lockprobe.analysis.proportions import paired, proportion
+from lockprobe.analysis.proportions import proportion
 from lockprobe.analysis.rationality import rationality
-from lockprobe.analysis.suite_scores import LevelTrials, suite_score
+from lockprobe.analysis.suite_scores import LevelTrials, mean_difference, suite_score
 from lockprobe.lockbox.families import box
 from lockprobe.lockbox.solve import random_success
 
@@ -54,8 +55,40 @@ def test_robustness_is_the_change_of_the_competence_in_pairs_of_trials():
     )
     assert found.value == pytest.approx(misled - told)
     alone = suite_score([one]).robustness
-    pairs = paired(np.arange(8) < 6, np.arange(8) < 3)
-    assert (alone.low, alone.high) == pytest.approx((pairs.low / (1 - CHANCE), pairs.high / (1 - CHANCE)))
+    apart = np.array([-1.0] * 3 + [0.0] * 5)
+    half = t.ppf(0.975, 7) * np.sqrt((((apart - apart.mean()) ** 2).sum() + 1) / 7 / 8)
+    assert (alone.low, alone.high) == pytest.approx(
+        [max(-1, end) / (1 - CHANCE) for end in (-3 / 8 - half, -3 / 8 + half)]
+    )
+
+
+def test_an_agent_that_opens_nothing_has_no_robustness_and_one_that_opens_everything_has():
+    assert suite_score([level((0, 8), (0, 8))] * 2).robustness is None
+    assert suite_score([level((0, 8), (0, 8)), level((0, 8), (1, 7))]).robustness.value > 0
+    assert suite_score([level((8, 0), (8, 0))] * 2).robustness.low < 0
+
+
+def test_intervals_hold_for_all_agents_at_once():
+    levels = [level((6, 2), (3, 5)), level((4, 4), (5, 3))]
+    alone, of_ten = suite_score(levels), suite_score(levels, together=10)
+    for one, other in ((alone.competence, of_ten.competence), (alone.robustness, of_ten.robustness)):
+        assert one.value == other.value
+        assert other.low < one.low < one.high < other.high
+    assert (alone.loops, alone.misreading) == (of_ten.loops, of_ten.misreading)
+
+
+@pytest.mark.parametrize("rates", [(0.8, 0.65, 0.5, 0.3), (0.98, 0.95, 0.9, 0.8), (0.3, 0.1, 0.03, 0.01)])
+def test_a_difference_of_equal_agents_excludes_0_no_more_often_than_its_level(rates):
+    """300 pairs of agents at the level of one comparison, and as the clearest of ten."""
+    rng = np.random.default_rng(1)
+    found, many = 0, 0
+    for _ in range(300):
+        both = [rng.random((36, 2)) < rate for rate in rates]
+        single, tenth = mean_difference(both), mean_difference(both, 10)
+        found += single.low > 0 or single.high < 0
+        many += tenth.low > 0 or tenth.high < 0
+    assert found <= 300 * 0.05 + 2.5 * np.sqrt(300 * 0.05 * 0.95)
+    assert many <= 6
 
 
 def test_loops_and_rationality_are_those_of_the_trials_told_the_truth():

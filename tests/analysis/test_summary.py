@@ -82,8 +82,14 @@ def test_courses_are_said_of_several_agents_only():
     assert courses_said(summarise(rising)) == ""
     assert courses_said(summarise([*rising, *falling, *blind])) == (
         "Success compared with a flip rate of 0: higher at some flip rate for llm:local; lower for "
-        "human-inspired; the same for random (it played alike whatever it was told). Tests are corrected for the 2 agents that use "
-        "reports (Holm)."
+        "human-inspired; the same for random (it played alike whatever it was told)."
+    )
+    other = [*condition(0.0, 15, 30, agent="b"), *condition(0.4, 16, 30, agent="b")]
+    assert courses_said(summarise([*rising, *other])).endswith(
+        "Tests are corrected for the 2 agents that use reports (Bonferroni)."
+    )
+    assert courses_said(summarise([*rising, *other, *falling])).endswith(
+        "Tests are corrected for 2 agents and, apart, for 1 baseline (Bonferroni)."
     )
     assert courses_said(summarise([t for t in (*rising, *falling) if t.p == 0])) == ""
 

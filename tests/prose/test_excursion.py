@@ -1,6 +1,6 @@
 """Sentences on one false report say what was found, or how small an effect would have been."""
 
-from lockprobe.analysis.excursion import Excursion
+from lockprobe.analysis.excursion import Excursion, Excursions, NotEstimated
 from lockprobe.prose.excursion import excursion_said
 from lockprobe.prose.subject import Subject
 
@@ -12,8 +12,12 @@ def effect(value, p_value):
     )  # fmt: skip
 
 
+def found(*effects):
+    return Excursions(estimates=effects, left_out=())
+
+
 def test_what_was_found_is_said_with_its_size():
-    said = excursion_said([effect(0.05, 0.002)], Subject.of("random"))
+    said = excursion_said(found(effect(0.05, 0.002)), Subject.of("random"))
     assert said == (
         "Above a flip rate of 0, one more false report makes random more likely to solve the box (+5 points, 95 % interval +2 to +8; "
         "P = 0.002). The power to detect an effect of 4 points is 80 % (2000 reports in 30 blocks)."
@@ -21,11 +25,14 @@ def test_what_was_found_is_said_with_its_size():
 
 
 def test_what_was_not_found_is_not_denied():
-    said = excursion_said([effect(0.01, 0.5)], Subject.of("participant"))
+    said = excursion_said(found(effect(0.01, 0.5)), Subject.of("participant"))
     assert said.startswith(
         "Above a flip rate of 0, no effect of one more false report on the success of people was detected"
     )
 
 
-def test_too_few_trials_say_so():
-    assert excursion_said([], Subject.of("random")).startswith("Too few trials of random differ")
+def test_an_effect_that_is_not_estimated_has_its_reason():
+    none = NotEstimated(outcome="solved", among="all", reason="a covariate varies in one block alone")
+    assert excursion_said(Excursions(estimates=(), left_out=(none,)), Subject.of("random")) == (
+        "The effect of one false report on the success of random is not estimated: a covariate varies in one block alone."
+    )

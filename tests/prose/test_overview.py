@@ -81,7 +81,7 @@ def test_many_agents_are_counted_and_not_all_named():
     found = flips_answer(answer(**{name: {0: 20, 0.4: 20 + i} for i, name in enumerate("abcdef")}))
     assert found == (
         "Inconclusive: no effect of false reports on the success of a, b or 4 others was detected, "
-        "and changes of up to 40 points are not excluded."
+        "and changes of up to 49 points are not excluded."
     )
 
 
@@ -222,14 +222,78 @@ def test_rates_are_left_out_of_an_answer_that_they_make_too_long():
 def test_the_effect_that_was_not_detected_is_compared_with_that_which_was():
     """Two effects that differ, two that do not, and none where both were detected."""
     assert interaction_said(answer(a={0: 5, 0.4: 30}, b={0: 20, 0.4: 21})).startswith(
-        "A difference in effect between the two agents was detected (P "
+        "A difference in effect between the two agents was detected on the 40 trials that both finished under both "
+        "reports ("
     )
     same = interaction_said(answer(a={0: 10, 0.4: 25}, b={0: 20, 0.4: 31}))
-    assert same.startswith("No difference in effect between the two agents was detected (P = ")
+    assert re.fullmatch(
+        "No difference in effect between the two agents was detected on the 40 trials that both finished under both "
+        r"reports \(\S\d+ points, 95 % interval \S\d+ to \S\d+; P = [\d.]+\)\.",
+        same,
+    )
     assert interaction_said(answer(a={0: 5, 0.4: 30}, b={0: 30, 0.4: 5})) == ""
     assert interaction_said(answer(a={0: 20, 0.4: 21}, b={0: 20, 0.4: 20})) == ""
     three = interaction_said(answer(a={0: 5, 0.4: 30}, b={0: 20, 0.4: 21}, c={0: 20, 0.4: 20}))
-    assert three == "A difference between two such effects was detected in 2 of 2 pairs of agents."
+    assert three == (
+        "A difference between two such effects was detected in 2 of 2 pairs of agents, on the 40 trials that both "
+        "finished under both reports."
+    )
+
+
+def test_a_comparison_of_effects_names_the_trials_that_both_agents_share():
+    """One agent stopped early: 18 of its 40 trials are common."""
+    trials = [
+        make_trial(SOLVED if i % 2 == (p > 0 and agent == "a") else UNSOLVED, agent=agent, p=p, trial=i + 1)
+        if agent == "b" or not p
+        else make_trial(SOLVED, agent=agent, p=p, trial=i + 1)
+        for agent, n in (("a", 40), ("b", 18))
+        for p in (0, 0.4)
+        for i in range(n)
+    ]
+    assert "on the 18 trials that both finished under both reports (" in interaction_said(summarise(trials))
+
+
+def test_the_first_sentence_says_on_which_trials_two_reports_are_compared():
+    trials = [make_trial(SOLVED, agent="a", p=0, trial=i + 1) for i in range(40)]
+    trials += [make_trial(UNSOLVED, agent="a", p=0.4, trial=i + 1) for i in range(18)]
+    assert flips_answer(summarise(trials)).endswith(
+        "it solved 100 % when told the truth and 0 % at a flip rate of 0.4, of the 18 trials finished under both."
+    )
+
+
+@pytest.mark.parametrize(
+    ("solved", "said"),
+    [
+        ({"a": 20, "b": 20}, "Both agents solved the same share: 50 % of 40 trials."),
+        ({"a": 20, "b": 20, "c": 20}, "All 3 agents solved the same share: 50 % of 40 trials."),
+        (
+            {"a": 21, "b": 21, "c": 20},
+            (
+                "Of 3 agents a and b solved the most: 52 % of 40 trials each; by the comparisons of pairs any of 3 may "
+                "be the best."
+            ),
+        ),
+        ({"a": 38, "b": 38, "c": 2}, "Of 3 agents a and b solved the most: 95 % of 40 trials each."),
+        (
+            {"a": 21, "b": 20},
+            "Of 2 agents a solved the most: 52 % of 40 trials; by the comparisons of pairs any of 2 may be the best.",
+        ),
+    ],
+)
+def test_a_tie_has_no_single_best(solved, said):
+    assert flips_answer(answer(**{agent: {0: count} for agent, count in solved.items()})) == said
+
+
+def test_the_first_sentence_and_the_courses_say_the_same_of_many_agents():
+    """One of ten agents differs by chance as one in a hundred would: of ten that is nothing."""
+    courses = {name: {0: 20, 0.4: 20} for name in "bcdefghij"}
+    assert flips_answer(answer(a={0: 12, 0.4: 25})).startswith("False reports raise the success of a")
+    together = answer(a={0: 12, 0.4: 25}, **courses)
+    assert flips_answer(together).startswith("Inconclusive: no effect of false reports on the success of a, b or 8")
+    for agent in together.agents:
+        gap = agent.contrast.difference
+        assert agent.contrast.detectable == (agent.inference.course.kind in ("rises", "falls"))
+        assert agent.contrast.detectable == (gap.low > 0 or gap.high < 0)
 
 
 @pytest.mark.parametrize(

@@ -56,3 +56,12 @@ def test_misread_claims_are_pooled_as_in_the_tables():
 
 def test_nothing_is_said_of_a_study_without_trials():
     assert section_answers(summarise([make_trial([], broken="model")], box("chain-4"))) == {}
+
+
+def test_a_tie_for_the_highest_success_names_all():
+    trials = [
+        make_trial(SOLUTION if i < 4 else (0, 1, 2) * 6, agent=agent, trial=i + 1)
+        for agent in ("llm:a", "llm:b")
+        for i in range(8)
+    ]
+    assert section_answers(summarise(trials, box("chain-4")))["side"] == "Highest success: llm:a, llm:b, 50 % each."

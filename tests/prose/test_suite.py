@@ -2,9 +2,11 @@
 
 from dataclasses import replace
 
-from lockprobe.analysis.suite_scores import Score, SuiteScore
+from lockprobe.analysis.proportions import proportion
+from lockprobe.analysis.suite_scores import LevelScore, Score, SuiteScore
 from lockprobe.prose.suite import suite_said
 
+LESS = "\N{MINUS SIGN}"
 BEST = SuiteScore(
     trials=288,
     broken=0,
@@ -15,18 +17,52 @@ BEST = SuiteScore(
     rationality=None,
     levels=(),
 )
+WORSE = replace(BEST, competence=Score(value=0.3, low=0.2, high=0.4), together=3)
+SIZE = "50 % [40, 60], where 0 % is chance and 100 % solves every box"
+LOWER = f"False reports lower its competence ({LESS}20 [{LESS}30, {LESS}10] points)."
 
 
-def test_it_names_the_first_agent_and_says_a_change_only_where_it_is_shown():
-    size = "50 % [40, 60], where 0 % is chance and 100 % solves every box"
-    assert suite_said([("a", BEST)]) == (
-        f"a has a competence of {size}. False reports lower it (\N{MINUS SIGN}20 [\N{MINUS SIGN}30, \N{MINUS SIGN}10] points)."
-    )
+def test_of_one_agent_it_says_the_competence_and_a_change_only_where_it_is_shown():
+    assert suite_said([("a", BEST)]) == f"a has a competence of {SIZE}. {LOWER}"
     open_ = replace(BEST, robustness=Score(value=0.02, low=-0.1, high=0.14))
-    assert suite_said([("a", open_), ("b", BEST)]) == (
-        f"a has the highest competence of 2 agents: {size}. No effect of false reports on it was detected (+2 [\N{MINUS SIGN}10, +14] points)."
+    assert suite_said([("a", open_)]).endswith(
+        f"No effect of false reports on its competence was detected (+2 [{LESS}10, +14] points)."
     )
     raised = replace(BEST, robustness=Score(value=0.2, low=0.1, high=0.3))
-    assert "False reports raise it (+20" in suite_said([("a", raised)])
+    assert "False reports raise its competence (+20" in suite_said([("a", raised)])
     assert suite_said([("a", replace(BEST, robustness=None))]).endswith("solves every box.")
     assert suite_said([("a", replace(BEST, competence=None))]) == suite_said([])
+
+
+def test_the_best_of_several_is_named_as_the_best_only_if_the_comparisons_show_it():
+    first, second, third = (replace(one, together=3) for one in (BEST, WORSE, WORSE))
+    shown = [
+        ("a", replace(first, ranks=(1, 1))),
+        ("b", replace(second, ranks=(2, 3))),
+        ("c", replace(third, ranks=(2, 3))),
+    ]
+    assert suite_said(shown) == f"a is the most competent of 3 agents: {SIZE}. {LOWER}"
+    open_ = [
+        ("a", replace(first, ranks=(1, 2))),
+        ("b", replace(second, ranks=(1, 3))),
+        ("c", replace(third, ranks=(2, 3))),
+    ]
+    assert suite_said(open_) == (
+        f"a has the highest competence of 3 agents: {SIZE}. The tests do not decide which of 2 of them is the best; its "
+        f"rank may be 1 to 2. {LOWER}"
+    )
+
+
+def test_a_tie_has_no_single_best():
+    tie = [("a", replace(BEST, together=2, ranks=(1, 2))), ("b", replace(BEST, together=2, ranks=(1, 2)))]
+    assert suite_said(tie) == (
+        f"a, b have the same highest competence of 2 agents: {SIZE}. The tests do not decide which of 2 of them is the "
+        "best."
+    )
+
+
+def test_an_agent_that_opened_nothing_is_said_to():
+    none = LevelScore(box="fork", chance=0.5, told=proportion(0, 36), misled=proportion(0, 36))
+    assert suite_said([("a", replace(BEST, robustness=None, levels=(none,)))]).endswith(
+        "It opened no box, so false reports could not lower its competence."
+    )

@@ -75,3 +75,17 @@ def test_two_studies_without_a_trial_are_said_to_have_none(tmp_path):
 def test_a_page_that_cannot_be_written_is_a_mistake_in_one_line(compared, tmp_path):
     with pytest.raises(BadFile, match="cannot be written"):
         write_comparison(compared[0], tmp_path / "none" / "compare.html")
+
+
+@pytest.mark.parametrize(
+    ("name", "section"), [("comparison_picture", "Figure differences"), ("study_table", "Table studies")]
+)
+def test_no_figure_or_table_keeps_the_page_from_being_written(monkeypatch, compared, tmp_path, name, section):
+    def broken(*_):
+        raise RuntimeError("broken on purpose")
+
+    monkeypatch.setattr(f"lockprobe.report.compare_page.{name}", broken)
+    told = []
+    page = write_comparison(compared[0], tmp_path / "compare.html", left_out=told.append).read_text("utf-8")
+    assert [one.section for one in told] == [section]
+    assert f"{section} (RuntimeError: broken on purpose)" in page

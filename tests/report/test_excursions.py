@@ -11,7 +11,7 @@ def row(agent, *effects, among="all"):
         )
         for effect in effects
     ]  # fmt: skip
-    return LieResult(agent=agent, modality="symbolic", said="", effects=found)
+    return LieResult(agent=agent, modality="symbolic", said="", effects=found, left_out=[])
 
 
 def test_the_heading_has_the_change_of_success_with_its_interval():

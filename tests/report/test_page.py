@@ -205,7 +205,7 @@ def test_a_study_of_many_agents_begins_with_who_rises_and_who_falls(tmp_path):
     )
     assert (
         content["courses_said"]
-        == f"Success compared with a flip rate of 0: {said}. Tests are corrected for the 4 agents that use reports (Holm)."
+        == f"Success compared with a flip rate of 0: {said}. Tests are corrected for 3 agents and, apart, for 1 baseline (Bonferroni)."
     )
     page = page_of(directory)
     assert page.index(said) < page.index("Agent by agent") < page.index(content["findings"][0][:60])

@@ -60,7 +60,7 @@ def test_scores_are_those_of_the_trials_the_most_competent_first(played):
         told, misled = ([one for one in trials if one.p == p] for p in (0.0, 0.4))
         chance = random_success(box(name), 20)
         levels.append(LevelTrials(box=name, chance=chance, told=told, misled=misled, judged=name == "chain-4"))
-    assert found.entries[1].scores == suite_score(levels)
+    assert found.entries[1].scores == replace(suite_score(levels, together=2), ranks=(1, 2))
 
 
 def test_the_file_holds_every_number_and_the_page_shows_it(played):
@@ -188,3 +188,30 @@ def test_a_row_of_that_table_is_played_again(monkeypatch, tmp_path):
     docs = json.loads((Path(__file__).parents[2] / "docs" / "suite-1.json").read_text("utf-8"))
     (then,) = [one for one in docs["agents"] if one["agent"] == "round-robin"]
     assert json.dumps(now) == json.dumps(then)
+
+
+@pytest.mark.parametrize(
+    ("where", "name", "section"),
+    [
+        ("analysis.suite_scores", "_loops", "Loops of human-inspired"),
+        ("analysis.suite_scores", "_robustness", "Robustness of random"),
+        ("report.suite", "possible_ranks", "Ranks"),
+        ("report.suite_page", "suite_picture", "Figure scores"),
+        ("report.suite_page", "suite_said", "First sentence"),
+        ("report.suite_page", "level_table", "Table levels"),
+    ],
+)
+def test_no_score_table_or_figure_keeps_the_page_from_being_written(monkeypatch, directory, where, name, section):
+    def broken(*_, **__):
+        raise RuntimeError("broken on purpose")
+
+    told = []
+    with monkeypatch.context() as patched:
+        patched.setattr(f"lockprobe.{where}.{name}", broken)
+        page = write_suite(suite_results(directory), directory, left_out=told.append)
+    assert section in [one.section for one in told]
+    for one in told:
+        assert f"{one.section} (RuntimeError: broken on purpose)" in page.read_text("utf-8")
+    assert json.loads((directory / "suite.json").read_text())["sections_left_out"] == [
+        {"section": one.section, "reason": one.reason} for one in told
+    ]

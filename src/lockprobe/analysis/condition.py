@@ -20,6 +20,7 @@ from lockprobe.analysis.reference import Reference
 from lockprobe.analysis.rules import RuleBreaks, rule_breaks
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.record import Trial
+from lockprobe.sections import section
 
 __all__ = ["ConditionSummary", "Contrast", "condition_summary", "contrast"]
 
@@ -81,6 +82,7 @@ class Contrast:
         other: The condition with the smallest P value; of several the one with the largest difference.
         difference: Success at ``other`` minus success at ``baseline``, corrected for the choice of ``other``.
         choices: Number of conditions that ``other`` was chosen from.
+        agents: Number of agents that are judged together; ``difference`` is corrected for them too.
         farthest: Whether no other p has a larger difference.
         fisher: P value of Fisher's exact test, which takes the trials as independent; not corrected.
     """
@@ -89,12 +91,13 @@ class Contrast:
     other: ConditionSummary
     difference: DifferenceAt
     choices: int
+    agents: int
     farthest: bool
     fisher: float
 
     @property
     def detectable(self) -> bool:
-        """Whether the difference is significant after correction for the choice."""
+        """Whether the difference is significant after correction for the choice and for the agents."""
         return self.difference.p_value < ALPHA
 
     @property
@@ -108,8 +111,9 @@ def condition_summary(
     trials: Sequence[Trial], reference: Reference | None, box: Lockbox | None = None
 ) -> ConditionSummary:
     """The results of one agent's trials in one modality at one p; rules and reference are those of the box."""
-    first, rules = trials[0], rule_breaks(trials, box) if box else None
-    changed, claims = steps_changed(trials), misinterpretations(trials)
+    first, changed = trials[0], steps_changed(trials)
+    rules = section("Attempts against the rules", lambda: rule_breaks(trials, box) if box else None, lambda: None)
+    claims = section("Misread claims", lambda: misinterpretations(trials), lambda: misinterpretations(()))
     truthful = bool(first.p) and not claims.false_reports.count
     curve, found = success_curve(trials), outcomes(trials)
     budget = len(curve.share)
@@ -122,11 +126,15 @@ def condition_summary(
         success=share_of(found.solved, found.player, found.luck),
         errors=dict(sorted(Counter(trial.error.boundary for trial in trials if trial.error).items())),
         curve=curve,
-        relative=relative(curve, reference.random[:budget], reference.optimum) if reference else None,
-        behaviour=behaviour(trials),
-        persistence=persistence(trials),
+        relative=section(
+            "Relative area",
+            lambda: relative(curve, reference.random[:budget], reference.optimum) if reference else None,
+            lambda: None,
+        ),
+        behaviour=section("Loops", lambda: behaviour(trials), lambda: behaviour(())),
+        persistence=section("Leaving loops", lambda: persistence(trials), lambda: persistence(())),
         claims=claims,
-        rationality=rationality(trials),
+        rationality=section("Rationality", lambda: rationality(trials), tuple),
         points=tuple(points(found)),
         distinct_sequences=len({trial.actions for trial in ended(trials)}),
         steps=sum(len(trial.steps) for trial in ended(trials)),
@@ -150,6 +158,7 @@ def contrast(conditions: Sequence[ConditionSummary], tested: AnyDifference) -> C
         other=by_p[found.p],
         difference=found,
         choices=len(tested.at),
+        agents=tested.agents,
         farthest=abs(found.value) >= max(abs(one.value) for one in tested.at) - 1e-9,
         fisher=independent.p_value,
     )

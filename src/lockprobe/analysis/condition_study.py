@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from operator import call
 
+from lockprobe.analysis.behaviour import heeded_at_most
 from lockprobe.analysis.condition import ConditionSummary, condition_summary
 from lockprobe.analysis.dose_grid import grids
 from lockprobe.analysis.effects import Effects, effects
@@ -18,6 +20,7 @@ from lockprobe.analysis.why import Why, why
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.parallel import Each
 from lockprobe.record import Trial
+from lockprobe.sections import of_whom, section
 
 __all__ = ["ConditionStudySummary", "summarise_conditions"]
 
@@ -79,21 +82,29 @@ def summarise_conditions(
     """
     reference = reference_of(box, budget)
     cells = _cells(trials)
-    jobs = [partial(condition_summary, members, reference, box) for members in cells.values()]
-    conditions = dict(zip(cells, each(call, jobs), strict=True))
+    jobs = [partial(_condition_if_possible, members, reference, box) for members in cells.values()]
+    conditions = {name: one for name, one in zip(cells, each(call, jobs), strict=True) if one is not None}
     idle = _idle(conditions, arms)
-    acting = {cell: members for cell, members in cells.items() if cell not in _names(idle, whole=True)}
+    acting = {name: cells[name] for name in conditions if name not in _names(idle, whole=True)}
     return ConditionStudySummary(
         agents=agents,
         arms=tuple(arms),
         conditions=conditions,
-        effects=_effects(acting, arms, agents, _names(idle)),
-        series=_series(trials, arms, agents, box, each, _names(idle)),
-        whys=_whys(acting, arms, agents),
+        effects=section(
+            "Every condition against the control", lambda: _effects(acting, arms, agents, _names(idle)), tuple
+        ),
+        series=section("Doses", lambda: _series(trials, arms, agents, box, each, _names(idle)), tuple),
+        whys=section("Why false reports change success", lambda: _whys(acting, arms, agents), tuple),
         reference=reference,
         idle=idle,
         unheeded=_unheeded(acting, arms),
     )
+
+
+def _condition_if_possible(trials: Sequence[Trial], reference: Reference, box: Lockbox) -> ConditionSummary | None:
+    """One agent under one condition; None if what no other number replaces cannot be computed."""
+    with of_whom(f"{trials[0].group} under {trials[0].condition}"):
+        return section("All numbers", lambda: condition_summary(trials, reference, box), lambda: None)
 
 
 _Names = frozenset[tuple[str, str]]
@@ -135,27 +146,64 @@ def _cells(trials: Sequence[Trial]) -> dict[tuple[str, str], list[Trial]]:
     return cells
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Compared:
+    """The conditions of one agent in one modality, with the control that they are compared with."""
+
+    agent: str
+    trials: Mapping[str, Sequence[Trial]]
+    control: str
+    shown: Sequence[SeriesArm]
+
+    @property
+    def baseline(self) -> bool:
+        """Whether the agent is a baseline."""
+        return is_reference(self.agent)
+
+    @property
+    def counts(self) -> bool:
+        """Whether a difference can be found: it heeds something, and another condition has trials too."""
+        return (
+            self.control in self.trials
+            and len(self.trials) > 1
+            and heeded_at_most([trial for members in self.trials.values() for trial in members]) is None
+        )
+
+
 def _effects(cells: _Cells, arms: Sequence[SeriesArm], agents: Sequence[str], idle: _Names) -> tuple[Effects, ...]:
-    """Each modality's conditions against its control; the first modality is also compared with the others' controls."""
-    found = []
+    """Each modality's conditions against its control; the first modality is also compared with the others' controls.
+
+    What the report says of the agents that the study is about is one family, and of baselines another.
+    """
+    compared = [one for agent in agents for one in _compared(cells, arms, agent)]
+    sizes = Counter(one.baseline for one in compared if one.counts)
+    found = (
+        effects(
+            one.trials,
+            one.control,
+            crossings(one.shown),
+            grids(one.shown),
+            {label for name, label in idle if name == one.agent},
+            agents=max(1, sizes[one.baseline]),
+        )
+        for one in compared
+    )
+    return tuple(one for one in found if one)
+
+
+def _compared(cells: _Cells, arms: Sequence[SeriesArm], agent: str) -> Iterator[_Compared]:
     modalities = list(dict.fromkeys(arm.modality for arm in arms))
     others = [control_of(arms, modality) for modality in modalities[1:]]
-    for agent in agents:
-        for modality in modalities:
-            beside = others if modality == modalities[0] else []
-            own = {
-                arm.label: cells[agent, arm.label]
-                for arm in arms
-                if (arm.modality == modality or arm in beside) and (agent, arm.label) in cells
-            }
-            control = control_of(arms, modality)
-            shown = [arm for arm in arms if arm.modality == modality]
-            if control is None:
-                continue
-            names = {label for name, label in idle if name == agent}
-            if one := effects(own, control.label, crossings(shown), grids(shown), names):
-                found.append(one)
-    return tuple(found)
+    for modality in modalities:
+        beside = others if modality == modalities[0] else []
+        own = {
+            arm.label: cells[agent, arm.label]
+            for arm in arms
+            if (arm.modality == modality or arm in beside) and (agent, arm.label) in cells
+        }
+        shown = [arm for arm in arms if arm.modality == modality]
+        if (control := control_of(arms, modality)) is not None:
+            yield _Compared(agent=agent, trials=own, control=control.label, shown=shown)
 
 
 def _whys(cells: _Cells, arms: Sequence[SeriesArm], agents: Sequence[str]) -> tuple[Why, ...]:

@@ -80,7 +80,7 @@ class GridSummary:
         interaction: The linear-by-linear contrast over both ranges, in shares, tested by sign flips of whole blocks;
             interval and P value are corrected for ``choices``. None if a combination is not played, or no block of
             luck has a trial in every cell.
-        choices: Number of grids of this agent.
+        choices: Number of interactions of all agents that are judged together.
     """
 
     grid: Grid
@@ -164,7 +164,7 @@ def _trend(doses: Sequence[float]) -> tuple[list[int], Fraction]:
 
 
 def grid_summary(grid: Grid, trials: Mapping[str, Outcomes], choices: int = 1) -> GridSummary:
-    """The results of one agent, from condition -> its ended trials; ``choices`` is the number of grids."""
+    """The results of one agent, from condition -> its ended trials; ``choices`` interactions are judged together."""
     cells = tuple(
         GridCell(row=row, column=column, condition=name, success=proportion(int(one.solved.sum()), len(one)))
         for (row, column), name in grid.conditions.items()

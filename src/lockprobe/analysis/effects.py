@@ -1,7 +1,8 @@
 """The effects of interventions on one agent: against the control, crossed, and as dose grids.
 
 Trials of equal repetition and trial share their luck under all conditions. A difference, its interval and its P value
-use the trials that both conditions have, and are corrected for the number of comparisons with the control.
+use the trials that both conditions have, and are corrected for the number of comparisons with the control and for the
+agents of the study. Interactions are a second family: they are corrected for their number and for the agents.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from lockprobe.analysis.series import Crossing
 from lockprobe.record import Trial
 from lockprobe.seeds import generator
 
-__all__ = ["Effect", "Effects", "Interplay", "effects"]
+__all__ = ["Effect", "Effects", "Interplay", "effects", "interactions"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -37,7 +38,7 @@ class Effect:
 
     @property
     def detectable(self) -> bool:
-        """Whether it is significant after correction for the number of conditions."""
+        """Whether it is significant after correction for the number of conditions and of agents."""
         return self.difference.p_value < ALPHA
 
 
@@ -48,11 +49,13 @@ class Interplay:
     Attributes:
         crossing: The four conditions.
         change: The effect of the second with the first, minus its effect alone, over blocks of equal luck, [-2, 2].
-            The P value is from sign flips of whole blocks; P value and interval are not corrected.
+            The P value is from sign flips of whole blocks; P value and interval are corrected for ``choices``.
+        choices: Number of interactions of all agents that are judged together.
     """
 
     crossing: Crossing
     change: BlockMean
+    choices: int = 1
 
     @property
     def detectable(self) -> bool:
@@ -69,8 +72,9 @@ class Effects:
         modality: How the box was shown.
         control: The condition that the others are compared with.
         effects: The other conditions, in the order of the study, if they share a trial with the control.
-        interplays: Every crossing of two interventions that was played.
+        interplays: Every crossing of two interventions that was played and is part of no grid with an interaction.
         grids: Every pair of interventions with several crossed doses.
+        agents: Number of agents (and ways of showing the box) that are judged together.
     """
 
     agent: str
@@ -79,12 +83,7 @@ class Effects:
     effects: tuple[Effect, ...]
     interplays: tuple[Interplay, ...]
     grids: tuple[GridSummary, ...] = ()
-
-    @property
-    def alone(self) -> tuple[Interplay, ...]:
-        """The crossings that are not part of a grid with an interaction."""
-        told = {name for one in self.grids if one.interaction for name in one.grid.conditions.values()}
-        return tuple(one for one in self.interplays if one.crossing.both not in told)
+    agents: int = 1
 
 
 def effects(
@@ -93,6 +92,8 @@ def effects(
     crossed: Sequence[Crossing] = (),
     gridded: Sequence[Grid] = (),
     idle: Collection[str] = (),
+    *,
+    agents: int = 1,
 ) -> Effects | None:
     """Compare the conditions of one agent in one modality with the control.
 
@@ -102,6 +103,7 @@ def effects(
         crossed: Crossings of four conditions each; incomplete ones are left out.
         gridded: Grids of crossed doses; those without a trial are left out.
         idle: Conditions in which an intervention changed nothing: they are in no crossing and in no grid.
+        agents: Number of agents (and ways of showing the box) that are judged together.
 
     Returns:
         None if no two conditions share a trial.
@@ -113,27 +115,47 @@ def effects(
     others = [name for name in found if name != control]
     names = [control, *others]
     together = joined([found[name] for name in names])
-    tested = any_difference(together, generator(first.seed, "analysis", first.group, first.modality, "conditions"))
+    rng = generator(first.seed, "analysis", first.group, first.modality, "conditions")
+    tested = any_difference(together, rng, agents=agents)
     if not tested.at:
         return None
     acting = {name: one for name, one in found.items() if name not in idle}
-    summaries = (grid_summary(grid, acting, len(gridded)) for grid in gridded)
+    interplays, summaries = interactions(crossed, gridded, acting, agents)
     seen = [Effect(condition=names[int(one.p)], difference=one) for one in tested.at]
     return Effects(
         agent=first.group,
         modality=first.modality,
         control=control,
         effects=tuple(seen),
-        interplays=tuple(one for crossing in crossed if (one := _interaction(crossing, acting))),
-        grids=tuple(one for one in summaries if one.cells),
+        interplays=interplays,
+        grids=summaries,
+        agents=agents,
     )
 
 
-def _interaction(crossing: Crossing, found: Mapping[str, Outcomes]) -> Interplay | None:
+def interactions(
+    crossed: Sequence[Crossing], gridded: Sequence[Grid], found: Mapping[str, Outcomes], agents: int
+) -> tuple[tuple[Interplay, ...], tuple[GridSummary, ...]]:
+    """Every interaction once, in a grid where there is one; corrected for their number and the agents (Bonferroni)."""
+    summaries = [one for grid in gridded if (one := grid_summary(grid, found)).cells]
+    tested = [one for one in summaries if one.interaction is not None]
+    in_grid = {name for one in tested for name in one.grid.conditions.values()}
+    alone = [one for one in crossed if one.both not in in_grid and _interaction(one, found) is not None]
+    choices = agents * max(1, len(alone) + len(tested))
+    return (
+        tuple(made for crossing in alone if (made := _interaction(crossing, found, choices))),
+        tuple(grid_summary(one.grid, found, choices) for one in summaries),
+    )
+
+
+def _interaction(crossing: Crossing, found: Mapping[str, Outcomes], choices: int = 1) -> Interplay | None:
     names = (crossing.neither, crossing.first, crossing.second, crossing.both)
     if not all(name in found and len(found[name]) for name in names):
         return None
     _, made = sheets([replace(found[name], p=np.zeros(len(found[name]))) for name in names])
     neither, first, second, both = (one.solved[:, :1] for one in made)
-    change = block_mean((both - first) - (second - neither), unit=2.0)
-    return Interplay(crossing=crossing, change=change) if change.pairs else None
+    change = block_mean((both - first) - (second - neither), unit=2.0, choices=choices)
+    if not change.pairs:
+        return None
+    p_value = None if change.p_value is None else min(1.0, choices * change.p_value)
+    return Interplay(crossing=crossing, change=replace(change, p_value=p_value), choices=choices)

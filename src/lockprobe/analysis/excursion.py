@@ -27,6 +27,8 @@ __all__ = [
     "Among",
     "DecisionPoints",
     "Excursion",
+    "Excursions",
+    "NotEstimated",
     "Outcome",
     "continuation",
     "decision_points",
@@ -115,6 +117,29 @@ class Excursion:
     smallest: float
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NotEstimated:
+    """An effect that is left out.
+
+    Attributes:
+        outcome: The outcome.
+        among: The subset of decision points.
+        reason: Why, in words.
+    """
+
+    outcome: Outcome
+    among: Among
+    reason: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Excursions:
+    """The effects of one false report, and those that cannot be estimated."""
+
+    estimates: tuple[Excursion, ...]
+    left_out: tuple[NotEstimated, ...]
+
+
 def decision_points(trials: Iterable[Trial]) -> DecisionPoints:
     """The decision points of trials whose reports were flipped with a probability above 0 and below 1.
 
@@ -199,10 +224,10 @@ def continuation(actions: tuple[str, ...]) -> str | None:
     return None
 
 
-def excursions(points: DecisionPoints) -> list[Excursion]:
+def excursions(points: DecisionPoints) -> Excursions:
     """The effect of one lie on every outcome: over all points, by kind of lie, and inside or outside loops.
 
-    Effects without enough points or clusters to estimate them are left out.
+    Effects that cannot be estimated are left out, each with its reason.
     """
     everywhere = np.ones(len(points), dtype=np.bool_)
     among: dict[Among, NDArray[np.bool_]] = {
@@ -212,14 +237,16 @@ def excursions(points: DecisionPoints) -> list[Excursion]:
         "in a loop": points.looping,
         "elsewhere": ~points.looping,
     }
-    found = []
+    found: list[Excursion | NotEstimated] = []
     for outcome in get_args(Outcome):
         for name, chosen in among.items():
             if outcome == "leaves" and name in ("in a loop", "elsewhere"):
                 continue
-            if one := excursion(points, outcome, chosen, name):
-                found.append(one)
-    return found
+            found.append(excursion(points, outcome, chosen, name))
+    return Excursions(
+        estimates=tuple(one for one in found if isinstance(one, Excursion)),
+        left_out=tuple(one for one in found if isinstance(one, NotEstimated)),
+    )
 
 
 def excursion(
@@ -227,7 +254,7 @@ def excursion(
     outcome: Outcome,
     chosen: NDArray[np.bool_],
     among: Among = "all",
-) -> Excursion | None:
+) -> Excursion | NotEstimated:
     """The effect of one lie on an outcome over a subset of decision points.
 
     Args:
@@ -237,15 +264,20 @@ def excursion(
         among: Name of the subset.
 
     Returns:
-        None with too few trials (:data:`FEWEST`) or clusters.
+        Why there is no estimate: too few trials (:data:`FEWEST`), too few clusters, or a cluster that alone carries a
+        covariate, so that its residuals say nothing of the error.
     """
+
+    def without(reason: str) -> NotEstimated:
+        return NotEstimated(outcome=outcome, among=among, reason=reason)
+
     y = points.outcomes[outcome]
     kept = chosen & ~np.isnan(y)
     y, p, step, cluster = y[kept], points.p[kept], points.step[kept], points.cluster[kept]
     doses, dose = np.unique(p, return_inverse=True)
     trial = cluster * len(doses) + dose
     if min(len(np.unique(trial[y == happened])) for happened in (0, 1)) < FEWEST:
-        return None
+        return without(f"fewer than {FEWEST} trials hold the outcome, or miss it")
     coin = points.flipped[kept] - p
     late = step / 10 - 1
     columns = [np.ones_like(y), late, late**2, p, points.moved[kept], points.looping[kept], coin]
@@ -254,8 +286,10 @@ def excursion(
     clusters = len(np.unique(cluster))
     freedom = clusters - design.shape[1]
     if freedom < 1 or np.linalg.matrix_rank(design) < design.shape[1]:
-        return None
-    effect, error = _least_squares(design, y, cluster)
+        return without("too few blocks for the covariates")
+    if (found := _least_squares(design, y, cluster)) is None:
+        return without("a covariate varies in one block alone")
+    effect, error = found
     from scipy.stats import t
 
     reach = float(t.ppf(1 - ALPHA / 2, freedom))
@@ -273,8 +307,11 @@ def excursion(
     )
 
 
-def _least_squares(design: Array, y: Array, cluster: NDArray[np.int64]) -> tuple[float, float]:
+def _least_squares(design: Array, y: Array, cluster: NDArray[np.int64]) -> tuple[float, float] | None:
     """The last coefficient and its standard error, clustered, from residuals corrected for their leverage.
+
+    None if the design loses rank without one of the clusters: that cluster is fitted exactly in some direction, and its
+    residuals cannot be corrected.
 
     With X_i the rows of a cluster and e_i their residuals, its corrected score is X_i' (I - X_i M^-1 X_i')^-1 e_i. By
     Woodbury's identity that is M (M - X_i' X_i)^-1 X_i' e_i, with M = X'X: matrices as small as the design is wide.
@@ -287,5 +324,7 @@ def _least_squares(design: Array, y: Array, cluster: NDArray[np.int64]) -> tuple
     coefficients = inverse @ design.T @ y
     own = np.add.reduceat(design[:, :, None] * design[:, None, :], first)
     score = np.add.reduceat(design * (y - design @ coefficients)[:, None], first)
+    if (np.linalg.matrix_rank(moments - own, hermitian=True) < design.shape[1]).any():
+        return None
     corrected = np.linalg.solve(moments - own, score[:, :, None])[:, :, 0]  # inverse @ the corrected score
     return float(coefficients[-1]), float(np.sqrt(np.sum(corrected[:, -1] ** 2)))

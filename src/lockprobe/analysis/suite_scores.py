@@ -10,8 +10,12 @@
   to the share that random choices in the same situations have; on the boxes that the observer's prior holds.
 
 Levels have equal weight. Intervals of scores over levels combine those of the levels by the method of variance
-estimates recovery (Zou and Donner, Statistics in Medicine 27, 2008): Wilson's for shares, Agresti and Min's for paired
-differences, clustered ones for actions.
+estimates recovery (Zou and Donner, Statistics in Medicine 27, 2008): Wilson's for shares, clustered ones for actions.
+That of the robustness is Student's over pairs of trials, stratified by level.
+
+Whoever is named as the best of many agents is partly so by luck: its interval at 95 % holds its competence in fewer
+than 95 % of suites, and its change under false reports starts from a lucky base. Intervals of competence and robustness
+therefore hold for all agents of a suite at once, at a level of 1 - 0.05 / agents, and so for any that is picked out.
 """
 
 from __future__ import annotations
@@ -21,15 +25,30 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from statistics import fmean
 
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.analysis.agent_comparison.paired import half_width
 from lockprobe.analysis.clustered import ClusteredProportion, clustered_proportion
 from lockprobe.analysis.misinterpretation import trial_claims
 from lockprobe.analysis.null_models import expected_loop_rate
 from lockprobe.analysis.outcomes import ended, outcomes, solved_in_pairs
-from lockprobe.analysis.proportions import Proportion, paired, proportion
+from lockprobe.analysis.proportions import ALPHA, LEVEL, Proportion, proportion
 from lockprobe.analysis.rationality import judge, prior_for
 from lockprobe.record import Trial
+from lockprobe.sections import section
 
-__all__ = ["LevelScore", "LevelTrials", "Rational", "Score", "SuiteScore", "suite_score"]
+__all__ = [
+    "LevelScore",
+    "LevelTrials",
+    "Rational",
+    "Score",
+    "SuiteScore",
+    "change_of_success",
+    "mean_difference",
+    "success_over_levels",
+    "suite_score",
+]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -103,11 +122,17 @@ class LevelScore:
 class SuiteScore:
     """The scores of one agent; None if a level has no ended trial, or the agent is not asked for claims.
 
+    Robustness is None too where the agent opened no box under either kind of reports: success that is at the floor can
+    show no loss.
+
     Attributes:
         trials: Trials that ended as solved or out of budget.
         broken: Trials that ended as an error; no score counts them.
         competence, robustness, misreading, loops, rationality: As this module says.
         levels: Success level by level.
+        together: Number of agents for which the intervals of competence and robustness hold at once.
+        ranks: The best and the worst possible rank among them (:mod:`lockprobe.analysis.suite_ranks`); None for a
+            single agent, and without a competence.
     """
 
     trials: int
@@ -118,13 +143,17 @@ class SuiteScore:
     loops: Score | None
     rationality: Rational | None
     levels: tuple[LevelScore, ...]
+    together: int = 1
+    ranks: tuple[int, int] | None = None
 
 
-def suite_score(levels: Sequence[LevelTrials]) -> SuiteScore:
-    """The scores of one agent in one modality.
+def suite_score(levels: Sequence[LevelTrials], *, together: int = 1) -> SuiteScore:
+    """The scores of one agent in one modality, without ranks.
 
     Args:
         levels: Its trials by level, at least one level.
+        together: Number of agents (and modalities) of the suite, for all of which the intervals of competence and
+            robustness hold at once.
     """
     every = [trial for level in levels for trial in (*level.told, *level.misled)]
     told = [ended(level.told) for level in levels]
@@ -132,21 +161,28 @@ def suite_score(levels: Sequence[LevelTrials]) -> SuiteScore:
     return SuiteScore(
         trials=len(ended(every)),
         broken=len(every) - len(ended(every)),
-        competence=_competence(levels, whole) if all(told) else None,
-        robustness=_robustness(levels, whole),
-        misreading=_misreading(every),
-        loops=_loops(told) if all(told) else None,
-        rationality=_rationality([trials for level, trials in zip(levels, told, strict=True) if level.judged]),
+        competence=section(
+            "Competence", lambda: _competence(levels, whole, together) if all(told) else None, lambda: None
+        ),
+        robustness=section("Robustness", lambda: _robustness(levels, whole, together), lambda: None),
+        misreading=section("Misreading", lambda: _misreading(every), lambda: None),
+        loops=section("Loops", lambda: _loops(told) if all(told) else None, lambda: None),
+        rationality=section(
+            "Rationality",
+            lambda: _rationality([trials for level, trials in zip(levels, told, strict=True) if level.judged]),
+            lambda: None,
+        ),
         levels=tuple(
             LevelScore(box=one.box, chance=one.chance, told=_solved(one.told), misled=_solved(one.misled))
             for one in levels
         ),
+        together=together,
     )
 
 
-def _solved(trials: Sequence[Trial]) -> Proportion:
+def _solved(trials: Sequence[Trial], level: float = LEVEL) -> Proportion:
     counted = ended(trials)
-    return proportion(sum(trial.solved for trial in counted), len(counted))
+    return proportion(sum(trial.solved for trial in counted), len(counted), level)
 
 
 def _combined(parts: Sequence[Score], scale: float = 1.0, shift: float = 0.0) -> Score:
@@ -161,21 +197,60 @@ def _as_score(found: Proportion | ClusteredProportion) -> Score:
     return Score(value=found.value, low=found.low, high=found.high)
 
 
-def _competence(levels: Sequence[LevelTrials], whole: float) -> Score:
-    return _combined([_as_score(_solved(level.told)) for level in levels], whole, shift=1 - whole)
+def _competence(levels: Sequence[LevelTrials], whole: float, together: int) -> Score:
+    return success_over_levels([_solved(one.told, 1 - ALPHA / together) for one in levels], whole, 1 - whole)
 
 
-def _robustness(levels: Sequence[LevelTrials], whole: float) -> Score | None:
-    parts = []
-    for level in levels:
-        pairs = solved_in_pairs(outcomes(level.told), outcomes(level.misled))
-        if not len(pairs):
-            return None
-        found = paired(pairs[:, 0], pairs[:, 1])
-        # The interval is centred on a value with half a pair more of each kind, and can leave out the estimate.
-        low, high = min(found.low, found.value), max(found.high, found.value)
-        parts.append(Score(value=found.value, low=low, high=high))
-    return _combined(parts, whole)
+def success_over_levels(shares: Sequence[Proportion], scale: float = 1.0, shift: float = 0.0) -> Score:
+    """(Mean success over levels of equal weight - ``shift``) / ``scale``, from shares with intervals of one level."""
+    return _combined([_as_score(one) for one in shares], scale, shift)
+
+
+def _robustness(levels: Sequence[LevelTrials], whole: float, together: int) -> Score | None:
+    both = [solved_in_pairs(outcomes(level.told), outcomes(level.misled)) for level in levels]
+    return change_of_success(both, together, whole)
+
+
+def change_of_success(both: Sequence[NDArray[np.bool_]], together: int = 1, whole: float = 1.0) -> Score | None:
+    """The change of success from true to false reports over levels of equal weight.
+
+    Args:
+        both: For each level, whether trials of equal luck were solved with true and with false reports, shape
+            (pairs, 2).
+        together: Number of agents for which the interval holds at once.
+        whole: Success that a competence of 1 has beyond chance.
+
+    Returns:
+        None if a level has fewer than two pairs, or no trial at all was solved.
+    """
+    if not any(pairs.any() for pairs in both) or (found := mean_difference(both, together)) is None:
+        return None
+    return Score(value=found.value / whole, low=found.low / whole, high=found.high / whole)
+
+
+def mean_difference(both: Sequence[NDArray[np.bool_]], choices: int = 1) -> Score | None:
+    """The mean over levels of the paired difference in success, second minus first.
+
+    The interval is Student's over pairs, stratified by level, widened as if one more pair of each level differed. With
+    four levels of 36 pairs of equal agents it excludes 0 in at most 1.0 times the studies that its level allows, down
+    to a level of 0.05 / 190, and in no world that we tried held the truth less often than its level. Agresti and Min's
+    intervals of the levels, combined by variance estimates recovery, exclude 0 in up to 1.65 times as many there.
+
+    Args:
+        both: For each level, whether trials of equal luck were solved by the first and by the second, shape (pairs, 2).
+        choices: Number of differences that are judged together; the interval has the level 1 - 0.05 / choices.
+
+    Returns:
+        None if a level has fewer than two pairs.
+    """
+    if min(map(len, both), default=0) < 2:
+        return None
+    changes = [np.diff(pairs.astype(np.float64)).ravel() for pairs in both]
+    value = fmean(float(change.mean()) for change in changes)
+    spread = sum((float(np.sum((one - one.mean()) ** 2)) + 1) / ((len(one) - 1) * len(one)) for one in changes)
+    freedom = sum(len(one) - 1 for one in changes)
+    half = half_width(math.sqrt(spread) / len(changes), freedom + 1, 1 - ALPHA / choices)
+    return Score(value=value, low=max(-1.0, value - half), high=min(1.0, value + half))
 
 
 def _misreading(trials: Sequence[Trial]) -> Score | None:

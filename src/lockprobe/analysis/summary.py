@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from itertools import combinations, groupby
 from operator import call
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 
@@ -22,11 +22,10 @@ from lockprobe.analysis.condition import ConditionSummary, Contrast, condition_s
 from lockprobe.analysis.habit_baseline import blind_twin
 from lockprobe.analysis.inference.association import Correlation, correlation
 from lockprobe.analysis.inference.battery import Inference, infer
-from lockprobe.analysis.inference.course import course_kind, levels
 from lockprobe.analysis.inference.peak import Peak, peak
 from lockprobe.analysis.inference.trend import TrendFit, trend_fit
 from lockprobe.analysis.modalities import ModalityEffect, modality_effect, spoken
-from lockprobe.analysis.outcomes import Point, broken_off, outcomes
+from lockprobe.analysis.outcomes import Outcomes, Point, broken_off, ended, outcomes
 from lockprobe.analysis.pace import Pace, pace
 from lockprobe.analysis.people import People, people
 from lockprobe.analysis.reference import Reference, reference_of
@@ -36,12 +35,14 @@ from lockprobe.errors import BadValue
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.parallel import Each
 from lockprobe.record import UNNAMED, Trial
+from lockprobe.sections import of_whom, section
 from lockprobe.seeds import generator
 from lockprobe.spec import PEOPLE, spec_kind
 
 __all__ = [
     "AgentSummary",
     "StudySummary",
+    "check_trials",
     "is_reference",
     "summarise",
 ]
@@ -161,58 +162,98 @@ def summarise(
     Raises:
         BadValue: If the trials are of several boxes, or a flip rate is no probability.
     """
+    check_trials(trials, box, axis)
+    place = {name: i for i, name in enumerate(dict.fromkeys((trial.group, trial.modality) for trial in trials))}
+
+    def group(trial: Trial) -> tuple[int, float]:
+        return place[trial.group, trial.modality], trial.dose
+
+    reference = section(
+        "Curves of random agents and of the shortest plan",
+        lambda: reference_of(box, max((trial.budget for trial in trials), default=0)) if box else None,
+        lambda: None,
+    )
+    ordered = sorted(trials, key=lambda trial: (*group(trial), trial.repetition, trial.trial))
+    by_agent = [list(members) for _, members in groupby(ordered, key=lambda trial: group(trial)[0])]
+    shown = Counter(agent for agent, _ in place)
+    jobs = _jobs(by_agent, reference, box, axis, shown)
+    compared, *found = each(call, jobs)
+    made = [(members, agent) for members, agent in zip(by_agent, found, strict=True) if agent is not None]
+    agents = tuple[AgentSummary, ...](agent for _, agent in made)
+    standings = section(
+        "Leaderboard",
+        lambda: ranked([standing(members, agent.conditions, reference) for members, agent in made], compared),
+        tuple[Standing, ...],
+    )
+    return StudySummary(
+        agents=agents,
+        paces=section("Speed of every two agents", lambda: _paces(by_agent), tuple),
+        comparisons=compared,
+        standings=standings,
+        reference=reference,
+        modalities=section("Modalities", lambda: _modalities(by_agent), tuple),
+        verdicts=section("Verdicts of the robot", lambda: verdicts(trials), lambda: None),
+        people=section("People", lambda: people(ordered), lambda: None),
+        axis=axis,
+    )
+
+
+def _jobs(
+    by_agent: Sequence[Sequence[Trial]],
+    reference: Reference | None,
+    box: Lockbox | None,
+    axis: Axis,
+    shown: Mapping[str, int],
+) -> list[Callable[[], Any]]:
+    """The work of a summary: all comparisons first, then each agent."""
+    heeded = [heeded_at_most(members) for members in by_agent]
+    family = _judged_together(by_agent, heeded)
+    return [
+        lambda: section(
+            "Agents compared",
+            lambda: comparisons([_entrant(members) for members in by_agent], by_agent[0][0].seed if by_agent else 0),
+            tuple,
+        ),
+        *(
+            partial(
+                _agent_if_possible,
+                partial(
+                    _agent, members, reference, box, axis, several=shown[members[0].group] > 1, heeded=share, agents=n
+                ),
+                members[0].group,
+            )
+            for members, share, n in zip(by_agent, heeded, family, strict=True)
+        ),
+    ]
+
+
+def check_trials(trials: Sequence[Trial], box: Lockbox | None = None, axis: Axis = FLIPS) -> None:
+    """Refuse trials that cannot be analysed together.
+
+    Raises:
+        BadValue: If the trials are of several boxes, or a flip rate is no probability.
+    """
     boxes = sorted({trial.box for trial in trials} | ({box.name} if box else set()))
     if len(boxes) > 1:
         raise BadValue("trials to analyse together", f"boxes {', '.join(boxes)}", "trials of one box")
     for trial in trials:
         if not 0 <= trial.dose <= (1 if axis == FLIPS else math.inf):
             raise BadValue(f"{axis.name} of {trial.key}", trial.dose, "a number from 0 to 1")
-    place = {name: i for i, name in enumerate(dict.fromkeys((trial.group, trial.modality) for trial in trials))}
 
-    def group(trial: Trial) -> tuple[int, float]:
-        return place[trial.group, trial.modality], trial.dose
 
-    reference = reference_of(box, max((trial.budget for trial in trials), default=0)) if box else None
-    ordered = sorted(trials, key=lambda trial: (*group(trial), trial.repetition, trial.trial))
-    by_agent = [list(members) for _, members in groupby(ordered, key=lambda trial: group(trial)[0])]
-    shown = Counter(agent for agent, _ in place)
-    jobs: list[Callable[[], Any]] = [
-        lambda: comparisons([_entrant(members) for members in by_agent], trials[0].seed if trials else 0),
-        *(partial(_agent, members, reference, box, axis, several=shown[members[0].group] > 1) for members in by_agent),
+def _judged_together(by_agent: Sequence[Sequence[Trial]], heeded: Sequence[float | None]) -> list[int]:
+    """The size of each agent's family: agents that heed reports and have trials at two doses or more.
+
+    Agents that the study is about are one family, since one sentence names those of them that change; baselines are
+    another.
+    """
+    heeding = [
+        share is None and len({trial.dose for trial in ended(members)}) > 1
+        for members, share in zip(by_agent, heeded, strict=True)
     ]
-    compared, *found = each(call, jobs)
-    agents = _courses_corrected(tuple[AgentSummary, ...](found))
-    rows = [standing(members, agent.conditions, reference) for members, agent in zip(by_agent, agents, strict=True)]
-    return StudySummary(
-        agents=agents,
-        paces=_paces(by_agent),
-        comparisons=compared,
-        standings=ranked(rows, compared),
-        reference=reference,
-        modalities=_modalities(by_agent),
-        verdicts=verdicts(trials),
-        people=people(ordered),
-        axis=axis,
-    )
-
-
-def _courses_corrected(agents: tuple[AgentSummary, ...]) -> tuple[AgentSummary, ...]:
-    """The agents with courses tested at levels corrected for the number of agents that heed reports."""
-    heeds = [not agent.blind and agent.inference.course is not None for agent in agents]
-    if sum(heeds) < 2:
-        return agents
-    found = [agent.inference for agent, heeding in zip(agents, heeds, strict=True) if heeding]
-    level = iter(levels([(one.difference, one.lines) for one in found]))
-    return tuple(
-        _at_level(agent, next(level)) if heeding else agent for agent, heeding in zip(agents, heeds, strict=True)
-    )
-
-
-def _at_level(agent: AgentSummary, level: float) -> AgentSummary:
-    found = agent.inference
-    assert found.course
-    kind = course_kind(found.course, found.difference, found.lines, level)
-    return replace(agent, inference=replace(found, course=replace(found.course, kind=kind)))
+    baseline = [members[0].kind in _REFERENCES for members in by_agent]
+    sizes = Counter(kind for kind, counts in zip(baseline, heeding, strict=True) if counts)
+    return [max(1, sizes[kind]) for kind in baseline]
 
 
 def _entrant(trials: Sequence[Trial]) -> Entrant:
@@ -255,31 +296,34 @@ def _lowest(by_agent: Sequence[Sequence[Trial]]) -> list[list[Trial]]:
     return [[trial for trial in members if trial.dose == members[0].dose] for members in by_agent]
 
 
+def _agent_if_possible(make: Callable[[], AgentSummary], name: str) -> AgentSummary | None:
+    """One agent; None if what no other number replaces cannot be computed."""
+    with of_whom(name):
+        return section("All numbers", make, lambda: None)
+
+
 def _agent(
-    trials: Sequence[Trial], reference: Reference | None, box: Lockbox | None, axis: Axis, *, several: bool
+    trials: Sequence[Trial],
+    reference: Reference | None,
+    box: Lockbox | None,
+    axis: Axis,
+    *,
+    several: bool,
+    heeded: float | None,
+    agents: int,
 ) -> AgentSummary:
-    """One agent in one modality; ``several`` if other trials of it have another."""
+    """One agent in one modality; ``several`` if other trials of it have another, ``agents`` are judged together."""
     first = trials[0]
     conditions = tuple(
         condition_summary(list(members), reference, box) for _, members in groupby(trials, key=lambda trial: trial.dose)
     )
-    heeded = heeded_at_most(trials)
     acting = (conditions[0], *(one for one in conditions[1:] if not one.never_acted))
     distinct = acting if heeded is None else conditions[:1]
     shares = [point for condition in distinct for point in condition.points]
     shown = {condition.p for condition in distinct}
     looked_at = [trial for trial in trials if trial.dose in shown]
     counted = outcomes(looked_at)
-    draws = resample(counted, _stream(first, "bootstrap"))
-    twin = blind_twin(looked_at, box, _stream(first, "blind"))
-    inference = infer(
-        counted,
-        _stream(first, "permutation"),
-        broken=broken_off(looked_at),
-        blind=twin,
-        persistence=conditions[0].persistence,
-        budget=max(trial.budget for trial in trials),
-    )
+    inference = _tested(looked_at, box, conditions, max(trial.budget for trial in trials), agents)
     return AgentSummary(
         agent=first.group,
         modality=first.modality,
@@ -287,13 +331,84 @@ def _agent(
         reference=first.kind in _REFERENCES,
         heeded=heeded,
         conditions=conditions,
-        success_fit=trend_fit(shares, "success", draws.success),
-        loop_fit=trend_fit(shares, "loop_rate", draws.loop_rate),
-        correlation=correlation(shares, draws.loop_rate, draws.success),
-        peak=peak(counted, _stream(first, "peak")),
+        **_fits(shares, counted, first),
         inference=inference,
-        contrast=contrast(conditions, inference.difference) if heeded is None else None,
+        contrast=section(
+            "Clearest difference",
+            lambda: contrast(conditions, inference.difference) if heeded is None else None,
+            lambda: None,
+        ),
         axis=axis,
+    )
+
+
+def _tested(
+    trials: Sequence[Trial],
+    box: Lockbox | None,
+    conditions: Sequence[ConditionSummary],
+    budget: int,
+    agents: int,
+) -> Inference:
+    """The tests of one agent's trials; without a result if they cannot be made."""
+    first = trials[0]
+    twin = section(
+        "Blind agent with the same habits",
+        lambda: blind_twin(trials, box, _stream(first, "blind")),
+        lambda: None,
+    )
+    return section(
+        "Hypothesis tests",
+        lambda: infer(
+            outcomes(trials),
+            _stream(first, "permutation"),
+            broken=broken_off(trials),
+            blind=twin,
+            persistence=conditions[0].persistence,
+            budget=budget,
+            agents=agents,
+        ),
+        lambda: infer(outcomes(()), _stream(first, "permutation"), agents=agents),
+    )
+
+
+class _Fits(TypedDict):
+    """The curves over the dose, as fields of :class:`AgentSummary`."""
+
+    success_fit: TrendFit
+    loop_fit: TrendFit
+    correlation: Correlation
+    peak: Peak
+
+
+def _fits(shares: Sequence[Point], counted: Outcomes, first: Trial) -> _Fits:
+    """The curves over the dose; those that cannot be fitted are fits of no trials."""
+    none, empty = outcomes(()), np.empty((0, 0))
+    draws = section(
+        "Bootstrap of the trend",
+        lambda: resample(counted, _stream(first, "bootstrap")),
+        lambda: resample(none, _stream(first, "bootstrap")),
+    )
+    return _Fits(
+        success_fit=section(
+            "Trend of success",
+            lambda: trend_fit(shares, "success", draws.success),
+            lambda: trend_fit((), "success", empty),
+        ),
+        loop_fit=section(
+            "Trend of loops",
+            lambda: trend_fit(shares, "loop_rate", draws.loop_rate),
+            lambda: trend_fit((), "loop_rate", empty),
+        ),
+        correlation=section(
+            "Correlation of loops and success",
+            lambda: correlation(shares, draws.loop_rate, draws.success),
+            lambda: correlation((), empty, empty),
+        ),
+        peak=section(
+            "Best flip rate",
+            lambda: peak(counted, _stream(first, "peak")),
+            lambda: peak(none, _stream(first, "peak")),
+        ),
     )
 
 

@@ -218,7 +218,7 @@ def _people_differ(people: Outcomes, truth: World, design: Design, rng: np.rando
 
 
 def as_data(rates: Sequence[Rate], *, seed: int) -> dict[str, Any]:
-    """The audit as JSON data."""
+    """The audit of the tests as JSON data."""
     return {
         "seed": seed,
         "worlds": {name: WORLDS[name].says for name in dict.fromkeys(rate.world for rate in rates)},

@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.table import Table
 
+from lockprobe.audit.many_agents import MANY_AGENTS, SentenceRate, sentence_data, sentence_rates
 from lockprobe.audit.power import TRIALS, Needed, default_worlds, stated_world
 from lockprobe.audit.power import power as measure_power
 from lockprobe.audit.rates import COMPARISON, Rate, as_data, measure
-from lockprobe.audit.simulated_agents import WORLDS, P, world
+from lockprobe.audit.simulated_agents import WORLDS, P, World, world
 from lockprobe.cli import options
 from lockprobe.cli.cluster import reached
 from lockprobe.cli.printing import new_table, plain_console, print_table, time_left
@@ -70,11 +71,29 @@ def audit(
 
 
 def _audit_tests(names: list[str] | None, studies: int, seed: int, workers: Pool, *, json: bool) -> None:
-    worlds = [world(name) for name in dict.fromkeys(names or WORLDS)]
+    asked = list(dict.fromkeys(names or [*WORLDS, *MANY_AGENTS]))
+    many = [name for name in asked if name in MANY_AGENTS]
+    worlds = [_world(name) for name in asked if name not in MANY_AGENTS]
     rates = measure(worlds, studies=studies, seed=seed, workers=workers, progress=time_left("studies"))
+    sentences = sentence_rates(many, studies=studies, seed=seed, workers=workers, progress=time_left("studies"))
     if json:
-        print(json_.dumps(as_data(rates, seed=seed), indent=1))
+        found = as_data(rates, seed=seed) | ({"many_agents": sentence_data(sentences)} if many else {})
+        print(json_.dumps(found, indent=1))
         return
+    if worlds:
+        _print_tests(worlds, rates)
+    if many:
+        _print_sentences(sentences)
+
+
+def _world(name: str) -> World:
+    """A world of one agent by name; the message on an unknown name lists those of many agents too."""
+    if name not in WORLDS:
+        raise UnknownName("world", name, (*WORLDS, *MANY_AGENTS))
+    return world(name)
+
+
+def _print_tests(worlds: Sequence[World], rates: Sequence[Rate]) -> None:
     console = plain_console()
     for made in worlds:
         console.print(f"[bold]{made.name}[/bold]  {made.says}")
@@ -84,6 +103,27 @@ def _audit_tests(names: list[str] | None, studies: int, seed: int, workers: Pool
             console.print(f"\n[bold]{text}[/bold]")
             print_table(_rate_table(asked))
     console.print(_verdict(rates))
+
+
+def _print_sentences(rates: Sequence[SentenceRate]) -> None:
+    """What is said of many agents, and how often."""
+    console = plain_console()
+    console.print("\n[bold]What a report says of many agents[/bold]")
+    table = new_table("world")
+    for name in ("agents", "sentence", "truth", "said"):
+        table.add_column(name)
+    for one in rates:
+        share = f"{one.rate:.3f} ±{one.error:.3f}"
+        table.add_row(
+            one.world,
+            str(one.agents),
+            one.sentence,
+            "yes" if one.truth else "no",
+            share if one.valid is not False else f"[red]{share} ![/red]",
+        )
+    print_table(table)
+    for name in dict.fromkeys(one.world for one in rates):
+        console.print(f"[bold]{name}[/bold]  {MANY_AGENTS[name].says}")
 
 
 def _audit_why(

@@ -11,6 +11,7 @@ import typer
 
 from lockprobe.cli.export import refuse_study_file
 from lockprobe.cli.printing import new_table, print_table
+from lockprobe.sections import LeftOutSection, without
 from lockprobe.terminal_text import printable
 
 if TYPE_CHECKING:
@@ -46,12 +47,13 @@ def compare(directories: Directories, agent: Agents = None, out: Out = PAGE, jso
     for directory in directories:
         refuse_study_file(out, directory)
     found = compare_studies(directories, agent or ())
-    path = write_comparison(found, out / PAGE if out.is_dir() else out)
+    left_out: list[LeftOutSection] = []
+    path = write_comparison(found, out / PAGE if out.is_dir() else out, left_out=left_out.append)
     if json:
         print(json_.dumps(found.plain() | {"page": str(path)}, allow_nan=False))
         return
     _print(found)
-    print(f"Comparison: {path}")
+    print(f"Comparison: {path}{without(left_out)}")
 
 
 def _print(found: Comparison) -> None:

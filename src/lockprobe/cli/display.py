@@ -21,6 +21,7 @@ from lockprobe.cli.progress import Plain, invalid_in_words, told
 from lockprobe.errors import BudgetReached
 from lockprobe.model_call import Call
 from lockprobe.record import Step, Trial
+from lockprobe.sections import LeftOutSection
 from lockprobe.studies.budget import Budget
 from lockprobe.studies.estimate import Estimate
 from lockprobe.studies.journal import Journal, Timing
@@ -161,10 +162,12 @@ class JsonLines(Plain):
         found = StudyHashes.of(directory)
         self._hashes = {"settings_hash": found.settings, "results_hash": found.results}
 
-    def reported(self, path: Path | None) -> None:
+    def reported(self, path: Path | None, left_out: Sequence[LeftOutSection] = ()) -> None:
         """Print the path of the report, or None without a report, and the hashes if there are trials."""
         if self._report is not None:
-            self.event("report", path=None if path is None else str(path), **self._hashes, **self._cost())
+            missing = {"left_out": [asdict(one) for one in left_out]} if left_out else {}
+            path_said = None if path is None else str(path)
+            self.event("report", path=path_said, **missing, **self._hashes, **self._cost())
 
 
 class LiveDisplay(Plain):

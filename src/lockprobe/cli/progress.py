@@ -14,6 +14,7 @@ from lockprobe.errors import BudgetReached
 from lockprobe.model_call import Call
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.record import Step, Trial
+from lockprobe.sections import LeftOutSection, without
 from lockprobe.studies.budget import Budget
 from lockprobe.studies.call_log import Calls, read_calls
 from lockprobe.studies.estimate import Estimate, estimates
@@ -303,12 +304,12 @@ class Plain:
         if self._report is not None:
             self.say(results_line(StudyHashes.of(directory)))
 
-    def reported(self, path: Path | None) -> None:
+    def reported(self, path: Path | None, left_out: Sequence[LeftOutSection] = ()) -> None:
         """Say what it has cost, and name the report; None where there is none."""
         self.close()
         self._spent()
         if self._report:
-            self.say("No report: no trial has ended" if path is None else f"Report: {path}")
+            self.say("No report: no trial has ended" if path is None else f"Report: {path}{without(left_out)}")
         elif self._report is not None and self._journal is not None:
             self.say(f"No report, as asked; lockprobe report {self._journal.directory} writes it")
 

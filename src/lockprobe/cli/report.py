@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json as json_
 import sys
+from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from typing import Annotated
@@ -16,6 +17,7 @@ from lockprobe.cli.watch_report import owed_trials, watch_report
 from lockprobe.errors import BadValue
 from lockprobe.parallel import Pool
 from lockprobe.report import write_report
+from lockprobe.sections import LeftOutSection, without
 from lockprobe.studies.suites import is_suite
 
 __all__ = ["report"]
@@ -52,5 +54,10 @@ def report(directory: Directory, watch: Watch = False, cluster: options.ClusterA
 
 def _write(directory: Path, machines: Pool | None, *, json: bool) -> None:
     tell = partial(print, "Report:", file=sys.stderr)
-    path = write_report(directory, tell=tell, processes=2, elsewhere=machines)
-    print(json_.dumps({"report": str(path)}) if json else f"Report: {path}", flush=True)
+    left_out: list[LeftOutSection] = []
+    path = write_report(directory, tell=tell, left_out=left_out.append, processes=2, elsewhere=machines)
+    if json:
+        missing = {"left_out": [asdict(one) for one in left_out]} if left_out else {}
+        print(json_.dumps({"report": str(path), **missing}), flush=True)
+    else:
+        print(f"Report: {path}{without(left_out)}", flush=True)

@@ -14,6 +14,7 @@ from lockprobe.cli.live_report import LiveReport
 from lockprobe.cli.progress import Plain, foreign_in_words
 from lockprobe.errors import BadValue, BudgetReached
 from lockprobe.plan import Plan
+from lockprobe.sections import LeftOutSection
 from lockprobe.studies.budget import Budget
 from lockprobe.studies.journal import Journal
 from lockprobe.studies.runner import Limits, owe_anew
@@ -90,8 +91,9 @@ def play_study(
         live.end()
         if journal.trials:
             observer.recorded(directory)
+        left_out: list[LeftOutSection] = []
         something = journal.trials or reached is None
-        observer.reported(_report(directory, limits) if report and something else None)
+        observer.reported(_report(directory, limits, left_out) if report and something else None, left_out)
         status = _failure(planned, journal, observer)
         if reached is not None:
             observer.stopped(reached, _owed(planned, journal), planned.size - planned.invited)
@@ -117,11 +119,11 @@ def _failure(planned: Study, journal: Journal, observer: Plain) -> int:
     return BROKE if broken else NO_VALID_TRIAL if found else 0
 
 
-def _report(directory: Path, limits: Limits) -> Path:
+def _report(directory: Path, limits: Limits, left_out: list[LeftOutSection]) -> Path:
     from lockprobe.report import write_report  # a second of imports, which the first trials need not wait for
 
     tell = partial(print, "Report:", file=sys.stderr)
-    return write_report(directory, tell=tell, processes=2, elsewhere=limits.cluster)
+    return write_report(directory, tell=tell, left_out=left_out.append, processes=2, elsewhere=limits.cluster)
 
 
 def allowed_budget(planned: Study, budget: float | None, directory: Path) -> Budget | None:

@@ -15,6 +15,7 @@ from lockprobe.cli.printing import new_table, print_table
 from lockprobe.cli.progress import results_line, settings_line
 from lockprobe.cli.run_study import BUDGET_REACHED, allowed_budget, play_study
 from lockprobe.errors import BadValue, Conflict
+from lockprobe.sections import LeftOutSection, without
 from lockprobe.studies import paper
 from lockprobe.studies.call_log import read_calls
 from lockprobe.studies.directory import SETTINGS
@@ -138,12 +139,13 @@ def report_suite(directory: Path, *, json: bool) -> None:
     from lockprobe.report.suite_page import write_suite
 
     found = suite_results(directory)
-    page = write_suite(found, directory)
+    left_out: list[LeftOutSection] = []
+    page = write_suite(found, directory, left_out=left_out.append)
     if json:
         print(json_.dumps({"event": "suite", **found.plain(), "page": str(page)}, allow_nan=False), flush=True)
         return
     _print(found)
-    print(f"Suite: {page}")
+    print(f"Suite: {page}{without(left_out)}")
 
 
 def _print(found: SuiteResults) -> None:

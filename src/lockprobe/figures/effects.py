@@ -43,7 +43,7 @@ def effect_rows(found: Effects) -> list[ForestRow]:
             marker="s",
             face=ACCENT if one.detectable else "white",
         )
-        for one in found.alone
+        for one in found.interplays
     ]
     return rows + crossed
 

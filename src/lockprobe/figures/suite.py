@@ -32,18 +32,21 @@ _STEPS = (0.05, 0.1, 0.2, 0.25, 0.5, 1.0)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Panel:
-    """One score: its title, what stands below it, what it is of an agent, and what 0 or chance is."""
+    """One score: its title, what stands below it, what it is of an agent, and what stands where there is none."""
 
     name: str
     unit: str
     of: Callable[[SuiteScore], Score | Rational | None]
     signed: bool = False
+    missing: str = "no trial"
 
 
 _PANELS = (
     _Panel(name="competence", unit="%\n0 is chance", of=lambda one: one.competence),
-    _Panel(name="robustness", unit="points\n0 is no change", of=lambda one: one.robustness, signed=True),
-    _Panel(name="misreading", unit="% of claims\n", of=lambda one: one.misreading),
+    _Panel(
+        name="robustness", unit="points\n0 is no change", of=lambda one: one.robustness, signed=True, missing="none"
+    ),
+    _Panel(name="misreading", unit="% of claims\n", of=lambda one: one.misreading, missing="not asked"),
     _Panel(name="loops", unit="points\n0 is chance", of=lambda one: one.loops, signed=True),
     _Panel(name="rationality", unit="% of actions\nupright: chance", of=lambda one: one.rationality),
 )
@@ -76,7 +79,7 @@ def _draw(axes: Axes, panel: _Panel, scores: Sequence[SuiteScore]) -> None:
     axes.axvline(0.0, color=FAINT, linewidth=0.8, zorder=1)
     for row, one in enumerate(found):
         if one is None:
-            axes.text(0.5, row, "not asked" if panel.name == "misreading" else "no trial", color=FAINT, fontsize=SMALL,
+            axes.text(0.5, row, panel.missing, color=FAINT, fontsize=SMALL,
                       transform=axes.get_yaxis_transform(), ha="center", va="center")  # fmt: skip
             continue
         axes.plot([one.low, one.high], [row, row], color=SUBJECTS[0], linewidth=1.3, solid_capstyle="butt", zorder=3)

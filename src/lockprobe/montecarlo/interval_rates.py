@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.analysis.agent_comparison.paired import block_mean
-from lockprobe.analysis.excursion import DecisionPoints, excursion
+from lockprobe.analysis.excursion import DecisionPoints, Excursion, excursion
 from lockprobe.analysis.proportions import ALPHA
 from lockprobe.errors import BadValue
 from lockprobe.montecarlo.excursions import lie_effects, one_lie
@@ -188,7 +188,7 @@ def _of_records(job: _StudyRange) -> list[_Estimate]:
     for first in range(0, number * job.trials, job.trials):
         points = _points(made, job.p, slice(first, first + job.trials))
         one = excursion(points, "solved", np.ones(len(points), dtype=np.bool_))
-        if one is not None:
+        if isinstance(one, Excursion):
             found.append(_Estimate(one.effect, one.low <= job.exact <= one.high, one.p_value < ALPHA))
     return found
 

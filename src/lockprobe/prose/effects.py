@@ -41,10 +41,11 @@ def effects_said(found: Effects, conditions: Mapping[tuple[str, str], ConditionS
             f"No difference from {found.control} was detected under {_listed(hidden)}. "
             "This does not show that there is no effect."
         )
-    if len(found.effects) > 1:
-        many = f"P values and intervals of differences are corrected for comparing {len(found.effects)} conditions"
-        said.append(f"{many} with {found.control}.")
-    return said + [_interplay_said(one) for one in found.alone] + [grid_said(one) for one in found.grids]
+    many = [f"comparing {len(found.effects)} conditions with {found.control}"] * (len(found.effects) > 1)
+    many += [f"{found.agents} agents"] * (found.agents > 1)
+    if many:
+        said.append(f"P values and intervals of differences are corrected for {' and for '.join(many)}.")
+    return said + [_interplay_said(one) for one in found.interplays] + [grid_said(one) for one in found.grids]
 
 
 def _listed(effects: Sequence[Effect]) -> str:
@@ -57,7 +58,8 @@ def _listed(effects: Sequence[Effect]) -> str:
 
 def _interplay_said(one: Interplay) -> str:
     change, crossing = one.change, one.crossing
-    test = "" if change.p_value is None else f"; {p_value(change.p_value)}, not corrected"
+    many = f", corrected for {one.choices} interactions" if one.choices > 1 else ""
+    test = "" if change.p_value is None else f"; {p_value(change.p_value)}{many}"
     size = f"{points(change.value)} points{range_said(change.low, change.high)}{test}"
     if one.detectable:
         return f"The effect of {crossing.second} depends on {crossing.first} (interaction {size})."

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
-from lockprobe.analysis.excursion import SOON, Among, Excursion, Outcome
+from lockprobe.analysis.excursion import SOON, Among, Excursions, Outcome
 from lockprobe.analysis.proportions import ALPHA
 from lockprobe.formatting import p_value, points, range_said
 from lockprobe.prose.subject import Subject
@@ -39,16 +37,17 @@ def among_said(among: Among) -> str:
     return _AMONG[among]
 
 
-def excursion_said(found: Sequence[Excursion], subject: Subject) -> str:
+def excursion_said(found: Excursions, subject: Subject) -> str:
     """The effect of one more false report on success, and the effect that the study detects with a power of 80 %.
 
     Args:
         found: The effects on one agent.
         subject: The agent.
     """
-    one = next((one for one in found if (one.outcome, one.among) == ("solved", "all")), None)
+    one = next((one for one in found.estimates if (one.outcome, one.among) == ("solved", "all")), None)
     if one is None:
-        return f"Too few trials of {subject.name} differ to estimate the effect of one false report on success."
+        why = next((one.reason for one in found.left_out if (one.outcome, one.among) == ("solved", "all")), "no report")
+        return f"The effect of one false report on the success of {subject.name} is not estimated: {why}."
     size = f"{points(one.effect)} points{range_said(one.low, one.high)}; {p_value(one.p_value)}"
     power = f"The power to detect an effect of {100 * one.smallest:.0f} points is 80 %"
     of = f"{one.points} reports in {one.clusters} blocks"

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from fractions import Fraction
 from math import ceil
 from statistics import NormalDist
 from typing import Literal
 
+from lockprobe.analysis.agent_comparison.leaderboard_row import Standing
 from lockprobe.analysis.axis import Axis
 from lockprobe.analysis.clustered import ClusteredProportion
 from lockprobe.analysis.condition import ConditionSummary, Contrast
@@ -16,7 +18,7 @@ from lockprobe.analysis.inference.difference import DifferenceAt
 from lockprobe.analysis.modalities import ModalityEffect, spoken
 from lockprobe.analysis.proportions import ALPHA, Paired, Proportion, proportion
 from lockprobe.analysis.summary import AgentSummary, StudySummary
-from lockprobe.formatting import p_value, percent
+from lockprobe.formatting import p_value, percent, points, range_said
 from lockprobe.prose.doses import at_dose, cause, cause_first
 from lockprobe.prose.subject import Subject, subject_of
 from lockprobe.prose.success import alike_said
@@ -89,9 +91,22 @@ def flips_answer(summary: StudySummary) -> str:
     if len(counted) == 1:
         return _single(counted[0])
     if not any(agent.contrast for agent in counted):
-        best = max(counted, key=lambda agent: agent.conditions[0].success.value or 0.0)
-        return f"Of {len(counted)} agents {best.name} solved the most: {_rate(best.conditions[0])}."
+        return _leaders(counted, summary.standings)
     return _several(counted, summary.axis)
+
+
+def _leaders(agents: Sequence[AgentSummary], standings: Sequence[Standing]) -> str:
+    """Who solved the most, all of them in a tie, and how many agents may be the best by the comparisons of pairs."""
+    shares = {agent.name: next(one for one in agent.conditions if one.success.n) for agent in agents}
+    most = max(Fraction(one.success.count, one.success.n) for one in shares.values())
+    best = {name: one for name, one in shares.items() if Fraction(one.success.count, one.success.n) == most}
+    numbers = sorted({one.success.n for one in best.values()})
+    of = f"{percent(float(most))} of {numbers[0]}{f' to {numbers[-1]}' if len(numbers) > 1 else ''} trials"
+    if len(best) == len(agents):
+        return f"{'Both' if len(agents) == 2 else f'All {len(agents)}'} agents solved the same share: {of}."
+    possible = sum(row.ranks is not None and row.ranks[0] == 1 for row in standings)
+    open_ = f"; by the comparisons of pairs any of {possible} may be the best" if possible > len(best) else ""
+    return f"Of {len(agents)} agents {_listed([*best])} solved the most: {of}{' each' * (len(best) > 1)}{open_}."
 
 
 def _single(agent: AgentSummary) -> str:
@@ -102,7 +117,7 @@ def _single(agent: AgentSummary) -> str:
     contrast = agent.contrast
     if contrast is None:
         return f"{who.first} solved {_rate(first)}."
-    solved = f"{who.form('it', 'they')} solved {_at(contrast, agent.axis)}"
+    solved = f"{who.form('it', 'they')} solved {_at(contrast, agent.axis)}{_sample(contrast)}"
     if contrast.detectable:
         does = "raise" if contrast.difference.value > 0 else "lower"
         return f"{cause_first(agent.axis)} {does} the success of {who.name}: {solved}."
@@ -136,16 +151,18 @@ def _at(contrast: Contrast, axis: Axis) -> str:
     )
 
 
+def _sample(contrast: Contrast) -> str:
+    """That the sample is smaller than the study, where it is."""
+    return "" if contrast.whole else f", of the {contrast.difference.first.n} trials finished under both"
+
+
 def _rate(condition: ConditionSummary) -> str:
     return f"{percent(condition.success.value)} of {condition.success.n} trials"
 
 
 def _course(agent: AgentSummary) -> CourseKind:
-    """How its success runs over the dose; the one contrast where the course is not tested."""
-    found = agent.inference.course.kind if agent.inference.course else "not tested"
-    if agent.contrast and agent.contrast.detectable and found not in _DOES:
-        return "rises" if agent.contrast.difference.value > 0 else "falls"
-    return found
+    """How its success runs over the dose."""
+    return agent.inference.course.kind if agent.inference.course else "not tested"
 
 
 def _several(agents: Sequence[AgentSummary], axis: Axis) -> str:
@@ -177,6 +194,7 @@ def _with_rates(agent: AgentSummary) -> str:
         return name
     first, second = contrast.difference.first, contrast.difference.second
     rates = f"{percent(first.value)} to {percent(second.value)} {at_dose(contrast.other.p, agent.axis)}"
+    rates += _sample(contrast)
     return f"{name} ({rates})"
 
 
@@ -184,7 +202,7 @@ def interaction_said(summary: StudySummary) -> str:
     """Whether a detected effect differs from those that were not detected; empty without such a pair of agents."""
     detected = {(one.agent, one.modality): _course(one) in _DOES for one in summary.subjects if not one.blind}
     tested = [
-        pair.interaction.p_adjusted
+        (pair.interaction.clearest.change, pair.interaction.p_adjusted)
         for pair in summary.comparisons
         if pair.interaction is not None
         and pair.interaction.p_adjusted is not None
@@ -192,10 +210,20 @@ def interaction_said(summary: StudySummary) -> str:
     ]
     if not tested:
         return ""
-    found = sum(p < ALPHA for p in tested)
+    found = sum(p < ALPHA for _, p in tested)
     if len(tested) > 1:
-        return f"A difference between two such effects was detected in {found} of {len(tested)} pairs of agents."
-    return f"{'A' if found else 'No'} difference in effect between the two agents was detected ({p_value(tested[0])})."
+        common = sorted({change.blocks for change, _ in tested})
+        on = f"{common[0]} to {common[-1]}" if len(common) > 1 else str(common[0])
+        return (
+            f"A difference between two such effects was detected in {found} of {len(tested)} pairs of agents, on the "
+            f"{on} trials that both finished under both reports."
+        )
+    ((change, p),) = tested
+    size = f"{points(change.value)} points{range_said(change.low, change.high)}; {p_value(p)}"
+    return (
+        f"{'A' if found else 'No'} difference in effect between the two agents was detected on the {change.blocks} "
+        f"trials that both finished under both reports ({size})."
+    )
 
 
 def smaller_budget_said(summary: StudySummary) -> str:
@@ -243,11 +271,15 @@ def not_above_chance(summary: StudySummary) -> str:
 def no_advantage_said(shares: Mapping[str, Proportion | ClusteredProportion], where: str, by_chance: float) -> str:
     """Agents whose interval does not lie above what random agents without immediate repeats solve; empty if none.
 
+    With several agents intervals hold for all of them at once, since the sentence also says of those that it does not
+    name that they exceed chance.
+
     Args:
         shares: Agent -> its success.
         where: Under which reports.
         by_chance: Success of the random agents, [0, 1].
     """
+    shares = {name: _of_all(one, len(shares)) for name, one in shares.items()}
     weak = [name for name, one in shares.items() if one.low <= by_chance]
     if not weak:
         return ""
@@ -263,6 +295,14 @@ def no_advantage_said(shares: Mapping[str, Proportion | ClusteredProportion], wh
         who = "neither agent" if len(shares) == 2 else f"neither {weak[0]} nor {weak[1]}"
         who += " detectably exceeded"
     return f"{where}, {who} {than}."
+
+
+def _of_all(one: Proportion | ClusteredProportion, agents: int) -> Proportion | ClusteredProportion:
+    """The share with Wilson's interval for one of several agents; clustered intervals of people stay as they are."""
+    alone = proportion(one.count, one.n)
+    if (alone.low, alone.high) != (one.low, one.high):
+        return one
+    return proportion(one.count, one.n, 1 - ALPHA / agents)
 
 
 def flips_needed(summary: StudySummary) -> str:

@@ -69,8 +69,11 @@ def _misread(condition: ConditionSummary) -> str:
 
 def _best(summary: StudySummary) -> str:
     shares = [(one.success.value, one.agent) for one in summary.standings if one.success.n and one.success.value]
-    best = max(shares, default=None)
-    return f"Highest success: {best[1]}, {percent(best[0])}." if best else ""
+    if not shares:
+        return ""
+    most = max(share for share, _ in shares)
+    best = [agent for share, agent in shares if share == most]
+    return f"Highest success: {first_three(best)}, {percent(most)}{' each' * (len(best) > 1)}."
 
 
 def _tests(agents: Iterable[AgentSummary]) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import ceil
 
 from lockprobe.analysis.axis import FLIPS, Axis
@@ -115,11 +116,9 @@ def _contrast_said(agent: AgentSummary, contrast: Contrast) -> str:
 def _interval(contrast: Contrast) -> str:
     """The difference, its interval, its P value, and what they are corrected for."""
     found = contrast.difference
-    chosen = (
-        ""
-        if contrast.choices == 1
-        else f"; interval and P value corrected for selection among {contrast.choices} differences"
-    )
+    many = [f"selection among {contrast.choices} differences"] * (contrast.choices > 1)
+    many += [f"{contrast.agents} agents"] * (contrast.agents > 1)
+    chosen = f"; interval and P value corrected for {' and '.join(many)}" if many else ""
     said = (
         f"{points(found.value)} points, 95 % interval {points(found.low)} to {points(found.high)}; "
         f"permutation test, {p_value(found.p_value)}{chosen}"
@@ -175,10 +174,23 @@ def courses_said(summary: StudySummary, *, brief: bool = False) -> str:
     blind = [agent.name for agent in summary.agents if agent.blind and not brief]
     alike, was = ("it", "was") if len(blind) == 1 else ("they", "were")
     parts += [f"the same for {listed(blind)} ({alike} played alike whatever {alike} {was} told)"] if blind else []
-    corrected = len(courses) > 1 and not brief
-    many = f" Tests are corrected for the {len(courses)} agents that use reports (Holm)." if corrected else ""
+    many = "" if brief else _corrected_said(heeding)
     lowest = f"{summary.axis.name} {min(shown):g}" if brief else f"a {summary.axis.name} of {min(shown):g}"
     return f"{'Compared' if brief else 'Success compared'} with {lowest}: {'; '.join(parts)}.{many}" if parts else ""
+
+
+def _corrected_said(heeding: Sequence[AgentSummary]) -> str:
+    """For how many agents the courses are corrected."""
+    sizes = {agent.reference: agent.inference.difference.agents for agent in heeding}
+    if max(sizes.values(), default=1) < 2:
+        return ""
+    if len(sizes) == 1:
+        (size,) = sizes.values()
+        return f" Tests are corrected for the {size} agents that use reports (Bonferroni)."
+    agents, baselines = (
+        f"{n} {kind}{'s' * (n != 1)}" for n, kind in ((sizes[False], "agent"), (sizes[True], "baseline"))
+    )
+    return f" Tests are corrected for {agents} and, apart, for {baselines} (Bonferroni)."
 
 
 _COURSES: dict[CourseKind, str] = {

@@ -5,31 +5,56 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from lockprobe.analysis.suite_scores import SuiteScore
-from lockprobe.formatting import bracketed, share
+from lockprobe.formatting import bracketed, first_three, share
 
-__all__ = ["suite_said"]
+__all__ = ["ranks_said", "suite_said"]
+
+_SCALE = "where 0 % is chance and 100 % solves every box"
 
 
 def suite_said(entries: Sequence[tuple[str, SuiteScore]]) -> str:
-    """The competence of the first agent and how false reports change it; of several agents the first is the best.
+    """Who is the most competent, or that it is not decided, and how false reports change the first one's competence.
 
     Args:
         entries: Names and scores, the highest competence first.
     """
     if not entries or (competence := entries[0][1].competence) is None:
         return "No agent has finished trials at every level yet."
-    name, best = entries[0]
+    name, first = entries[0]
     size = share(competence.value, competence.low, competence.high)
-    head = (
-        f"{name} has the highest competence of {len(entries)} agents"
-        if len(entries) > 1
-        else f"{name} has a competence of"
-    )
-    said = f"{head}{':' if len(entries) > 1 else ''} {size}, where 0 % is chance and 100 % solves every box"
-    if (moved := best.robustness) is None:
-        return f"{said}."
+    tied = [other for other, one in entries if one.competence is not None and one.competence.value == competence.value]
+    if first.ranks is None:
+        return f"{name} has a competence of {size}, {_SCALE}. {_change_said(first)}".rstrip()
+    if first.ranks == (1, 1):
+        said = f"{name} is the most competent of {first.together} agents: {size}, {_SCALE}"
+        return f"{said}. {_change_said(first)}".rstrip()
+    possible = sum(one.ranks is not None and one.ranks[0] == 1 for _, one in entries)
+    undecided = f"The tests do not decide which of {possible} of them is the best."
+    if len(tied) > 1:
+        have = f"{first_three(tied)} have the same highest competence of {first.together} agents"
+        return f"{have}: {size}, {_SCALE}. {undecided}"
+    said = f"{name} has the highest competence of {first.together} agents: {size}, {_SCALE}"
+    rank = f"its rank may be {ranks_said(first)}"
+    return f"{said}. {undecided[:-1]}; {rank}. {_change_said(first)}".rstrip()
+
+
+def _change_said(first: SuiteScore) -> str:
+    """How false reports change its competence."""
+    moved = first.robustness
+    if moved is None:
+        opened = any(level.told.count or level.misled.count for level in first.levels)
+        return (
+            "" if opened or not first.levels else "It opened no box, so false reports could not lower its competence."
+        )
     change = bracketed(moved.value, moved.low, moved.high)
-    shown = moved.low > 0 or moved.high < 0
-    if not shown:
-        return f"{said}. No effect of false reports on it was detected ({change} points)."
-    return f"{said}. False reports {'raise' if moved.value > 0 else 'lower'} it ({change} points)."
+    if not (moved.low > 0 or moved.high < 0):
+        return f"No effect of false reports on its competence was detected ({change} points)."
+    return f"False reports {'raise' if moved.value > 0 else 'lower'} its competence ({change} points)."
+
+
+def ranks_said(one: SuiteScore) -> str:
+    """The ranks that are possible; empty without any."""
+    if one.ranks is None:
+        return ""
+    low, high = one.ranks
+    return f"{low}" if low == high else f"{low} to {high}"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from importlib.metadata import version
 from pathlib import Path
 
@@ -14,6 +14,7 @@ from lockprobe.report.compare import Comparison
 from lockprobe.report.figures import Caption, comparison_picture
 from lockprobe.report.format import DETECTED, TextTable, share_cell
 from lockprobe.report.rendering import image, rendered
+from lockprobe.sections import LeftOutSection, leaving_out, section
 from lockprobe.storage.atomic_file import write_file
 
 __all__ = ["difference_table", "study_table", "success_table", "write_comparison"]
@@ -26,12 +27,15 @@ _CAPTION = Caption(
 )
 
 
-def write_comparison(comparison: Comparison, out: Path) -> Path:
-    """Write the page in one step.
+def write_comparison(
+    comparison: Comparison, out: Path, *, left_out: Callable[[LeftOutSection], None] = lambda section: None
+) -> Path:
+    """Write the page in one step. A table or figure that cannot be made is left out and named.
 
     Args:
         comparison: What it shows.
         out: The file.
+        left_out: Told every table and figure that could not be made.
 
     Returns:
         Where it is.
@@ -39,26 +43,45 @@ def write_comparison(comparison: Comparison, out: Path) -> Path:
     Raises:
         BadFile: If it cannot be written.
     """
-    first = leading(comparison.differences)
-    rest = comparison.differences[len(first) :]
-    page = rendered(
-        "compare",
-        content=comparison,
-        lockprobe=version("lockprobe"),
-        images={"differences": image(comparison_picture(first, comparison.names)["svg"])} if first else {},
-        caption=_CAPTION,
-        tables={
-            "studies": study_table(comparison),
-            "success": success_table(comparison),
-            "differences": difference_table(comparison, first),
-            "rest": difference_table(comparison, rest),
-        },
-    )
+    with leaving_out() as failed:
+        page = _page(comparison, ())
+        if failed:
+            page = _page(comparison, failed)
+    for one in failed:
+        left_out(one)
     try:
         write_file(out, page)
     except OSError as error:
         raise BadFile(out, f"cannot be written ({error.strerror})") from error
     return out
+
+
+def _page(comparison: Comparison, missing: Sequence[LeftOutSection]) -> str:
+    first = leading(comparison.differences)
+    rest = comparison.differences[len(first) :]
+    picture = section(
+        "Figure differences",
+        lambda: comparison_picture(first, comparison.names) if first else {},
+        dict[str, bytes],
+    )
+    tables: dict[str, Callable[[], TextTable]] = {
+        "studies": lambda: study_table(comparison),
+        "success": lambda: success_table(comparison),
+        "differences": lambda: difference_table(comparison, first),
+        "rest": lambda: difference_table(comparison, rest),
+    }
+    return rendered(
+        "compare",
+        content=comparison,
+        lockprobe=version("lockprobe"),
+        images={"differences": image(picture["svg"])} if picture else {},
+        caption=_CAPTION,
+        tables={
+            name: section(f"Table {name}", make, lambda: [["This table could not be made."]])
+            for name, make in tables.items()
+        },
+        sections_left_out=missing,
+    )
 
 
 def study_table(comparison: Comparison) -> TextTable:

@@ -18,6 +18,7 @@ from lockprobe.prose.idle import idle_said, unheeded_said
 from lockprobe.prose.loops import loop_finding
 from lockprobe.prose.success import courses_said, finding
 from lockprobe.record import Trial
+from lockprobe.report.assembled import Part, assembled
 from lockprobe.report.described import filled
 from lockprobe.report.dose_grids import grid_rows
 from lockprobe.report.examples import ExampleTrial, example, told_twice
@@ -93,37 +94,49 @@ def condition_results(opened: OpenedStudy, found: ConditionStudySummary) -> Resu
     """
     study = opened.study
     said = {arm.label: " + ".join(map(str, arm.specs)) for arm in found.arms}
-    return Results(
+    everything: dict[str, Part] = {
+        "overview": ("First screen", lambda: condition_overview(found, opened.settings)),
+        "left_out": ("Trials left out", lambda: left_out_row(opened.trials, opened.journal, opened.foreign)),
+        "findings": ("Findings", lambda: _findings(found)),
+        "conditions": (
+            "All conditions",
+            lambda: [
+                _condition_row(study, agent, label, summary, said[label])
+                for (agent, label), summary in found.conditions.items()
+            ],
+        ),
+        "effects": (
+            "Every condition against the control",
+            lambda: [row for one in found.effects for row in _effect_rows(one)],
+        ),
+        "crossings": (
+            "Interactions of interventions",
+            lambda: [row for one in found.effects for row in _interplay_rows(one)],
+        ),
+        "grids": ("Interactions of doses", lambda: [row for one in found.effects for row in grid_rows(one)]),
+        "series": ("Doses", lambda: [_series_row(series, summary) for series, summary in found.series]),
+        "why": ("Why false reports change success", lambda: _why_rows(found, opened.trials)),
+        "rules_said": ("Attempts against the rules", lambda: rules_said_of(found.conditions.values())),
+        "measures": ("Measures of installed packages", lambda: measure_rows(opened)),
+        "errors": ("Trials that broke", lambda: broken_rows(opened.trials)),
+        "tidied": ("Tidied replies", lambda: tidied_rows(opened.trials)),
+        "agents": ("Agents", lambda: agent_facts(opened.trials)),
+        "plants": ("Plant", lambda: plant_facts(opened.trials, opened.settings)),
+        "seen": ("What agents saw", lambda: seen(opened.trials)),
+        "examples": ("Examples", lambda: _examples(found.subjects[0], opened.trials)),
+        "audit": ("Error rates of the tests", audit_result),
+    }
+    return assembled(
+        everything,
         schema_version=RESULTS_VERSION,
         lockprobe=version("lockprobe"),
         study=dict(opened.settings),
         settings_hash=opened.study.settings_hash,
         results_hash=results_hash(opened.study, opened.trials),
         joints=len(study.box.joints),
-        overview=condition_overview(found, opened.settings),
         progress=study_progress(opened),
-        left_out=left_out_row(opened.trials, opened.journal, opened.foreign),
         subjects=list(found.subjects),
-        findings=_findings(found),
-        rules_said=rules_said_of(found.conditions.values()),
-        conditions=[
-            _condition_row(study, agent, label, summary, said[label])
-            for (agent, label), summary in found.conditions.items()
-        ],
-        effects=[row for one in found.effects for row in _effect_rows(one)],
-        crossings=[row for one in found.effects for row in _interplay_rows(one)],
-        grids=[row for one in found.effects for row in grid_rows(one)],
-        series=[_series_row(series, summary) for series, summary in found.series],
-        why=_why_rows(found, opened.trials),
         box=found.reference,
-        measures=measure_rows(opened),
-        errors=broken_rows(opened.trials),
-        tidied=tidied_rows(opened.trials),
-        agents=agent_facts(opened.trials),
-        plants=plant_facts(opened.trials, opened.settings),
-        seen=seen(opened.trials),
-        examples=_examples(found.subjects[0], opened.trials),
-        audit=audit_result(),
     )
 
 
@@ -159,6 +172,7 @@ def _effect_rows(found: Effects) -> list[EffectResult]:
             difference_low=one.difference.low,
             difference_high=one.difference.high,
             corrected_for=len(found.effects),
+            agents=found.agents,
         )
         for one in found.effects
     ]
@@ -173,6 +187,7 @@ def _interplay_rows(found: Effects) -> list[CrossingResult]:
             one,
             one.change,
             trials=one.change.pairs,
+            corrected_for=one.choices,
             difference=one.change.value,
             difference_low=one.change.low,
             difference_high=one.change.high,

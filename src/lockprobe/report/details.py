@@ -21,6 +21,8 @@ __all__ = [
     "AgainstChance",
     "AuditResult",
     "AuditedRate",
+    "AuditedSentence",
+    "AuditedSentences",
     "BrokenAt",
     "BrokenByCondition",
     "BrokenTrials",
@@ -239,6 +241,7 @@ class ContrastResult:
     baseline_p: float
     other_p: float
     choices: int
+    agents: int
     farthest: bool
     all_trials: bool
     baseline_solved: int
@@ -367,9 +370,33 @@ class AuditedRate:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class AuditedSentence:
+    """How often something was said of many simulated agents."""
+
+    world: str
+    agents: int
+    sentence: str
+    truth: bool
+    studies: int
+    said: int
+    rate: float
+    error: float
+    valid: bool | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AuditedSentences:
+    """The shipped audit of what is said of many agents."""
+
+    worlds: Mapping[str, str]
+    rates: Sequence[AuditedSentence]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class AuditResult:
     """The shipped audit of every test."""
 
     seed: int
     worlds: Mapping[str, str]
     rates: Sequence[AuditedRate]
+    many_agents: AuditedSentences

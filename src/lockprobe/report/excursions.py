@@ -14,7 +14,7 @@ from lockprobe.record import Trial
 from lockprobe.report.described import Change, Counted, DescribedResult, Share, filled
 from lockprobe.report.format import TextTable
 
-__all__ = ["ExcursionResult", "LieResult", "excursion_table", "lie_rows", "lies_answer"]
+__all__ = ["ExcursionResult", "LieResult", "NotEstimatedResult", "excursion_table", "lie_rows", "lies_answer"]
 
 
 class ExcursionResult(DescribedResult):
@@ -33,6 +33,16 @@ class ExcursionResult(DescribedResult):
     smallest: float = Field(description="The effect that is detected with a power of 80 %.")
 
 
+class NotEstimatedResult(DescribedResult):
+    """An effect of one false report that cannot be estimated."""
+
+    outcome: str = Field(description="repeats, new, leaves, optimal, soon or solved.")
+    among: str = Field(description="all, false moved, false blocked, in a loop or elsewhere.")
+    what: str
+    where: str
+    reason: str = Field(description="Why there is no estimate.")
+
+
 class LieResult(DescribedResult):
     """The effects of one false report on one agent."""
 
@@ -40,6 +50,7 @@ class LieResult(DescribedResult):
     modality: str = Field(description="How the box was shown.")
     said: str = Field(description="The effect on success, in a sentence.")
     effects: list[ExcursionResult] = Field(description="Every effect that can be estimated.")
+    left_out: list[NotEstimatedResult] = Field(description="The others, each with its reason.")
 
 
 def lie_rows(trials: Sequence[Trial], subjects: Sequence[tuple[str, str, Subject]]) -> list[LieResult]:
@@ -54,8 +65,18 @@ def lie_rows(trials: Sequence[Trial], subjects: Sequence[tuple[str, str, Subject
         there = decision_points(trial for trial in trials if (trial.group, trial.modality) == (agent, modality))
         if len(there):
             effects = excursions(there)
-            rows = [_row(one) for one in effects]
-            found.append(LieResult(agent=agent, modality=modality, said=excursion_said(effects, subject), effects=rows))
+            found.append(
+                LieResult(
+                    agent=agent,
+                    modality=modality,
+                    said=excursion_said(effects, subject),
+                    effects=[_row(one) for one in effects.estimates],
+                    left_out=[
+                        filled(NotEstimatedResult, one, what=outcome_said(one.outcome), where=among_said(one.among))
+                        for one in effects.left_out
+                    ],
+                )
+            )
     return found
 
 

@@ -76,8 +76,8 @@ CAPTIONS = {
         "Differences between two agents on the same boxes with the same false reports, the first named minus the "
         "other; filled marks were detected. Top: success over all flip rates; bottom: change of success from the "
         "lowest flip rate to the one with the clearest difference.",
-        "Bars are 95 % intervals clustered by block, at the bottom not corrected for the choice of flip rate. Tests "
-        "are corrected for the number of pairs, at the bottom also for all flip rates.",
+        "Bars are 95 % intervals clustered by block, at the bottom corrected for all flip rates. Tests are corrected "
+        "for the number of pairs, at the bottom also for all flip rates.",
     ),
     "fig3": Caption(
         "The paper's Fig. 3: share of trials solved by each step at the lowest flip rate, one line per agent and "
@@ -168,8 +168,8 @@ CONDITION_CAPTIONS = {
     "effects": Caption(
         "Circles: success under each condition minus success under the control. Squares: interactions of two "
         "interventions; filled marks were detected.",
-        "Bars are 95 % intervals over matched pairs of trials, corrected for the number of conditions (squares: not "
-        "corrected). A difference is detected if the test rejects and the interval excludes 0.",
+        "Bars are 95 % intervals over matched pairs of trials, corrected for the number of conditions (squares: of "
+        "interactions) and of agents. A difference is detected if the test rejects and the interval excludes 0.",
     ),
     "grid": Caption(
         "Share of trials solved under every combination of two doses, with count and interval where there is room. "

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from importlib.metadata import version
-from typing import Any
 
 from lockprobe.analysis.response_times import response_times
 from lockprobe.analysis.summary import StudySummary
@@ -19,6 +18,8 @@ from lockprobe.prose.robot import verdicts_said
 from lockprobe.prose.section_answers import section_answers
 from lockprobe.prose.subject import subject_of
 from lockprobe.prose.success import baselines_said, courses_said, finding
+from lockprobe.record import Trial
+from lockprobe.report.assembled import Part, assembled
 from lockprobe.report.claims import claim_rows
 from lockprobe.report.examples import examples
 from lockprobe.report.excursions import LieResult, lie_rows, lies_answer
@@ -52,6 +53,7 @@ from lockprobe.report.study_rows import (
     study_progress,
     tidied_rows,
 )
+from lockprobe.sections import section
 from lockprobe.studies.results_hash import results_hash
 from lockprobe.studies.study import Study
 
@@ -67,54 +69,100 @@ def flip_results(opened: OpenedStudy, summary: StudySummary) -> Results:
     """
     study, trials, agents = opened.study, opened.trials, summary.agents
     names = {(agent.agent, agent.modality): agent.name for agent in agents}
-    lies = lie_rows(trials, [(a.agent, a.modality, subject_of(a)) for a in summary.subjects if not a.blind])
-    return Results(
+    lies = section("Effect of one false report", lambda: _lies(summary, trials), list[LieResult])
+    everything: dict[str, Part] = {
+        "overview": ("First screen", lambda: flip_overview(summary, opened.settings)),
+        "left_out": ("Trials left out", lambda: left_out_row(trials, opened.journal, opened.foreign)),
+        "panel_said": ("Panel", lambda: _panel(study)),
+        **_sentences(summary, lies),
+        **_success(summary, trials, names),
+        **_behaviour(summary, trials),
+        "people": ("People", lambda: _people(opened, summary)),
+        "verdicts_said": (
+            "Verdicts of the robot",
+            lambda: verdicts_said(summary.verdicts) if summary.verdicts else "",
+        ),
+        "examples": ("Examples", lambda: examples(summary, trials)),
+        "rules_said": ("Attempts against the rules", lambda: rules_said_of(summary.conditions)),
+        "measures": ("Measures of installed packages", lambda: measure_rows(opened)),
+        "errors": ("Trials that broke", lambda: broken_rows(trials)),
+        "tidied": ("Tidied replies", lambda: tidied_rows(trials)),
+        "agents": ("Agents", lambda: agent_facts(trials)),
+        "plants": ("Plant", lambda: plant_facts(trials, opened.settings)),
+        "seen": ("What agents saw", lambda: seen(trials)),
+        "audit": ("Error rates of the tests", audit_result),
+    }
+    return assembled(
+        everything,
         schema_version=RESULTS_VERSION,
         lockprobe=version("lockprobe"),
         study=dict(opened.settings),
         settings_hash=opened.study.settings_hash,
         results_hash=results_hash(opened.study, opened.trials),
         joints=len(opened.settings.get("box", {}).get("joints", [])),
-        overview=flip_overview(summary, opened.settings),
         progress=study_progress(opened),
-        left_out=left_out_row(trials, opened.journal, opened.foreign),
-        panel_said=_panel(study),
-        **_sentences(summary, lies),
-        box=summary.reference,
-        conditions=[condition_row(c, a.name, blind=a.blind) for a in agents for c in a.conditions],
-        leaderboard=leaderboard_rows(summary, trials),
-        comparisons=comparison_rows(summary.comparisons, names),
-        interactions=interaction_rows(summary.comparisons, names),
-        rationality=[row for a in agents for c in a.conditions for row in rationality_rows(c, a.name, blind=a.blind)],
-        judged=judged(summary),
         lies=lies,
-        paces=[pace_row(compared, names) for compared in summary.paces],
-        modalities=[modality_row(effect) for effect in summary.modalities],
-        people=_people(opened, summary),
-        rules_said=rules_said_of(summary.conditions),
+        box=summary.reference,
         verdicts=summary.verdicts,
-        verdicts_said=verdicts_said(summary.verdicts) if summary.verdicts else "",
-        fits=[fit_row(agent) for agent in agents],
-        tests=[row for agent in agents if not agent.blind for row in test_rows(agent)],
-        contrasts=[contrast_row(agent, agent.contrast) for agent in agents if agent.contrast],
-        courses=[row for agent in agents if (row := course_row(agent))],
-        claims=[claim_row(row) for row in claim_rows(summary)],
-        detectors=[
-            detector_row(condition, trials, agent.name)
-            for agent in summary.subjects
-            for condition in agent.conditions
-            if condition.success.n
-        ],
-        examples=examples(summary, trials),
-        measures=measure_rows(opened),
-        errors=broken_rows(trials),
-        tidied=tidied_rows(trials),
-        agents=agent_facts(trials),
-        plants=plant_facts(trials, opened.settings),
-        seen=seen(trials),
         subjects=list(dict.fromkeys(agent.agent for agent in summary.subjects)),
-        audit=audit_result(),
     )
+
+
+def _success(summary: StudySummary, trials: Sequence[Trial], names: Mapping[tuple[str, str], str]) -> dict[str, Part]:
+    """What the results say of success, by agent and condition, and how agents compare."""
+    agents = summary.agents
+    return {
+        "conditions": (
+            "All conditions",
+            lambda: [condition_row(c, a.name, blind=a.blind) for a in agents for c in a.conditions],
+        ),
+        "leaderboard": ("Leaderboard", lambda: leaderboard_rows(summary, trials)),
+        "comparisons": ("Agents compared", lambda: comparison_rows(summary.comparisons, names)),
+        "interactions": ("Interactions", lambda: interaction_rows(summary.comparisons, names)),
+        "paces": ("Speed of every two agents", lambda: [pace_row(compared, names) for compared in summary.paces]),
+        "modalities": ("Modalities", lambda: [modality_row(effect) for effect in summary.modalities]),
+        "fits": ("Fits", lambda: [fit_row(agent) for agent in agents]),
+        "tests": (
+            "Hypothesis tests",
+            lambda: [row for agent in agents if not agent.blind for row in test_rows(agent)],
+        ),
+        "contrasts": (
+            "Success and false reports",
+            lambda: [contrast_row(agent, agent.contrast) for agent in agents if agent.contrast],
+        ),
+        "courses": ("Courses of success", lambda: [row for agent in agents if (row := course_row(agent))]),
+        "claims": ("The paper's claims", lambda: [claim_row(row) for row in claim_rows(summary)]),
+    }
+
+
+def _behaviour(summary: StudySummary, trials: Sequence[Trial]) -> dict[str, Part]:
+    """What the results say of how agents act."""
+    return {
+        "rationality": (
+            "Rationality",
+            lambda: [
+                row
+                for agent in summary.agents
+                for condition in agent.conditions
+                for row in rationality_rows(condition, agent.name, blind=agent.blind)
+            ],
+        ),
+        "judged": ("Rationality", lambda: judged(summary)),
+        "detectors": (
+            "Other loop detectors",
+            lambda: [
+                detector_row(condition, trials, agent.name)
+                for agent in summary.subjects
+                for condition in agent.conditions
+                if condition.success.n
+            ],
+        ),
+    }
+
+
+def _lies(summary: StudySummary, trials: Sequence[Trial]) -> list[LieResult]:
+    """The effects of one false report on the agents that heed reports."""
+    return lie_rows(trials, [(a.agent, a.modality, subject_of(a)) for a in summary.subjects if not a.blind])
 
 
 def _people(opened: OpenedStudy, summary: StudySummary) -> PeopleResult | None:
@@ -126,19 +174,29 @@ def _people(opened: OpenedStudy, summary: StudySummary) -> PeopleResult | None:
     )
 
 
-def _sentences(summary: StudySummary, lies: Sequence[LieResult]) -> dict[str, Any]:
+def _sentences(summary: StudySummary, lies: Sequence[LieResult]) -> dict[str, Part]:
     """What the results say in words."""
     return {
-        "answers": section_answers(summary) | ({"lies": said} if (said := lies_answer(lies)) else {}),
-        "modality_findings": [modality_finding(effect, summary) for effect in summary.modalities],
-        "findings": [finding(agent) for agent in summary.subjects],
-        "loop_findings": [loop_finding(agent) for agent in summary.subjects],
-        "conclusions": [conclusions(agent) for agent in summary.subjects],
-        "ranking_said": ranking_said(summary),
-        "comparisons_said": [comparison_said(one, summary) for one in summary.comparisons],
-        "beside": baselines_said(summary),
-        "courses_said": courses_said(summary),
+        "answers": ("Answers of the sections", lambda: _answers(summary, lies)),
+        "modality_findings": (
+            "Findings on modalities",
+            lambda: [modality_finding(effect, summary) for effect in summary.modalities],
+        ),
+        "findings": ("Findings", lambda: [finding(agent) for agent in summary.subjects]),
+        "loop_findings": ("Findings on loops", lambda: [loop_finding(agent) for agent in summary.subjects]),
+        "conclusions": ("Conclusions of the tests", lambda: [conclusions(agent) for agent in summary.subjects]),
+        "ranking_said": ("Ranking", lambda: ranking_said(summary)),
+        "comparisons_said": (
+            "Agents compared",
+            lambda: [comparison_said(one, summary) for one in summary.comparisons],
+        ),
+        "beside": ("Baselines", lambda: baselines_said(summary)),
+        "courses_said": ("Courses of success", lambda: courses_said(summary)),
     }
+
+
+def _answers(summary: StudySummary, lies: Sequence[LieResult]) -> dict[str, str]:
+    return section_answers(summary) | ({"lies": said} if (said := lies_answer(lies)) else {})
 
 
 def _panel(study: Study) -> str:

@@ -51,6 +51,7 @@ class KeyNumbers(DescribedResult):
     change: str
     against: str
     chance: str
+    agents: int = 1
 
 
 class Overview(DescribedResult):
@@ -123,6 +124,7 @@ def _numbers(agent: AgentSummary, reference: Reference | None) -> KeyNumbers:
         start = "change " if contrast.choices == 1 else ""
         which = "" if contrast.choices == 1 else f", {'largest' if contrast.farthest else 'clearest'} change"
         against = f"{start}from {agent.axis.name} {contrast.baseline.p:g} to {contrast.other.p:g}{which}"
+        against += "" if contrast.whole else f", of {gap.first.n} trials finished under both"
     return KeyNumbers(
         agent=agent.name,
         what=description(agent.agent),
@@ -131,6 +133,7 @@ def _numbers(agent: AgentSummary, reference: Reference | None) -> KeyNumbers:
         change=change,
         against=against,
         chance=_chance(reference),
+        agents=contrast.agents if contrast else 1,
     )
 
 
@@ -207,4 +210,5 @@ def _condition_numbers(found: Effects, reference: Reference) -> KeyNumbers:
         change=f"{bracketed(gap.value, gap.low, gap.high)} points",
         against=f"{'clearest ' * (len(found.effects) > 1)}change under {clearest.condition}",
         chance=_chance(reference),
+        agents=found.agents,
     )

@@ -39,10 +39,11 @@ from lockprobe.report.installed_measures import measure_table
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.people import people_steps_table, people_table, positions_table
 from lockprobe.report.rendering import image, rendered
-from lockprobe.report.results import StudyNumbers, results_of, study_numbers
+from lockprobe.report.results import StudyNumbers, results_of, study_numbers, with_left_out
 from lockprobe.report.sample_pictures import embedded
 from lockprobe.report.schema import Results
 from lockprobe.report.why import arm_table, estimate_table
+from lockprobe.sections import LeftOutSection, collecting, leaving_out, section
 
 __all__ = ["File", "report_files"]
 
@@ -53,12 +54,19 @@ _WITHOUT_FIGURES = ("claims", "audit")
 """The pages of a study of flip rates that show no figure."""
 
 
-def report_files(opened: OpenedStudy, *, tell: Callable[[str], None], each: Each) -> Iterator[File]:
+def report_files(
+    opened: OpenedStudy,
+    *,
+    tell: Callable[[str], None],
+    left_out: Callable[[LeftOutSection], None] = lambda section: None,
+    each: Each,
+) -> Iterator[File]:
     """Every file of a report, the report last.
 
     Args:
         opened: The study.
         tell: Told what it is at.
+        left_out: Told every section that could not be made.
         each: Works on one job after the other, or on several at once.
 
     Raises:
@@ -67,27 +75,48 @@ def report_files(opened: OpenedStudy, *, tell: Callable[[str], None], each: Each
     if not opened.finished:
         tell("no trial has ended yet")
     tell(f"testing {len(opened.trials)} trial{'s' * (len(opened.trials) != 1)}")
-    numbers = study_numbers(opened, each=each)
-    tell("drawing the figures")
-    draw = study_drawings(numbers, opened.study.box)
-    (content, files, trials), *done = each(operator.call, [partial(_without_figures, opened, numbers), *draw.values()])
-    found = dict(zip(draw, done, strict=True))
-    drawn = {name: found[name] for name in (CAPTIONS if content.of_flips else draw) if name in found}
+    with leaving_out() as failed:
+        numbers = study_numbers(opened, each=each)
+        tell("drawing the figures")
+        draw = section("Figures", lambda: study_drawings(numbers, opened.study.box), dict[str, _Draw])
+        jobs = [partial(_without_figures, opened, numbers), *(partial(_drawn, name, one) for name, one in draw.items())]
+        (content, texts, trials), *done = collecting(each)(operator.call, jobs)
+        found = {name: forms for name, forms in zip(draw, done, strict=True) if forms is not None}
+        drawn = {name: found[name] for name in (CAPTIONS if content.of_flips else draw) if name in found}
+        photographs = section("What agents saw", lambda: embedded(opened.directory, content.seen), dict[str, str])
+        files = [*texts, *_with_figures(content, drawn, photographs, trials)]
+        if failed:  # pages and results name what is not in them
+            content = with_left_out(content, failed)
+            files = [*_texts(content), *_with_figures(content, drawn, photographs, trials)]
+    for one in failed:
+        left_out(one)
     yield from files
-    yield from _with_figures(content, drawn, embedded(opened.directory, content.seen), trials)
+
+
+_Draw = Callable[[], dict[str, bytes]]
+
+
+def _drawn(name: str, draw: _Draw) -> dict[str, bytes] | None:
+    """A figure in all its forms; None if it cannot be drawn."""
+    return section(f"Figure {name}", draw, lambda: None)
 
 
 def _without_figures(opened: OpenedStudy, numbers: StudyNumbers) -> tuple[Results, list[File], str]:
     """The results, the files that need no figure, and the explorer's data."""
-    content = results_of(opened, numbers)
+    content, box = results_of(opened, numbers), opened.settings.get("box", {})
+    trials = section("Trial explorer", lambda: explorer_data(opened.trials, box), lambda: explorer_data((), box))
+    return content, _texts(content), trials
+
+
+def _texts(content: Results) -> list[File]:
+    """The files that need no figure."""
     files: list[File] = [
         ("results.json", json.dumps(content.plain(), indent=1, ensure_ascii=False, allow_nan=False) + "\n")
     ]
     for name, table in _tables(content).items():
         files += [(f"tables/{name}.csv", as_csv(table)), (f"tables/{name}.tex", as_tex(table))]
     pages = _WITHOUT_FIGURES if content.of_flips else ()
-    files += [(f"{name}.html", _page(name, content, {})) for name in pages]
-    return content, files, explorer_data(opened.trials, opened.settings.get("box", {}))
+    return [*files, *((f"{name}.html", _page(name, content, {})) for name in pages)]
 
 
 def _with_figures(content: Results, drawn: Pictures, photographs: Mapping[str, str], trials: str) -> Iterator[File]:
@@ -103,72 +132,82 @@ def _with_figures(content: Results, drawn: Pictures, photographs: Mapping[str, s
         yield f"{name}.html", _page(name, content, drawn, photographs, trials)
 
 
+_Table = Callable[[], TextTable]
+
+
 def _tables(content: Results) -> dict[str, TextTable]:
-    """The tables by name."""
-    if not content.of_flips:
-        return _condition_tables(content)
+    """The tables by name; one that cannot be made says so."""
+    lazy = _flip_tables(content) if content.of_flips else _condition_tables(content)
+    return {
+        name: section(f"Table {name}", make, lambda: [["This table could not be made."]]) for name, make in lazy.items()
+    }
+
+
+def _flip_tables(content: Results) -> dict[str, _Table]:
     subjects = [row for row in content.conditions if row.agent in content.subjects]
     return {
-        "table1": tables.table1(subjects),
-        "table1-corrected": tables.table1_corrected(subjects),
-        **({"modalities": tables.modality_table(content.modalities)} if content.modalities else {}),
+        "table1": lambda: tables.table1(subjects),
+        "table1-corrected": lambda: tables.table1_corrected(subjects),
+        **({"modalities": lambda: tables.modality_table(content.modalities)} if content.modalities else {}),
         **_people_tables(content),
-        "leaderboard": leaderboard_tables.leaderboard_table(content.leaderboard),
-        "leaderboard-by-p": leaderboard_tables.leaderboard_by_p_table(content.leaderboard),
-        "comparisons": leaderboard_tables.comparison_table(content.comparisons),
-        "comparisons-by-p": leaderboard_tables.comparison_by_p_table(content.comparisons),
-        "interactions": leaderboard_tables.interaction_table(content.interactions),
-        "courses": tables.course_table(content.courses),
-        "speed": tables.speed_table(content.conditions),
-        "paces": tables.pace_table(content.paces),
-        "loops": tables.loop_table(content.conditions),
-        **({"lies": excursion_table(content.lies)} if content.lies else {}),
-        **({"forks": fork_table(content.forks)} if content.forks else {}),
-        "rationality": tables.rationality_table(content.rationality),
-        "detectors": tables.detector_table(content.detectors),
-        "conditions": tables.condition_table(content.conditions),
-        "claims": tables.claim_table(content.claims),
+        "leaderboard": lambda: leaderboard_tables.leaderboard_table(content.leaderboard),
+        "leaderboard-by-p": lambda: leaderboard_tables.leaderboard_by_p_table(content.leaderboard),
+        "comparisons": lambda: leaderboard_tables.comparison_table(content.comparisons),
+        "comparisons-by-p": lambda: leaderboard_tables.comparison_by_p_table(content.comparisons),
+        "interactions": lambda: leaderboard_tables.interaction_table(content.interactions),
+        "courses": lambda: tables.course_table(content.courses),
+        "speed": lambda: tables.speed_table(content.conditions),
+        "paces": lambda: tables.pace_table(content.paces),
+        "loops": lambda: tables.loop_table(content.conditions),
+        **({"lies": lambda: excursion_table(content.lies)} if content.lies else {}),
+        **({"forks": lambda: fork_table(content.forks)} if content.forks else {}),
+        "rationality": lambda: tables.rationality_table(content.rationality),
+        "detectors": lambda: tables.detector_table(content.detectors),
+        "conditions": lambda: tables.condition_table(content.conditions),
+        "claims": lambda: tables.claim_table(content.claims),
         **_of_measures(content),
     }
 
 
-def _of_measures(content: Results) -> dict[str, TextTable]:
-    return {"measures": measure_table(content.measures)} if content.measures else {}
+def _of_measures(content: Results) -> dict[str, _Table]:
+    return {"measures": lambda: measure_table(content.measures)} if content.measures else {}
 
 
-def _people_tables(content: Results) -> dict[str, TextTable]:
+def _people_tables(content: Results) -> dict[str, _Table]:
     people = content.people
     if people is None or people.found is None:
         return {}
+    found, times = people.found, people.response_times
     names = {(row.agent, row.modality): row.label for row in content.conditions}
     return {
-        "people": people_table(people.found, people.response_times),
-        "people-steps": people_steps_table(people.found, names),
-        "people-positions": positions_table(people.found),
+        "people": lambda: people_table(found, times),
+        "people-steps": lambda: people_steps_table(found, names),
+        "people-positions": lambda: positions_table(found),
     }
 
 
 def _condition_page(name: str, content: Results, drawn: Pictures, photographs: Mapping[str, str], trials: str) -> str:
     return rendered(
-        name,
+        "conditions" if name == "report" else name,
         content=content,
         explorer=_explorer(trials),
         photographs=photographs,
         images={figure: image(forms["svg"]) for figure, forms in drawn.items()},
         captions=_by_variable(CONDITION_CAPTIONS),
         series_captions=series_captions,
-        tables=_condition_tables(content),
+        tables=_tables(content),
     )
 
 
-def _condition_tables(content: Results) -> dict[str, TextTable]:
+def _condition_tables(content: Results) -> dict[str, _Table]:
+    grids, whys = content.grids, content.why
     return {
-        "effects": tables.effect_table(content.effects),
-        "crossings": tables.crossing_table(content.crossings),
-        **({"grids": grid_table(rows), "trends": trend_table(rows)} if (rows := content.grids) else {}),
-        **({"arms": arm_table(content.why), "why": estimate_table(content.why)} if content.why else {}),
-        **({"forks": fork_table(content.forks)} if content.forks else {}),
-        "conditions": tables.table_of_conditions(content.conditions),
+        "effects": lambda: tables.effect_table(content.effects),
+        "crossings": lambda: tables.crossing_table(content.crossings),
+        **({"grids": lambda: grid_table(grids), "trends": lambda: trend_table(grids)} if grids else {}),
+        **({"arms": lambda: arm_table(whys), "why": lambda: estimate_table(whys)} if whys else {}),
+        **({"forks": lambda: fork_table(content.forks)} if content.forks else {}),
+        "conditions": lambda: tables.table_of_conditions(content.conditions),
         **_of_measures(content),
     }
 
@@ -176,8 +215,16 @@ def _condition_tables(content: Results) -> dict[str, TextTable]:
 def _page(
     name: str, content: Results, drawn: Pictures, photographs: Mapping[str, str] | None = None, trials: str = ""
 ) -> str:
-    if not content.of_flips:
-        return _condition_page("conditions" if name == "report" else name, content, drawn, photographs or {}, trials)
+    """A page; if even its frame cannot be made, one that says so."""
+    made = _flip_page if content.of_flips else _condition_page
+    return section(
+        f"Page {name}.html",
+        lambda: made(name, content, drawn, photographs or {}, trials),
+        lambda: rendered("left_out", content=content, page=name),
+    )
+
+
+def _flip_page(name: str, content: Results, drawn: Pictures, photographs: Mapping[str, str], trials: str) -> str:
     several_p = len({row.p for row in content.conditions}) > 1
     tested = {(t.label, t.question) for t in content.tests if t.recommended and t.p_value is not None}
     return rendered(
@@ -186,7 +233,7 @@ def _page(
         several_p=several_p,
         not_asked=any(row.not_asked for row in content.leaderboard),
         explorer=_explorer(trials),
-        photographs=photographs or {},
+        photographs=photographs,
         images={figure: image(forms["svg"]) for figure, forms in drawn.items()},
         captions=_by_variable(captions_of(drawn)),
         caveat=LENGTH_CAVEAT,
@@ -199,7 +246,7 @@ def _page(
             if test.agent in content.subjects and (several_p or (test.label, test.question) in tested)
         ],
         claims=[list(rows) for _, rows in groupby(content.claims, key=lambda row: row.quote)],
-        audit=_audit(content.audit.rates),
+        audit=section("Error rates of the tests", lambda: _audit(content.audit.rates), list[dict[str, Any]]),
         tables={table.replace("-", "_"): rows for table, rows in _tables(content).items()},
     )
 

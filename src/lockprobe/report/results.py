@@ -2,24 +2,31 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from lockprobe.analysis.branch import BranchEffect, branch_effects
 from lockprobe.analysis.condition_study import ConditionStudySummary, summarise_conditions
-from lockprobe.analysis.summary import StudySummary, summarise
+from lockprobe.analysis.summary import StudySummary, check_trials, summarise
 from lockprobe.errors import BadFile, BadValue
 from lockprobe.parallel import Each
 from lockprobe.prose.branch import found_said
+from lockprobe.record import Trial
 from lockprobe.report.condition_results import arms_of, condition_results
 from lockprobe.report.flip_results import flip_results
-from lockprobe.report.forks import fork_rows
+from lockprobe.report.forks import ForkResult, fork_rows
 from lockprobe.report.opened import OpenedStudy, open_study
 from lockprobe.report.parallel import one_thread
-from lockprobe.report.schema import Results
+from lockprobe.report.schema import Results, SectionLeftOut
+from lockprobe.sections import LeftOutSection, collecting, leaving_out, section
 from lockprobe.studies.directory import RECORDS
 
-__all__ = ["StudyNumbers", "results", "results_of", "study_numbers"]
+__all__ = ["StudyNumbers", "results", "results_of", "study_numbers", "with_left_out"]
+
+
+_NUMBERS = ("All numbers", "Every condition against the control")
+"""How the names of sections begin without which there is no answer."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,21 +53,32 @@ def study_numbers(opened: OpenedStudy, *, each: Each = map) -> StudyNumbers:
         BadFile: If its records cannot be analysed together.
     """
     trials = _of_trials(opened, each)
-    forks = branch_effects(opened.forks, {trial.key: trial for trial in opened.trials}, chances=opened.choices)
+    forks = section(
+        "Effect of one report",
+        lambda: branch_effects(opened.forks, {trial.key: trial for trial in opened.trials}, chances=opened.choices),
+        list[BranchEffect],
+    )
     return StudyNumbers(trials, tuple(forks))
 
 
 def _of_trials(opened: OpenedStudy, each: Each) -> StudySummary | ConditionStudySummary:
-    study = opened.study
-    if not study.of_flips:
+    """The numbers of the trials; those of no trial if none can be computed."""
+    study, noted = opened.study, collecting(each)
+
+    def of(trials: Sequence[Trial]) -> StudySummary | ConditionStudySummary:
+        if study.of_flips:
+            return summarise(trials, study.box, each=noted)
         arms = arms_of(study.conditions)
         return summarise_conditions(
-            opened.trials, arms, agents=study.agents, box=study.box, budget=study.max_steps, each=each
+            trials, arms, agents=study.agents, box=study.box, budget=study.max_steps, each=noted
         )
-    try:
-        return summarise(opened.trials, study.box, each=each)
-    except BadValue as error:
-        raise BadFile(opened.directory / RECORDS, str(error)) from error
+
+    if study.of_flips:
+        try:
+            check_trials(opened.trials, study.box)
+        except BadValue as error:
+            raise BadFile(opened.directory / RECORDS, str(error)) from error
+    return section("All numbers of trials", lambda: of(opened.trials), lambda: of(()))
 
 
 def results_of(opened: OpenedStudy, numbers: StudyNumbers) -> Results:
@@ -69,8 +87,28 @@ def results_of(opened: OpenedStudy, numbers: StudyNumbers) -> Results:
     content = flip_results(opened, found) if isinstance(found, StudySummary) else condition_results(opened, found)
     if not numbers.forks:
         return content
-    said = found_said([one for one in numbers.forks if one.outcome == "solved"])
-    return content.model_copy(update={"forks": fork_rows(numbers.forks), "forks_said": said})
+    forks = {
+        "forks": section("Effect of one report", lambda: fork_rows(numbers.forks), list[ForkResult]),
+        "forks_said": section(
+            "Effect of one report",
+            lambda: found_said([one for one in numbers.forks if one.outcome == "solved"]),
+            list[str],
+        ),
+    }
+    return content.model_copy(update=forks)
+
+
+def with_left_out(content: Results, left_out: Sequence[LeftOutSection]) -> Results:
+    """The results with the sections that could not be made; no answer stands where its numbers are among them."""
+    if not left_out:
+        return content
+    rows = [SectionLeftOut(section=one.section, reason=one.reason) for one in left_out]
+    overview = content.overview
+    numberless = any(one.section.startswith(_NUMBERS) for one in left_out)
+    if overview is not None and content.progress.finished and numberless and not overview.numbers:
+        answer = "The answer could not be computed; the sections below that are left out say why."
+        overview = overview.model_copy(update={"answer": answer})
+    return content.model_copy(update={"sections_left_out": rows, "overview": overview})
 
 
 def results(directory: Path | str) -> Results:
@@ -82,6 +120,7 @@ def results(directory: Path | str) -> Results:
     Raises:
         BadFile: If it is none.
     """
-    with one_thread():
+    with one_thread(), leaving_out() as left_out:
         opened = open_study(Path(directory))
-        return results_of(opened, study_numbers(opened))
+        content = results_of(opened, study_numbers(opened))
+        return with_left_out(content, left_out)

@@ -46,6 +46,7 @@ __all__ = [
     "GridResult",
     "MeasureResult",
     "Results",
+    "SectionLeftOut",
     "SeriesResult",
     "StudyProgress",
     "plain_json",
@@ -61,6 +62,13 @@ class StudyProgress(DescribedResult):
     planned: Counted = Field(description="Planned trials; for people, the places to be filled.")
     finished: Counted = Field(description="Of these, finished trials.")
     partial: bool = Field(description="Whether planned trials are unfinished.")
+
+
+class SectionLeftOut(DescribedResult):
+    """A section of the report that could not be made; the others do not depend on it."""
+
+    section: str = Field(description="What it is called.")
+    reason: str = Field(description="Why, in one line.")
 
 
 class ConditionResult(DescribedResult):
@@ -160,10 +168,11 @@ class EffectResult(DescribedResult):
     control_solved: int
     solved: int
     difference: Change = Field(description="Success minus that under the control, [-1, 1].")
-    difference_low: Change = Field(description="Lower end of its interval, corrected for the conditions compared.")
+    difference_low: Change = Field(description="Lower end of its interval, corrected for conditions and agents.")
     difference_high: Change = Field(description="Upper end.")
     p_value: Share = Field(description="The larger of a permutation test's and the interval's, corrected alike.")
     corrected_for: Counted = Field(description="Conditions that are compared with the control.")
+    agents: Counted = Field(description="Agents that are judged together; P value and interval are corrected for them.")
     detectable: bool = Field(description="Whether the P value is below 0.05.")
 
 
@@ -180,9 +189,10 @@ class CrossingResult(DescribedResult):
     difference: Change | None = Field(
         description="Interaction: effect of the second with the first minus its effect alone, [-2, 2]."
     )
-    difference_low: Change | None = Field(description="Lower end of its 95 % interval, not corrected.")
+    difference_low: Change | None = Field(description="Lower end of its interval, corrected for the interactions.")
     difference_high: Change | None = Field(description="Upper end.")
-    p_value: Share = Field(description="Sign-flip permutation test over blocks, not corrected.")
+    p_value: Share = Field(description="Sign-flip permutation test over blocks, corrected alike.")
+    corrected_for: Counted = Field(description="Interactions of all agents that are judged together.")
     detectable: bool = Field(description="Whether the test rejects and the interval excludes 0.")
 
 
@@ -222,10 +232,10 @@ class GridResult(DescribedResult):
         description="Interaction: effect of the range of the second dose at the highest of the first minus that at the "
         "lowest, from linear trends over all cells; null where a combination was not played."
     )
-    difference_low: float | None = Field(description="Lower end of its interval, corrected for the agent's grids.")
+    difference_low: float | None = Field(description="Lower end of its interval, corrected for the interactions.")
     difference_high: float | None = Field(description="Upper end.")
     p_value: Share = Field(description="Sign-flip permutation test over blocks, corrected alike.")
-    corrected_for: Counted = Field(description="Grids of this agent.")
+    corrected_for: Counted = Field(description="Interactions of all agents that are judged together.")
     detectable: bool = Field(description="Whether the test rejects and the interval excludes 0.")
 
 
@@ -272,6 +282,9 @@ class Results(DescribedResult):
     results_hash: str = Field(description="Hash of settings and records, as lockprobe verify DIR --results takes it.")
     joints: int
     overview: Overview | None = Field(default=None, description="The first screen of the report.")
+    sections_left_out: list[SectionLeftOut] = Field(
+        default=[], description="Sections of the report that could not be made."
+    )
     answers: dict[str, str] = {}
     progress: StudyProgress
     left_out: details.LeftOutResult
@@ -366,6 +379,7 @@ _CONDITION_KEYS = (
         "results_hash",
         "joints",
         "overview",
+        "sections_left_out",
         "progress",
         "left_out",
         "subjects",

@@ -13,7 +13,15 @@ from lockprobe.analysis.rules import together
 from lockprobe.audit.rates import shipped
 from lockprobe.prose.robot import rules_said
 from lockprobe.record import Decision, Fact, Trial
-from lockprobe.report.details import AuditedRate, AuditResult, BrokenTrials, LeftOutResult, TidiedReplies
+from lockprobe.report.details import (
+    AuditedRate,
+    AuditedSentence,
+    AuditedSentences,
+    AuditResult,
+    BrokenTrials,
+    LeftOutResult,
+    TidiedReplies,
+)
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.schema import StudyProgress
 from lockprobe.studies.records import LeftOut
@@ -134,6 +142,10 @@ def tidied_rows(trials: Sequence[Trial]) -> list[TidiedReplies]:
 def audit_result() -> AuditResult:
     """The shipped audit."""
     audit = shipped()
+    many = audit["many_agents"]
     return AuditResult(
-        seed=audit["seed"], worlds=audit["worlds"], rates=[AuditedRate(**rate) for rate in audit["rates"]]
+        seed=audit["seed"],
+        worlds=audit["worlds"],
+        rates=[AuditedRate(**rate) for rate in audit["rates"]],
+        many_agents=AuditedSentences(worlds=many["worlds"], rates=[AuditedSentence(**rate) for rate in many["rates"]]),
     )

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 from lockprobe.analysis.modalities import spoken
+from lockprobe.analysis.outcomes import outcomes
+from lockprobe.analysis.suite_ranks import possible_ranks
 from lockprobe.analysis.suite_scores import LevelTrials, SuiteScore, suite_score
 from lockprobe.lockbox.families import box
 from lockprobe.lockbox.solve import optimum, random_success
 from lockprobe.report.opened import OpenedStudy, open_study
 from lockprobe.report.schema import plain_json
+from lockprobe.sections import LeftOutSection, leaving_out, of_whom, section
 from lockprobe.studies import paper
 from lockprobe.studies.results_hash import records_digest
 from lockprobe.studies.suites import Suite, read_suite, suite_directories
@@ -80,12 +84,14 @@ class SuiteResults:
         levels: Its levels, from easy to hard.
         entries: The agents, the most competent first; those without a competence last.
         records: SHA-256 of the records of each study, in the order of their keys, by the name of its directory.
+        sections_left_out: Scores, tables and figures that could not be made.
     """
 
     suite: Suite
     levels: tuple[Level, ...]
     entries: tuple[Entry, ...]
     records: dict[str, str]
+    sections_left_out: tuple[LeftOutSection, ...] = ()
 
     def plain(self) -> dict[str, Any]:
         """As JSON holds it."""
@@ -101,6 +107,11 @@ class SuiteResults:
                 "levels": [asdict(level) for level in self.levels],
                 "agents": entries,
                 "records": self.records,
+                **(
+                    {"sections_left_out": [asdict(one) for one in missing]}
+                    if (missing := self.sections_left_out)
+                    else {}
+                ),
             }
         )
         return found
@@ -121,16 +132,15 @@ def suite_results(directory: Path) -> SuiteResults:
         for agent in study.study.agents
         for modality in study.study.modalities
     )
-    entries = [
-        _entry(agent, modality, suite, {level: studies.get(f"{level.box}{ending}") for level in levels})
-        for agent, modality, ending in cells
-    ]
+    with leaving_out() as left_out:
+        entries = _entries(cells, suite, levels, studies)
     entries.sort(key=lambda one: -one.scores.competence.value if one.scores.competence else 1.0)
     return SuiteResults(
         suite=suite,
         levels=levels,
         entries=tuple(entries),
         records={name: records_digest(study.trials) for name, study in studies.items()},
+        sections_left_out=tuple(left_out),
     )
 
 
@@ -140,7 +150,36 @@ def _level(name: str, *, judged: bool) -> Level:
     return Level(box=name, joints=len(found.joints), optimum=optimum(found), chance=chance, judged=judged)
 
 
-def _entry(agent: str, modality: str, suite: Suite, studies: dict[Level, OpenedStudy | None]) -> Entry:
+def _entries(
+    cells: Iterable[tuple[str, str, str]], suite: Suite, levels: Sequence[Level], studies: Mapping[str, OpenedStudy]
+) -> list[Entry]:
+    """Every agent with its scores, judged together with all that have trials at every level."""
+    played = {
+        (agent, modality): _played(agent, modality, {level: studies.get(f"{level.box}{ending}") for level in levels})
+        for agent, modality, ending in cells
+    }
+    told = {name: [outcomes(level.told) for level in own] for name, (own, _) in played.items()}
+    competing = [name for name, own in told.items() if all(map(len, own))]
+    ranks = section(
+        "Ranks",
+        lambda: dict(zip(competing, possible_ranks([told[name] for name in competing]), strict=True)),
+        dict[tuple[str, str], tuple[int, int]],
+    )
+    together = max(1, len(competing))
+    found = []
+    for (agent, modality), (own, pictures) in played.items():
+        with of_whom(agent):
+            scores = suite_score(own, together=together)
+        if together > 1:
+            scores = replace(scores, ranks=ranks.get((agent, modality)))
+        planned = len(levels) * len(suite.p) * (suite.looks if pictures else suite.trials)
+        shown = spoken(modality) if pictures else ""
+        found.append(Entry(agent=agent, modality=modality, shown=shown, planned=planned, scores=scores))
+    return found
+
+
+def _played(agent: str, modality: str, studies: Mapping[Level, OpenedStudy | None]) -> tuple[list[LevelTrials], bool]:
+    """The trials of an agent by level, and whether it was shown pictures."""
     found, pictures = list[LevelTrials](), False
     for level, opened in studies.items():
         trials = () if opened is None else opened.trials
@@ -148,6 +187,4 @@ def _entry(agent: str, modality: str, suite: Suite, studies: dict[Level, OpenedS
         told, misled = ([one for one in own if bool(one.p) == false] for false in (False, True))
         found.append(LevelTrials(box=level.box, chance=level.chance, told=told, misled=misled, judged=level.judged))
         pictures = pictures or (opened is not None and opened.study.has_pictures)
-    planned = len(studies) * len(suite.p) * (suite.looks if pictures else suite.trials)
-    shown = spoken(modality) if pictures else ""
-    return Entry(agent=agent, modality=modality, shown=shown, planned=planned, scores=suite_score(found))
+    return found, pictures

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from lockprobe.analysis.suite_scores import Score
 from lockprobe.errors import BadFile
 from lockprobe.formatting import NONE, bracketed, percent, share
-from lockprobe.prose.suite import suite_said
+from lockprobe.prose.suite import ranks_said, suite_said
 from lockprobe.report.figures import Caption, suite_picture
 from lockprobe.report.format import TextTable, share_cell
 from lockprobe.report.rendering import image, rendered
 from lockprobe.report.suite import SuiteResults
+from lockprobe.sections import LeftOutSection, leaving_out, section
 from lockprobe.storage.atomic_file import write_files
 from lockprobe.studies.suites import SCORES
 
@@ -27,12 +31,15 @@ _CAPTION = Caption(
 )
 
 
-def write_suite(found: SuiteResults, directory: Path) -> Path:
-    """Write scores and page together.
+def write_suite(
+    found: SuiteResults, directory: Path, *, left_out: Callable[[LeftOutSection], None] = lambda section: None
+) -> Path:
+    """Write scores and page together. A table or figure that cannot be made is left out and named.
 
     Args:
         found: The scores.
         directory: The directory of the suite.
+        left_out: Told every score, table and figure that could not be made.
 
     Returns:
         Where the page is.
@@ -40,7 +47,9 @@ def write_suite(found: SuiteResults, directory: Path) -> Path:
     Raises:
         BadFile: If they cannot be written.
     """
-    page = suite_page(found)
+    found, page = suite_page(found)
+    for one in found.sections_left_out:
+        left_out(one)
     scores = json.dumps(found.plain(), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
     try:
         write_files({directory / SCORES: scores, directory / PAGE: page})
@@ -49,23 +58,36 @@ def write_suite(found: SuiteResults, directory: Path) -> Path:
     return directory / PAGE
 
 
-def suite_page(found: SuiteResults) -> str:
-    """The page of a suite."""
+def suite_page(found: SuiteResults) -> tuple[SuiteResults, str]:
+    """The page of a suite, and the scores with every table and figure that could not be made."""
+    with leaving_out() as failed:
+        page = _page(found)
+        if failed:
+            found = replace(found, sections_left_out=(*found.sections_left_out, *failed))
+            page = _page(found)
+    return found, page
+
+
+def _page(found: SuiteResults) -> str:
     shown = [(one.name, one.scores) for one in found.entries]
+    picture = section("Figure scores", lambda: suite_picture(shown) if shown else {}, dict[str, bytes])
     return rendered(
         "suite",
         content=found,
-        said=suite_said(shown),
+        said=section("First sentence", lambda: suite_said(shown), lambda: "The answer could not be computed."),
         lockprobe=found.plain()["lockprobe"],
-        images={"scores": image(suite_picture(shown)["svg"])} if shown else {},
+        images={"scores": image(picture["svg"])} if picture else {},
         caption=_CAPTION,
-        tables={"scores": score_table(found), "levels": level_table(found), "boxes": _box_table(found)},
+        tables={
+            name: section(f"Table {name}", partial(make, found), lambda: [["This table could not be made."]])
+            for name, make in (("scores", score_table), ("levels", level_table), ("boxes", _box_table))
+        },
     )
 
 
 def score_table(found: SuiteResults) -> TextTable:
     """The five scores of every agent."""
-    rows = [["agent", "competence", "robustness", "misreading", "loops", "rationality", "trials"]]
+    rows = [["agent", "competence", "rank", "robustness", "misreading", "loops", "rationality", "trials"]]
     for one in found.entries:
         scores = one.scores
         judged = scores.rationality
@@ -75,6 +97,7 @@ def score_table(found: SuiteResults) -> TextTable:
             [
                 one.name,
                 _share(scores.competence),
+                ranks_said(scores) or NONE,
                 _points(scores.robustness),
                 _share(scores.misreading),
                 _points(scores.loops),

@@ -71,14 +71,14 @@ def _of_hashes(directory: Path, suite: Suite, settings: str | None, results: str
 def _scores(directory: Path) -> Iterator[Check]:
     """Whether ``suite.json`` and the page are what the records give."""
     try:
-        found = suite_results(directory)
+        found, page = suite_page(suite_results(directory))
     except LockprobeError as error:
         yield Check(name="scores", holds=False, said=str(error))
         return
     yield check_file("scores", directory / SCORES, found.plain())
     path = directory / PAGE
     if path.exists():
-        yield check_page("page", path, suite_page(found))
+        yield check_page("page", path, page)
 
 
 def _definition(directory: Path, suite: Suite, names: list[str]) -> Check:

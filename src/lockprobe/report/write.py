@@ -7,6 +7,7 @@ from pathlib import Path
 
 from lockprobe.parallel import Pool
 from lockprobe.report.parallel import one_thread, shared, uncollected
+from lockprobe.sections import LeftOutSection
 from lockprobe.storage.atomic_file import remove_file, write_file
 from lockprobe.storage.links import make_directory
 
@@ -20,16 +21,20 @@ def write_report(
     directory: Path | str,
     *,
     tell: Callable[[str], None] = lambda said: None,
+    left_out: Callable[[LeftOutSection], None] = lambda section: None,
     processes: int = 1,
     elsewhere: Pool | None = None,
 ) -> Path:
     """Write ``results.json``, ``figures/``, ``tables/``, and the pages into a study directory.
 
-    Every file is replaced in one step, ``report.html`` last. Figures of an earlier report that this one has not go.
+    Every file is replaced in one step, ``report.html`` last. Figures of an earlier report that this one has not go. No
+    single section can keep the report from being written: one that cannot be made is left out and named, with its
+    reason, on the page and in ``results.json``.
 
     Args:
         directory: The directory of a study.
         tell: Told what it is at, since it takes some seconds.
+        left_out: Told every section that could not be made.
         processes: Processes that may work at a large report; they change no byte of it. With several the program that
             calls has to be importable without harm (``if __name__ == "__main__"``).
         elsewhere: A cluster on which a large report is computed and drawn instead; it changes no number.
@@ -46,7 +51,7 @@ def write_report(
         from lockprobe.report.page import report_files
 
         with one_thread():
-            for name, content in report_files(open_study(directory), tell=tell, each=each):
+            for name, content in report_files(open_study(directory), tell=tell, left_out=left_out, each=each):
                 path = directory / name
                 if content is None:
                     remove_file(path)

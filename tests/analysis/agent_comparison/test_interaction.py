@@ -50,7 +50,9 @@ def test_looking_at_every_p_is_paid_for():
         np.random.default_rng(3),
     )
     assert three.p_value >= alone.p_value
-    assert alone.at[0].change == farthest.change
+    one, of_three = alone.at[0].change, farthest.change
+    assert (one.value, one.blocks) == (of_three.value, of_three.blocks)
+    assert of_three.low < one.low < one.high < of_three.high
 
 
 def test_seven_p_of_noise_are_rarely_taken_for_an_effect_at_one_of_them():

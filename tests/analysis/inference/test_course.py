@@ -1,16 +1,13 @@
 """How success goes over p, in one word."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
 from lockprobe.analysis.inference import ushape
-from lockprobe.analysis.inference.course import course, course_kind, levels
+from lockprobe.analysis.inference.course import course
 from lockprobe.analysis.inference.difference import any_difference
-from lockprobe.analysis.inference.ushape import two_lines
+from lockprobe.analysis.inference.ushape import TwoLines, corrected, two_lines
 from lockprobe.analysis.outcomes import Outcomes, points
-from lockprobe.analysis.proportions import ALPHA
 
 TENTHS = tuple(i / 10 for i in range(11))
 
@@ -76,30 +73,35 @@ def test_without_trials_there_is_no_course():
     )
 
 
+def many(agents, study, together, shares=(0.5,) * 7, n=20):
+    """The courses of agents that play alike, judged together or each by itself."""
+    kinds = []
+    for agent in range(agents):
+        drawing = drawn(list(shares), n=n, seed=1000 * study + agent)
+        size = agents if together else 1
+        difference = any_difference(drawing, np.random.default_rng(study), 199, agents=size)
+        lines = corrected(two_lines(drawing.p, drawing.solved), size)
+        kinds.append(course(points(drawing, by_repetition=False), difference, lines).kind)
+    return kinds
+
+
 def test_over_many_agents_a_course_is_seldom_said_that_is_none(without_slopes):
     """Thirteen agents to whom p does nothing: without correction some course is seen in half of the studies."""
-    alone, corrected = [], []
-    for study in range(25):
-        drawings = [drawn([0.5] * 7, n=20, seed=1000 * study + agent) for agent in range(13)]
-        tests = [
-            (any_difference(one, np.random.default_rng(study), 199), two_lines(one.p, one.solved)) for one in drawings
-        ]
-        shown = points(drawings[0], by_repetition=False)
-        kinds = [
-            [course_kind(course(shown, *both), *both, level) for both, level in zip(tests, levels_, strict=True)]
-            for levels_ in ([ALPHA] * 13, levels(tests))
-        ]
-        alone.append(any(kind != "no change detectable" for kind in kinds[0]))
-        corrected.append(any(kind != "no change detectable" for kind in kinds[1]))
+    alone, together = (
+        [any(kind != "no change detectable" for kind in many(13, study, size)) for study in range(25)]
+        for size in (False, True)
+    )
     assert np.mean(alone) > 0.25
-    assert np.mean(corrected) <= 0.05 + 2.5 * np.sqrt(0.05 * 0.95 / 25)
+    assert np.mean(together) <= 0.05 + 2.5 * np.sqrt(0.05 * 0.95 / 25)
 
 
-def test_levels_are_holms_over_the_smaller_of_two_tests():
-    def both(difference, lines):
-        return SimpleNamespace(p_value=difference), SimpleNamespace(p_value=lines)
+def test_many_agents_that_rise_are_still_seen_to(without_slopes):
+    assert many(10, 1, True, (0.2, 0.6, 0.8), 60) == ["rises"] * 10
 
-    assert levels([both(0.001, 0.5), both(0.5, 0.5)]) == [0.0125, 0.0]
-    assert levels([both(0.001, 0.5), both(0.5, 0.02)]) == [0.0125, 0.025]
-    assert levels([both(0.02, None), both(0.02, 0.9)]) == [0.0, 0.0]
-    assert levels([both(None, None)]) == [0.0]
+
+def test_two_lines_are_corrected_for_the_agents():
+    found = TwoLines(p_value=0.02, direction="inverted U")
+    assert corrected(found, 1) is found
+    assert (corrected(found, 2).p_value, corrected(found, 2).direction) == (0.04, "inverted U")
+    assert (corrected(found, 3).p_value, corrected(found, 3).direction) == (0.06, None)
+    assert corrected(TwoLines(), 9).p_value is None

@@ -24,6 +24,7 @@ from lockprobe.analysis.agent_comparison.paired import (
     sign_flip,
 )
 from lockprobe.analysis.clustered import alike_weights, two_way_variance
+from lockprobe.analysis.proportions import ALPHA, LEVEL
 
 __all__ = ["FEWEST", "at_one_p", "crossed_change", "crossed_mean", "people_of"]
 
@@ -79,13 +80,14 @@ def _held_by_both(pooled: BlockMean, alike: BlockMean) -> BlockMean:
     return replace(pooled, low=min(pooled.low, alike.low), high=max(pooled.high, alike.high), p_value=tested)
 
 
-def crossed_change(low: Array, high: Array, person: tuple[_Labels, _Labels]) -> BlockMean:
+def crossed_change(low: Array, high: Array, person: tuple[_Labels, _Labels], *, choices: int = 1) -> BlockMean:
     """How much the difference of two agents' success changes from the lowest p to a higher one.
 
     Args:
         low: Differences of the two agents at the lowest p by block of luck, shape (blocks,), in [-1, 1].
         high: The same at the higher p.
         person: The person of each, at the lowest p and at the higher, of the same shape.
+        choices: Number of changes examined; the interval has the level 1 - 0.05 / choices.
     """
     blocks = np.arange(len(low))
     residuals = np.concatenate([low.mean() - low, high - high.mean()])
@@ -97,6 +99,7 @@ def crossed_change(low: Array, high: Array, person: tuple[_Labels, _Labels]) -> 
         unit=1.0,
         pairs=len(low),
         most=2.0,
+        level=1 - ALPHA / choices,
     )
 
 
@@ -110,6 +113,7 @@ def _clustered_mean(
     pairs: int,
     most: float | None,
     whole_blocks: bool = False,
+    level: float = LEVEL,
 ) -> BlockMean:
     blocks, people = len(np.unique(luck)), len(np.unique(person))
     none = BlockMean(value=value, low=None, high=None, p_value=None, pairs=pairs, blocks=blocks)
@@ -124,7 +128,7 @@ def _clustered_mean(
     from scipy.stats import t
 
     se, ends = math.sqrt(spread) / pairs, math.inf if most is None else most
-    half, fewest = half_width(se, min(blocks, people)), min(blocks, people)
+    half, fewest = half_width(se, min(blocks, people), level), min(blocks, people)
     tested = 2 * float(t.sf(abs(value) / se, fewest - 1)) if fewest >= FEWEST else None
     return replace(none, low=max(-ends, value - half), high=min(ends, value + half), p_value=tested)
 

@@ -29,8 +29,8 @@ class InteractionAt:
 
     Attributes:
         p: Flip probability, [0, 1].
-        change: Change of the second's success less that of the first's, with its 95 % interval; uncorrected, without a
-            P value.
+        change: Change of the second's success less that of the first's, with its interval, corrected for all p
+            (Bonferroni); without a P value.
         p_adjusted: P value from sign flips of whole blocks, corrected for all p (Westfall & Young's maximum); with
             people from Student's t, corrected by Bonferroni.
     """
@@ -95,7 +95,7 @@ def interaction(
     return Interaction(
         lowest=values[0],
         at=tuple(
-            InteractionAt(p=values[i + 1], change=_mean(changes[:, [i]]), p_adjusted=p_value)
+            InteractionAt(p=values[i + 1], change=_mean(changes[:, [i]], len(met)), p_adjusted=p_value)
             for i, p_value in zip(met, reached, strict=True)
         ),
         mean=_mean(changes[:, met]),
@@ -106,11 +106,12 @@ def interaction(
 def _with_people(values: tuple[float, ...], apart: Array, person: NDArray[np.str_]) -> Interaction | None:
     """The same with people, who meet no luck twice: the two trials of a change belong to different people."""
     met = ~np.isnan(apart[:, 1:]) & ~np.isnan(apart[:, :1])
-    found = []
+    found, choices = [], int(met.any(axis=0).sum())
     for i in range(met.shape[1]):
         if not (here := met[:, i]).any():
             continue
-        change = crossed_change(apart[here, 0], apart[here, i + 1], (person[here, 0], person[here, i + 1]))
+        person_of = person[here, 0], person[here, i + 1]
+        change = crossed_change(apart[here, 0], apart[here, i + 1], person_of, choices=choices)
         if change.p_value is not None:
             found.append((values[i + 1], change, change.p_value))
     if not found:
@@ -123,5 +124,5 @@ def _with_people(values: tuple[float, ...], apart: Array, person: NDArray[np.str
     return Interaction(lowest=values[0], at=at, mean=mean, p_value=min(one.p_adjusted for one in at))
 
 
-def _mean(changes: Array) -> BlockMean:
-    return replace(block_mean(changes, unit=2.0), p_value=None)
+def _mean(changes: Array, choices: int = 1) -> BlockMean:
+    return replace(block_mean(changes, unit=2.0, choices=choices), p_value=None)

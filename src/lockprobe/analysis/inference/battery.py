@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lockprobe.analysis.inference.association import Correlation, pearson
 from lockprobe.analysis.inference.broken_trials import (
@@ -29,7 +32,7 @@ from lockprobe.analysis.inference.mean_steps import MeanSteps, mean_steps
 from lockprobe.analysis.inference.shape import BinomialOrders, binomial_orders
 from lockprobe.analysis.inference.smaller_budget import Reversal, reversal
 from lockprobe.analysis.inference.trend import trend_fit
-from lockprobe.analysis.inference.ushape import LindMehlum, TwoLines, lind_mehlum, onset_lines, two_lines
+from lockprobe.analysis.inference.ushape import LindMehlum, TwoLines, corrected, lind_mehlum, onset_lines, two_lines
 from lockprobe.analysis.inference.verdict import (
     TestResult,
     harm_tests,
@@ -43,8 +46,12 @@ from lockprobe.analysis.inference.verdict import (
 from lockprobe.analysis.outcomes import Outcomes, points
 from lockprobe.analysis.persistence import Persistence
 from lockprobe.errors import BadValue
+from lockprobe.sections import section
 
 __all__ = ["Inference", "infer"]
+
+
+_Test = TypeVar("_Test")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -98,6 +105,7 @@ def infer(
     blind: Outcomes | None = None,
     persistence: Persistence | None = None,
     budget: int | None = None,
+    agents: int = 1,
 ) -> Inference:
     """Run all tests on one agent's trials over p.
 
@@ -112,6 +120,8 @@ def infer(
             the null hypothesis; without them it is 1.
         persistence: Persistence in the ended trials at the lowest p; without it, its questions are not asked.
         budget: Steps of a trial; by default those of the longest.
+        agents: Number of agents whose courses of success are judged together. Differences, their intervals and the two
+            lines are corrected for them; the tests of other questions are not.
 
     Raises:
         BadValue: If a dose is negative or no number.
@@ -119,12 +129,12 @@ def infer(
     if not (proper := np.isfinite(outcomes.p) & (outcomes.p >= 0)).all():
         raise BadValue("dose of the trials", outcomes.p[~proper][0], "a number from 0")
     most = int(outcomes.length.max(initial=1)) if budget is None else budget
-    found = _tested(outcomes, rng, blind, most)
+    found = _tested(outcomes, rng, blind, most, agents)
     kept = tuple(persistence_tests(persistence)) if persistence else ()
     if broken is None or not len(broken):
         return replace(found, tests=found.tests + kept)
     shares = broken_shares(outcomes, broken, rng)
-    ends = [_tested(whole, rng, blind, most) for whole in completed(outcomes, broken)]
+    ends = [_tested(whole, rng, blind, most, agents) for whole in completed(outcomes, broken)]
     difference = worst_case_difference(found.difference, *(end.difference for end in ends))
     lines = worst_case_lines(found.lines, *(end.lines for end in ends))
     return replace(
@@ -139,21 +149,31 @@ def infer(
     )
 
 
-def _tested(outcomes: Outcomes, rng: np.random.Generator, blind: Outcomes | None, budget: int) -> Inference:
+def _tested(
+    outcomes: Outcomes, rng: np.random.Generator, blind: Outcomes | None, budget: int, agents: int
+) -> Inference:
     repetitions, conditions = points(outcomes), points(outcomes, by_repetition=False)
-    difference = any_difference(outcomes, rng)
-    steps, speed, onset = mean_steps(outcomes, budget), solution_logrank(outcomes), loop_onset_logrank(outcomes)
-    orders = binomial_orders(outcomes.p, outcomes.solved)
-    bend = lind_mehlum(outcomes.p, outcomes.solved)
-    clusters = outcomes.cluster if outcomes.crossed else None
-    lines = two_lines(outcomes.p, outcomes.solved, clusters)
-    again, rates = onset_lines(outcomes), two_lines(outcomes.p, outcomes.looped, clusters)
-    hazard, landmark = loop_hazard(outcomes, blind), loop_landmark(outcomes, blind)
-    whole = naive_association(outcomes)
-    fine, coarse = pearson(repetitions), pearson(conditions)
+    difference = any_difference(outcomes, rng, agents=agents)
+    none = outcomes.at(np.zeros(len(outcomes), dtype=np.bool_))
+
+    def of(name: str, test: Callable[[Outcomes], _Test]) -> _Test:
+        return section(name, lambda: test(outcomes), lambda: test(none))
+
+    steps, speed = of("Mean steps", lambda some: mean_steps(some, budget)), of("Steps to solve", solution_logrank)
+    onset = of("Loop onset", loop_onset_logrank)
+    orders = of("Binomial model of success", lambda some: binomial_orders(some.p, some.solved))
+    bend = of("Lind-Mehlum test", lambda some: lind_mehlum(some.p, some.solved))
+    lines = corrected(of("Two lines of success", lambda some: two_lines(some.p, some.solved, _players(some))), agents)
+    again = of("Two lines of loop onset", onset_lines)
+    rates = of("Two lines of loop rates", lambda some: two_lines(some.p, some.looped, _players(some)))
+    hazard = of("Success after a loop", lambda some: loop_hazard(some, blind))
+    landmark = of("Success after a loop by step 10", lambda some: loop_landmark(some, blind))
+    whole = of("Loops against success", naive_association)
+    fine = of("Correlation over repetitions", lambda some: pearson(points(some)))
+    coarse = of("Correlation over flip rates", lambda some: pearson(points(some, by_repetition=False)))
     return Inference(
         difference=difference,
-        reversal=reversal(outcomes, difference),
+        reversal=section("Smaller budgets", lambda: reversal(outcomes, difference), lambda: None),
         course=course(conditions, difference, lines),
         orders=orders,
         lines=lines,
@@ -177,3 +197,8 @@ def _tested(outcomes: Outcomes, rng: np.random.Generator, blind: Outcomes | None
             *harm_tests(hazard, landmark, whole, fine, coarse),
         ),
     )
+
+
+def _players(outcomes: Outcomes) -> NDArray[np.int64] | None:
+    """The clusters of people's trials; None for an agent, whose trials are independent there."""
+    return outcomes.cluster if outcomes.crossed else None

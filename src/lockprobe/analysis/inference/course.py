@@ -6,7 +6,6 @@ parts of that course, so the course says little about its cause.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -15,7 +14,7 @@ from lockprobe.analysis.inference.ushape import TwoLines
 from lockprobe.analysis.outcomes import Point
 from lockprobe.analysis.proportions import ALPHA
 
-__all__ = ["Course", "CourseKind", "course", "course_kind", "levels"]
+__all__ = ["Course", "CourseKind", "course"]
 
 CourseKind = Literal["rises", "falls", "rises and falls", "falls and rises", "no change detectable", "not tested"]
 
@@ -57,43 +56,22 @@ def course(conditions: list[Point], difference: AnyDifference, lines: TwoLines) 
         lowest_p=worst.p,
         last=conditions[-1].success,
     )
-    return replace(found, kind=course_kind(found, difference, lines))
+    return replace(found, kind=_kind(found, difference, lines))
 
 
-def levels(tests: Sequence[tuple[AnyDifference, TwoLines]]) -> list[float]:
-    """The level for each agent that keeps the familywise error rate at 5 % (Holm 1979).
-
-    An agent's smallest P value is doubled, because either of its two tests can show a course.
-    """
-    smallest = [
-        min((2 * p for p in (difference.p_value, lines.p_value) if p is not None), default=1.0)
-        for difference, lines in tests
-    ]
-    found, passed = [0.0] * len(tests), True
-    for before, i in enumerate(sorted(range(len(tests)), key=smallest.__getitem__)):
-        level = ALPHA / (len(tests) - before)
-        passed = passed and smallest[i] < level
-        found[i] = level / 2 if passed else 0.0
-    return found
-
-
-def course_kind(seen: Course, difference: AnyDifference, lines: TwoLines, level: float = ALPHA) -> CourseKind:
-    """The course in words, from two tests.
+def _kind(seen: Course, difference: AnyDifference, lines: TwoLines) -> CourseKind:
+    """The course in words, from two tests at the 5 % level.
 
     Success rises if it is higher at some p than at the lowest p, and falls if it is lower (permutation test and
-    interval, corrected for all p). The two-lines test can show a rise and a fall.
-
-    Args:
-        seen: The values of p with the highest and lowest success.
-        difference: The test of the differences from the lowest p.
-        lines: The two-lines test.
-        level: Level of both tests, [0, 1); for one of several agents its value from :func:`levels`.
+    interval, corrected for all p). The two-lines test can show a rise and a fall. Both tests are corrected for the
+    agents that are judged together. They share no level: where nothing changes two opposite significant lines are rare
+    (``lockprobe audit``), and where success only rises or only falls the first test finds nothing false.
     """
     if difference.p_value is None:
         return "not tested"
-    if lines.direction is not None and lines.p_value is not None and lines.p_value < level:
+    if lines.direction is not None and lines.p_value is not None and lines.p_value < ALPHA:
         return "rises and falls" if lines.direction == "inverted U" else "falls and rises"
-    differs = [at.value for at in difference.at if at.p_value < level]
+    differs = [at.value for at in difference.at if at.p_value < ALPHA]
     rises, falls = any(value > 0 for value in differs), any(value < 0 for value in differs)
     if rises and falls:
         return "rises and falls" if seen.highest_p < seen.lowest_p else "falls and rises"

@@ -20,6 +20,9 @@ __all__ = ["AnyDifference", "Bound", "DifferenceAt", "any_difference"]
 
 PERMUTATIONS = 2000
 
+_PER_AGENT = 400
+"""Permutations for each of the agents that are judged together: the smallest P value is a twentieth of the level."""
+
 Array = NDArray[np.float64]
 Groups = dict[tuple[int, ...], list[NDArray[np.bool_]]]
 
@@ -48,10 +51,11 @@ class DifferenceAt:
         first: Share of the compared trials solved at the lowest p.
         second: Share of the compared trials solved at this p.
         value: Success at this p minus success at the lowest p, [-1, 1].
-        low, high: Ends of the interval of ``value``; its level is 1 - 0.05 / (values of p compared with the lowest).
+        low, high: Ends of the interval of ``value``; its level is 1 - 0.05 / (values of p compared with the lowest
+            times agents judged together).
         pairs: The paired comparison of the trials that both p have; None for people.
         exchange: Permutation P value, corrected for all p (Westfall & Young's single-step maximum of differences in
-            standard errors).
+            standard errors) and for the agents.
         p_value: The larger of ``exchange`` and the corrected P value of the interval, so that it is below 0.05 only if
             the interval excludes 0. If trials broke, the largest over their possible endings.
         if_unsolved: The difference if every broken trial had ended unsolved; None if no trial broke.
@@ -78,10 +82,11 @@ class AnyDifference:
     Attributes:
         lowest: The reference p; None without trials.
         at: The other values of p that share trials with it, ascending.
-        p_value: The smallest P value of ``at``, each corrected for all p.
+        p_value: The smallest P value of ``at``, each corrected for all p and agents.
         omnibus: P value of the permutation test on ``sum n_p (success_p - success)^2``, which uses all values of p.
         permutations: Number of permutations drawn.
         note: Why there is no test, as a short code; empty if there is one.
+        agents: Agents that are judged together and for which ``at`` is corrected.
     """
 
     lowest: float | None
@@ -90,6 +95,7 @@ class AnyDifference:
     omnibus: float | None
     permutations: int
     note: str
+    agents: int = 1
 
     @property
     def clearest(self) -> DifferenceAt | None:
@@ -97,7 +103,9 @@ class AnyDifference:
         return min(self.at, key=lambda one: (one.p_value, -abs(one.value)), default=None)
 
 
-def any_difference(outcomes: Outcomes, rng: np.random.Generator, permutations: int = PERMUTATIONS) -> AnyDifference:
+def any_difference(
+    outcomes: Outcomes, rng: np.random.Generator, permutations: int = PERMUTATIONS, *, agents: int = 1
+) -> AnyDifference:
     """Test whether success depends on p, allowing for shared luck and for the choice of the best p.
 
     A finding must pass two tests. First a permutation of outcomes between the values of p of a cluster: its P value,
@@ -105,18 +113,24 @@ def any_difference(outcomes: Outcomes, rng: np.random.Generator, permutations: i
     p changes which trials are solved and not how many, it rejects in up to a third of studies. So, second, the interval
     of the difference (Bonferroni over all differences) must exclude 0.
 
+    Several agents are one family: a sentence that says which of them change is false if one of its parts is. P values
+    are multiplied by their number and intervals widened alike (Bonferroni; Hsu 1996, Multiple Comparisons, Ch. 1), so
+    that a P value is below 0.05 only if its interval excludes 0. Holm's steps have no such intervals.
+
     Args:
         outcomes: The ended trials of one agent.
         rng: The stream of the permutations.
-        permutations: Number of permutations.
+        permutations: Number of permutations; more are drawn for many agents, whose P values have to be smaller.
+        agents: Number of agents that are judged together.
     """
+    permutations = max(permutations, _PER_AGENT * agents)
     values, place = np.unique(outcomes.p, return_inverse=True)
     lowest = float(values[0]) if len(values) else None
     groups = _groups(outcomes, place)
     apart = not any(len(set(labels)) > 1 for labels in groups)
     if apart and not (outcomes.crossed and len(values) > 1):
         note = "no common trial"
-        return AnyDifference(lowest=lowest, at=(), p_value=None, omnibus=None, permutations=0, note=note)
+        return AnyDifference(lowest=lowest, at=(), p_value=None, omnibus=None, permutations=0, note=note, agents=agents)
     n = np.bincount(place).astype(np.float64)
     if apart:
         solved, size = _permuted_whole_clusters(outcomes, place, permutations, rng)
@@ -133,7 +147,7 @@ def any_difference(outcomes: Outcomes, rng: np.random.Generator, permutations: i
     largest = scaled[:, tested].max(axis=1, initial=0.0)
     exchanged = {i: _share(largest[1:], float(scaled[0, i])) for i in tested.tolist()}
     at = tuple(
-        _at(outcomes, (float(values[0]), float(values[i])), exchange, choices=len(tested))
+        _at(outcomes, (float(values[0]), float(values[i])), min(1.0, agents * exchange), choices=agents * len(tested))
         for i, exchange in exchanged.items()
     )
     return AnyDifference(
@@ -143,6 +157,7 @@ def any_difference(outcomes: Outcomes, rng: np.random.Generator, permutations: i
         omnibus=_share(spread[1:], spread[0]),
         permutations=permutations,
         note="" if at else "no trial at the lowest p",
+        agents=agents,
     )
 
 

@@ -23,7 +23,8 @@ class Reversal:
         budget: Steps, fewer than the whole budget.
         first: Solved within these steps at the lowest p.
         second: The same at the p of the clearest difference.
-        p_value: McNemar's exact test, corrected for all smaller budgets (Bonferroni), below 0.05.
+        p_value: McNemar's exact test, corrected for all smaller budgets and for the agents that are judged together
+            (Bonferroni), below 0.05.
     """
 
     budget: int
@@ -53,7 +54,7 @@ def reversal(outcomes: Outcomes, found: AnyDifference) -> Reversal | None:
     for budget in budgets:
         one, two = solved_in_pairs(_within(lowest, budget), _within(higher, budget)).T
         test = paired(one, two)
-        if test.value * clearest.value < 0 and (p_value := test.p_value * len(budgets)) < ALPHA:
+        if test.value * clearest.value < 0 and (p_value := test.p_value * len(budgets) * found.agents) < ALPHA:
             first, second = (proportion(int(solved.sum()), len(solved)) for solved in (one, two))
             reversed_at.append(Reversal(budget=budget, first=first, second=second, p_value=p_value))
     return min(reversed_at, key=lambda one: (one.p_value, one.budget), default=None)

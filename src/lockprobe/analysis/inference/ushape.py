@@ -18,7 +18,7 @@ Only the two lines hold their level when success rises and levels off.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -29,7 +29,7 @@ from lockprobe.analysis.inference.logit import Counts, LogitFit, counts, logit_f
 from lockprobe.analysis.outcomes import Outcomes
 from lockprobe.analysis.proportions import ALPHA, Z
 
-__all__ = ["LindMehlum", "Line", "TwoLines", "UShape", "lind_mehlum", "onset_lines", "two_lines"]
+__all__ = ["LindMehlum", "Line", "TwoLines", "UShape", "corrected", "lind_mehlum", "onset_lines", "two_lines"]
 
 UShape = Literal["U", "inverted U"]
 
@@ -136,6 +136,14 @@ def _two_lines_test(break_p: float, first: Line, second: Line) -> TwoLines:
         p_value=p_value,
         direction=_concluded(p_value, opens_up=first.z < 0),
     )
+
+
+def corrected(found: TwoLines, agents: int) -> TwoLines:
+    """The test with its P value corrected for the agents that are judged together (Bonferroni)."""
+    if found.p_value is None or agents == 1:
+        return found
+    p_value = min(1.0, agents * found.p_value)
+    return replace(found, p_value=p_value, direction=found.direction if p_value < ALPHA else None)
 
 
 def onset_lines(outcomes: Outcomes) -> TwoLines:
