@@ -131,7 +131,7 @@ def test_files_of_a_sibling_folder_are_refused_with_the_way_out(collection):
     path = written(collection / "boxes", COLLECTION)
     with pytest.raises(BadFile) as refused:
         read_model(path)
-    assert f"with &root={collection} behind it, files of that folder are read too" in str(refused.value)
+    assert f"; add &root={collection} to the plant to read files of that folder" in str(refused.value)
     found = read_model(path, collection)
     assert found.names == {"asset-0.obj": "../assets/a.obj"}
     digest = found.digest

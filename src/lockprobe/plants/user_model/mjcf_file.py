@@ -256,7 +256,7 @@ class _Reader:
     def _way_out(self, path: Path) -> str:
         """How a user allows a file outside the root, for a message; nobody allows all files of the machine."""
         shared = Path(os.path.commonpath([self._folder, path]))
-        return "" if shared == shared.parent else f"; with &root={shared} behind it, files of that folder are read too"
+        return "" if shared == shared.parent else f"; add &root={shared} to the plant to read files of that folder"
 
     def _name(self, path: Path) -> str:
         """A file's name as seen from the folder of the model, the same for every root."""
