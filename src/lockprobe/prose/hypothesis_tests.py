@@ -161,7 +161,7 @@ _NOTES: Mapping[str, str] = {
     ),
     "highest success, chosen by eye, Fisher": "Not corrected for the choice.",
     MEAN_STEPS: ("Pools all higher {dose}s, so no peak is selected. An unsolved trial counts with its whole budget."),
-    "steps to solve, log-rank": "Also valid, but has little power where curves of success cross.",
+    "steps to solve, log-rank": "It compares hazards, not means, and has little power where curves of success cross.",
     "two lines": "Both lines have to be significant; a shape like the paper's needs about 160 trials per {dose}.",
     "Lind-Mehlum": "Rejects too often where success only levels off.",
     "quadratic term, likelihood ratio": "Does not test a decline: a curve that levels off also has a quadratic term.",
