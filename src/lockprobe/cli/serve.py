@@ -214,8 +214,7 @@ def _start_lines(
         f"Admin         {admin_url}",
         f"Kept in       {directory}",
         *(f"Note          {line}" for line in _reminders(words, experiment)),
-        f"Settings      {study.settings_hash}  (for a preregistration: lockprobe verify --settings checks it)",
-        "Ctrl-C stops; the same command resumes.",
+        f"Ctrl-C stops; the same command resumes. Hash of the settings: {study.settings_hash}",
     )
 
 
