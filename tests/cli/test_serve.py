@@ -45,6 +45,7 @@ def test_it_says_where_it_is_and_what_is_kept(tmp_path):
         assert said[6].endswith(str(tmp_path / "study"))
         assert "names nobody as responsible" in said[7]
         assert "--require-id or --join-code" in said[8]
+        assert said[9].endswith(f"Hash of the settings: {read_study(tmp_path / 'study').settings_hash}")
         url, _, token = admin.partition("admin#token=")
         with httpx.Client(trust_env=False, verify=False) as http:
             asked = http.get(f"{url}api/admin/progress", headers={"authorization": f"Bearer {token}"})

@@ -215,9 +215,8 @@ def _start_lines(
         *([f"To paste      {given}  (placeholders of the recruitment platform)"] if given != own else []),
         f"Admin         {admin_url}",
         f"Kept in       {directory}",
-        f"Settings      {study.settings_hash}  (for a preregistration: lockprobe verify --settings checks it)",
         *(f"Note          {line}" for line in _reminders(words, experiment)),
-        "Ctrl-C stops; the same command resumes.",
+        f"Ctrl-C stops; the same command resumes. Hash of the settings: {study.settings_hash}",
     )
 
 
