@@ -31,7 +31,8 @@ def test_every_question_has_one_recommended_test(name):
         asked = [test for test in found.tests if test.question == question]
         assert [test.recommended for test in asked] == [True] + [False] * (len(asked) - 1)
         people = WORLDS[name].people and question in ("escape", "repeats")  # six at each p are too few to test
-        assert people or 0 < asked[0].p_value <= 1
+        short = WORLDS[name].slow and question in ("harm", "escape")  # trials of six steps hold too few loops
+        assert people or short or 0 < asked[0].p_value <= 1
     assert len({test.name for test in found.tests}) == len(found.tests)
     json.dumps(asdict(found), allow_nan=False)
 
