@@ -67,6 +67,8 @@ def relabelled(record, *, steps=None):
     cut = len(record["steps"]) - 1 if steps is None else steps
     replies = record["steps"][cut]["decision"].get("replies", [])
     del record["steps"][cut:]
+    record["changed"] = {spec: min(steps, cut) for spec, steps in record.get("changed", {}).items()}
+    record["changed_steps"] = min(record.get("changed_steps", 0), cut)
     record["ending"] = "error"
     record["error"] = {
         "boundary": "reply",

@@ -55,7 +55,11 @@ def lockprobe(monkeypatch, directory, line, other):
     given += [
         *where,
         str(directory),
-        *{"import": [str(other)], "compare": [str(other)], "serve": ["--port", "0"]}.get(line[0], []),
+        *{
+            "import": [str(other)],
+            "compare": [str(other), "--out", str(other.parent / "compare.html")],
+            "serve": ["--port", "0"],
+        }.get(line[0], []),
     ]
     given += ["flips/random/p=0.3/rep=1/trial=1"] if line[0] == "replay" else []
     monkeypatch.setattr(sys, "argv", ["lockprobe", *given])

@@ -124,8 +124,7 @@ class Percept:
         positions: Positions as reported, aligned with ``Task.joints``; None if they are not told.
         text: The observation as sentences.
         pictures: The observation as pictures.
-        handles: For each joint of ``Task.joints``, the place of its handle in the pictures, (column, row), at position
-            0 and at position 1; for scripted agents that look at pictures. It is in no text.
+        handles: For each of ``Task.joints``, where pictures show its handle, (column, row), at positions 0 and 1.
         states_only: Whether reports tell positions and never outcomes.
         corrects: The first report, which this one corrects; None without a correction.
         look: Takes a picture of the truth or of the report; for channels, never for agents.
@@ -271,8 +270,7 @@ class Step:
         state: True configuration before the step, a bit string in panel order.
         joint: The joint attempted, by its name in the box.
         moved: Whether it really moved.
-        told_moved: The reported outcome of the attempt; None if nothing was reported. If positions are told or pictured
-            without an outcome, it follows from comparing them with the positions before.
+        told_moved: The reported outcome of the attempt, also as positions imply it; None if nothing was reported.
         told_state: The reported configuration after the step, in panel order; None if not told, or truly pictured.
         told: The report after the step as the agent saw it.
         decision: The agent's answer; ``decision.claimed`` is about the *previous* step.

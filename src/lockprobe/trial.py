@@ -17,14 +17,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from lockprobe.changes import Acting, Changes, pass_through, whole
 from lockprobe.decision_check import why_unusable
-from lockprobe.errors import (
-    ChannelFault,
-    LockprobeError,
-    ModelFault,
-    PlantFault,
-    ReplyFault,
-    TrialFault,
-)
+from lockprobe.errors import ChannelFault, LockprobeError, ModelFault, PlantFault, ReplyFault, TrialFault
 from lockprobe.lockbox.box import Configuration, bits
 from lockprobe.model_call import Usage
 from lockprobe.pictures.frame import Frame
@@ -43,13 +36,13 @@ from lockprobe.record import (
     Situation,
     Snapshot,
     Step,
-    Task,
     Trial,
     TrialError,
     Turn,
 )
 from lockprobe.redaction import without_keys
 from lockprobe.spec import settings_of
+from lockprobe.told_outcome import told_moved, told_positions
 
 if TYPE_CHECKING:
     import numpy as np
@@ -420,8 +413,8 @@ class _Loop:
             state=bits(self._configuration),
             joint=self._joints[joint],
             moved=snapshot.outcome == "moved",
-            told_moved=_told_moved(moment, self._moments, self._task, really=snapshot.outcome == "moved"),
-            told_state=self._names.told_state(_told_positions(moment)),
+            told_moved=told_moved(moment, self._moments, self._task, really=snapshot.outcome == "moved"),
+            told_state=self._names.told_state(told_positions(moment)),
             told=told.text,
             decision=decision,
             sensed=_facts(snapshot.sensed),
@@ -434,30 +427,3 @@ class _Loop:
 def _unlooked(percept: Percept) -> Percept:
     """The percept without a way to look."""
     return percept if percept.look is None else replace(percept, look=None)
-
-
-def _told_moved(now: Moment, before: Sequence[Moment], task: Task, *, really: bool) -> bool | None:
-    """The reported outcome of the attempt, from outcome or positions; None if nothing is reported.
-
-    Positions are compared with the last ones told or pictured. A picture that was not made from a report shows the
-    truth.
-    """
-    told, shown = now.told, now.shown
-    if told.outcome is not None:
-        return told.outcome == "moved"
-    if told.pictures and shown is None:
-        return really
-    if told.joint is None or shown is None:
-        return None
-    last = next((known for moment in reversed(before) if (known := moment.shown) is not None), None)
-    if last is None:
-        return None
-    joint = task.joints.index(told.joint)
-    return shown[joint] != last[joint]
-
-
-def _told_positions(moment: Moment) -> tuple[bool, ...] | None:
-    """Positions for the record: the told ones, or those that false pictures show; None for true pictures."""
-    if moment.told.positions is None and moment.shown == moment.was.positions:
-        return None
-    return moment.shown

@@ -81,7 +81,7 @@ def test_many_agents_are_counted_and_not_all_named():
     found = flips_answer(answer(**{name: {0: 20, 0.4: 20 + i} for i, name in enumerate("abcdef")}))
     assert found == (
         "Inconclusive: no effect of false reports on the success of a, b or 4 others was detected, "
-        "and changes of up to 49 points are not excluded."
+        "and changes of up to 50 points are not excluded."
     )
 
 

@@ -157,8 +157,8 @@ def test_a_suite_without_a_study_or_with_one_that_cannot_be_read_is_no_suite(dir
 def test_what_cannot_be_read_ends_in_a_line(directory):
     (directory / "suite.json").write_text("{")
     (only,) = verify_suite(directory)
-    assert "damaged" in only.said
-    with pytest.raises(BadFile, match="damaged"):
+    assert "not JSON" in only.said
+    with pytest.raises(BadFile, match="not JSON"):
         suite_results(directory)
 
 

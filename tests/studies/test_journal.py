@@ -340,7 +340,7 @@ def test_a_second_record_of_a_finished_trial_is_counted_apart(tmp_path):
     study = small_study(["random"])
     first, second = make_trial([0, 1], budget=2), make_trial([0, 2], budget=2)
     directory = write_study(tmp_path / "study", study, [first, second])
-    assert left_out(directory) == LeftOut(unfinished_lines=0, replaced=0, repeated=1)
+    assert left_out(directory) == LeftOut(unfinished_lines=0, replaced=0, repeated=1, contradicted=1)
     assert load(directory) == [second]
 
 

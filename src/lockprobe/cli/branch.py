@@ -19,8 +19,9 @@ from lockprobe.cli import options
 from lockprobe.cli.display import watch
 from lockprobe.cli.format_cost import money
 from lockprobe.cli.printing import new_table, print_table
-from lockprobe.cli.progress import Plain, count
+from lockprobe.cli.progress import Plain
 from lockprobe.cli.run_study import BROKE, BUDGET_REACHED
+from lockprobe.cli.tally import count
 from lockprobe.errors import BudgetReached
 from lockprobe.formatting import p_cell, percent
 from lockprobe.prose.branch import found_said, size_said, value_said

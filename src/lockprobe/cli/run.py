@@ -10,7 +10,7 @@ import sys
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
-from typing import cast
+from typing import TYPE_CHECKING, Any, cast
 
 import typer
 
@@ -19,6 +19,9 @@ from lockprobe.agents.model_access import Access
 from lockprobe.cli import options
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.studies.study_options import SHIPPED, STUDIES, SUITE_NAMES
+
+if TYPE_CHECKING:
+    from lockprobe.studies.runner import Limits
 
 __all__ = ["run"]
 
@@ -63,38 +66,60 @@ def run(
     _check_names(what, asked)
     from lockprobe.cli.cluster import reached
     from lockprobe.studies.runner import Limits
-    from lockprobe.studies.shard import Shard
 
     access = Access(connections=connections, timeout=timeout, retries=retries, batch=batch)
-    part = None if shard is None else Shard.parse(shard)
     with reached(None if estimate else cluster) as machines:
         limits = Limits(workers=workers or min(os.cpu_count() or 1, 8), access=access, cluster=machines)
         if what in SUITE_NAMES:
-            if part is not None:
+            if shard is not None:
                 raise BadValue("shard", shard, f"none with {what}, whose studies are small")
-            from lockprobe.cli.suite import run_suite
-            from lockprobe.studies.suites import SUITES
-
             chosen = asked if camera is None else {**asked, "camera": camera}
-            suite = partial(run_suite, SUITES[what], chosen, out, limits, budget=budget, again=again)
+            suite = partial(_run_suite, what, chosen, out, limits, budget=budget, again=again)
             return suite(estimate=estimate, report=report, json=json)
-        from lockprobe.cli.planned_study import planned_study, refuse_followers
+        played = partial(_run_study, what, asked, out, camera, shard, limits, budget=budget, again=again)
+        return played(estimate=estimate, report=report, json=json)
 
-        planned, directory = planned_study(what, asked, out, camera)
-        refuse_followers(planned, part)
-        if estimate:
-            from lockprobe.cli.format_cost import print_estimates
-            from lockprobe.cli.progress import settings_line
 
-            if not json:
-                print(settings_line(planned.settings_hash), file=sys.stderr)
-            return print_estimates([(planned, directory)], batch=batch, json=json)
-        from lockprobe.cli.run_study import allowed_budget, play_study
+def _run_suite(name: str, asked: Mapping[str, object], out: Path | None, limits: Limits, **how: Any) -> None:
+    from lockprobe.cli.suite import run_suite
+    from lockprobe.studies.suites import SUITES
 
-        allowed = allowed_budget(planned, budget, directory)
-        if status := play_study(planned, directory, limits, allowed, shard=part, again=again, report=report, json=json):
-            raise typer.Exit(status)
-    return None
+    run_suite(SUITES[name], asked, out, limits, **how)
+
+
+def _run_study(
+    name: str,
+    asked: Mapping[str, object],
+    out: Path | None,
+    camera: str | None,
+    shard: str | None,
+    limits: Limits,
+    *,
+    budget: float | None,
+    again: str | None,
+    estimate: bool,
+    report: bool,
+    json: bool,
+) -> None:
+    from lockprobe.cli.planned_study import planned_study, refuse_followers
+    from lockprobe.studies.shard import Shard
+
+    part = None if shard is None else Shard.parse(shard)
+    planned, directory = planned_study(name, asked, out, camera)
+    refuse_followers(planned, part)
+    if estimate:
+        from lockprobe.cli.format_cost import print_estimates
+        from lockprobe.cli.progress import settings_line
+
+        if not json:
+            print(settings_line(planned.settings_hash), file=sys.stderr)
+        print_estimates([(planned, directory)], batch=limits.access.batch, json=json)
+        return
+    from lockprobe.cli.run_study import allowed_budget, play_study
+
+    allowed = allowed_budget(planned, budget, directory)
+    if status := play_study(planned, directory, limits, allowed, shard=part, again=again, report=report, json=json):
+        raise typer.Exit(status)
 
 
 def _check_names(name: str, asked: Mapping[str, object]) -> None:

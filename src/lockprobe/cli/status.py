@@ -13,7 +13,8 @@ import typer
 
 from lockprobe.agents.reply_text import TIDIED
 from lockprobe.cli.format_cost import money, share, spent_facts
-from lockprobe.cli.progress import count, foreign_in_words, in_boundaries, invalid_in_words
+from lockprobe.cli.progress import foreign_in_words, invalid_in_words
+from lockprobe.cli.tally import count, in_boundaries
 from lockprobe.fork_name import ForkName
 from lockprobe.model_call import BROKEN_OFF, Call
 from lockprobe.record import Trial
@@ -195,8 +196,6 @@ def _print_columns(rows: Sequence[Sequence[str]]) -> None:
 
 def _lines(directory: Path, facts: Mapping[str, object]) -> Iterator[tuple[str, str]]:
     yield "study", f"{facts['study']} in {directory}"
-    yield "settings", f"hash {facts['settings_hash']} (lockprobe verify {directory} --settings HASH)"
-    yield "results", f"hash {facts['results_hash']} (lockprobe verify {directory} --results HASH)"
     extra = f", {facts['not_asked_for']} of other settings" if facts["not_asked_for"] else ""
     if facts["of_forks"]:
         yield "forks", f"{facts['done']} done, {facts['owed']} owed, {facts['solved']} solved"
@@ -215,11 +214,11 @@ def _lines(directory: Path, facts: Mapping[str, object]) -> Iterator[tuple[str, 
     if facts["unanswered_calls"]:
         number = int(str(facts["unanswered_calls"]))
         yield "", f"{count(number, 'call')} in progress, or lost with a killed run"
-    yield from _played_lines(facts)
+    yield from _played_lines(directory, facts)
 
 
-def _played_lines(facts: Mapping[str, object]) -> Iterator[tuple[str, str]]:
-    """What was added, how long it took, what broke, and what was tidied."""
+def _played_lines(directory: Path, facts: Mapping[str, object]) -> Iterator[tuple[str, str]]:
+    """What was added, how long it took, what broke, what was tidied, and the hashes."""
     added = facts["added"]
     assert isinstance(added, dict)
     for agent, when in added.items():
@@ -238,6 +237,8 @@ def _played_lines(facts: Mapping[str, object]) -> Iterator[tuple[str, str]]:
         assert isinstance(tidied, dict)
         what = ", ".join(f"{what} {times}" for what, times in tidied.items())
         yield "tidied", f"{facts['tidied_decisions']} of {facts['decisions']} replies before they were read: {what}"
+    yield "settings", f"hash {facts['settings_hash']} (lockprobe verify {directory} --settings HASH)"
+    yield "results", f"hash {facts['results_hash']} (lockprobe verify {directory} --results HASH)"
 
 
 def _table(ledger: Ledger, forks: Ledger) -> list[tuple[str, ...]]:

@@ -4,7 +4,7 @@ import pytest
 from builders import SOLUTION, make_trial
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.cli.progress import Tally, in_boundaries
+from lockprobe.cli.tally import Tally, in_boundaries
 from lockprobe.model_call import Call, Usage
 from lockprobe.studies.call_log import Calls
 from lockprobe.studies.spending import Ledger

@@ -1,0 +1,132 @@
+"""The state of a run in numbers: what was played, solved and broken, how fast, and what it cost."""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from collections.abc import Mapping
+
+from lockprobe.agents.catalogue import AgentSource
+from lockprobe.cli.format_cost import spent_in_words
+from lockprobe.record import Trial
+from lockprobe.studies.call_log import Calls
+from lockprobe.studies.spending import Ledger
+from lockprobe.studies.study import Study
+
+__all__ = ["Tally", "count", "in_boundaries"]
+
+_RATE = "flip rate "
+"""How the name of a condition begins that is a flip rate."""
+
+_LONG = 5.0
+"""Seconds after which a call that has not come back is spoken of."""
+
+
+class Tally:
+    """The state of a run: what was played, solved and broken, how fast, and what it cost.
+
+    Attributes:
+        ended_in_all: Trials of this run that ended, over all agents.
+        broken_in_all: Trials of this run that broke outside their agent.
+        broken_of: The agents of these, each with their number.
+        tells_solved: Whether a line says what is solved under which condition.
+        first_error: Boundary and message of the first of those.
+        ledger: The cost of the study; None where no provider is asked.
+        calls: Its calls; None likewise.
+    """
+
+    def __init__(self, study: Study | None = None) -> None:
+        self._shows = study is not None and study.names_modalities
+        self.owed = self.played = self.steps = self.ended_in_all = self.broken_in_all = 0
+        self.tells_solved = True
+        self.first_error = ""
+        self.broken_of: Counter[str] = Counter()
+        self.errors: Counter[str] = Counter()
+        self.solved: Counter[str] = Counter()
+        self.ended: Counter[str] = Counter()
+        self.ledger: Ledger | None = None
+        self.calls: Calls | None = None
+        self.agent = ""
+        self.slow = False
+        self._began = time.monotonic()
+        self.agent_owed = 0
+
+    def turn(self, source: AgentSource, owed: int, done: list[Trial], *, slow: bool) -> None:
+        """Start counting another agent, with ``owed`` trials to play.
+
+        Trials of an earlier run (``done``) count as solved or not, but not as played. ``slow`` agents show their steps.
+        """
+        self.agent, self.slow, self.agent_owed = source.spec, slow, owed
+        self.played = self.steps = 0
+        self.errors.clear()
+        self.solved.clear()
+        self.ended.clear()
+        self._began = time.monotonic()
+        for trial in done:
+            self._count(trial)
+
+    def _count(self, trial: Trial) -> None:
+        flipped = "" if trial.p is None else f"{_RATE}{trial.p:g}"
+        condition = trial.condition or (trial.modality if self._shows and not trial.p else flipped)
+        self.ended[condition] += trial.ending != "error"
+        self.solved[condition] += trial.solved
+
+    def trial(self, trial: Trial) -> None:
+        """A trial is on disk."""
+        self.played += 1
+        self.broken_in_all += trial.owed_again
+        self.broken_of.update([trial.agent] if trial.owed_again else [])
+        self.ended_in_all += not trial.owed_again
+        if trial.error is not None and trial.owed_again and not self.first_error:
+            self.first_error = f"{trial.error.boundary}: {trial.error.message}"
+        self.errors.update([] if trial.error is None else [trial.error.boundary])
+        self._count(trial)
+
+    @property
+    def speed(self) -> float:
+        """Steps per second of this agent in this run."""
+        return self.steps / max(time.monotonic() - self._began, 1e-9)
+
+    @property
+    def left(self) -> str:
+        """Time left for this agent, in words."""
+        if not self.played:
+            return "…"
+        seconds = (time.monotonic() - self._began) / self.played * (self.agent_owed - self.played)
+        return f"{seconds / 60:.0f} min" if seconds > 90 else f"{seconds:.0f} s"
+
+    @property
+    def waiting(self) -> str:
+        """How long a provider has been making us wait, in words; empty where it answers soon."""
+        if self.calls is None or (longest := self.calls.longest_wait) < _LONG:
+            return ""
+        return f"{count(self.calls.on_their_way, 'call')} on the way, the oldest for {longest:.0f} s"
+
+    def line(self, *, solved: bool = True) -> str:
+        """The state in one line, with or without what is solved under which condition."""
+        ended = sorted(shown for shown, number in self.ended.items() if number)
+        shares = ", ".join(f"{shown}: {self.solved[shown]}/{self.ended[shown]}" for shown in ended)
+        if ended and all(shown.startswith(_RATE) for shown in ended):
+            shares = f"at {_RATE}{shares.replace(_RATE, '')}"
+        parts = [
+            f"{self.agent}  {self.played}/{self.agent_owed} trials",
+            f"solved {shares}" if solved and shares and self.tells_solved else "",
+            f"{self.speed:.1f} steps/s",
+            f"{self.left} left",
+            spent_in_words(self.ledger.total) if self.ledger is not None else "",
+            self.waiting,
+            in_boundaries(self.errors),
+        ]
+        return " · ".join(part for part in parts if part)
+
+
+def in_boundaries(errors: Mapping[str, int]) -> str:
+    """Errors by boundary: ``3 errors: model 2, reply 1``; empty where there are none."""
+    if not (number := sum(errors.values())):
+        return ""
+    return f"{count(number, 'error')}: {', '.join(f'{name} {errors[name]}' for name in sorted(errors))}"
+
+
+def count(number: int, one: str, several: str | None = None) -> str:
+    """A number of things: ``1 trial``, ``2 trials``, ``3 replies``."""
+    return f"{number} {one if number == 1 else several or f'{one}s'}"
