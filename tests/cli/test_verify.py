@@ -4,12 +4,13 @@ import json
 import re
 
 import pytest
-from provider_server import Manner, here, truthful
+from provider_server import ENDS, Manner, here, truthful
 from typed import typed
 
 from lockprobe import run_study, study
 from lockprobe.agents.model_access import Access
 from lockprobe.report.verification import verify
+from lockprobe.storage.jsonl import whole_lines, with_checksum, without_checksum
 from lockprobe.studies.branch import FORKS, branching, play_forks
 from lockprobe.studies.journal import Journal, load
 from lockprobe.studies.runner import Limits
@@ -63,11 +64,11 @@ def hosted(tmp_path, monkeypatch):
     pytest.importorskip("inspect_ai")
     monkeypatch.setenv("FAKE_API_KEY", "sk-private-0123456789")
 
-    def play(agent="llm:openai-api/fake/model", faults=None, out="out", **given):
+    def play(agent="llm:openai-api/fake/model", faults=None, out="out", limits=None, **given):
         planned = study("flips", agent=[agent], trials=2, repetitions=1, max_steps=6, **given)
         with here(truthful, Manner(faults=faults or {})) as server:
             monkeypatch.setenv("FAKE_BASE_URL", server.url)
-            run_study(planned, tmp_path / out, limits=Limits(access=Access(connections=2, pause=0.01)))
+            run_study(planned, tmp_path / out, limits=limits or Limits(access=Access(connections=2, pause=0.01)))
             yield planned, tmp_path / out
 
     return lambda **given: next(iter([*play(**given)]))
@@ -83,12 +84,28 @@ def hosted(tmp_path, monkeypatch):
         {"p": [0.4], "faults": {"wrong schema": 0.2, "429": 0.1, "dropped": 0.1, "500": 0.1}},
         {"condition": ["yoked?p=0.4&how=looping", "flip?p=0.4&while=looping"]},
         {"p": [0], "agent": "llm:openai-api/fake/model?max_tokens=50&schema=none&top_p=0.5"},
+        {"p": [0, 0.4], "faults": dict.fromkeys(ENDS, 0.15)},
+        {"p": [0], "agent": "llm:openai-api/fake/model?max_tokens=50", "faults": {"cut": 0.4}},
     ],
-    ids=["forgetful", "asked", "not asked", "pictures", "faults", "yoked", "options"],
+    ids=["forgetful", "asked", "not asked", "pictures", "faults", "yoked", "options", "endings", "cut off"],
 )
 def test_a_study_of_a_hosted_model_holds_as_it_was_played(hosted, given):
     _, directory = hosted(**given)
     assert [check for check in verify(directory) if not check.holds] == []
+
+
+def test_a_study_holds_whose_calls_broke_and_were_made_again_later(hosted):
+    broken, again = {"dropped": 1.0}, {"dropped": 0.2}
+    limits = Limits(access=Access(connections=2, pause=0.01, retries=2))
+    for faults in (broken, again, {}):
+        _, directory = hosted(p=[0], faults=faults, limits=limits)
+    assert [check for check in verify(directory) if not check.holds] == []
+    calls = directory / "calls.jsonl"
+    fewer = [without_checksum(line).replace(b'"unanswered":3', b'"unanswered":1') for _, line in whole_lines(calls)]
+    calls.write_bytes(b"".join(with_checksum(line) + b"\n" for line in fewer))
+    failed = {check.name: check.failed for check in verify(directory) if not check.holds}
+    assert all("step 1 had 2 attempts without an answer, not 1" in one for one in failed.pop("replies"))
+    assert failed == {}
 
 
 def test_forks_of_a_hosted_model_hold_and_edits_of_them_are_found(hosted, tmp_path, monkeypatch):

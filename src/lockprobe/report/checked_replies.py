@@ -115,11 +115,19 @@ def _of_nobody(evidence: CallEvidence, trials: Collection[str], owed: Collection
 def _not_asked(evidence: CallEvidence) -> Iterator[str]:
     """Calls without the request that was written before it was sent, and counts of lost attempts below those there.
 
-    Calls that an import brought have no requests; they come before all others of their trial.
+    Calls that an import brought have no requests; they come before all others of their trial. A call that broke is made
+    again when its trial is resumed: calls of one place have their lost attempts together.
     """
     asked: defaultdict[tuple[str, int, int, str], list[Call]] = defaultdict(list)
     for call in evidence.asked:
         asked[_place(call)].append(call)
+    counted = Counter[tuple[str, int, int, str]]()
+    for call in evidence.calls:
+        counted[_place(call)] += call.unanswered
+    for place, requests in asked.items():
+        lost = _lost(requests)
+        if place in counted and counted[place] < lost:
+            yield f"{place[0]}: step {place[1]} had {lost} attempts without an answer, not {counted[place]}"
     begun = set[str]()
     for call in evidence.calls:
         if call.owed_anew:
@@ -129,11 +137,17 @@ def _not_asked(evidence: CallEvidence) -> Iterator[str]:
             begun.add(call.key)
         elif call.key in begun:
             yield f"{call.key}: the call of step {call.step}, turn {call.turn}, is not in asked.jsonl"
-        lost = max((one.unanswered for one in requests), default=0)
-        if call.unanswered < lost:
-            yield f"{call.key}: step {call.step} had {lost} attempts without an answer, not {call.unanswered}"
         if requests and call.most is not None and call.most not in [one.most for one in requests]:
             yield f"{call.key}: step {call.step} could cost {requests[-1].most}, not {call.most}"
+
+
+def _lost(requests: Sequence[Call]) -> int:
+    """The attempts without an answer of which requests of one place know; each call begins to count at 0."""
+    return sum(
+        one.unanswered
+        for one, after in zip(requests, [*requests[1:], None], strict=True)
+        if after is None or after.unanswered == 0
+    )
 
 
 def _place(call: Call) -> tuple[str, int, int, str]:

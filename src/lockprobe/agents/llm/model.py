@@ -212,7 +212,7 @@ class ReplayedModel:
                 raise ModelFault("there is no such reply")
             return _recalled(known, known.reply)
 
-        return await decided(situation, self._settings, ask)
+        return await decided(situation, self._settings, ask, self._settings.most_tokens(_UNKNOWN))
 
 
 _UNKNOWN = ModelFacts()
