@@ -94,9 +94,13 @@ def replies_check(
         *_priced_otherwise(evidence, on_record),
     ]
     number = sum(len(evidence.kept.get(one.key, ())) for one in hosted)
+    words = sum(one.unplayed for one in hosted)
+    alone = f"; {words} of these trials are not played, and held by their words and joints alone" if words else ""
     before = sum(call.reply is not None for call in evidence.calls) - sum(map(len, evidence.kept.values()))
     replaced = f"; {before} earlier replies are of trials that were played again on request" if before else ""
-    holds = f"{number} replies in calls.jsonl are the decisions of {len(hosted)} trials, and all of them{replaced}"
+    holds = (
+        f"{number} replies in calls.jsonl are the decisions of {len(hosted)} trials, and all of them{alone}{replaced}"
+    )
     return check_of(name, failed, holds, "contradictions between calls.jsonl and trials.jsonl")
 
 

@@ -23,6 +23,7 @@ from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.plugins import plugin_names
 from lockprobe.protocols import Agent, CallBook
 from lockprobe.record import Decision, Fact, Situation, Step, Trial
+from lockprobe.report.unplayed_replies import other_replies
 from lockprobe.spec import MCP, PEOPLE, Spec, spec_kind, spec_name
 from lockprobe.studies.call_log import KeptReplies
 from lockprobe.studies.play import play_timed
@@ -98,7 +99,8 @@ class Replay:
         found = ReplayedTrial(key=trial.key, kind=self._kinds[spec])
         try:
             if _is_foreign(plan) or resolve_plant(plan.plant).is_attended():
-                return replace(found, unplayed=True)
+                said = other_replies(trial, replies, parent) if found.kind == "hosted" else ""
+                return replace(found, unplayed=True, choices=said)
             if found.kind == "strategy" and spec not in self._strategies:
                 self._strategies[spec] = resolve(spec).make()
             kept = KeptReplies(replies)

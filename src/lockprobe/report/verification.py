@@ -237,11 +237,14 @@ def _luck(again: Sequence[ReplayedTrial]) -> Check:
 
 def _choices(again: Sequence[ReplayedTrial]) -> Check:
     """Whether strategies choose the same again, local models by their probabilities, and nobody the impossible."""
-    counts = Counter(one.kind for one in again)
+    counts = Counter(one.kind for one in again if not one.unplayed or one.kind == "own")
+    unasked = sum(one.unplayed and one.kind in ("strategy", "local") for one in again)
     failed = [f"{one.key}: {one.choices}" for one in again if one.choices and one.kind != "hosted"]
     said = [f"{counts['strategy']} trials of strategies are the same when they are asked again"]
     if counts["local"]:
         said.append(f"those of {counts['local']} trials of local models follow from their recorded probabilities")
+    if unasked:
+        said.append(f"{unasked} more of both are not asked, since they are not played")
     if counts["own"]:
         said.append(f"those of {counts['own']} trials of your own agents cannot be recomputed")
     return check_of("choices", failed, "; ".join(said), "trials differ from what their agents choose")
