@@ -9,8 +9,13 @@ from lockprobe.errors import BadValue
 
 __all__ = ["parse_sequence"]
 
-_MARKS = {";": r";", "|": r"\|", "->": r"[-=]>|\u2192"}
+_MARKS = {";": r";", "|": r"\|", "->": r"[-=]+>|[\u2192\u21d2\u27f6]"}
 """Separators besides blanks and commas: how each is called, and its pattern. A line has one kind of them."""
+
+_AROUND = re.compile(r"[\"\u201c\u201d]|^['\u2018]|[.:!?\u2026]$")
+"""What belongs to a line or a sentence, not to an action: quotes around it, a full stop or a colon after it."""
+
+_BRACKETS = ("()", "[]", "{}", "<>")
 
 _EXPECTED = 'one with blanks, commas, ";", "|" or "->" between actions, or a JSON array such as ["A", "B"]'
 
@@ -29,7 +34,7 @@ def parse_sequence(line: str) -> tuple[str, ...]:
     ('slider 1', 'slider 2')
 
     Raises:
-        BadValue: If the line can be read in several ways, or punctuation would be an action.
+        BadValue: If the line can be read in several ways, or punctuation would be an action or part of one.
     """
     text = line.strip()
     if text[:1] in ("[", "{"):
@@ -49,9 +54,15 @@ def parse_sequence(line: str) -> tuple[str, ...]:
         found = " and ".join(f'"{mark}"' for mark in ([","] * ("," in text) + marks))
         raise BadValue("sequence", _short(text), f"one kind of separator, not {found}")
     for action in actions:
-        if not any(character.isalnum() for character in action):
+        if not any(character.isalnum() for character in action) or _is_torn(action):
             raise BadValue("sequence", _short(text), f"{_EXPECTED}: {_short(action)!r} would be an action")
     return tuple(actions)
+
+
+def _is_torn(action: str) -> bool:
+    """Whether punctuation of the line stands at an action: with it the same action has two names."""
+    unpaired = any(action.count(opened) != action.count(closed) for opened, closed in _BRACKETS)
+    return unpaired or _AROUND.search(action) is not None
 
 
 def _from_json(text: str) -> tuple[str, ...]:
