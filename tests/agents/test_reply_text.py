@@ -60,6 +60,12 @@ ONE_READING = {
     f"{OBJECT[:-1]},}}": ("syntax",),
     json.dumps(OBJECT): ("syntax",),
     f'{{"reply": {OBJECT}}}': ("syntax",),
+    f'{{"name": "reply", "arguments": {OBJECT}}}': ("syntax",),
+    f'<tool_call>\n{{"name": "reply", "arguments": {OBJECT}}}\n</tool_call>': ("syntax", "prose"),
+    f"{{{OBJECT}}}": ("syntax",),
+    f"\\boxed{{{OBJECT}}}": ("syntax", "prose"),
+    f"<analysis>Perhaps {OTHER}</analysis>{OBJECT}": ("reasoning",),
+    f"<reason>Perhaps {OTHER}</reason>{OBJECT}": ("reasoning",),
     "{'last_action': 'moved', 'hypothesis': 'B\\'s lock', 'joint': 'B'}": ("syntax",),
     '{last_action: "moved", hypothesis: "B\'s lock", joint: "B"} // so': ("syntax", "prose"),
     '{"last_action": "moved", /* it did */ "hypothesis": "B\'s lock",\n "joint": B}': ("syntax",),
@@ -94,6 +100,7 @@ def test_a_reply_with_one_reading_is_read_and_what_was_tidied_is_named(text, tid
         (f"```json\n{OTHER}\n```\nor rather\n```json\n{OBJECT}\n```", "JSON objects that differ"),
         (f'{{"joint" "C"}} {OBJECT}', "not one JSON object"),
         (f'Like {{"joint": "A" or "B"}}: {OBJECT}', "not one JSON object"),
+        (f"{{{OBJECT}, {OTHER}}}", "not one JSON object"),
         (f"{OBJECT} or C", "a JSON object and an alternative"),
         (f"C or {OBJECT}", "a JSON object and an alternative"),
         (f'{{"plan": {OBJECT}', "a JSON object that does not end"),
@@ -141,8 +148,9 @@ def test_the_first_mark_is_quoted():
 
 
 def test_names_are_compared_without_what_does_not_matter():
-    assert {plain_form(name) for name in ("left_slider", "Left-Slider", " left slider. ", "'LEFT SLIDER'")} == {
-        "leftslider"
-    }
+    assert {
+        plain_form(name)
+        for name in ("left_slider", "Left-Slider", "left\u2011slider", " left slider. ", "'LEFT SLIDER'")
+    } == {"leftslider"}
     assert plain_form("\uff21") == "a"
     assert plain_form("A1") != plain_form("A2")

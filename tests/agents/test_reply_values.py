@@ -24,9 +24,10 @@ def test_what_is_spelled_as_asked_is_not_respelled():
 @pytest.mark.parametrize(
     ("name", "value", "meant"),
     [
-        *(("joint", value, "A") for value in ("a", " A ", "'A'", "A.", "joint A", "Joint_A", "the joint A", ["A"])),
+        *(("joint", value, "A") for value in ("a", " A ", "'A'", "A.", "joint A", "the A", "the joint A", "A!", ["A"])),
         *(("joint", value, "left slider") for value in ("Left Slider", "left_slider", "LEFT-SLIDER", "leftSlider")),
-        *(("claimed", value, "moved") for value in ("Moved", "moved.", "MOVED", "it moved", "A moved", "has moved")),
+        *(("joint", f"left{hyphen}slider", "left slider") for hyphen in "\u2010\u2011\u2012\u2013\u2014\u2212"),
+        *(("claimed", value, "moved") for value in ("Moved", "moved.", "MOVED", "it moved", "A moved", ["moved"])),
         *(
             ("claimed", value, "blocked")
             for value in ("did not move.", "Did_Not-Move", "didn't move", "didn\u2019t move")

@@ -32,7 +32,7 @@ TIDIED: Mapping[Tidied, str] = {
 }
 """The same in words."""
 
-_REASONING = r"(?:seed:)?(?:think|thinking|thoughts?|reasoning|reasoning_content|reflection|scratchpad)"
+_REASONING = r"(?:seed:)?(?:think|thinking|thoughts?|reason|reasoning|reasoning_content|analysis|reflection|scratchpad)"
 _TAG = re.compile(
     rf"(?P<open><{_REASONING}(?:\s[^<>]*)?>|\[THINK\]|◁think▷|<\|begin_of_thought\|>|<\|START_THINKING\|>"
     rf"|<\|channel>thought|<unused94>)"
@@ -75,6 +75,9 @@ _LENIENT = re.compile(
     re.VERBOSE | re.DOTALL,
 )
 """A piece of JSON as models bend it: other quotes, no quotes, comments, a comma before the end."""
+
+_OF_A_CALL = ("name", "type", "id")
+"""What stands beside the object in the call of a tool, which some models write although none is offered."""
 
 _CONSTANTS = {"True": "true", "False": "false", "None": "null", "true": "true", "false": "false", "null": "null"}
 _QUOTED = re.compile(r"[\"'\u201c\u2018]\s*([\w -]{1,40}?)\s*[\"'\u201d\u2019]")
@@ -195,12 +198,14 @@ def _without_tokens(text: str) -> str:
 
 
 def plain_form(text: str) -> str:
-    """A name without case, white space, underscores, hyphens, quotes and full stops.
+    """A name without case, white space, underscores, hyphens of any kind, quotes and full stops.
 
     >>> plain_form("'Left-Slider'.") == plain_form("left slider")
     True
     """
-    return re.sub(r"[\s_\-\"'`\u201c\u201d\u2018\u2019*.]+", "", unicodedata.normalize("NFKC", text).casefold())
+    return re.sub(
+        r"[\s_\-\u2010-\u2015\u2212\"'`\u201c\u201d\u2018\u2019*.]+", "", unicodedata.normalize("NFKC", text).casefold()
+    )
 
 
 def _loaded(text: str) -> object:
@@ -221,6 +226,8 @@ def _only_object(text: str, names: Sequence[str]) -> tuple[FoundObject, str]:
     around, end, broken = [], 0, False
     for start, stop in _groups(text):
         pairs, bent = _read(text[start:stop])
+        if pairs is None and (inner := text[start + 1 : stop - 1].strip()).startswith("{") and inner.endswith("}"):
+            pairs, bent = _read(inner)[0], True  # braces doubled, as in a template, or those of \boxed
         one = FoundObject({}) if pairs is None else _fields_of(pairs, names)
         if one.fields:
             found.append(_also(one, "syntax") if bent else one)
@@ -302,7 +309,7 @@ def _speaks_of(group: str, names: Sequence[str]) -> bool:
 
 
 def _fields_of(pairs: _Pairs, names: Sequence[str]) -> FoundObject:
-    """The fields that have one of the names; an object that holds nothing but such an object stands for it.
+    """The fields that have one of the names; an object that only wraps such an object stands for it.
 
     Raises:
         ReplyFault: If one has two values.
@@ -321,7 +328,7 @@ def _fields_of(pairs: _Pairs, names: Sequence[str]) -> FoundObject:
             tidied.append("spelling")
         fields[name] = _plain(value)
     inner = [value for _, value in pairs if isinstance(value, _Pairs)]
-    if not fields and len(pairs) == len(inner) == 1:
+    if not fields and len(inner) == 1 and len(pairs) - 1 == sum(key in _OF_A_CALL for key, _ in pairs):
         return _also(_fields_of(inner[0], names), "syntax")
     return FoundObject(fields, tuple(dict.fromkeys(tidied)))
 

@@ -18,7 +18,7 @@ CLAIMS: Mapping[str, Outcome | None] = {"moved": "moved", "did not move": "block
 LONGEST_HYPOTHESIS = 4000
 """Characters."""
 
-_JOINT = ("", "joint", "thejoint")
+_JOINT = ("", "the", "joint", "thejoint")
 _MOVED = ("moved", "hasmoved", "didmove")
 _BLOCKED = ("didnotmove", "didntmove", "notmoved", "hasnotmoved", "hasntmoved")
 _NOTHING = ("", "none", "null", "nothing", "na", "n/a")
@@ -75,13 +75,17 @@ def values_in(fields: Mapping[str, object], asked: Sequence[str], claims: Sequen
     )
 
 
+def _only(value: object) -> object:
+    """The one value in a list of one."""
+    return value[0] if isinstance(value, list) and len(value) == 1 else value
+
+
 def _joint(value: object, joints: Sequence[str]) -> str:
-    if isinstance(value, list) and len(value) == 1:
-        value = value[0]
+    value = _only(value)
     if value in joints:
         return str(value)
     if isinstance(value, str | int) and not isinstance(value, bool):
-        plain = plain_form(str(value))
+        plain = plain_form(str(value)).rstrip("!")
         meant = [joint for joint in joints if plain in {f"{what}{plain_form(joint)}" for what in _JOINT}]
         if len(meant) == 1:
             return meant[0]
@@ -89,6 +93,7 @@ def _joint(value: object, joints: Sequence[str]) -> str:
 
 
 def _claim(value: object, claims: Sequence[str], last: str | None) -> str:
+    value = _only(value)
     if value in claims:
         return str(value)
     if claims == ["none"] and (value is None or (isinstance(value, str) and plain_form(value) in _NOTHING)):
