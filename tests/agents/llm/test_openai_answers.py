@@ -98,6 +98,22 @@ def test_an_error_that_does_not_pass_is_not_asked_again(monkeypatch, error):
     assert times == 1
 
 
+@pytest.mark.parametrize("model", PROVIDERS)
+@pytest.mark.parametrize(
+    ("status", "error"),
+    [
+        (401, {"code": "invalid_api_key", "message": "Flagged."}),
+        (403, {"code": "unsupported_country", "message": "Your account was flagged."}),
+        (400, {"code": "invalid_request_error", "message": "response_format is not supported"}),
+        (404, {"code": 404, "message": "No endpoint matches your content policy"}),
+    ],
+)
+def test_a_status_about_the_account_or_the_request_is_no_refusal(monkeypatch, status, error, model):
+    fault, times = asked(monkeypatch, (status, {"error": error}), model)
+    assert str(fault) == f"the provider answered {status}: {error['message']}"
+    assert times == 1
+
+
 REFUSALS = {
     "the field": (body(None, message={"refusal": "I cannot help."}), "I cannot help."),
     "the field beside nothing": (body("", message={"refusal": "I cannot help."}), "I cannot help."),
@@ -108,6 +124,10 @@ REFUSALS = {
     "Claude's": (body(choice={"native_finish_reason": "refusal"}), "native_finish_reason refusal"),
     "an error that refuses": (body(choices=[], error={"code": "content_filter", "message": "Filtered."}), "Filtered."),
     "a moderation": (body(choices=[], error={"code": 403, "message": "Flagged.", "metadata": {"reasons": ["x"]}}), "Flagged."),
+    "a router's moderation": ((403, {"error": {"code": 403, "message": "Flagged.", "metadata": {"reasons": ["x"]}}}), "Flagged."),
+    "an inspection": ((400, {"error": {"code": "data_inspection_failed", "message": "Not this."}}), "Not this."),
+    "a risk in words": ((400, {"error": {"code": "invalid_request_error", "message": "Content Exists Risk"}}), "Content Exists Risk"),
+    "a prompt that is flagged": (body(choices=[], error={"code": "invalid_prompt", "message": "Flagged."}), "Flagged."),
     "a status that refuses": ((400, {"error": {"code": "content_filter", "message": "Filtered."}}), "Filtered."),
     **{
         reason: (body(None, finish=reason), f"finish_reason {reason}")
@@ -264,6 +284,10 @@ def test_the_newer_interface_says_the_same(monkeypatch, output, more, text, stop
     [
         ([], {}),
         ([message()], {}),
+        ([message("")], {"usage": {"input_tokens": 11, "output_tokens": 0, "total_tokens": 11}}),
+        ([], {"status": "queued"}),
+        ([message("a r")], {"status": "in_progress"}),
+        ([message("a r")], {"status": "incomplete"}),
         ([], {"status": "failed"}),
         ([message("a r")], {"status": "cancelled"}),
         ([message("a r")], {"status": "failed", "error": {"code": "server_error", "message": "Upstream error"}}),

@@ -24,7 +24,7 @@ _MOST_COUNTED = 2**40
 
 _REFUSAL = re.compile(
     r"content.?filter|refus|safety|recitation|prohibited|block|spii|sensitive|guardrail|moderat|policy|toxic|flagged"
-    r"|model.?armor",
+    r"|model.?armor|invalid.?prompt",
     re.IGNORECASE,
 )
 _FAULT = re.compile(

@@ -9,6 +9,7 @@ reply.
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
@@ -20,7 +21,7 @@ from lockprobe.agents.prompt import REFUSED
 from lockprobe.model_call import Usage
 
 try:
-    from openai import AsyncOpenAI
+    from openai import APIStatusError, AsyncOpenAI, BadRequestError
     from openai.types.chat import ChatCompletionMessage
     from openai.types.chat.chat_completion import Choice
 except ImportError:  # another provider's package will do
@@ -30,6 +31,16 @@ __all__ = ["accepted", "check_answers"]
 
 _FAILURES = frozenset(map(str, range(400, 600)))
 """Error codes that are HTTP statuses; some servers write them as text, and most other codes are words."""
+
+_REFUSING = (400, 403, 422, 451)
+_REFUSED_FOR = re.compile(
+    r"content.?(?:filter|policy|risk)|safety|moderation|flagged|invalid.?prompt|data.?inspection|prohibited",
+    re.IGNORECASE,
+)
+_REFUSED_IN_WORDS = re.compile(r"content exists risk|inappropriate content|requires moderation", re.IGNORECASE)
+"""The statuses of a refusal, and how its code or type names it; few services say it in words alone."""
+
+_UNFINISHED = ("queued", "in_progress")
 
 _CUT_OFF = ("length", "max_tokens", "max_output_tokens")
 _REASONING = ("reasoning", "reasoning_content", "reasoning_details")
@@ -50,11 +61,27 @@ def check_answers(client: object, ours: Callable[[], bool] = lambda: True) -> No
 
 def _checked(usual: Any, ours: Callable[[], bool]) -> Any:
     async def create(**request: Any) -> Any:
-        came = await usual(**request)
+        try:
+            came = await usual(**request)
+        except APIStatusError as error:
+            if ours() and (said := _refusal_in(error)):
+                refused = {"code": REFUSED, "message": said}  # in the form that Inspect AI takes for a refusal
+                raise BadRequestError(said, response=error.response, body=refused) from None
+            raise
         return accepted(came) if ours() and not request.get("stream") else came
 
     create.checked = True  # type: ignore[attr-defined]
     return create
+
+
+def _refusal_in(error: APIStatusError) -> str:
+    """The words of a status that refuses the conversation; empty for any other."""
+    if error.status_code not in _REFUSING or not isinstance(said := error.body, Mapping):
+        return ""
+    words, more = str(said.get("message") or error.message), said.get("metadata")
+    flagged = isinstance(more, Mapping) and bool(more.get("reasons"))
+    named = _REFUSED_FOR.search(f"{said.get('code')} {said.get('type')}") or _REFUSED_IN_WORDS.search(words)
+    return words if flagged or named else ""
 
 
 def accepted(came: Any) -> Any:
@@ -130,9 +157,20 @@ def _check_output(came: Any, output: list[Any]) -> None:
     if error is not None and not error.refused:
         raise Declined(error.words, error.status, usage=_usage_of(came), charged=bool(output))
     status = str(getattr(came, "status", None) or "completed")
-    empty = all(getattr(item, "type", "") == "message" and not getattr(item, "content", None) for item in output)
-    if error is None and (kind_of_stop(status, empty=False) == "fault" or (empty and status == "completed")):
-        raise _nothing(came, f"a reply without content, status {status}")
+    cause = getattr(getattr(came, "incomplete_details", None), "reason", None)
+    unfinished = status in _UNFINISHED or (status == "incomplete" and not cause)
+    counted = _usage_of(came)
+    unwritten = counted is not None and counted.input_tokens > 0 and counted.output_tokens == 0
+    empty = status == "completed" and all(_is_empty(item, letterless=unwritten) for item in output)
+    if error is None and (kind_of_stop(status, empty=False) == "fault" or unfinished or empty):
+        raise _nothing(came, f"a reply {'that is not finished' if unfinished else 'without content'}, status {status}")
+
+
+def _is_empty(item: Any, *, letterless: bool) -> bool:
+    """Whether an item is a message without content; ``letterless``: or one whose content has no letter."""
+    parts = getattr(item, "content", None)
+    held = any(_entry(part, "text") or _entry(part, "refusal") for part in parts or ()) if letterless else bool(parts)
+    return getattr(item, "type", "") == "message" and not held
 
 
 def _straighten(choice: Any, came: Any, beside: _Error | None) -> None:
