@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from lockprobe.agents.llm import network_settings
-from lockprobe.agents.llm.network_settings import check_certificates, check_proxies
+from lockprobe.agents.llm.network_settings import check_certificates, check_key, check_proxies
 from lockprobe.errors import BadValue, Missing
 
 VARIABLES = [
@@ -139,3 +139,28 @@ def test_certificates_that_can_be_read_pass_and_what_nobody_reads_is_not_looked_
     check_certificates("openai")
     monkeypatch.setenv("REQUESTS_CA_BUNDLE", certifi.where())
     check_certificates("bedrock")
+
+
+@pytest.mark.parametrize(
+    "key", [" ", "sk-secret\n", "sk-\r\nsecret", "sk-secret\u2026", "\ufeffsk-secret", "sk-sec\x00ret"]
+)
+def test_a_key_that_no_request_can_carry_is_named_and_not_quoted(monkeypatch, key):
+    monkeypatch.setattr(network_settings.os, "environ", {"FAKE_API_KEY": key})
+    with pytest.raises(Missing, match="^FAKE_API_KEY: no request can carry ") as refused:
+        check_key("FAKE_API_KEY")
+    assert "sec" not in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize("key", [None, "", "sk-secret_0123/+=."])
+def test_other_keys_are_left_to_the_provider(monkeypatch, key):
+    monkeypatch.setattr(network_settings.os, "environ", {} if key is None else {"FAKE_API_KEY": key})
+    check_key("FAKE_API_KEY")
+
+
+def test_what_is_no_file_is_no_file_of_certificates(monkeypatch, tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    for path in (tmp_path, tmp_path / "pipe"):
+        monkeypatch.setenv("SSL_CERT_FILE", str(path))
+        with pytest.raises(BadValue, match="it is no file"):
+            check_certificates("openai")

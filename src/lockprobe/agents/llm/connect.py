@@ -11,7 +11,7 @@ from urllib.parse import urlsplit
 
 from lockprobe.agents.llm.answer_limits import guard_answers
 from lockprobe.agents.llm.inspect_internals import PrerequisiteError, set_batch_log_callback
-from lockprobe.agents.llm.network_settings import check_certificates, check_proxies, is_url
+from lockprobe.agents.llm.network_settings import check_certificates, check_key, check_proxies, is_url
 from lockprobe.agents.llm.openai_answers import check_answers
 from lockprobe.agents.llm.openai_fast_path import use_fast_path
 from lockprobe.agents.model_access import Access
@@ -39,7 +39,7 @@ def opened(name: str, access: Access, parameters: dict[str, object]) -> Model:
     """Open a model; every request sends the parameters, named as in Inspect AI's ``GenerateConfig``.
 
     Raises:
-        Missing: If a key, a server or a provider's package is missing.
+        Missing: If a key, a server or a provider's package is missing, or no request can carry the key.
         BadValue: If there is no such provider, it lacks the batch interface that is asked for, or the environment names
             an invalid server, proxy or file of certificates.
     """
@@ -97,16 +97,21 @@ def host_of(name: str) -> str | None:
 
 def _variables(name: str) -> tuple[str, str]:
     """The variables that can name the server of a model; the first has priority."""
+    return f"{_whose(name)}_BASE_URL", "INSPECT_EVAL_MODEL_BASE_URL"
+
+
+def _whose(name: str) -> str:
+    """How the variables of a model's provider begin."""
     provider, service, *_ = f"{name}/".split("/")
-    whose = (service if provider == "openai-api" else provider).upper().replace("-", "_")
-    return f"{whose}_BASE_URL", "INSPECT_EVAL_MODEL_BASE_URL"
+    return (service if provider == "openai-api" else provider).upper().replace("-", "_")
 
 
 def _check_addresses(name: str) -> None:
-    """Refuse what the environment says of servers, proxies and certificates, before a library raises any error."""
+    """Refuse what the environment says of servers, keys, proxies and certificates, before a library raises an error."""
     for variable in _variables(name):
         if (url := os.environ.get(variable)) and not is_url(url, ("http", "https")):
             raise BadValue(variable, url, "a URL such as http://localhost:8080/v1")
+    check_key(f"{_whose(name)}_API_KEY")
     check_proxies()
     check_certificates(name.partition("/")[0])
 

@@ -15,7 +15,7 @@ from urllib.parse import urlsplit
 
 from lockprobe.errors import BadValue, Missing
 
-__all__ = ["check_certificates", "check_proxies", "is_url"]
+__all__ = ["check_certificates", "check_key", "check_proxies", "is_url"]
 
 _PROXIES = ("HTTP_PROXY", "HTTPS_PROXY", "ALL_PROXY")
 _NO_PROXY = "NO_PROXY"
@@ -64,6 +64,18 @@ def check_certificates(provider: str) -> None:
         (_check_folder if Path(path).is_dir() else _check_file)(variable, path)
 
 
+def check_key(variable: str) -> None:
+    """Check a variable with a key, if it is set: what a header cannot hold is not sent.
+
+    Raises:
+        Missing: If it is blank, or holds a line break, a blank at an end or a letter outside ASCII; it is not quoted.
+    """
+    key = os.environ.get(variable, "")
+    if key != key.strip() or not key.isascii() or not key.isprintable():
+        said = f"{variable}: no request can carry a key with line breaks, blanks around it or letters outside ASCII"
+        raise Missing(said, f"export {variable}=… without them and run again")
+
+
 def is_url(url: str, schemes: tuple[str, ...]) -> bool:
     """Whether a text is a URL with a host and one of these schemes."""
     try:
@@ -93,8 +105,10 @@ def _is_host(host: str) -> bool:
 
 def _check_file(variable: str, path: str) -> None:
     expected = "a file of certificates (PEM) that can be read"
+    if (named := Path(path)).exists() and not named.is_file():
+        raise BadValue(variable, path, f"{expected}: it is no file")
     try:
-        with Path(path).open("rb"):
+        with named.open("rb"):
             pass
         ssl.create_default_context(cafile=path)
     except ssl.SSLError:
