@@ -22,13 +22,24 @@ def receiver():
             body = self.rfile.read(int(self.headers["Content-Length"]))
             got.append((self.path, self.headers, body))
             self.send_response(
-                {"/no-json": 415, "/base": 404, "/none": 404, "/none/v1/traces": 404, "/moved": 302}.get(self.path, 200)
+                {
+                    "/no-json": 415,
+                    "/base": 404,
+                    "/locked": 403,
+                    "/none": 404,
+                    "/none/v1/traces": 404,
+                    "/moved": 302,
+                }.get(self.path, 200)
             )
             if self.path == "/moved":
                 self.send_header("Location", "/page")
             if self.path == "/page":
                 self.send_header("Content-Type", "text/html; charset=utf-8")
             self.end_headers()
+            if self.path == "/partly/v1/traces":
+                self.wfile.write(b'{"partialSuccess": {"rejectedSpans": "3", "errorMessage": "too old"}}')
+            elif self.path != "/page":
+                self.wfile.write(b'{"partialSuccess": {}}')
 
         def do_GET(self):
             self.send_response(200)
@@ -100,7 +111,7 @@ def test_only_http_is_spoken(url):
         endpoints_of(url)
 
 
-@pytest.mark.parametrize("base", ["/base", "/page", "/moved"])
+@pytest.mark.parametrize("base", ["/base", "/page", "/moved", "/locked"])
 def test_a_base_path_is_tried_with_the_path_of_traces(receiver, base):
     url, got = receiver
     made = list(requests([make_trial(SOLUTION, trial=n) for n in range(1, 52)], "study"))
@@ -123,3 +134,13 @@ def test_where_neither_takes_them_both_are_named(receiver):
         send_traces(requests([make_trial(SOLUTION)], "study"), f"{url}/none")
     said = str(refused.value)
     assert said.startswith(f"{url}/none and {url}/none/v1/traces took 0 requests, then failed (status 404)")
+
+
+def test_the_version_alone_is_completed_and_not_doubled():
+    assert endpoints_of("http://here/otel/v1") == ("http://here/otel/v1", "http://here/otel/v1/traces")
+
+
+def test_spans_that_a_receiver_rejects_are_not_said_to_be_sent(receiver, without_protobuf):
+    url, _ = receiver
+    with pytest.raises(Missing, match=r"took 0 requests, then failed \(it rejected 3 spans: too old\)"):
+        send_traces(requests([make_trial(SOLUTION)], "study"), f"{url}/partly/v1/traces")

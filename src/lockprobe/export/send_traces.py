@@ -19,9 +19,10 @@ from lockprobe.terminal_text import readable
 __all__ = ["endpoints_of", "send_traces"]
 
 _TIMEOUT = 30.0
+_LARGEST_ANSWER = 1 << 16
 _PATH = "/v1/traces"
 
-_NOT_HERE = (301, 302, 307, 308, 400, 404, 405, 410, 501)
+_NOT_HERE = (301, 302, 307, 308, 400, 401, 403, 404, 405, 410, 501)
 """Statuses of a server that takes no traces at this path."""
 
 _HEADERS = "OTEL_EXPORTER_OTLP_HEADERS"
@@ -36,6 +37,8 @@ def endpoints_of(url: str) -> tuple[str, ...]:
     ('http://localhost:4318/v1/traces',)
     >>> endpoints_of("http://localhost:3000/otel/")
     ('http://localhost:3000/otel/', 'http://localhost:3000/otel/v1/traces')
+    >>> endpoints_of("http://localhost:4318/v1")[1]
+    'http://localhost:4318/v1/traces'
 
     Raises:
         BadValue: If it is no http or https URL.
@@ -50,7 +53,7 @@ def endpoints_of(url: str) -> tuple[str, ...]:
     path = parts.path.rstrip("/")
     if path.endswith(_PATH):
         return (url,)
-    whole = parts._replace(path=path + _PATH).geturl()
+    whole = parts._replace(path=path.removesuffix("/v1") + _PATH).geturl()
     return (url, whole) if path else (whole,)
 
 
@@ -93,7 +96,7 @@ def _post(endpoint: str, body: bytes, headers: Mapping[str, str]) -> None:
     """Post one request.
 
     Raises:
-        OSError: If it is not accepted, also where a page is the answer.
+        OSError: If it is not accepted as a whole, also where a page is the answer.
         HTTPException: If the answer is no HTTP.
     """
     post = urllib.request.Request(endpoint, body, dict(headers), method="POST")  # noqa: S310 - the scheme is checked
@@ -102,6 +105,18 @@ def _post(endpoint: str, body: bytes, headers: Mapping[str, str]) -> None:
             raise _NoReceiver(f"it redirects to {answer.url}")
         if answer.headers.get_content_type() == "text/html":
             raise _NoReceiver("it answers with a page")
+        if said := _rejected(answer.read(_LARGEST_ANSWER)):
+            raise OSError(said)
+
+
+def _rejected(answer: bytes) -> str:
+    """What a receiver says of spans that it did not take; empty if it took all, or says so in protobuf."""
+    try:
+        partly = json.loads(answer)["partialSuccess"]
+        count, why = int(partly.get("rejectedSpans") or 0), str(partly.get("errorMessage") or "it gives no reason")
+    except (ValueError, TypeError, LookupError, AttributeError, RecursionError):
+        return ""
+    return f"it rejected {count} spans: {why[:200]}" if count else ""
 
 
 def _is_elsewhere(error: Exception) -> bool:
