@@ -7,8 +7,10 @@ from types import SimpleNamespace as Some
 import numpy as np
 import pytest
 from builders import make_trial, play_study, small_study
+from scipy.stats import binom
 
 from lockprobe.analysis.effects import Effects
+from lockprobe.analysis.proportions import proportion
 from lockprobe.analysis.summary import summarise
 from lockprobe.lockbox.families import box
 from lockprobe.prose.overview import (
@@ -17,6 +19,7 @@ from lockprobe.prose.overview import (
     flips_answer,
     flips_needed,
     interaction_said,
+    no_advantage_said,
     not_above_chance,
     smaller_budget_said,
     trial_said,
@@ -122,7 +125,19 @@ def test_trials_needed_shrink_the_interval_to_ten_points():
     assert flips_needed(answer(a={0: 5, 0.4: 30})) == ""
 
 
-def effects(*changes):
+def test_trials_needed_of_several_agents_shrink_the_widest_of_their_intervals():
+    """An interval that is corrected for six agents shrinks to ten points later than that of one."""
+    one = answer(f={0: 20, 0.4: 21})
+    six = answer(**{name: {0: 20, 0.4: 21} for name in "abcdef"})
+    said = r"about (\d+) to (\d+) trials"
+    (few, most), (alone, _) = (map(int, re.search(said, flips_needed(summary)).groups()) for summary in (six, one))
+    contrast = six.agents[-1].contrast
+    half = (contrast.difference.high - contrast.difference.low) / 2
+    assert alone < 0.9 * 40 * (half / 0.1) ** 2 <= most
+    assert few > 1.5 * alone
+
+
+def effects(*changes, agents=1):
     """Effects of conditions on one agent: (name, difference, whether it is shown, half an interval, differing pairs)."""
     return Effects(
         agent="a",
@@ -130,6 +145,7 @@ def effects(*changes):
         control="truth",
         effects=tuple(effect(*change) for change in changes),
         interplays=(),
+        agents=agents,
     )
 
 
@@ -176,6 +192,13 @@ def test_of_several_agents_the_one_with_the_widest_interval_is_named():
     )
 
 
+def test_trials_needed_of_conditions_are_more_where_several_agents_are_judged_together():
+    """With 24 of 50 pairs that differ, 48 % are expected to; of ten agents each has an interval of 99.5 %."""
+    assert effects_needed([effects(("x", 0.1, False), agents=10)]) == (
+        "Estimating the change to ±10 points takes about 380 to 490 trials per condition; this study has 50."
+    )
+
+
 @pytest.mark.parametrize("trials", [1, 2, 3, 4, 5, 6, 10, 18, 40])
 @pytest.mark.parametrize("differ", [0.1, 0.5, 0.9])
 def test_the_most_trials_needed_are_seldom_too_few(trials, differ):
@@ -212,6 +235,22 @@ def test_agents_near_chance_are_said_to_be():
     assert not_above_chance(answer(a={0: 30}, b={0: 5}, c={0: 5})) == said.format(
         "none of a, b and c detectably exceeded"
     )
+
+
+@pytest.mark.parametrize("trials", [1, 2, 3, 4, 6, 12, 17, 40])
+@pytest.mark.parametrize("chance", [0.02, 0.1, 0.3, 0.69, 0.9, 0.99])
+@pytest.mark.parametrize("agents", [1, 2, 10])
+def test_agents_at_chance_are_seldom_said_to_be_below_or_above_it(trials, chance, agents):
+    """Whatever the number of trials: one trial in ten that fails at a chance of 90 % shows nothing."""
+    by_chance = binom(trials, chance)
+    below, above = 0.0, 0.0
+    for count in range(trials + 1):
+        shares = {name: proportion(count, trials) for name in map(str, range(agents))}
+        said = no_advantage_said(shares, "when told the truth", chance)
+        below += by_chance.pmf(count) * ("solved less" in said)
+        above += by_chance.pmf(count) * (not said)
+    assert 1 - (1 - below) ** agents <= 0.05
+    assert 1 - (1 - above) ** agents <= 0.05
 
 
 def test_rates_are_left_out_of_an_answer_that_they_make_too_long():

@@ -272,7 +272,7 @@ def no_advantage_said(shares: Mapping[str, Proportion | ClusteredProportion], wh
     """Agents whose interval does not lie above what random agents without immediate repeats solve; empty if none.
 
     With several agents intervals hold for all of them at once, since the sentence also says of those that it does not
-    name that they exceed chance.
+    name that they exceed chance. They are exact: of few trials, or near 0 and 1, Wilson's say *less* too often.
 
     Args:
         shares: Agent -> its success.
@@ -298,19 +298,19 @@ def no_advantage_said(shares: Mapping[str, Proportion | ClusteredProportion], wh
 
 
 def _of_all(one: Proportion | ClusteredProportion, agents: int) -> Proportion | ClusteredProportion:
-    """The share with Wilson's interval for one of several agents; clustered intervals of people stay as they are."""
+    """The share with the exact interval for one of several agents; clustered intervals of people stay as they are."""
     alone = proportion(one.count, one.n)
     if (alone.low, alone.high) != (one.low, one.high):
         return one
-    return proportion(one.count, one.n, 1 - ALPHA / agents)
+    return proportion(one.count, one.n, 1 - ALPHA / agents, "exact")
 
 
 def flips_needed(summary: StudySummary) -> str:
     """How many trials at each dose would decide what is open; empty where nothing is, or nothing can be tested."""
     hidden = [
-        (subject_of(agent) if len(summary.subjects) > 1 else None, agent.contrast.difference, agent.contrast.choices)
+        (subject_of(agent) if len(summary.subjects) > 1 else None, one.difference, one.choices * one.agents)
         for agent in summary.subjects
-        if agent.contrast and not agent.contrast.detectable and not agent.blind and _course(agent) not in _DOES
+        if (one := agent.contrast) and not one.detectable and not agent.blind and _course(agent) not in _DOES
     ]
     return _needed(hidden, f"per {summary.axis.name}")
 
@@ -320,7 +320,7 @@ def _needed(differences: Iterable[tuple[Subject | None, DifferenceAt, int]], whe
 
     Args:
         differences: Whose change it is (None if it is the only one), the difference, and the number of differences for
-            which its interval is corrected.
+            which its interval is corrected, those of the agents that are judged together included.
         where: Where so many trials are needed.
     """
     found = [
@@ -418,7 +418,7 @@ def effects_needed(found: Sequence[Effects]) -> str:
     """How many trials under each condition would decide what is open; empty where nothing is."""
     several = len({own.agent for own in found}) > 1
     hidden = [
-        (Subject.of(own.agent) if several else None, one.difference, len(own.effects))
+        (Subject.of(own.agent) if several else None, one.difference, len(own.effects) * own.agents)
         for own in found
         for one in own.effects
         if not one.detectable
