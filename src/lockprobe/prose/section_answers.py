@@ -8,7 +8,7 @@ from lockprobe.analysis.condition import ConditionSummary
 from lockprobe.analysis.summary import AgentSummary, StudySummary
 from lockprobe.formatting import first_three, percent, range_of
 from lockprobe.prose.doses import at_dose
-from lockprobe.prose.subject import subject_of
+from lockprobe.prose.subject import subject_of, subjects_by_name
 from lockprobe.prose.success import courses_said
 
 __all__ = ["section_answers"]
@@ -68,7 +68,12 @@ def _misread(condition: ConditionSummary) -> str:
 
 
 def _best(summary: StudySummary) -> str:
-    shares = [(one.success.value, one.agent) for one in summary.standings if one.success.n and one.success.value]
+    names = subjects_by_name(summary)
+    shares = [
+        (one.success.value, names[one.agent, one.modality].name)
+        for one in summary.standings
+        if one.success.n and one.success.value
+    ]
     if not shares:
         return ""
     most = max(share for share, _ in shares)
