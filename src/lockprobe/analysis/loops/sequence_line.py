@@ -61,7 +61,7 @@ def parse_sequence(line: str) -> tuple[str, ...]:
 
 def _is_torn(action: str) -> bool:
     """Whether punctuation of the line stands at an action: with it the same action has two names."""
-    unpaired = any(action.count(opened) != action.count(closed) for opened, closed in _BRACKETS)
+    unpaired = any(action.count(pair[0]) != action.count(pair[1]) for pair in _BRACKETS)
     return unpaired or _AROUND.search(action) is not None
 
 
