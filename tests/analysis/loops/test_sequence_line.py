@@ -48,8 +48,9 @@ def test_a_line_is_read_as_actions(line, actions):
     [
         "A-B-C-A-B-C", "A/B/C", "A.B.C", "A:B:C", "A_B_C", "A+B", "A>B>C", "A\u2013B", "A·B", "'ABC'", '"ABC"', "(A)",
         "A - B - C", "A / B / C", "A > B", "A . B", "A, -, B",
+        "(A, B, A, B)", "(A B A B)", "(1, 2, 1",
         "A; B, C", "A -> B | C", "A;B|C",
-        '"A B A B"', '"A","B","A"', "'A B A B'", "'A','B'", "“A B A B”", "(A, B, A, B)", "<A B A B>", "{A B}",
+        '"A B A B"', '"A","B","A"', "'A B A B'", "'A','B'", "“A B A B”", "<A B A B>", "{A B}",
         "A, B, A, B.", "A B A B!", "trial 1: A B", "joints: A B A B", "1. A 2. B", '"A;B;A"',
         "push A; push B", "slider 1 -> slider 2", "slider 1 | slider 2",
         "[A, B]", "['A', 'B']", '["A"', '[["A", "B"], ["C"]]', '[{"joint": "A"}]', '["A", 1]', "[true]", "[null]", "[0.5]",
