@@ -15,7 +15,7 @@ _MARKS = {";": r";", "|": r"\|", "->": r"[-=]+>|[\u2192\u21d2\u27f6]"}
 _AROUND = re.compile(r"[\"\u201c\u201d]|^['\u2018]|[.:!?\u2026]$")
 """What belongs to a line or a sentence, not to an action: quotes around it, a full stop or a colon after it."""
 
-_BRACKETS = ("()", "[]", "{}", "<>")
+_BRACKETS = (("(", ")"), ("[", "]"), ("{", "}"), ("<", ">"))
 
 _EXPECTED = 'one with blanks, commas, ";", "|" or "->" between actions, or a JSON array such as ["A", "B"]'
 
@@ -61,7 +61,10 @@ def parse_sequence(line: str) -> tuple[str, ...]:
 
 def _is_torn(action: str) -> bool:
     """Whether punctuation of the line stands at an action: with it the same action has two names."""
-    unpaired = any(action.count(pair[0]) != action.count(pair[1]) for pair in _BRACKETS)
+    unpaired = any(
+        (action.startswith(opened) or action.endswith(closed)) and action.count(opened) != action.count(closed)
+        for opened, closed in _BRACKETS
+    )
     return unpaired or _AROUND.search(action) is not None
 
 
