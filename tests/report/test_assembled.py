@@ -16,7 +16,7 @@ from lockprobe.studies.studyfile import study
 SAID = "broken on purpose"
 
 ASKED = {
-    "flips": {"agent": ["cognitive:careful", "cognitive:softmax-memory", "random"], "p": [0, 0.4]},
+    "flips": {"agent": ["cognitive:careful", "cognitive:softmax-memory"], "p": [0, 0.4]},
     "conditions": {
         "agent": ["cognitive:careful"], "p": [0, 0.3, 0.6], "condition": ["nudge", "nudge + flip?p=0.6"], "name": "lab",
     },

@@ -15,7 +15,7 @@ from lockprobe.prose.loops import loop_finding
 from lockprobe.prose.modalities import modality_finding
 from lockprobe.prose.panel import panel_said
 from lockprobe.prose.robot import verdicts_said
-from lockprobe.prose.section_answers import section_answers
+from lockprobe.prose.section_answers import not_judged, section_answers
 from lockprobe.prose.subject import subject_of
 from lockprobe.prose.success import baselines_said, courses_said, finding
 from lockprobe.record import Trial
@@ -185,12 +185,12 @@ def _sentences(summary: StudySummary, lies: Sequence[LieResult]) -> dict[str, Pa
         "findings": ("Findings", lambda: [finding(agent) for agent in summary.subjects]),
         "loop_findings": ("Findings on loops", lambda: [loop_finding(agent) for agent in summary.subjects]),
         "conclusions": ("Conclusions of the tests", lambda: [conclusions(agent) for agent in summary.subjects]),
-        "ranking_said": ("Ranking", lambda: ranking_said(summary)),
+        "ranking_said": ("Ranking", lambda: not_judged(summary) or ranking_said(summary)),
         "comparisons_said": (
             "Agents compared",
-            lambda: [comparison_said(one, summary) for one in summary.comparisons],
+            lambda: [] if not_judged(summary) else [comparison_said(one, summary) for one in summary.comparisons],
         ),
-        "beside": ("Baselines", lambda: baselines_said(summary)),
+        "beside": ("Baselines", lambda: "" if not_judged(summary) else baselines_said(summary)),
         "courses_said": ("Courses of success", lambda: courses_said(summary)),
     }
 
