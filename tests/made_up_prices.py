@@ -1,0 +1,40 @@
+"""Models with made-up prices, and calls and usage of theirs."""
+
+import pytest
+
+from lockprobe.agents.llm.model_facts import OWN_FACTS
+from lockprobe.model_call import Call, Usage
+from lockprobe.studies.study_options import StudyOptions
+from lockprobe.studies.studyfile import study
+
+PRICES = """
+[[model]]
+match = ["fake/dear*"]
+price = { input = 3, cached = 1, stored = 4, output = 10, batch = 0.5, date = "2026-01-02", source = "made up" }
+[[model]]
+match = ["fake/cheap"]
+price = { input = 0.5, cached = 0.5, output = 1, date = "2026-01-03", source = "made up" }
+"""
+DEAR, CHEAP, FREE = "llm:fake/dear", "llm:fake/cheap", "llm:fake/unheard"
+
+
+@pytest.fixture(autouse=True, scope="module")
+def prices(tmp_path_factory):
+    path = tmp_path_factory.mktemp("prices") / "models.toml"
+    path.write_text(PRICES)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv(OWN_FACTS, str(path))
+        yield
+
+
+def planned(*agents):
+    return study(StudyOptions(agent=list(agents), trials=9, p=[0], repetitions=1))
+
+
+def call(agent=DEAR, trial=1, step=1, reply="said", **more):
+    key = f"flips/{agent}/p=0/rep=1/trial={trial}"
+    return Call(key=key, step=step, turn=more.pop("turn", 1), request="r", reply=reply, **more)
+
+
+def usage(read=0, wrote=0, cached=0, stored=0):
+    return Usage(calls=1, input_tokens=read, output_tokens=wrote, cached_tokens=cached, stored_tokens=stored)
