@@ -1,0 +1,39 @@
+"""Reports of thirteen kinds of studies: every number and every sentence is as it was frozen.
+
+A change that moves one on purpose freezes them anew (``python tests/frozen.py``) and says why.
+"""
+
+import difflib
+
+import pytest
+from frozen import FROZEN, STUDIES, kept, reported
+
+DIGITS = 1e-5
+"""Relative difference of numbers on other machines and with other releases of scipy."""
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_numbers_and_pages_are_as_they_were(name, tmp_path):
+    (numbers, pages), (before, pages_before) = reported(name, tmp_path), kept(name)
+    assert list(difflib.unified_diff(pages_before, pages, "before", "now", lineterm="", n=0)) == []
+    found, frozen = ([line.split("\t") for line in lines] for lines in (numbers, before))
+    assert [line[:2] for line in found] == [line[:2] for line in frozen]
+    moved = [
+        (quantity, of, was, now)
+        for (quantity, of, was), (_, _, now) in zip(frozen, found, strict=True)
+        if was != now and not _equal(was, now)
+    ]
+    assert moved == []
+
+
+def _equal(was: str, now: str) -> bool:
+    pairs = [(float(one), float(other)) for one, other in zip(*_values(was, now), strict=True)]
+    return all(other == pytest.approx(one, rel=DIGITS, abs=1e-9, nan_ok=True) for one, other in pairs)
+
+
+def _values(*lines: str) -> list[list[str]]:
+    return [line.replace("none", "nan").split(" ") for line in lines]
+
+
+def test_every_study_is_frozen_and_none_beside_them():
+    assert {path.name.split(".")[0] for path in FROZEN.iterdir()} == set(STUDIES)
