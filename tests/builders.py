@@ -10,15 +10,17 @@ from typing import Any
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.errors import Boundary
-from lockprobe.interventions.condition import flips
+from lockprobe.interventions.condition import Condition, flips
 from lockprobe.interventions.flip import FlipKind
 from lockprobe.lockbox.box import bits
 from lockprobe.lockbox.families import box
 from lockprobe.record import STATES, Decision, Fact, Outcome, Step, Trial, TrialError
+from lockprobe.spec import group_of
 from lockprobe.storage.jsonl import with_checksum
 from lockprobe.studies.journal import Journal, Timing
 from lockprobe.studies.play import play_timed
 from lockprobe.studies.study import Study
+from lockprobe.trial_name import TrialName
 
 SOLUTION = (3, 2, 1, 0)
 """Joints of chain-4 by place, in the order that solves it."""
@@ -84,15 +86,18 @@ def make_trial(
             break
     shown = modality or ("symbolic" if study == "modalities" else STATES)
     error = TrialError(boundary=broken, message="it broke", step=len(steps) + 1) if broken else None
+    (condition,) = flips((p,), modalities=(shown,))
+    place = {"condition": condition.label, "repetition": repetition, "trial": trial}
     return Trial(
-        key=f"{study}/{agent}{f'/{shown}' if study == 'modalities' else ''}/p={p:g}/rep={repetition}/trial={trial}",
+        key=str(TrialName(study=study, agent=group_of(agent), **place)),
         study=study,
         agent=agent,
         facts=facts or {},
         box="chain-4",
+        condition=condition.label,
+        specs=condition.specs,
+        doses=condition.doses,
         modality=shown,
-        p=p,
-        flip="transient",
         channels=(),
         repetition=repetition,
         trial=trial,
@@ -195,7 +200,7 @@ def played_by_people(study: Study, boxes_each: int = 4, strategy: str = "human-i
     async def play_all() -> list[Trial]:
         agent, found = resolve(strategy).make(), []
         for identity, position, p, luck in slots:
-            plan = study.plan(f"participant:{identity}", study.condition(p), *luck)
+            plan = study.plan(f"participant:{identity}", _at(study, p), *luck)
             trial, _ = await play_timed(plan, agent, lambda key, step: None)
             seen = {"view": "panel", "history": True, "feedback": False, "design": "within", "position": position}
             found.append(replace(trial, facts=seen | facts))
@@ -204,11 +209,8 @@ def played_by_people(study: Study, boxes_each: int = 4, strategy: str = "human-i
     return asyncio.run(play_all())
 
 
-def strip_checksums(directory: Path) -> Path:
-    """Make the records of a study directory what earlier releases wrote, without study and checksum; their file."""
-    path = directory / "trials.jsonl"
-    path.write_bytes(re.sub(rb',"identity":"[0-9a-f]{12}","crc":"[0-9a-f]{8}"\}', b"}", path.read_bytes()))
-    return path
+def _at(study: Study, p: float) -> Condition:
+    return next(one for one in study.conditions if one.p == p)
 
 
 def with_right_checksums(path: Path) -> None:

@@ -20,7 +20,7 @@ from packaging.utils import canonicalize_name
 SITE = {"cmeel_pth"}
 """What a package imports by itself when any interpreter starts, by a file in site-packages."""
 
-KEY = "flips/random/p=0/rep=1/trial=1"
+KEY = "flips/random/truth/rep=1/trial=1"
 PLAIN = ("chance", "agents", "export S", "status S")
 """Commands that need no extra."""
 

@@ -6,6 +6,7 @@ from lockprobe.agents.llm.model_facts import OWN_FACTS
 from lockprobe.model_call import Call, Usage
 from lockprobe.studies.study_options import StudyOptions
 from lockprobe.studies.studyfile import study
+from lockprobe.trial_name import TrialName
 
 PRICES = """
 [[model]]
@@ -32,8 +33,9 @@ def planned(*agents):
 
 
 def call(agent=DEAR, trial=1, step=1, reply="said", **more):
-    key = f"flips/{agent}/p=0/rep=1/trial={trial}"
-    return Call(key=key, step=step, turn=more.pop("turn", 1), request="r", reply=reply, **more)
+    place = {"agent": agent, "condition": "truth", "repetition": 1, "trial": trial}
+    key = str(TrialName(study="flips", **place))
+    return Call(key=key, **place, step=step, turn=more.pop("turn", 1), request="r", reply=reply, **more)
 
 
 def usage(read=0, wrote=0, cached=0, stored=0):

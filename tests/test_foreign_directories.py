@@ -22,7 +22,7 @@ NOTHING_FOREIGN = {
 }  # fmt: skip
 """Commands that take no directory of a study, no study file and no records."""
 
-KEY = "flips/random/p=0.4/rep=1/trial=1"
+KEY = "flips/random/flip?p=0.4/rep=1/trial=1"
 
 TAKING: dict[str, list[list[str]]] = {
     "run": [
@@ -134,11 +134,11 @@ def test_the_same_name_runs_when_it_is_named_in_the_command(tmp_path, lockprobe)
     """So that the canary is one: it sings where a person names it, and forks need the name."""
     there = foreign.directory(tmp_path / "there", "agents")
     spec = foreign.AGENTS[1]
-    status, _, err = lockprobe("branch", str(there), f"flips/{spec}/p=0.4", "--at", "2")
+    status, _, err = lockprobe("branch", str(there), f"flips/{spec}/flip?p=0.4", "--at", "2")
     assert status == 2
     said = f"lockprobe: agent: got '{spec}', expected --allow with it in this command (in Python: "
     assert err.startswith(said)
-    status, _, err = lockprobe("branch", str(there), f"flips/{spec}/p=0.4", "--at", "2", "--allow", spec)
+    status, _, err = lockprobe("branch", str(there), f"flips/{spec}/flip?p=0.4", "--at", "2", "--allow", spec)
     assert status == 1, err  # it plays, and not as the strategy did whose records these are
     assert (tmp_path / foreign.SUNG).exists()
 

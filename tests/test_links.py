@@ -61,7 +61,7 @@ def lockprobe(monkeypatch, directory, line, other):
             "serve": ["--port", "0"],
         }.get(line[0], []),
     ]
-    given += ["flips/random/p=0.3/rep=1/trial=1"] if line[0] == "replay" else []
+    given += ["flips/random/flip?p=0.3/rep=1/trial=1"] if line[0] == "replay" else []
     monkeypatch.setattr(sys, "argv", ["lockprobe", *given])
     monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO()))
     signal.alarm(60)

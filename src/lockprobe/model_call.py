@@ -64,6 +64,10 @@ class Call:
 
     Attributes:
         key: The trial.
+        agent: Its agent, as its record names it.
+        condition: Label of its condition.
+        repetition: From 1.
+        trial: From 1.
         step: The step to decide, from 1.
         turn: The number of the call for that step, from 1; later ones follow a malformed reply.
         request: Fingerprint of the request; an equal request at the same step and turn gets this reply.
@@ -98,6 +102,10 @@ class Call:
     batch: bool = False
     most: Usage | None = None
     claimed: Usage | None = None
+    agent: str = ""
+    condition: str = ""
+    repetition: Count = 0
+    trial: Count = 0
 
     @property
     def broken_off(self) -> bool:

@@ -8,7 +8,6 @@ from functools import partial
 import numpy as np
 
 from lockprobe.errors import BadValue
-from lockprobe.fork_name import ForkName
 from lockprobe.interventions.condition import Condition
 from lockprobe.lockbox.box import Configuration, Lockbox, bits
 from lockprobe.pictures.frame import Frame
@@ -16,6 +15,7 @@ from lockprobe.protocols import Intervention
 from lockprobe.record import Percept, Snapshot, Step, Task
 from lockprobe.seeds import trial_stream
 from lockprobe.spec import group_of
+from lockprobe.trial_name import ForkName, TrialName
 
 __all__ = ["LABELS", "Fork", "Names", "Plan", "drawn_orders"]
 
@@ -32,11 +32,13 @@ class Fork:
 
     Attributes:
         name: The forked trial, the step and the arm.
+        condition: Label of the condition of the forked trial.
         acting: The intervention of the arm on the report, or on the action after it.
         recorded: The recorded steps.
     """
 
     name: ForkName
+    condition: str
     acting: tuple[Intervention, ...]
     recorded: tuple[Step, ...]
 
@@ -50,7 +52,6 @@ class Plan:
     """The plan of one trial.
 
     Attributes:
-        key: Its readable name.
         study: Name of the study.
         agent: Agent spec.
         box: The box.
@@ -63,12 +64,10 @@ class Plan:
         shuffle: Whether labels are assigned to joints, and listed, in random order. Without it the labels run along
             the panel, and a model's preference for a name or a list position is confounded with the box.
         assessment: Whether the agent is asked what its last action did.
-        named: Whether the record names the condition, as in studies of other interventions than flips.
         fork: The fork of a recorded trial; None for an ordinary trial.
         luck: The number of its luck, from 1; only continuations of a fork have numbers above 1.
     """
 
-    key: str
     study: str
     agent: str
     box: Lockbox
@@ -80,7 +79,6 @@ class Plan:
     plant: str = "symbolic"
     shuffle: bool = True
     assessment: bool = True
-    named: bool = False
     fork: Fork | None = None
     luck: int = 1
 
@@ -88,6 +86,27 @@ class Plan:
     def group(self) -> str:
         """The agent that the trial counts for, as :attr:`lockprobe.record.Trial.group`."""
         return group_of(self.agent)
+
+    @property
+    def name(self) -> TrialName:
+        """Its place in the study; of a fork that of its parent."""
+        return TrialName(
+            study=self.study,
+            agent=self.group,
+            condition=self.label,
+            repetition=self.repetition,
+            trial=self.trial,
+        )
+
+    @property
+    def label(self) -> str:
+        """The label of its condition; of a fork that of its parent, to which the arm adds."""
+        return self.condition.label if self.fork is None else self.fork.condition
+
+    @property
+    def key(self) -> str:
+        """The readable name of its record."""
+        return str(self.name if self.fork is None else self.fork.name)
 
     @property
     def modality(self) -> str:

@@ -156,12 +156,10 @@ class CallBook(Protocol):
         """
         ...
 
-    async def reserve(self, worst: Usage, unanswered: int = 0) -> None:
-        """Announce the maximum cost of the next call, the one just looked up; wait for calls on their way if needed.
+    async def reserve(self, call: Call) -> None:
+        """Announce a call, with the maximum cost of one attempt; wait for calls on their way if needed.
 
-        Args:
-            worst: The maximum cost of one attempt.
-            unanswered: If the call is repeated: earlier attempts that may have been charged for.
+        If the call is repeated, ``unanswered`` is the number of earlier attempts that may have been charged for.
 
         Raises:
             BudgetReached: If the budget does not cover it.

@@ -11,18 +11,19 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal, Protocol
 
+from lockprobe.doses import flip_rate
 from lockprobe.errors import FINAL, Boundary
 from lockprobe.model_call import Count, Finite, Usage, Whole
 from lockprobe.pictures.picture import Picture, PictureKind
 from lockprobe.spec import PEOPLE, group_of, spec_kind
+from lockprobe.trial_name import ForkName, TrialName
 
 if TYPE_CHECKING:
     from lockprobe.pictures.frame import Frame
 
 __all__ = [
-    "SCHEMA_VERSION",
+    "PLAIN_WORDS",
     "STATES",
-    "UNNAMED",
     "Briefing",
     "Decision",
     "Ending",
@@ -40,14 +41,11 @@ __all__ = [
     "Turn",
 ]
 
-SCHEMA_VERSION = 2
-"""The newest layout of a record. Version 1 knows flips alone; a record says 2 where it needs what came with it."""
-
 STATES = "symbolic?tell=state"
 """The paper's symbolic observation (Sec. 2.2), as its spec: where the joints stand. Studies show it by default."""
 
-UNNAMED = (STATES, "symbolic")
-"""Modalities that are not named if all trials have the same one."""
+PLAIN_WORDS = (STATES, "symbolic")
+"""The modalities in words that studies have by default; pages do not name them where all trials have one of them."""
 
 Outcome = Literal["moved", "blocked"]
 """The outcome of an attempt for the attempted joint."""
@@ -325,14 +323,16 @@ class Trial:
     """One finished trial.
 
     Attributes:
-        key: Its readable name in the study, for example ``flips/random/p=0.4/rep=2/trial=7``.
+        key: Its readable name in the study, for example ``flips/random/flip?p=0.4/rep=2/trial=7``
+            (:class:`~lockprobe.trial_name.TrialName`).
         study: Name of the study.
         agent: Agent spec; of a person ``participant:ID``.
         facts: The facts of the agent: model name, file hash, runtime, sampling settings.
         box: Name of the box.
+        condition: Label of its condition.
+        specs: Specs of the interventions of the condition, in order.
+        doses: Their doses above 0, and those of the modality: ``{"flip.p": 0.4}``.
         modality: How the box was shown.
-        p: Flip probability, [0, 1], if only flips acted; None under any other condition.
-        flip: Kind of outcome flip; empty if other interventions acted.
         channels: The channels between box and agent, in order, each with its settings.
         repetition: From 1.
         trial: From 1.
@@ -350,11 +350,10 @@ class Trial:
         opening_pictures: File names of the pictures taken before the first step, by kind.
         assessment: Whether the agent was asked what its last action did.
         interventions: The other interventions (asked, remembered, done), in order, each with its settings.
-        condition: The name of its condition, if the study has others than flip rates; else empty.
         changed: Spec of every intervention -> steps at which it changed what was told, asked, remembered or done.
         changed_steps: Steps at which all of them together did.
         replays: How often it was replayed on request after an error of its agent; the earlier records stay.
-        schema: Version of this layout.
+        fork: Of a fork, the recorded trial, the step and the arm; else None.
         placed: The dose that an analysis assigns to it instead of its flip rate. It is never recorded.
     """
 
@@ -363,9 +362,8 @@ class Trial:
     agent: str
     facts: Mapping[str, Fact]
     box: str
+    condition: str
     modality: str
-    p: float | None
-    flip: str
     channels: tuple[Mapping[str, Fact], ...]
     repetition: Count
     trial: Count
@@ -383,11 +381,12 @@ class Trial:
     opening_pictures: Mapping[PictureKind, str] = field(default_factory=dict)
     assessment: bool = True
     interventions: tuple[Mapping[str, Fact], ...] = ()
-    condition: str = ""
+    specs: tuple[str, ...] = ()
+    doses: Mapping[str, Finite] = field(default_factory=dict)
     changed: Mapping[str, Count] = field(default_factory=dict)
     changed_steps: Count = 0
     replays: Count = 0
-    schema: int = 1
+    fork: ForkName | None = None
     placed: float | None = None
 
     def __repr__(self) -> str:
@@ -435,14 +434,30 @@ class Trial:
         return frozenset(self.opening_pictures.values()).union(*(step.pictures.values() for step in self.steps))
 
     @property
+    def p(self) -> float | None:
+        """The flip rate, [0, 1], if nothing but flips acted, 0 under the truth; else None."""
+        return flip_rate(self.specs, self.modality, self.doses)
+
+    @property
     def dose(self) -> float:
         """The dose for the analysis: its flip rate unless ``placed``; NaN under other conditions."""
         return self.placed if self.placed is not None else math.nan if self.p is None else self.p
 
     @property
     def cell(self) -> str:
-        """The name of its agent under its condition, for example ``flips/random/p=0.4``."""
-        return self.key.rsplit("/rep=", 1)[0]
+        """The name of its agent under its condition, for example ``flips/random/flip?p=0.4``."""
+        return self.name.cell
+
+    @property
+    def name(self) -> TrialName:
+        """Its place in the study; of a fork that of its parent."""
+        return TrialName(
+            study=self.study,
+            agent=self.group,
+            condition=self.condition,
+            repetition=self.repetition,
+            trial=self.trial,
+        )
 
     @property
     def owed_again(self) -> bool:

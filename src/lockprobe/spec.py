@@ -198,14 +198,12 @@ def options_of(kind: type[Any]) -> tuple[Option, ...]:
 def settings_of(made: Any) -> dict[str, object]:
     """The settings of a dataclass for the record, by option; several values are joined to one word.
 
-    Private fields are left out, and so are fields at their default that the class names in ``later``: those that were
-    added after records of it had been written.
+    Private fields are left out.
     """
     found: dict[str, object] = {}
-    later: tuple[str, ...] = getattr(made, "later", ())
     for part in fields(made):
         value = getattr(made, part.name)
-        if not part.name.startswith("_") and not (part.name in later and value == part.default):
+        if not part.name.startswith("_"):
             found[part.name.rstrip("_")] = in_words(value) if isinstance(value, tuple) else value
     return found
 

@@ -25,7 +25,6 @@ from lockprobe.pictures.picture import Picture, PictureKind
 from lockprobe.plan import Fork, Names, Plan
 from lockprobe.protocols import Actuator, Agent, Channel, Intervention, Memory, Plant, Prompt
 from lockprobe.record import (
-    SCHEMA_VERSION,
     Briefing,
     Decision,
     Ending,
@@ -168,9 +167,10 @@ def _blank(plan: Plan, names: Names, ending: Ending) -> Trial:
         agent=plan.agent,
         facts={},
         box=plan.box.name,
+        condition=plan.label,
+        specs=plan.condition.specs,
+        doses=plan.condition.doses,
         modality=plan.modality,
-        p=plan.p,
-        flip=plan.condition.flip.persistence if plan.condition.flip else "",
         channels=(),
         repetition=plan.repetition,
         trial=plan.trial,
@@ -184,8 +184,7 @@ def _blank(plan: Plan, names: Names, ending: Ending) -> Trial:
         steps=(),
         ending=ending,
         assessment=plan.assessment,
-        condition=plan.condition.label if plan.named else "",
-        schema=SCHEMA_VERSION if plan.named else 1,
+        fork=plan.fork.name if plan.fork is not None else None,
     )
 
 

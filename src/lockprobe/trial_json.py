@@ -1,7 +1,7 @@
 """Writes a trial as one line of JSON and reads it back. Impossible records are refused, not analysed.
 
-A line of a journal ends with two more fields: ``identity`` names its study, and ``crc`` is its checksum
-(:mod:`lockprobe.storage.jsonl`). Older lines have neither.
+A line of a journal ends with two more fields: ``identity`` says what was played, and ``crc`` is its checksum
+(:mod:`lockprobe.storage.jsonl`).
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ from pydantic import TypeAdapter, ValidationError
 
 from lockprobe.errors import BadValue
 from lockprobe.pictures.picture import PICTURE_NAME, PictureKind
-from lockprobe.record import SCHEMA_VERSION, Step, Trial
-from lockprobe.storage.jsonl import has_checksum, with_checksum, without_checksum
+from lockprobe.record import Step, Trial
+from lockprobe.storage.jsonl import with_checksum, without_checksum
 from lockprobe.validation import check_choice, check_probability
 
 __all__ = ["trial_from_json", "trial_from_line", "trial_to_json", "trial_to_line"]
@@ -28,34 +28,34 @@ LONGEST = 10_000
 
 
 def trial_to_json(trial: Trial) -> bytes:
-    """One line of JSON without a newline; fields at their defaults are left out, except the schema version."""
-    line = _adapter.dump_json(trial, exclude_defaults=True)
-    return line[:-1] + b',"schema":%d}' % trial.schema if b'"schema":' not in line else line
+    """One line of JSON without a newline; fields at their defaults are left out."""
+    return _adapter.dump_json(trial, exclude_defaults=True)
 
 
 def trial_to_line(trial: Trial, identity: str) -> bytes:
-    """One line of a journal without a newline. ``identity`` names its study (:attr:`Study.record_identity`)."""
+    """One line of a journal without a newline. ``identity`` says what was played (:meth:`Study.record_identity`)."""
     return with_checksum(trial_to_json(trial)[:-1] + b',"identity":"%s"}' % identity.encode())
 
 
 def trial_from_line(line: bytes) -> tuple[Trial, str]:
-    """The trial on one line of a journal, and the identity of its study, which is empty on older lines.
+    """The trial on one line of a journal, and the identity of what was played.
 
     Raises:
-        BadValue: As :func:`trial_from_json`, and if the checksum is not that of the line.
+        BadValue: As :func:`trial_from_json`, and if the line has no identity, or the checksum is not its own.
     """
     said = without_checksum(line)
-    named = _IDENTITY.search(said) if has_checksum(line) else None
-    return (_trial(said), "") if named is None else (_trial(said[: named.start()] + b"}"), named[1].decode())
+    if (named := _IDENTITY.search(said)) is None:
+        raise BadValue("trial record, identity", "none", "twelve hexadecimal digits before the checksum")
+    return _trial(said[: named.start()] + b"}"), named[1].decode()
 
 
 def trial_from_json(line: bytes | str) -> Trial:
-    """The trial on one line, of a journal or as :func:`trial_to_json` makes it.
+    """The trial on one line as :func:`trial_to_json` makes it.
 
     Raises:
-        BadValue: If the line is not a trial, has an unknown schema version, or is impossible.
+        BadValue: If the line is not a trial, or is impossible.
     """
-    return trial_from_line(line.encode() if isinstance(line, str) else line)[0]
+    return _trial(line.encode() if isinstance(line, str) else line)
 
 
 def _trial(line: bytes) -> Trial:
@@ -65,18 +65,13 @@ def _trial(line: bytes) -> Trial:
         first = error.errors()[0]
         where = ".".join(str(part) for part in first["loc"])
         raise BadValue("trial record", where or "line", f"a trial ({first['msg']})") from error
-    if not 1 <= trial.schema <= SCHEMA_VERSION:
-        raise BadValue("trial record, schema version", trial.schema, f"1 to {SCHEMA_VERSION}")
     _check(trial)
     return trial
 
 
 def _check(trial: Trial) -> None:
     """Refuse a record of something that cannot have happened."""
-    if trial.p is None and not trial.condition:
-        raise BadValue("trial record, p", trial.p, "a number from 0 to 1, or the name of another condition")
-    if trial.p is not None:
-        check_probability("trial record, p", trial.p)
+    _check_name(trial)
     if trial.target not in trial.joints:
         raise BadValue("trial record, target", trial.target, f"one of the joints {', '.join(trial.joints)}")
     if not (len(trial.joints) == len(trial.labels) and sorted(trial.labels) == sorted(trial.listing)):
@@ -91,6 +86,16 @@ def _check(trial: Trial) -> None:
         _check_step(trial, step, number)
         _check_pictures(f"trial record, step {number}", step.pictures)
     _check_ending(trial)
+
+
+def _check_name(trial: Trial) -> None:
+    """Check that its key is the one of its fields, so that no two trials of a study share a key."""
+    if trial.fork is not None and trial.fork.parent != str(trial.name):
+        raise BadValue("trial record, fork of", trial.fork.parent, str(trial.name))
+    if trial.key != (expected := str(trial.fork or trial.name)):
+        raise BadValue("trial record, key", trial.key, expected)
+    if trial.p is not None:
+        check_probability("trial record, flip.p", trial.p)
 
 
 def _check_pictures(where: str, pictures: Mapping[PictureKind, str]) -> None:

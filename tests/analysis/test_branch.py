@@ -8,12 +8,13 @@ import lockprobe
 from lockprobe.analysis.branch import RULES, branch_effects, check_rule, fork_steps
 from lockprobe.analysis.excursion import continuation, flipped
 from lockprobe.errors import BadValue
-from lockprobe.fork_name import ForkName
+from lockprobe.trial_name import ForkName
 
 
 def trial(number=1, agent="cognitive:insistent", p=0.0):
     one = lockprobe.run_trial(agent=agent, p=p, trial=number)
-    return replace(one, key=f"flips/{agent}/p={p:g}/rep=1/trial={number}", study="flips")
+    one = replace(one, study="flips")
+    return replace(one, key=str(one.name))
 
 
 def fork(parent, arm, *, solved, at=4, time=1, following=""):
@@ -21,8 +22,8 @@ def fork(parent, arm, *, solved, at=4, time=1, following=""):
     steps = list(parent.steps)
     if following:
         steps[at] = replace(steps[at], joint=following)
-    key = str(ForkName(parent=parent.key, at=at, arm=arm, time=time))
-    return replace(parent, key=key, steps=tuple(steps), ending="solved" if solved else "budget")
+    name = ForkName(parent=parent.key, at=at, arm=arm, time=time)
+    return replace(parent, key=str(name), fork=name, steps=tuple(steps), ending="solved" if solved else "budget")
 
 
 def only(effects, outcome="solved"):

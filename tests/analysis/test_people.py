@@ -66,7 +66,7 @@ def test_people_are_one_agent_everywhere_and_order_does_not_matter(played, summa
     assert [agent.agent for agent in found.agents] == ["participant", "random"]
     assert [row.agent for row in found.standings if row.agent != "random"] == ["participant"]
     assert {condition.key for condition in found.agents[0].conditions} == {
-        "flips/participant/p=0", "flips/participant/p=0.3", "flips/participant/p=0.6",
+        "flips/participant/truth", "flips/participant/flip?p=0.3", "flips/participant/flip?p=0.6",
     }  # fmt: skip
     shuffled = [trial for trial in played if trial.group == "participant"]
     random.Random(1).shuffle(shuffled)

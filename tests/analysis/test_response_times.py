@@ -1,15 +1,12 @@
 """Times of people's choices: quartiles by condition, of what is on record and of nobody else's trials."""
 
-from dataclasses import replace
-
 from builders import SOLUTION, make_trial
 
 from lockprobe.analysis.response_times import response_times
 
 
 def played(p, trial, agent="participant:aaaa01", **more):
-    made = make_trial(SOLUTION, agent=agent, p=p, trial=trial, **more)
-    return replace(made, key=f"flips/{made.group}/p={p:g}/rep=1/trial={trial}")
+    return make_trial(SOLUTION, agent=agent, p=p, trial=trial, **more)
 
 
 def times_of(*trials):

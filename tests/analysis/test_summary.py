@@ -38,7 +38,7 @@ def test_counts_by_hand():
     broken = make_trial([0], agent=AGENT, p=0.4, trial=99, broken="model")
     summary = summarise([*condition(0.0, 7, 30), *condition(0.4, 20, 30), broken])
     first, second = summary.conditions
-    assert (first.key, first.p, first.success.count, first.success.n) == ("flips/llm:local/p=0", 0.0, 7, 30)
+    assert (first.key, first.p, first.success.count, first.success.n) == ("flips/llm:local/truth", 0.0, 7, 30)
     assert (second.success.count, second.success.n, second.errors) == (20, 30, {"model": 1})
     assert first.errors == {}
 

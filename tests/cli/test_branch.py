@@ -42,7 +42,7 @@ def test_it_prints_a_row_for_every_place_and_arm_and_resumes(directory):
 
 
 def test_as_json_it_has_every_effect_with_its_interval(directory):
-    done = run("branch", directory, "flips/cognitive:insistent/p=0.4", "--at", "5", "--json")
+    done = run("branch", directory, "flips/cognitive:insistent/flip?p=0.4", "--at", "5", "--json")
     events = [json.loads(line) for line in done.stdout.splitlines()]
     assert events[0]["event"] == "begin"
     effects = events[-1]["effects"]

@@ -84,9 +84,9 @@ def test_export_is_tidy(directory):
 
 
 def test_replay(directory):
-    text = typed("replay", directory, "flips/human-inspired/p=0/rep=1/trial=1").stdout
-    assert text.startswith("flips/human-inspired/p=0/rep=1/trial=1: solved after ")
-    steps = typed("replay", directory, "human-inspired/p=0.4/rep=2/trial=3", "--json").stdout.splitlines()
+    text = typed("replay", directory, "flips/human-inspired/truth/rep=1/trial=1").stdout
+    assert text.startswith("flips/human-inspired/truth/rep=1/trial=1: solved after ")
+    steps = typed("replay", directory, "human-inspired/flip?p=0.4/rep=2/trial=3", "--json").stdout.splitlines()
     assert json.loads(steps[0])["step"] == 1
 
 

@@ -23,7 +23,7 @@ WRITERS = [
     ("export", "DIR", "--format", "eval"),
     ("fit", "DIR", "--models", "no-repeat", "--folds", "2", "--agent", "random"),
     ("box", "show"),
-    ("replay", "DIR", "flips/random/p=0/rep=1/trial=1"),
+    ("replay", "DIR", "flips/random/truth/rep=1/trial=1"),
 ]
 ENDING = {"eval": ".eval", "box": ".svg", "replay": ".gif"}
 

@@ -33,11 +33,11 @@ def test_the_means_of_a_study_are_those_of_its_conditions(lockprobe, directory):
     assert len(rows) == 4 * len(MEASURES)
     trials = [trial for trial in load(directory) if trial.agent == "random" and trial.p == 0.6]
     (expected,) = measured(trials, ["redundant"])
-    (row,) = (row for row in rows if (row["condition"], row["name"]) == ("flips/random/p=0.6", "redundant"))
+    (row,) = (row for row in rows if (row["condition"], row["name"]) == ("flips/random/flip?p=0.6", "redundant"))
     assert (row["value"], row["low"], row["high"], row["n"]) == (expected.value, expected.low, expected.high, 6)
     status, out, err = lockprobe("measures", directory, "--measure", "solved")
     assert (status, err, len(out.splitlines())) == (0, "", 5)
-    assert "flips/human-inspired/p=0" in out
+    assert "flips/human-inspired/truth" in out
 
 
 def test_a_measure_of_one_s_own_is_named_on_the_command_line(lockprobe, directory, tmp_path, monkeypatch):

@@ -22,7 +22,7 @@ from lockprobe.studies.picture_store import Album
 from lockprobe.studies.play import play_timed
 from lockprobe.studies.study import Study
 
-KEY = "flips/human-inspired/p=0/rep=1/trial=1"
+KEY = "flips/human-inspired/truth/rep=1/trial=1"
 
 
 @pytest.fixture(autouse=True)

@@ -45,7 +45,7 @@ def planned(*agents, trials=3):
 
 
 def replied(agent=DEAR, trial=1, step=1, **more):
-    key = f"flips/{agent}/p=0/rep=1/trial={trial}"
+    key = f"flips/{agent}/truth/rep=1/trial={trial}"
     usage = Usage(calls=1, input_tokens=1000 * step, output_tokens=100, cached_tokens=500, reasoning_tokens=50)
     return Call(
         key=key, step=step, turn=1, request="r", **({"reply": "said", "usage": usage, "served": "dear-1"} | more)
@@ -137,7 +137,7 @@ def test_what_was_sent_before_is_left_out_where_pictures_leave_the_conversation(
     spec = f"{DEAR}?images=4"
     shown = study(StudyOptions(study="modalities", agent=[spec], modality=["symbolic", "rgb"], trials=1))
     write_study(tmp_path / "s", shown, [])
-    key = f"modalities/{spec}/rgb/p=0/rep=1/trial=1"
+    key = f"modalities/{spec}/rgb/rep=1/trial=1"
     written(tmp_path / "s", *(replace(replied(step=step), key=key) for step in (1, 2)))
     facts, lines = told(tmp_path / "s")
     assert facts["repeated_prefix_share"] is None
@@ -191,7 +191,7 @@ def test_trials_of_people_are_owed_by_nobody(tmp_path, told):
     mixed = planned("participant", "random", trials=4)
     played = [make_trial(SOLUTION, trial=i) for i in (1, 2, 3)]
     played += [
-        replace(make_trial(SOLUTION, agent=f"participant:{who}", trial=i), key=f"flips/participant/p=0/rep=1/trial={i}")
+        replace(make_trial(SOLUTION, agent=f"participant:{who}", trial=i), key=f"flips/participant/truth/rep=1/trial={i}")
         for i, who in ((1, "aaaa"), (2, "aaaa"), (3, "bbbb"))
     ]
     facts, lines = told(write_study(tmp_path / "study", mixed, played))
@@ -204,7 +204,7 @@ def test_trials_of_people_are_owed_by_nobody(tmp_path, told):
 
 
 def test_a_study_of_people_alone_has_no_line_of_trials_to_run(tmp_path, told):
-    played = replace(make_trial(SOLUTION, agent="participant:aaaa"), key="flips/participant/p=0/rep=1/trial=1")
+    played = replace(make_trial(SOLUTION, agent="participant:aaaa"), key="flips/participant/truth/rep=1/trial=1")
     facts, lines = told(write_study(tmp_path / "study", planned("participant"), [played]))
     assert (facts["trials"], facts["people_done"]) == (0, 1)
     assert (facts["planned"], facts["finished"], facts["partial"]) == (3, 1, True)

@@ -54,7 +54,7 @@ def test_the_line_says_what_was_spent_in_money_or_in_tokens():
         tally.ledger = Ledger(study(StudyOptions(agent=[spec])))
         assert "spent" not in tally.line()
         usage = Usage(calls=1, input_tokens=2_000_000, output_tokens=500)
-        key = f"flips/{spec}/p=0/rep=1/trial=1"
+        key = f"flips/{spec}/truth/rep=1/trial=1"
         tally.ledger.add(Call(key=key, step=1, turn=1, request="r", reply="said", usage=usage))
         tally.ledger.add(Call(key=key, step=2, turn=1, request="r", reply=None, error="500", retries=6))
         assert said.replace("2,000,000", "2 million") in tally.line()

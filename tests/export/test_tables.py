@@ -46,7 +46,7 @@ def test_steps_are_the_tidy_steps_with_what_only_people_have(directory):
 def test_who_left_is_in_the_acts_and_in_no_step(directory):
     take_part(directory, STUDY, BOB, [(0.0, 1, 1), (0.4, 2, 1)], left_after=1)
     found = tables(directory)
-    left = "flips/participant/p=0.4/rep=2/trial=1"
+    left = "flips/participant/flip?p=0.4/rep=2/trial=1"
     assert left not in {row["key"] for row in found["steps"].rows}
     assert [
         (row["position"], row["step"], row["recorded"]) for row in found["acts"].rows if row.get("key") == left

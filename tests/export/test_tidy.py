@@ -120,7 +120,7 @@ def test_parquet_of_nothing_has_all_columns(tmp_path):
 
 
 def test_what_steers_a_terminal_reaches_no_row():
-    trial = replace(make_trial(SOLUTION), agent="x\x1b[2J\u202ey", key="flips/x\x07/p=0/rep=1/trial=1")
+    trial = replace(make_trial(SOLUTION), agent="x\x1b[2J\u202ey", key="flips/x\x07/truth/rep=1/trial=1")
     for write in (write_csv, write_jsonl):
         file = io.StringIO()
         write([trial], file)

@@ -197,7 +197,7 @@ def test_strategies_are_in_it_where_that_is_asked_for(directory, tmp_path):
 def test_pictures_that_people_saw_come_along(tmp_path):
     names = ["0" * 20 + ".png", "1" * 20 + ".png"]
     trial = make_trial([0], budget=1, modality="rgb", study="modalities", pictures=[{"rgb": name} for name in names])
-    trial = replace(trial, key="modalities/participant/rgb/p=0/rep=1/trial=1", agent=f"participant:{ANN}")
+    trial = replace(trial, key="modalities/participant/rgb/rep=1/trial=1", agent=f"participant:{ANN}")
     study = replace(modality_study(["participant"], ["rgb"], trials=1), max_steps=1)
     here = write_study(tmp_path / "here", study, [trial])
     (here / "pictures").mkdir()

@@ -38,7 +38,7 @@ def test_every_step_of_the_record_has_its_act_and_no_other_has(directory):
 
 def test_boxes_are_trials_of_the_study_and_the_practice_is_none(directory):
     ann = read_diaries(directory)[0]
-    assert key_of(STUDY, ann, 1) == "flips/participant/p=0.4/rep=1/trial=1"
+    assert key_of(STUDY, ann, 1) == "flips/participant/flip?p=0.4/rep=1/trial=1"
     assert [key_of(STUDY, ann, box) for box in (0, None, 3)] == ["", "", ""]
 
 
@@ -56,7 +56,7 @@ def test_a_trial_that_somebody_else_played_has_no_acts_of_this_person(directory,
     trials = {trial.key: trial for trial in load(directory)}
     only_bob = [kept for kept in read_diaries(directory) if kept.joined.identity == BOB]
     found = acts_of_steps(STUDY, trials, only_bob, directory)
-    assert {key for key, _ in found} == {"flips/participant/p=0/rep=1/trial=1"}
+    assert {key for key, _ in found} == {"flips/participant/truth/rep=1/trial=1"}
 
 
 @pytest.mark.parametrize(

@@ -92,7 +92,7 @@ def test_results_have_the_promised_fields(reported, content):
     assert content == results(reported).plain()
     assert content["schema_version"] == 3
     assert content["progress"] == {"planned": 48, "finished": 48, "partial": False}
-    assert [c["key"] for c in content["conditions"][:2]] == ["flips/random/p=0", "flips/random/p=0.3"]
+    assert [c["key"] for c in content["conditions"][:2]] == ["flips/random/truth", "flips/random/flip?p=0.3"]
     for condition in content["conditions"]:
         assert set(condition) >= FIELDS
         assert condition["trials"] == 8

@@ -77,7 +77,7 @@ def test_every_agent_stands_beside_people_on_the_trials_of_both(content):
 def test_people_are_one_agent_in_every_other_number(content):
     assert [row["agent"] for row in content["leaderboard"]].count("participant") == 1
     assert {row["key"] for row in content["conditions"] if row["agent"] == "participant"} == {
-        "flips/participant/p=0", "flips/participant/p=0.4",
+        "flips/participant/truth", "flips/participant/flip?p=0.4",
     }  # fmt: skip
     assert content["agents"]["participant"]["position"] == "1; 2"
     assert not [

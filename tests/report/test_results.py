@@ -124,7 +124,7 @@ def test_what_is_left_out_is_counted(tmp_path):
     trials = play_study(study)
     broken = make_trial([0], p=0.3, trial=3, broken="reply")
     again = make_trial([0], p=0.0, trial=1, broken="model")
-    foreign = replace(trials[0], key="flips/random/p=0/rep=9/trial=1", repetition=9)
+    foreign = replace(trials[0], key="flips/random/truth/rep=9/trial=1", repetition=9)
     kept = [trial for trial in trials if trial.key != broken.key]
     directory = write_study(tmp_path / "study", study, [again, *kept, broken, foreign])
     with (directory / "trials.jsonl").open("ab") as file:

@@ -57,7 +57,7 @@ def test_an_edited_record_is_found_by_its_checksum(directory):
     assert list(failing(directory)) == ["records"]
 
 
-KEY = "flips/human-inspired/p=0.4/rep=1/trial=2"
+KEY = "flips/human-inspired/flip?p=0.4/rep=1/trial=2"
 
 
 @pytest.mark.parametrize(
@@ -158,7 +158,7 @@ def test_results_of_another_release_are_written_again_first(directory):
 
 
 def test_forks_that_are_newer_than_the_report_are_said_to_be(directory):
-    assert typed("branch", directory, "flips/random/p=0.4", "--at", "2", "--told", "lie").returncode == 0
+    assert typed("branch", directory, "flips/random/flip?p=0.4", "--at", "2", "--told", "lie").returncode == 0
     check, pages = [check for check in verify(directory) if not check.holds]
     assert (check.name, check.said) == (
         "results",

@@ -67,7 +67,7 @@ def test_a_line_comes_back_without_its_checksum(content):
 @given(st.integers(0, 10**6))
 def test_every_single_bit_is_noticed(number):
     """Within what the checksum covers it is refused; where the checksum itself is no longer one, the field stays."""
-    line = with_checksum(b'{"key":"a/p=0.2","steps":[1,2,3]}')
+    line = with_checksum(b'{"key":"a/flip?p=0.2","steps":[1,2,3]}')
     place, bit = divmod(number % (8 * len(line)), 8)
     changed = bytearray(line)
     changed[place] ^= 1 << bit

@@ -4,12 +4,12 @@ from collections import Counter
 from dataclasses import replace
 
 import pytest
+from lockprobe.fork_name import ForkName
 
 import lockprobe
 from lockprobe.analysis.branch import branch_effects
 from lockprobe.analysis.excursion import flipped
 from lockprobe.errors import BadValue, UnknownName
-from lockprobe.fork_name import ForkName
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.montecarlo.excursions import one_lie
 from lockprobe.montecarlo.propagation import propagate
@@ -162,7 +162,7 @@ def test_what_cannot_be_forked_is_refused_in_one_line(tmp_path):
         ({"act": ["force"]}, "force=JOINT"),
         ({"act": ["force=door"]}, "one of revolute-left"),
         ({"times": 0}, "from 1 to 1000"),
-        ({"keys": ["flips/human-inspired/p=0/rep=1/trial=1"], "at": ["19"]}, "after steps 1 to"),
+        ({"keys": ["flips/human-inspired/truth/rep=1/trial=1"], "at": ["19"]}, "after steps 1 to"),
     ):
         with pytest.raises(BadValue, match=message):
             branching(planned, trials, **asked)
@@ -177,7 +177,7 @@ def test_what_cannot_be_forked_is_refused_in_one_line(tmp_path):
 def test_people_cannot_be_forked():
     planned = study("flips", agent="participant", p=[0.4], trials=1, repetitions=1)
     (like,) = [lockprobe.run_trial(agent="random", p=0.4)]
-    key = "flips/participant/p=0.4/rep=1/trial=1"
+    key = "flips/participant/flip?p=0.4/rep=1/trial=1"
     person = replace(like, key=key, agent="participant:anna", study="flips", seed=planned.seed)
     with pytest.raises(BadValue, match="people cannot be asked"):
         branching(planned, [person], keys=[key])

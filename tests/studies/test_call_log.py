@@ -14,7 +14,7 @@ from lockprobe.studies.journal import Journal, Timing
 from lockprobe.studies.study_options import StudyOptions
 from lockprobe.studies.studyfile import study
 
-KEY = "flips/llm:a/b/p=0/rep=1/trial=1"
+KEY = "flips/llm:a/b/truth/rep=1/trial=1"
 WORST = Usage(calls=1, input_tokens=100, output_tokens=10)
 
 

@@ -138,7 +138,7 @@ def lasting(trial, steps):
 
 def replied(trial, steps):
     """The calls of a trial that was broken off."""
-    key = f"flips/{SPEC}/p=0/rep=1/trial={trial}"
+    key = f"flips/{SPEC}/truth/rep=1/trial={trial}"
     usage = Usage(calls=1, input_tokens=1000, output_tokens=70)
     return [Call(key=key, step=n, turn=1, request="r", reply="said", usage=usage) for n in range(1, steps + 1)]
 

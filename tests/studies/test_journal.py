@@ -241,7 +241,7 @@ def test_calls_are_held_until_their_trial_is_finished_and_no_longer(tmp_path):
 
 
 def test_settings_cannot_change_once_a_call_was_paid_for(tmp_path):
-    call = Call(key="flips/x/p=0/rep=1/trial=1", step=1, turn=1, request="0f", reply="A")
+    call = Call(key="flips/x/truth/rep=1/trial=1", step=1, turn=1, request="0f", reply="A")
     with Journal.open(tmp_path, STUDY) as journal:
         journal.calls.write(call)
     with (

@@ -205,7 +205,7 @@ def test_a_full_disk_stops_a_run_and_loses_nothing(tmp_path, monkeypatch, most):
     assert len(paid) <= len(once) + 1
 
 
-REAL = {"key": "flips/x/p=0/rep=1/trial=1", "step": 1, "turn": 1, "request": "0f", "reply": "A"}
+REAL = {"key": "flips/x/truth/rep=1/trial=1", "step": 1, "turn": 1, "request": "0f", "reply": "A"}
 
 
 @pytest.mark.parametrize(

@@ -168,7 +168,7 @@ def test_no_source_is_a_mistake(tmp_path):
         gather(tmp_path, [])
 
 
-KEY = "flips/random/p=0/rep=1/trial={}"
+KEY = "flips/random/truth/rep=1/trial={}"
 
 
 def asked(trial, step=1, reply="{}"):
@@ -210,7 +210,7 @@ def test_an_import_that_is_broken_off_and_repeated_counts_no_call_twice(tmp_path
 
 
 def test_what_was_paid_for_a_trial_that_is_not_finished_comes_along_and_is_gone_on_from(tmp_path):
-    foreign = replace(asked(9), key="flips/random/p=0/rep=1/trial=9")
+    foreign = replace(asked(9), key="flips/random/truth/rep=1/trial=9")
     broken = make_trial([0], trial=2, broken="model")
     calls = [asked(1), asked(1, 2), asked(2), asked(2, 2, reply=None), foreign]
     there = source_of_directory(with_calls(tmp_path / "there", calls, [broken]))

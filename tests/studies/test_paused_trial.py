@@ -73,7 +73,7 @@ def test_it_shows_what_an_agent_would_be_given(alone):
 def test_another_history_is_never_shown(alone, wrong):
     played = steps_of(alone)
     said = {"joint": played[1].joint, "claimed": played[1].claimed, "told": played[1].told}
-    with pytest.raises(BadValue, match=r"step 2 of flips/participant/p=0\.4/rep=1/trial=2"):
+    with pytest.raises(BadValue, match=r"step 2 of flips/participant/flip\?p=0\.4/rep=1/trial=2"):
         asyncio.run(PausedTrial.begin(PLAN, [played[0], RecordedAttempt(**(said | wrong)), *played[2:4]]))
 
 

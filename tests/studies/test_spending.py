@@ -7,38 +7,15 @@ from prefixes import repeated_prefix
 from lockprobe.agents.llm.token_bounds import tokens
 from lockprobe.agents.prompt import Message, conversation, repair
 from lockprobe.errors import ReplyFault
-from lockprobe.model_call import BROKEN_OFF, Call
+from lockprobe.model_call import BROKEN_OFF
 from lockprobe.record import Situation
 from lockprobe.studies.budget import Budget
 from lockprobe.studies.request_sizes import HYPOTHESIS, made_up_steps, reply
-from lockprobe.studies.spending import Ledger, Owners, dollars, most_dollars, price_of
+from lockprobe.studies.spending import Ledger, dollars, most_dollars, price_of
 from lockprobe.studies.study_options import StudyOptions
 from lockprobe.studies.studyfile import study
 
 __all__ = ["prices"]
-
-
-@pytest.mark.parametrize("agent", ["random", "llm:a/b", "llm:a/b/c", "llm:a/b?images=4&effort=low", "llm:a/b/p=1/x"])
-def test_an_agent_is_found_in_a_key_whatever_slashes_it_holds(agent):
-    among = study(
-        StudyOptions(agent=["random", "llm:a/b", "llm:a/b/c", "llm:a/b?images=4&effort=low", "llm:a/b/p=1/x"])
-    )
-    assert {Owners(among).of(plan.key) for plan in among.plans(agent)} == {agent}
-    shown = study(StudyOptions(study="modalities", agent=[agent], modality=["symbolic", "rgb"], trials=1))
-    assert {Owners(shown).of(plan.key) for plan in shown.plans(agent)} == {agent}
-
-
-def test_an_agent_of_another_study_is_named_as_it_stands():
-    plain = planned("llm:a/x")
-    shown = study(StudyOptions(study="modalities", agent=["llm:a/x"], modality=["symbolic", "rgb"]))
-    for owners, key in (
-        (Owners(plain), "flips/llm:a/x/y/p=0/rep=1/trial=1"),
-        (Owners(shown), "modalities/llm:a/x/y/rgb/p=0/rep=1/trial=1"),
-        (Owners(shown), "modalities/llm:a/x/y/rgbd?depth=height/p=0/rep=1/trial=1"),
-    ):
-        assert owners.of(key) == "llm:a/x/y"
-    assert Owners(shown).of("modalities/llm:a/x/rgbd/p=0/rep=1/trial=1") == "llm:a/x"
-    assert Owners(plain).of("of no study") == "of no study"
 
 
 def test_prices_are_of_hosted_models_only():
@@ -136,8 +113,7 @@ def test_what_was_sent_before_is_not_known_where_pictures_leave_the_conversation
     few, all_of_them = f"{DEAR}?images=4", f"{DEAR}?images=0"
     shown = study(StudyOptions(study="modalities", agent=[few, all_of_them], modality=["symbolic", "rgb"], trials=1))
     for spec, known in ((few, False), (all_of_them, True)):
-        key = f"modalities/{spec}/rgb/p=0/rep=1/trial=1"
-        calls = [Call(key=key, step=n, turn=1, request="r", reply="said", usage=usage(read=9)) for n in (1, 2)]
+        calls = [call(spec, step=n, usage=usage(read=9)) for n in (1, 2)]
         assert Ledger(shown, calls).by_agent[spec].repeated_tokens == (9 if known else None)
         assert Ledger(shown, calls).total.repeated_tokens == (9 if known else None)
     told = Ledger(planned(few), [call(few, usage=usage(read=9)), call(few, step=2, usage=usage(read=9))])

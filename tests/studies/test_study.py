@@ -18,14 +18,14 @@ from lockprobe.studies.study_options import StudyOptions, parse_p, read_options_
 from lockprobe.studies.studyfile import study
 
 GOLDEN = Path(__file__).parents[1] / "golden" / "identities.json"
-STUDY = study(StudyOptions(agent=["random"], trials=2, repetitions=2, p=[0, 0.4], modality=["symbolic"]))
+STUDY = study(StudyOptions(agent=["random"], trials=2, repetitions=2, p=[0, 0.4]))
 
 
 def test_plans_are_all_trials_once():
     keys = [plan.key for plan in STUDY.plans("random")]
     assert len(set(keys)) == len(keys) == STUDY.size == 8
-    assert keys[0] == "flips/random/p=0/rep=1/trial=1"
-    assert keys[-1] == "flips/random/p=0.4/rep=2/trial=2"
+    assert keys[0] == "flips/random/truth/rep=1/trial=1"
+    assert keys[-1] == "flips/random/flip?p=0.4/rep=2/trial=2"
 
 
 def test_a_part_of_the_plans_is_balanced_over_conditions():
@@ -65,12 +65,11 @@ def test_strategies_of_the_short_study_play_more_trials_with_the_luck_of_the_fir
     assert study("flips", agent="random", full=True).trials_of("random") == 10
 
 
-def test_strategy_trials_are_a_setting_that_came_later():
+def test_trials_of_strategies_are_a_setting_of_the_study_and_none_of_a_record():
     more = replace(STUDY, strategy_trials=7)
-    assert "strategy_trials" not in STUDY.settings()
     assert more.settings() == STUDY.settings() | {"strategy_trials": 7}
     assert more.identity != STUDY.identity
-    assert more.record_identity == STUDY.record_identity  # so trials can be added
+    assert all(more.record_identity(one) == STUDY.record_identity(one) for one in STUDY.conditions)
     assert study_from(more.settings(), Path("study.json")).trials_of("random") == 7
 
 
@@ -88,16 +87,18 @@ def test_identity_changes_with_every_setting():
         "seed": 2, "shuffle": False, "box": study(StudyOptions(agent=["random"], box="chain-3")).box,
         "layout": "shuffled", "plant": "fast-twin", "strategy_trials": 7,
     }  # fmt: skip
-    acting = [flips((0.0,)), flips((0.0, 0.4), "sticky"), (Condition(),), (Condition(name="mine"),)]
+    acting = [flips((0.0,)), flips((0.0, 0.4), "sticky"), (Condition(name="mine"),)]
     changed = [{name: value} for name, value in changes.items()] + [{"conditions": one} for one in acting]
     identities = {replace(STUDY, **change).identity for change in changed}
     assert len(identities | {STUDY.identity}) == len(changed) + 1
 
 
 def test_identities_are_pinned():
-    """A directory of an earlier release must be found again: these identities must not be changed, only added to."""
+    """They name directories, and stand under preregistrations as hashes: a change of one is a change of the formats."""
     pinned = json.loads(GOLDEN.read_text())
-    assert pinned["1"] == STUDY.identity
+    found = {"flips": STUDY, "modalities on one panel": MODAL}
+    assert pinned == {name: one.identity for name, one in found.items()}
+    assert pinned != {name: replace(one, seed=2).identity for name, one in found.items()}
 
 
 @pytest.mark.parametrize(
@@ -132,7 +133,7 @@ def test_unknown_names_list_what_exists():
 def test_a_study_file(tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text(
-        'study = "flips"\nagent = ["random"]\np = [0, 0.4]\ntrials = 2\nrepetitions = 2\nmodality = "symbolic"\n'
+        'study = "flips"\nagent = ["random"]\np = [0, 0.4]\ntrials = 2\nrepetitions = 2\n'
     )
     assert study(read_options_file(path)).identity == STUDY.identity
 
@@ -177,11 +178,6 @@ def test_p_on_the_command_line():
         parse_p("0;1")
 
 
-def test_a_setting_that_came_later_leaves_the_names_of_earlier_studies_alone():
-    assert "layout" not in STUDY.settings()
-    assert replace(STUDY, layout="shuffled").settings() == STUDY.settings() | {"layout": "shuffled"}
-
-
 SHUFFLED = study(
     StudyOptions(agent=["random", "human-inspired"], trials=6, repetitions=2, p=[0, 0.4], layout="shuffled")
 )
@@ -211,7 +207,7 @@ def test_the_deal_depends_on_seed_and_trial_and_not_on_condition_or_agent():
 def test_a_shuffled_trial_records_its_own_panel():
     trials = play_study(SHUFFLED)
     for trial in trials:
-        box = SHUFFLED.plan(trial.agent, SHUFFLED.condition(trial.p), trial.repetition, trial.trial).box
+        box = SHUFFLED.plan(trial.agent, SHUFFLED.labelled(trial.condition), trial.repetition, trial.trial).box
         assert trial.joints == box.names
         configuration = box.initial
         for step in trial.steps:
@@ -272,12 +268,9 @@ def test_the_modality_study_deals_the_panel_in_every_trial():
     assert study("flips").layout == "fixed"
 
 
-def test_a_modality_study_on_one_panel_keeps_its_name(tmp_path):
-    """It was the default once: its directory is found by its identity, and says nothing of a layout."""
+def test_a_modality_study_deals_its_panels_unless_a_file_says_otherwise(tmp_path):
     shown = ["rgb", "rgbd", "symbolic"]
     fixed = study(StudyOptions(study="modalities", layout="fixed", modality=shown))
-    assert fixed.identity == json.loads(GOLDEN.read_text())["modalities on one panel"]
-    assert "layout" not in fixed.settings()
     path = tmp_path / "mine.toml"
     path.write_text('study = "modalities"\nlayout = "fixed"\nmodality = ["rgb", "rgbd", "symbolic"]\n')
     assert study(read_options_file(path)) == fixed
@@ -294,11 +287,11 @@ def test_an_agent_that_reads_reports_plays_no_pictures():
     assert {plan.plant for plan in looking} == {"fast-twin"}
 
 
-def test_the_modality_is_in_the_key_where_there_are_several():
-    assert next(MODAL.plans("viewer")).key == "modalities/viewer/rgb/p=0/rep=1/trial=1"
-    assert next(MODAL.plans("random")).key == "modalities/random/symbolic/p=0/rep=1/trial=1"
-    alone = modality_study(("random",), ("symbolic",))
-    assert next(alone.plans("random")).key == "modalities/random/p=0/rep=1/trial=1"
+def test_the_modality_is_a_part_of_the_condition_in_keys():
+    assert next(MODAL.plans("viewer")).key == "modalities/viewer/rgb/rep=1/trial=1"
+    assert next(MODAL.plans("random")).key == "modalities/random/symbolic/rep=1/trial=1"
+    alone = modality_study(("random",), ("symbolic?tell=state",))
+    assert next(alone.plans("random")).key == "modalities/random/truth/rep=1/trial=1"
 
 
 def test_a_trial_of_another_modality_is_not_one_of_the_study():
@@ -309,9 +302,8 @@ def test_a_trial_of_another_modality_is_not_one_of_the_study():
     assert not replace(MODAL, conditions=flips((0.0,), modalities=("rgbd", "symbolic"))).asks_for(trial)
 
 
-def test_modalities_are_settings_that_came_later():
-    assert "modalities" not in STUDY.settings()
-    assert MODAL.settings()["modalities"] == ["rgb", "rgbd", "symbolic"]
+def test_modalities_are_settings_of_conditions():
+    assert [one["modality"] for one in MODAL.settings()["conditions"]] == ["rgb", "rgbd", "symbolic"]
     assert replace(MODAL, conditions=flips((0.0,), modalities=("rgb",))).identity != MODAL.identity
 
 
@@ -385,7 +377,7 @@ def test_trials_of_people_are_invited_and_planned_like_any():
     assert people.run_agents == tuple(agent for agent in people.agents if agent != "participant") != people.agents
     assert (alone.size, alone.invited) == (12, 0)
     assert modality_study(("viewer", "participant", "random"), trials=2).invited == 6
-    assert next(people.plans("participant")).key == "flips/participant/p=0/rep=1/trial=1"
+    assert next(people.plans("participant")).key == "flips/participant/truth/rep=1/trial=1"
 
 
 @pytest.mark.parametrize(
@@ -462,8 +454,8 @@ def test_records_of_conditions_are_those_of_the_study_and_no_others():
     assert all(map(planned.asks_for, renamed))
     assert [planned.condition_of(trial) for trial in renamed] == list(planned.conditions)
     assert not planned.asks_for(replace(renamed[1], condition="tremble?p=0.2"))
-    assert not STUDY.asks_for(renamed[0])
-    assert [(trial.p, trial.schema) for trial in renamed] == [(0.0, 2), (None, 2)]
+    assert not STUDY.asks_for(renamed[1])
+    assert [(trial.p, trial.doses) for trial in renamed] == [(0.0, {}), (None, {"tremble.p": 0.1})]
 
 
 def test_people_play_flip_rates_alone():

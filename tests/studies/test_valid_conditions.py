@@ -17,6 +17,6 @@ def test_a_condition_is_named_once_all_that_was_played_of_it_ended_as_an_error()
         make_trial([0], budget=2, p=0.4, broken="model", trial=2),
     ]  # and nothing of p = 0.6
     (found,) = invalid_conditions(STUDY, {trial.key: trial for trial in trials})
-    assert (found.condition, found.errors, found.owed) == ("flips/random/p=0.4", 2, 1)
+    assert (found.condition, found.errors, found.owed) == ("flips/random/flip?p=0.4", 2, 1)
     assert found.first.boundary == "reply"
     assert invalid_conditions(STUDY, {}) == []

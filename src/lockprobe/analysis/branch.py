@@ -18,7 +18,6 @@ from lockprobe.analysis.agent_comparison.paired import Array, BlockMean, block_m
 from lockprobe.analysis.excursion import continuation, flipped
 from lockprobe.analysis.inference.logrank import holm
 from lockprobe.errors import BadValue
-from lockprobe.fork_name import ForkName
 from lockprobe.record import Trial
 from lockprobe.seeds import trial_stream
 
@@ -141,11 +140,11 @@ def branch_effects(
     """
     known, budget = chances or {}, max((fork.budget for fork in forks), default=0)
     placed: dict[tuple[str, str, bool], dict[tuple[str, int], dict[str, dict[int, Trial]]]] = {}
-    names = map(ForkName.parse, [fork.key for fork in forks])
-    for fork, name in zip(forks, names, strict=True):
+    for fork in forks:
+        name = fork.fork
         if name is None or fork.ending == "error" or (parent := parents.get(name.parent)) is None:
             continue
-        cell = placed.setdefault((parent.group, _condition(parent), name.truthful), {})
+        cell = placed.setdefault((parent.group, parent.condition, name.truthful), {})
         cell.setdefault((name.parent, name.at), {}).setdefault(name.arm, {})[name.time] = fork
     found = []
     for (agent, condition, truthful), there in placed.items():
@@ -181,11 +180,6 @@ def _corrected(effects: Sequence[BranchEffect]) -> list[BranchEffect]:
         for i, value in zip(places, values, strict=True):
             found[i] = replace(found[i], change=replace(found[i].change, p_value=value))
     return found
-
-
-def _condition(trial: Trial) -> str:
-    """The condition as the key of a record names it."""
-    return trial.cell.removeprefix(f"{trial.study}/{trial.group}/")
 
 
 def _by_place(

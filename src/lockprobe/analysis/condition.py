@@ -30,7 +30,7 @@ class ConditionSummary:
     """The results of one agent under one condition.
 
     Attributes:
-        key: Its readable name, for example ``flips/random/p=0.4``.
+        key: Its readable name, for example ``flips/random/flip?p=0.4``.
         name: Name of the condition.
         agent: Agent spec.
         modality: How the box was shown.
@@ -119,7 +119,7 @@ def condition_summary(
     budget = len(curve.share)
     return ConditionSummary(
         key=first.cell,
-        name=first.condition or first.cell.removeprefix(f"{first.study}/{first.group}/"),
+        name=first.condition,
         agent=first.group,
         modality=first.modality,
         p=first.dose,

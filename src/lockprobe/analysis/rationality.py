@@ -172,8 +172,8 @@ def _condition(
     sizes = [len(trial.steps) for trial in found]
     steps = [step for trial in found for step in trial.steps]
     first = trials[0]
-    under = first.condition or f"p={first.dose:g}"
-    rng = generator(first.seed, "analysis", first.group, first.modality, under, "rationality", noise)
+    acting = " + ".join(first.specs)
+    rng = generator(first.seed, "analysis", first.group, first.modality, acting, "rationality", noise)
     return Rationality(
         prior=prior,
         interlocks=len(interlocks(prior, len(first.joints))),

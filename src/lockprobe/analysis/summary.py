@@ -34,7 +34,7 @@ from lockprobe.analysis.robot import Verdicts, verdicts
 from lockprobe.errors import BadValue
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.parallel import Each
-from lockprobe.record import UNNAMED, Trial
+from lockprobe.record import PLAIN_WORDS, Trial
 from lockprobe.sections import of_whom, section
 from lockprobe.seeds import generator
 from lockprobe.spec import PEOPLE, spec_kind
@@ -413,7 +413,7 @@ def _fits(shares: Sequence[Point], counted: Outcomes, first: Trial) -> _Fits:
 
 
 def _shown(modality: str, *, several: bool) -> str:
-    return spoken(modality) if several or modality not in UNNAMED else ""
+    return spoken(modality) if several or modality not in PLAIN_WORDS else ""
 
 
 def _stream(first: Trial, use: str) -> np.random.Generator:

@@ -19,6 +19,8 @@ from lockprobe.analysis.outcomes import Outcomes
 from lockprobe.audit.simulated_agents import Design, World
 from lockprobe.errors import BadValue
 from lockprobe.record import Decision, Step, Trial, TrialError
+from lockprobe.spec import group_of
+from lockprobe.trial_name import TrialName
 
 __all__ = ["BUDGET", "simulate", "simulate_columns", "simulate_outcomes", "simulate_study"]
 
@@ -209,16 +211,19 @@ def _trial(truth: World, design: Design, played: _SimulatedStudy, place: int) ->
     actions = played.actions[place, : played.length[place]].tolist()
     solved, broken = bool(played.solved[place]), int(played.broken[place])
     last = len(actions) - 1
-    p = design.p[condition]
+    told = design.conditions[condition]
+    agent = _player(truth, design, place) if truth.people else f"simulated:{truth.name}"
+    name = TrialName(study="audit", agent=group_of(agent), condition=told.label, repetition=repetition, trial=trial)
     return Trial(
-        key=f"audit/{truth.name}/p={p:g}/rep={repetition}/trial={trial}",
-        study="audit",
-        agent=_player(truth, design, place) if truth.people else f"simulated:{truth.name}",
+        key=str(name),
+        study=name.study,
+        agent=agent,
         facts={},
         box="clock",
-        modality="symbolic",
-        p=p,
-        flip="transient",
+        condition=told.label,
+        specs=told.specs,
+        doses=told.doses,
+        modality=told.modality,
         channels=(),
         repetition=repetition,
         trial=trial,

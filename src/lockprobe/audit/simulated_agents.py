@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 from lockprobe.analysis.inference.verdict import Question
 from lockprobe.errors import UnknownName
+from lockprobe.interventions.condition import Condition, flips
 
 __all__ = ["WORLDS", "Design", "P", "World", "world"]
 
@@ -31,6 +32,11 @@ class Design:
     p: tuple[float, ...] = P
     repetitions: int = 3
     trials: int = 10
+
+    @property
+    def conditions(self) -> tuple[Condition, ...]:
+        """A condition for every p."""
+        return flips(self.p, modalities=("symbolic",))
 
     @property
     def clusters(self) -> int:

@@ -130,7 +130,7 @@ def _export_traces(directory: Path, out: Path | None, endpoint: str | None, star
     if endpoint is not None:
         endpoints_of(endpoint)
     begins = EPOCH if start is None else _nanoseconds(start)
-    study = read_study(directory).record_identity
+    study = read_study(directory).task_identity
     trials, calls = load(directory), list(read_calls(directory))
     seconds = {timing.key: timing.seconds for timing in read_timings(directory)}
     if out is not None:

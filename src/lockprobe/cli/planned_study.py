@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
 from lockprobe.errors import BadFile, BadValue
-from lockprobe.interventions.condition import flips
 from lockprobe.plants.catalogue import with_camera
-from lockprobe.record import STATES
 from lockprobe.studies.directory import SETTINGS
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.shard import Shard
@@ -27,15 +25,12 @@ def planned_study(
 ) -> tuple[Study, Path]:
     """The study of a name or file with the options of the command line, and its directory.
 
-    Without an agent, those of an existing study play. A directory from an earlier release keeps its reports, unless a
-    modality is given, and its number of trials of strategies.
+    Without an agent, those of an existing study play.
     """
     request = read_options_file(Path(name)) if name.endswith(".toml") else StudyOptions(study=name)
     if camera is not None:
         asked = {**asked, "plant": _photographed(asked.get("plant", request.plant), camera)}
     planned = study(request, **asked)
-    if out is not None and (out / SETTINGS).exists():
-        planned = _as_before(planned, read_study(out), {*request.model_fields_set, *asked})
     directory = out or Path("lockprobe-runs") / f"{planned.name}-{planned.identity}"
     if is_suite(directory):
         raise BadFile(directory, f"it holds {read_suite(directory).name}; {planned.name} needs another directory")
@@ -59,18 +54,3 @@ def _photographed(plant: object, camera: str) -> str:
     if plant is None:
         raise BadValue("camera", camera, "--plant manual with it")
     return str(with_camera(str(plant), camera))
-
-
-def _as_before(planned: Study, there: Study, given: Collection[str]) -> Study:
-    """The study with the defaults of the release that its directory is from, where no option is given."""
-    if "strategy_trials" not in given:
-        planned = replace(planned, strategy_trials=there.strategy_trials)
-    return planned if "modality" in given else _shown_as_before(planned, there)
-
-
-def _shown_as_before(planned: Study, there: Study) -> Study:
-    """The study with the reports of an earlier release, which told outcomes as well by default."""
-    told = tuple(STATES if one == "symbolic" else one for one in there.modalities)
-    if not (planned.of_flips and there.of_flips) or told != planned.modalities:
-        return planned
-    return replace(planned, conditions=flips(planned.p, planned.flip, there.modalities))

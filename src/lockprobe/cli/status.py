@@ -15,7 +15,6 @@ from lockprobe.agents.reply_text import TIDIED
 from lockprobe.cli.format_cost import money, share, spent_facts
 from lockprobe.cli.progress import foreign_in_words, invalid_in_words
 from lockprobe.cli.tally import count, in_boundaries
-from lockprobe.fork_name import ForkName
 from lockprobe.model_call import BROKEN_OFF, Call
 from lockprobe.record import Trial
 from lockprobe.studies.branch import FORKS, read_forks
@@ -53,7 +52,7 @@ def status(directory: Directory, json: AsJson = False) -> None:
 def _status(directory: Path, *, json: bool) -> None:
     study = read_study(directory)
     everything, left_out = read_records(directory)
-    of_forks = bool(everything) and all(ForkName.parse(trial.key) for trial in everything)
+    of_forks = bool(everything) and all(trial.fork is not None for trial in everything)
     trials = everything if of_forks else study.own_trials(everything)
     ledger, forks = _ledger(directory, study, everything), _ledger(directory / FORKS, study)
     facts = {"of_forks": of_forks, **_played(study, trials, everything, of_forks=of_forks), **_took(directory, trials)}
@@ -158,14 +157,15 @@ def _decided(directory: Path, trials: Sequence[Trial]) -> Iterator[Call]:
     """
     known = {call.key for call in read_calls(directory)}
     for trial in trials:
-        if trial.key in known or ForkName.parse(trial.key) is not None:
+        if trial.key in known or trial.fork is not None:
             continue
         asked = [(step.step, step.decision.usage, step.decision.served) for step in trial.steps]
         if trial.error is not None:
             asked.append((trial.error.step, trial.error.usage, ""))
         for step, usage, served in asked:
             if usage is not None:
-                yield Call(key=trial.key, step=step, turn=1, request="", reply="", usage=usage, served=served)
+                call = Call(key=trial.key, step=step, turn=1, request="", reply="", usage=usage, served=served)
+                yield replace(call, agent=trial.agent)
 
 
 def _invalid(found: Sequence[Invalid]) -> list[str]:

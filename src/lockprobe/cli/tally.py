@@ -15,9 +15,6 @@ from lockprobe.studies.study import Study
 
 __all__ = ["Tally", "count", "in_boundaries"]
 
-_RATE = "flip rate "
-"""How the name of a condition begins that is a flip rate."""
-
 _LONG = 5.0
 """Seconds after which a call that has not come back is spoken of."""
 
@@ -36,7 +33,6 @@ class Tally:
     """
 
     def __init__(self, study: Study | None = None) -> None:
-        self._shows = study is not None and study.names_modalities
         self.owed = self.played = self.steps = self.ended_in_all = self.broken_in_all = 0
         self.tells_solved = True
         self.first_error = ""
@@ -66,10 +62,8 @@ class Tally:
             self._count(trial)
 
     def _count(self, trial: Trial) -> None:
-        flipped = "" if trial.p is None else f"{_RATE}{trial.p:g}"
-        condition = trial.condition or (trial.modality if self._shows and not trial.p else flipped)
-        self.ended[condition] += trial.ending != "error"
-        self.solved[condition] += trial.solved
+        self.ended[trial.condition] += trial.ending != "error"
+        self.solved[trial.condition] += trial.solved
 
     def trial(self, trial: Trial) -> None:
         """A trial is on disk."""
@@ -106,8 +100,6 @@ class Tally:
         """The state in one line, with or without what is solved under which condition."""
         ended = sorted(shown for shown, number in self.ended.items() if number)
         shares = ", ".join(f"{shown}: {self.solved[shown]}/{self.ended[shown]}" for shown in ended)
-        if ended and all(shown.startswith(_RATE) for shown in ended):
-            shares = f"at {_RATE}{shares.replace(_RATE, '')}"
         parts = [
             f"{self.agent}  {self.played}/{self.agent_owed} trials",
             f"solved {shares}" if solved and shares and self.tells_solved else "",

@@ -88,7 +88,7 @@ def instruction(trial: Trial) -> str:
         return f"Joints {', '.join(task.joints)}; the target is {task.target}; {task.budget} steps."
     shown = sum(kind in _SHOWN for kind in trial.opening_pictures)
     tell = _tells(trial)
-    hidden = "outcome-only" in (trial.flip, *(one.get("persistence") for one in _named(trial.channels, OutcomeFlip)))
+    hidden = any(one.get("persistence") == "outcome-only" for one in _named(trial.channels, OutcomeFlip))
     positions = not shown and not hidden and tell != "outcome"
     return instructions(
         task, positions=positions, outcomes=tell != "state", pictures=shown, briefing=briefing_of(trial)

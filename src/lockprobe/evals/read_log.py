@@ -25,6 +25,7 @@ from lockprobe.studies.merge import MergeSource
 from lockprobe.studies.settings import study_from
 from lockprobe.studies.study import Study
 from lockprobe.trial_json import trial_from_json
+from lockprobe.trial_name import TrialName
 
 with needing("Inspect logs", "providers"):
     from inspect_ai.log import EvalLog, EvalSample, read_eval_log, read_eval_log_samples
@@ -102,13 +103,13 @@ def read_log(path: Path | str) -> MergeSource:
         raise BadFile(path, f"not a readable Inspect log ({said or type(fault).__name__})") from None
     study = _study(header, trials.values(), path)
     for key, sample in samples.items():
-        if key not in _keys(sample, trials[key].group, study, header):
+        if key != _key(sample, trials[key].group, study, header):
             raise BadFile(path, f"its sample {sample.id}, epoch {sample.epoch}, holds the record of {key}")
     return MergeSource(
         path=path,
         study=study,
         trials=tuple(trials.values()),
-        unfinished=frozenset(_keys(sample, study.agents[0], study, header)[0] for sample in broken),
+        unfinished=frozenset(_key(sample, study.agents[0], study, header) for sample in broken),
         seconds=seconds,
         picture=pictures.get,
     )
@@ -190,10 +191,12 @@ def _agent(log: EvalLog) -> str:
     return agent_spec(log.eval.model, given, log.eval.model_generate_config)
 
 
-def _keys(sample: EvalSample, agent: str, study: Study, log: EvalLog) -> tuple[str, str]:
-    """Possible keys of a sample's trial: in a log of several agents the sample's name contains the agent."""
-    place, repetition = str(sample.id), sample.metadata.get("repetition")
-    if isinstance(repetition, int) and sample.epoch > 1:
-        each = study.repetitions // (log.eval.config.epochs or 1)
-        place = place.replace(f"/rep={repetition}/", f"/rep={repetition + (sample.epoch - 1) * each}/")
-    return f"{study.name}/{agent}/{place}", f"{study.name}/{place}"
+def _key(sample: EvalSample, agent: str, study: Study, log: EvalLog) -> str:
+    """The key of a sample's trial; empty if its metadata name none."""
+    match sample.metadata:
+        case {"label": str(label), "repetition": int(repetition), "trial": int(trial)}:
+            each = study.repetitions // (log.eval.config.epochs or 1)
+            repetition += (sample.epoch - 1) * each
+            return str(TrialName(study=study.name, agent=agent, condition=label, repetition=repetition, trial=trial))
+        case _:
+            return ""

@@ -42,24 +42,20 @@ VIEW = ViewerConfig(
 
 
 def sample_id(trial: Trial | Plan) -> str:
-    """The name of a trial in a log: its place in the study, for example ``p=0.4/rep=2/trial=7``."""
-    return trial.key.removeprefix(f"{trial.study}/{trial.group}/")
+    """The name of a trial in a log: its place in the study, for example ``flip?p=0.4/rep=2/trial=7``."""
+    return trial.name.place
 
 
 def metadata_of(trial: Trial | Plan) -> dict[str, object]:
     """The metadata of a trial: its place in the study, and shared settings that change what the agent sees."""
-    if isinstance(trial, Trial):
-        flip, box = trial.flip, trial.box
-    else:
-        flip, box = "" if trial.condition.flip is None else trial.condition.flip.persistence, trial.box.name
     return {
-        "condition": sample_id(trial).rpartition("/rep=")[0],
+        "condition": trial.name.condition,
+        "label": trial.name.condition,
         "p": trial.p,
         "repetition": trial.repetition,
         "trial": trial.trial,
         "modality": trial.modality,
-        "flip": flip,
-        "box": box,
+        "box": trial.box if isinstance(trial, Trial) else trial.box.name,
         "max_steps": trial.budget,
         "seed": trial.seed,
         "assessment": trial.assessment,

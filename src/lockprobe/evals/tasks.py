@@ -1,6 +1,6 @@
 """The studies as Inspect tasks: ``inspect eval lockprobe/flips --model openai/gpt-4o -T p=0,0.4 -T trials=5``.
 
-One sample is one trial, named by its place in the study: ``p=0.4/rep=2/trial=7``. Epochs are further repetitions.
+One sample is one trial, named by its place in the study: ``flip?p=0.4/rep=2/trial=7``. Epochs are further repetitions.
 """
 
 from __future__ import annotations

@@ -223,7 +223,7 @@ def _participant(kept: Diary, experiment: Experiment | None) -> dict[str, TidyCe
         "released": int(journey.released),
         "checks_right": sum(checks),
         "checks_wrong": len(checks) - sum(checks),
-        "conditions": "; ".join(f"{slot.modality} p={slot.p:g}" for slot in joined.slots),
+        "conditions": "; ".join(slot.condition for slot in joined.slots),
         "finished": int(journey.boxes_done and _asked(kept, experiment) <= _answered(kept)),
         **_device(kept),
         **{f"{PLATFORM}{name}": said for name, said in joined.platform.items()},

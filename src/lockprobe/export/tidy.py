@@ -75,8 +75,8 @@ def tidy_rows(trials: Iterable[Trial], times: Times = NO_TIMES) -> Iterator[dict
     A trial that broke before its first step has no row. In a modality with pictures ``told_moved`` is what the picture
     shows: the truth.
 
-    Columns that come last, and only where they say something: ``condition``, its name, in studies of other things than
-    flip rates, where ``p`` is empty unless nothing but flips acted; ``chosen``, the joint that the agent had chosen,
+    Columns that come last, and only where they say something: ``condition``, its name, where others than
+    flip rates were played, for which ``p`` is empty; ``chosen``, the joint that the agent had chosen,
     where an intervention had another one attempted; ``panel``, the joints in the panel order of the trial,
     where trials have different panels (``--layout shuffled``); ``verdict``, what a robot took to have happened (moved,
     blocked or failed), where one played; ``rt_ms``, from when a step was shown to when its joint was chosen, in
@@ -133,6 +133,10 @@ def _which(trial: Trial) -> dict[str, TidyCell]:
     return {name: "" if (value := getattr(trial, name)) is None else value for name in _WHICH}
 
 
+def _has_others_than_flips(trials: Sequence[Trial]) -> bool:
+    return any(trial.p is None for trial in trials)
+
+
 def _dealt_anew(trials: Sequence[Trial]) -> bool:
     return len({(trial.box, trial.joints) for trial in trials}) > len({trial.box for trial in trials})
 
@@ -140,7 +144,7 @@ def _dealt_anew(trials: Sequence[Trial]) -> bool:
 def tidy_columns(trials: Sequence[Trial], times: Times = NO_TIMES) -> tuple[str, ...]:
     """The columns of the tidy rows of these trials: :data:`COLUMNS`, then the optional ones that apply."""
     says = {
-        "condition": any(trial.condition for trial in trials),
+        "condition": _has_others_than_flips(trials),
         "chosen": any(step.chosen for trial in trials for step in trial.steps),
         "panel": _dealt_anew(trials),
         "verdict": any("verdict" in step.sensed for trial in trials for step in trial.steps),
@@ -153,7 +157,7 @@ def tidy_columns(trials: Sequence[Trial], times: Times = NO_TIMES) -> tuple[str,
 
 def trial_columns(trials: Sequence[Trial]) -> tuple[str, ...]:
     """The columns of the rows of these trials: :data:`TRIAL_COLUMNS`, and the condition if it has a name."""
-    return (*TRIAL_COLUMNS, *(("condition",) if any(trial.condition for trial in trials) else ()))
+    return (*TRIAL_COLUMNS, *(("condition",) if _has_others_than_flips(trials) else ()))
 
 
 def trial_rows(trials: Trial | Iterable[Trial]) -> Iterator[dict[str, TidyCell]]:
@@ -170,7 +174,7 @@ def trial_rows(trials: Trial | Iterable[Trial]) -> Iterator[dict[str, TidyCell]]
     """
     trials = _several(trials)
     loops = measure([trial.actions for trial in trials])
-    named = any(trial.condition for trial in trials)
+    named = _has_others_than_flips(trials)
     for place, trial in enumerate(trials):
         said = trial_claims(trial)
         yield {

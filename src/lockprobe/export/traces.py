@@ -59,7 +59,7 @@ def requests(
 
     Args:
         trials: The trials, in order; each trace starts where the trace before it ends.
-        study: What identifies the study, for example its record identity.
+        study: What identifies the study, for example its task identity.
         calls: Calls to models; those of other trials are left out.
         seconds: Wall time of trials in seconds, by key, where it was read.
         start: When the first trace starts, in nanoseconds since 1970-01-01 UTC.
@@ -138,7 +138,7 @@ def _of_trial(trial: Trial, times: TrialTimes, study: str) -> dict[str, Attribut
         "lockprobe.key": trial.key,
         "lockprobe.box": trial.box,
         "lockprobe.modality": trial.modality,
-        "lockprobe.condition": trial.condition or None,
+        "lockprobe.condition": trial.condition,
         "lockprobe.p": trial.p,
         "lockprobe.repetition": trial.repetition,
         "lockprobe.trial": trial.trial,

@@ -10,7 +10,7 @@ from lockprobe.analysis.effects import Effects
 from lockprobe.figures.forest import ForestRow, differences, interval
 from lockprobe.figures.frame import safe_name, shortened, title
 from lockprobe.figures.palette import ACCENT, SUBJECTS
-from lockprobe.record import UNNAMED
+from lockprobe.record import PLAIN_WORDS
 
 __all__ = ["draw_effects", "effect_rows"]
 
@@ -52,7 +52,7 @@ def draw_effects(axes: Axes, found: Effects) -> None:
     """Differences in success from the control, in points."""
     rows = effect_rows(found)
     differences(axes, rows, f"success minus that under {_name(found.control)}, points")
-    shown = "" if found.modality in UNNAMED else f" ({found.modality})"
+    shown = "" if found.modality in PLAIN_WORDS else f" ({found.modality})"
     title(axes, _name(found.agent + shown), f"n = {_sizes(found)}; filled: detected")
 
 

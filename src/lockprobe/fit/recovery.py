@@ -134,7 +134,6 @@ def simulate(agent: str | Agent, design: RecoveryDesign, seed: int) -> list[Tria
     spec, player = (agent, resolve(agent).make()) if isinstance(agent, str) else (repr(agent), agent)
     plans = [
         Plan(
-            key=f"recovery/{spec}/p={p:g}/rep={repetition}/trial={trial}",
             study="recovery",
             agent=spec,
             box=design.box,
@@ -144,7 +143,7 @@ def simulate(agent: str | Agent, design: RecoveryDesign, seed: int) -> list[Tria
             seed=seed,
             budget=design.budget,
         )
-        for p, condition in zip(design.p, flips(design.p, design.flip), strict=True)
+        for condition in flips(design.p, design.flip)
         for repetition in range(1, design.repetitions + 1)
         for trial in range(1, design.trials + 1)
     ]

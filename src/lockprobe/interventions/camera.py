@@ -52,7 +52,6 @@ class CameraChannel:
     """
 
     shows: ClassVar[bool] = True
-    later: ClassVar[tuple[str, ...]] = ("blur", "noise", "occlude")
     depth: Depth = "none"
     near: float = 0.64
     far: float = 0.78

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import lru_cache
 from itertools import product
 from math import prod
 
+from lockprobe.doses import MODALITY_DOSES, doses_of, flip_rate
 from lockprobe.errors import BadValue
 from lockprobe.interventions.catalogue import TRUTH, interventions_of, spec_of
 from lockprobe.interventions.flip import FlipKind, OutcomeFlip
@@ -18,13 +18,11 @@ from lockprobe.spec import Spec, spec_name, split_specs
 
 __all__ = [
     "MODALITIES",
-    "MODALITY_DOSES",
     "Condition",
     "Recorded",
     "default_modality",
     "distinct",
     "flips",
-    "modality_doses",
     "read_condition",
     "sweep",
 ]
@@ -32,10 +30,7 @@ __all__ = [
 MODALITIES = ("symbolic", "rgb", "rgbd")
 """The modalities: the ways to show a box. Options follow a question mark."""
 
-MODALITY_DOSES = ("p", "blur", "noise", "occlude")
-"""Options of a modality that are doses: how often pictures are false, and how much they are degraded."""
-
-_UNSAFE = re.compile(r"[/\x00-\x1f\x7f]")
+_UNSAFE = re.compile(r"[\x00-\x1f\x7f]")
 """Characters that cannot be part of the key of a record."""
 
 _MOST = 1000
@@ -79,7 +74,7 @@ class Condition:
         object.__setattr__(self, "specs", specs)
         object.__setattr__(self, "flip", _flip_alone(specs))
         if _UNSAFE.search(self.label) or self.label != self.label.strip() or len(self.label) > _LONGEST:
-            expected = f"a name of at most {_LONGEST} characters without slashes and control characters"
+            expected = f"a name of at most {_LONGEST} characters without control characters and blanks around it"
             raise BadValue("condition", self.label, expected)
 
     @property
@@ -94,14 +89,19 @@ class Condition:
         return self.name or self.spec
 
     @property
-    def doses(self) -> tuple[str, ...]:
+    def dose_names(self) -> tuple[str, ...]:
         """For every intervention the name of its dose option; empty if it has no dose."""
         return tuple(one.dose if isinstance(one, Recorded) else getattr(one, "dose", "") for one in self.interventions)
 
     @property
+    def doses(self) -> Mapping[str, float]:
+        """The doses above 0 of its interventions and of its modality, ``{"flip.p": 0.4}``."""
+        return doses_of(self.specs, self.dose_names, self.modality)
+
+    @property
     def p(self) -> float | None:
-        """The flip rate, [0, 1], if only flips act and pictures have no doses; else None."""
-        return None if self.flip is None or _has_doses(self.modality) else self.flip.p
+        """The flip rate, [0, 1], if nothing but flips acts, 0 for the truth; else None."""
+        return flip_rate(self.specs, self.modality, self.doses)
 
     @property
     def does_nothing(self) -> bool:
@@ -109,7 +109,7 @@ class Condition:
         if not self.tells_positions:
             return False
         options = [Spec.parse(spec, "intervention").options for spec in self.specs]
-        return all(dose and float(found[dose]) == 0 for found, dose in zip(options, self.doses, strict=True))
+        return all(dose and float(found[dose]) == 0 for found, dose in zip(options, self.dose_names, strict=True))
 
     @property
     def tells_positions(self) -> bool:
@@ -148,14 +148,14 @@ def flips(
 ) -> tuple[Condition, ...]:
     """The conditions of the paper's studies: every flip rate in every modality, modalities outermost.
 
+    A flip at rate 0 is left out, which leaves the truth, unless its reports tell no positions.
+
     ``p`` holds flip probabilities, [0, 1], and ``modalities`` specs; :func:`default_modality` if none are given.
     """
-    rates, modalities = tuple(p), modalities or (default_modality(persistence),)
-    return tuple(
-        Condition(interventions=(OutcomeFlip(p=rate, persistence=persistence),), modality=modality)
-        for modality in modalities
-        for rate in rates
-    )
+    made = [OutcomeFlip(p=rate, persistence=persistence) for rate in p]
+    acting = [() if flip.p == 0 and persistence != "outcome-only" else (flip,) for flip in made]
+    modalities = modalities or (default_modality(persistence),)
+    return tuple(Condition(interventions=one, modality=modality) for modality in modalities for one in acting)
 
 
 def default_modality(*acting: str) -> str:
@@ -178,22 +178,6 @@ def read_condition(spec: str, name: str = "") -> Condition:
         interventions = interventions_of(" + ".join(acting))
         return Condition(interventions=interventions, modality=_without_zeros(last), name=name)
     return Condition(interventions=interventions_of(spec), modality=default_modality(spec), name=name)
-
-
-def modality_doses(modality: str) -> tuple[str, dict[str, str]]:
-    """A modality without its doses, and the doses.
-
-    >>> modality_doses("rgbd?blur=8&depth=height")
-    ('rgbd?depth=height', {'blur': '8'})
-    """
-    spec = Spec.parse(modality, "modality")
-    doses = {option: value for option, value in spec.options.items() if option in MODALITY_DOSES}
-    return str(spec.without(doses)), doses
-
-
-@lru_cache(maxsize=1024)
-def _has_doses(modality: str) -> bool:
-    return bool(modality_doses(modality)[1])
 
 
 def _without_zeros(modality: str) -> str:
@@ -241,7 +225,7 @@ def _dosed(spec: str, part: str, option: str, values: Sequence[str]) -> list[str
     if spec_name(part) in MODALITIES:
         doses = [one for one in MODALITY_DOSES if option == one]
     else:
-        doses = list(filter(None, read_condition(found[0]).doses))
+        doses = list(filter(None, read_condition(found[0]).dose_names))
     if option not in doses:
         raise BadValue("sweep", spec, f"values of a dose ({', '.join(doses) or 'this has none'}), not of {option}")
     return found

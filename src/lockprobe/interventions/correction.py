@@ -37,7 +37,6 @@ class Correction:
     name: ClassVar[str] = "correction"
     dose: ClassVar[str] = "p"
     stream: ClassVar[str] = OutcomeFlip.stream
-    later: ClassVar[tuple[str, ...]] = ("at",)
     p: float = 0.0
     of: Of = "lie"
     at: tuple[int, ...] = ()

@@ -53,7 +53,6 @@ class OutcomeFlip:
     name: ClassVar[str] = "flip"
     dose: ClassVar[str] = "p"
     stream: ClassVar[str] = "channel"
-    later: ClassVar[tuple[str, ...]] = ("only", "from_", "until", "at", "while_")
     p: float = 0.0
     persistence: FlipKind = "transient"
     only: Only = "any"

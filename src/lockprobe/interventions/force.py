@@ -28,7 +28,6 @@ class Force:
     """
 
     name: ClassVar[str] = "force"
-    later: ClassVar[tuple[str, ...]] = ("joint",)
     at: int = 0
     joint: str = ""
 

@@ -32,7 +32,6 @@ class AtRandomSteps:
 
     name: ClassVar[str]
     dose: ClassVar[str] = "p"
-    later: ClassVar[tuple[str, ...]] = ("luck", "at")
     p: float = 0.0
     luck: Luck = "own"
     at: tuple[int, ...] = ()

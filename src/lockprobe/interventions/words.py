@@ -48,7 +48,6 @@ class TextChannel:
     """
 
     shows: ClassVar[bool] = True
-    later: ClassVar[tuple[str, ...]] = ("tell", "form", "places")
     tell: Tell = "both"
     form: Form = "words"
     places: bool = False

@@ -42,7 +42,6 @@ class Yoked:
     name: ClassVar[str] = "yoked"
     dose: ClassVar[str] = "p"
     stream: ClassVar[str] = OutcomeFlip.stream
-    later: ClassVar[tuple[str, ...]] = ("at",)
     p: float = 0.0
     how: How = "next"
     at: tuple[int, ...] = ()

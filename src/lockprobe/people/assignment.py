@@ -25,8 +25,8 @@ from lockprobe.studies.study import Study
 
 __all__ = ["Cell", "Given", "assigned", "boxes_each", "conditions_of", "williams"]
 
-Cell = tuple[float, str]
-"""Flip probability and modality."""
+Cell = str
+"""Label of a condition."""
 
 Luck = tuple[int, int]
 """Repetition and trial."""
@@ -40,7 +40,7 @@ _CLOSED = 1e12
 
 def conditions_of(study: Study) -> tuple[Cell, ...]:
     """The conditions that people play."""
-    return tuple((p, modality) for modality in study.modalities_of(PEOPLE) for p in study.p)
+    return tuple(one.label for one in study.conditions_of(PEOPLE))
 
 
 def boxes_each(study: Study, experiment: Experiment) -> int:
@@ -79,15 +79,15 @@ class Given:
 
     def give(self, slots: Sequence[Slot], kept: Collection[Slot] | None = None) -> None:
         """Count a new participant's trials; ``kept`` are those finished or still planned, all if left out."""
-        self.orders[tuple(slot.cell for slot in slots)] += 1
+        self.orders[tuple(slot.condition for slot in slots)] += 1
         kept = slots if kept is None else kept
-        self.boxes.update(slot.cell for slot in kept)
+        self.boxes.update(slot.condition for slot in kept)
         self.take(kept)
 
     def take(self, slots: Iterable[Slot]) -> None:
         """Trials cannot be given any more."""
         for slot in slots:
-            condition, luck = slot.cell, (slot.repetition, slot.trial)
+            condition, luck = slot.condition, (slot.repetition, slot.trial)
             if (condition, luck) not in self.taken:
                 self.taken.add((condition, luck))
                 self.taken_of[condition] += 1
@@ -198,7 +198,7 @@ def _with_luck(order: Sequence[Cell], study: Study, given: Given) -> tuple[Slot,
     ).reshape(len(order), len(lucks))
     places, chosen = (indices.tolist() for indices in linear_sum_assignment(price))
     return tuple(
-        Slot(p=order[place][0], modality=order[place][1], repetition=lucks[at][0], trial=lucks[at][1])
+        Slot(condition=order[place], repetition=lucks[at][0], trial=lucks[at][1])
         for place, at in zip(places, chosen, strict=True)
         if price[place, at] < _CLOSED
     )

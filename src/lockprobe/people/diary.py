@@ -22,6 +22,7 @@ from lockprobe.people.responses import Act, Attempt
 from lockprobe.people.scenes import StrictModel
 from lockprobe.plan import Plan
 from lockprobe.record import Ending
+from lockprobe.spec import PEOPLE
 from lockprobe.storage.atomic_file import sync_directory, write_private
 from lockprobe.storage.jsonl import LineFile, state_of, whole_lines, with_checksum, without_checksum
 from lockprobe.storage.links import make_directory
@@ -52,20 +53,17 @@ Seconds = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 class Slot(StrictModel):
     """A trial of the study that a participant plays. Each trial of ``participant`` is played by one person."""
 
-    p: float
-    modality: str
+    condition: str
     repetition: int
     trial: int
 
-    @property
-    def cell(self) -> tuple[float, str]:
-        """The condition: flip probability and modality."""
-        return self.p, self.modality
-
     def plan(self, study: Study, identity: str) -> Plan:
-        """The trial as a participant plays it."""
-        condition = study.condition(self.p, self.modality)
-        return study.plan(participant_spec(identity), condition, self.repetition, self.trial)
+        """The trial as a participant plays it.
+
+        Raises:
+            UnknownName: If the study has no such condition.
+        """
+        return study.plan(participant_spec(identity), study.labelled(self.condition), self.repetition, self.trial)
 
 
 class Joined(StrictModel):
@@ -217,7 +215,7 @@ class Diary:
         """
         for slot in self.joined.slots:
             there = 1 <= slot.repetition <= study.repetitions and 1 <= slot.trial <= study.trials
-            if not (there and slot.p in study.p and slot.modality in study.modalities):
+            if not (there and slot.condition in [one.label for one in study.conditions_of(PEOPLE)]):
                 raise BadFile(diary_path(directory, self.identity), "trials of another study")
 
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import NamedTuple
 
-from lockprobe.interventions.condition import flips
+from lockprobe.interventions.condition import Condition
 from lockprobe.lockbox.box import Joint, JointKind, Lockbox
 from lockprobe.lockbox.families import box as named_box
 from lockprobe.people.box_view import panel_to_show
@@ -95,10 +95,17 @@ def _extra_plan(study: Study, name: str, box: Lockbox, modality: str) -> Plan:
         name=name,
         agents=(PEOPLE,),
         box=box,
-        conditions=flips((0.0,), study.flip, (modality,)),
+        conditions=(_true_reports(study, modality),),
         repetitions=1,
         trials=1,
         seed=integer_seed(study.seed, "people", name),
         layout="fixed",
     )
     return alone.plan(PEOPLE, alone.conditions[0], 1, 1)
+
+
+def _true_reports(study: Study, modality: str) -> Condition:
+    """True reports that hold as much as those of the study in a modality: a flip can leave the positions out."""
+    shown = (one for one in study.conditions_of(PEOPLE) if one.modality == modality)
+    flip = next((one.flip for one in shown if one.flip is not None and not one.tells_positions), None)
+    return Condition(interventions=() if flip is None else (replace(flip, p=0.0),), modality=modality)

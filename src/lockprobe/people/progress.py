@@ -19,8 +19,7 @@ __all__ = ["BoxesAt", "ConditionProgress", "Flow", "ParticipantProgress", "Peopl
 class ConditionProgress:
     """Trials of one condition: ``slots`` in all, finished, assigned (``under_way``), and free."""
 
-    p: float
-    modality: str
+    condition: str
     slots: int
     finished: int
     under_way: int
@@ -62,8 +61,7 @@ class PeopleProgress:
 class BoxesAt:
     """Boxes of one condition: assigned when people joined, and those of them that are not over."""
 
-    modality: str
-    p: float
+    condition: str
     given: int
     left_open: int
 
@@ -79,7 +77,7 @@ class Flow:
         withdrawn: Participants who withdrew; nothing else is known of them.
         checks: Attention checks answered.
         right: Those of them answered right.
-        boxes: By condition, p ascending.
+        boxes: By condition, in the order of the study.
     """
 
     joined: int
@@ -100,16 +98,15 @@ def progress_of(study: Study, journeys: Sequence[Journey], finished: Collection[
         finished: Recorded trials, whoever played them.
         gone: Number of withdrawals.
     """
-    done = Counter(slot.cell for slot in finished)
+    done = Counter(slot.condition for slot in finished)
     open_ones = {slot for journey in journeys for slot in journey.slots_kept} - set(finished)
-    under_way = Counter(slot.cell for slot in open_ones)
+    under_way = Counter(slot.condition for slot in open_ones)
     slots = study.repetitions * study.trials
     people = tuple(map(_participant, journeys))
     return PeopleProgress(
         conditions=tuple(
             ConditionProgress(
-                p=one[0],
-                modality=one[1],
+                condition=one,
                 slots=slots,
                 finished=done[one],
                 under_way=under_way[one],
@@ -127,15 +124,15 @@ def progress_of(study: Study, journeys: Sequence[Journey], finished: Collection[
     )
 
 
-def flow_of(diaries: Iterable[Diary], gone: int) -> Flow | None:
+def flow_of(study: Study, diaries: Iterable[Diary], gone: int) -> Flow | None:
     """How many participants reached the end; None where nobody has taken part. ``gone``: number of withdrawals."""
     journeys = [Journey.of(diary) for diary in diaries]
     if not journeys and not gone:
         return None
-    given: Counter[tuple[str, float]] = Counter()
-    left: Counter[tuple[str, float]] = Counter()
+    given: Counter[str] = Counter()
+    left: Counter[str] = Counter()
     for journey in journeys:
-        boxes = [(slot.modality, slot.p) for slot in journey.joined.slots]
+        boxes = [slot.condition for slot in journey.joined.slots]
         given.update(boxes)
         left.update(condition for box, condition in enumerate(boxes, 1) if box not in journey.endings)
     finished = sum(journey.boxes_done for journey in journeys)
@@ -148,8 +145,7 @@ def flow_of(diaries: Iterable[Diary], gone: int) -> Flow | None:
         checks=len(checks),
         right=sum(checks),
         boxes=tuple(
-            BoxesAt(modality=one[0], p=one[1], given=given[one], left_open=left[one])
-            for one in sorted(given, key=lambda one: (one[1], one[0]))
+            BoxesAt(condition=one, given=given[one], left_open=left[one]) for one in conditions_of(study) if given[one]
         ),
     )
 

@@ -112,7 +112,7 @@ class Roster:
     def finished(self) -> set[Slot]:
         """The recorded trials of all people."""
         return {
-            Slot(p=trial.dose, modality=trial.modality, repetition=trial.repetition, trial=trial.trial)
+            Slot(condition=trial.condition, repetition=trial.repetition, trial=trial.trial)
             for trial in self._opened.journal.trials.values()
             if group_of(trial.agent) == PEOPLE and not trial.owed_again
         }

@@ -232,8 +232,9 @@ class Session:
             assert self._opened.practice is not None
             return self._opened.practice, {}
         slot, experiment = self.journey.joined.slots[box - 1], self._opened.experiment
+        plan = slot.plan(self._opened.study, self.journey.identity)
         facts: dict[str, Fact] = {
-            "view": view_of_modality(slot.modality, experiment.view),
+            "view": view_of_modality(plan.modality, experiment.view),
             "words": self.journey.joined.words,
             "page": self.journey.pages.get(box, self._opened.page),
             "position": box,
@@ -242,7 +243,7 @@ class Session:
             "history_open": experiment.history_open,
             "feedback": experiment.feedback,
         }
-        return slot.plan(self._opened.study, self.journey.identity), facts
+        return plan, facts
 
     def _is_played(self) -> bool:
         """Whether the record already holds the trial of this box: it was played elsewhere and imported."""

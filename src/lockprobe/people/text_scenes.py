@@ -27,6 +27,7 @@ class TextScenes:
         self._words = words
         self._experiment = experiment
         self._are_false = any(study.p)
+        self._modalities = {one.label: one.modality for one in study.conditions}
         self._asks = study.assessment
         self._examples = examples or {}
         self._facts = {"joints": len(study.box.joints), "budget": study.max_steps}
@@ -75,7 +76,7 @@ class TextScenes:
     def _shown(self, number: int, joined: Joined) -> tuple[Example, ...]:
         """The examples on a page of the instructions, in the modalities that the participant will see."""
         what = example_on(self._words, number)
-        theirs = {slot.modality for slot in joined.slots}
+        theirs = {self._modalities[slot.condition] for slot in joined.slots}
         found = [shown for modality, shown in self._examples.items() if modality in theirs]
         if what == "box":
             return tuple(Example(panel=shown.before) for shown in found)

@@ -11,7 +11,7 @@ from lockprobe.analysis.modalities import spoken
 from lockprobe.formatting import p_value, points, range_said
 from lockprobe.prose.subject import Subject
 from lockprobe.prose.success import of_trials
-from lockprobe.record import UNNAMED
+from lockprobe.record import PLAIN_WORDS
 
 __all__ = ["effects_said", "grid_said"]
 
@@ -26,7 +26,7 @@ def effects_said(found: Effects, conditions: Mapping[tuple[str, str], ConditionS
         found: Its effects.
         conditions: Every agent under every condition -> its numbers.
     """
-    name = Subject.of(found.agent, "" if found.modality in UNNAMED else spoken(found.modality)).first
+    name = Subject.of(found.agent, "" if found.modality in PLAIN_WORDS else spoken(found.modality)).first
     share = conditions[found.agent, found.control].success
     said = []
     for words, chosen in (

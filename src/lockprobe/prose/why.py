@@ -8,7 +8,7 @@ from lockprobe.analysis.proportions import ALPHA
 from lockprobe.analysis.why import Why
 from lockprobe.formatting import p_value, percent, points, range_said
 from lockprobe.prose.subject import Subject
-from lockprobe.record import UNNAMED
+from lockprobe.record import PLAIN_WORDS
 
 __all__ = ["arm_said", "mechanism_said", "why_said"]
 
@@ -34,7 +34,7 @@ def arm_said(arm: str) -> str:
 
 def mechanism_said(found: Why) -> str:
     """The verdict in one sentence."""
-    subject = Subject.of(found.agent, "" if found.modality in UNNAMED else spoken(found.modality))
+    subject = Subject.of(found.agent, "" if found.modality in PLAIN_WORDS else spoken(found.modality))
     way = "raise" if found.change.value > 0 else "lower"
     of = f"the success of {subject.name}"
     if found.verdict == "says":

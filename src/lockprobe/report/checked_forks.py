@@ -9,7 +9,6 @@ from pathlib import Path
 from lockprobe.agents.catalogue import recomputes, resolve
 from lockprobe.agents.policy import Policy
 from lockprobe.errors import UserMistake
-from lockprobe.fork_name import ForkName
 from lockprobe.plan import Plan
 from lockprobe.record import Trial
 from lockprobe.report.check import Check, check_of
@@ -17,9 +16,9 @@ from lockprobe.report.checked_replies import CallEvidence, replies_check
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.replayed_trials import Replay, ReplayedTrial
 from lockprobe.studies.branch import FORKS, fork_plan
-from lockprobe.studies.directory import read_settings
 from lockprobe.studies.next_choice import next_choice
-from lockprobe.studies.study import record_identity
+from lockprobe.studies.settings import read_study
+from lockprobe.trial_name import ForkName
 
 __all__ = ["fork_checks"]
 
@@ -73,7 +72,7 @@ def _replayed(
 
 def _planned(opened: OpenedStudy, fork: Trial, trials: Mapping[str, Trial]) -> tuple[ForkName, Plan] | str:
     """The name and the plan of a fork, or why it has none."""
-    name = ForkName.parse(fork.key)
+    name = fork.fork
     if name is None or name.parent not in trials:
         return "it is a fork of no trial on record"
     try:
@@ -83,7 +82,10 @@ def _planned(opened: OpenedStudy, fork: Trial, trials: Mapping[str, Trial]) -> t
 
 
 def _another_study(opened: OpenedStudy, directory: Path) -> Iterator[str]:
-    if record_identity(read_settings(directory)) != opened.study.record_identity:
+    there = read_study(directory)
+    if [there.record_identity(one) for one in there.conditions] != [
+        opened.study.record_identity(one) for one in opened.study.conditions
+    ]:
         yield f"{FORKS}/study.json: the settings of another study"
 
 

@@ -11,7 +11,8 @@ from lockprobe.analysis.condition_study import ConditionStudySummary
 from lockprobe.analysis.effects import Effects
 from lockprobe.analysis.series import Series, SeriesArm
 from lockprobe.analysis.summary import StudySummary
-from lockprobe.interventions.condition import Condition, modality_doses
+from lockprobe.doses import modality_doses
+from lockprobe.interventions.condition import Condition
 from lockprobe.prose.effects import effects_said
 from lockprobe.prose.hypothesis_tests import conclusions
 from lockprobe.prose.idle import idle_said, unheeded_said
@@ -68,7 +69,7 @@ def _arm(condition: Condition) -> SeriesArm:
     return SeriesArm(
         label=condition.label,
         specs=(*map(Spec.parse, condition.specs), *pictured),
-        doses=(*condition.doses, *doses),
+        doses=(*condition.dose_names, *doses),
         modality=shown,
     )
 
@@ -95,7 +96,7 @@ def condition_results(opened: OpenedStudy, found: ConditionStudySummary) -> Resu
     study = opened.study
     said = {arm.label: " + ".join(map(str, arm.specs)) for arm in found.arms}
     everything: dict[str, Part] = {
-        "overview": ("First screen", lambda: condition_overview(found, opened.settings)),
+        "overview": ("First screen", lambda: condition_overview(found, opened.study)),
         "left_out": ("Trials left out", lambda: left_out_row(opened.trials, opened.journal, opened.foreign)),
         "findings": ("Findings", lambda: _findings(found)),
         "conditions": (

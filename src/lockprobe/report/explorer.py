@@ -49,7 +49,7 @@ def explorer_data(trials: Sequence[Trial], box: Mapping[str, Any]) -> str:
     """
     shown = [trial for trial in trials if trial.ending != "error"]
     agents = list(dict.fromkeys(_agent(trial) for trial in shown))
-    conditions = list(dict.fromkeys(_condition(trial) for trial in shown))
+    conditions = list(dict.fromkeys(trial.condition for trial in shown))
     names = list(dict.fromkeys(joint for trial in shown for joint in trial.joints))
     kinds = {joint.get("name"): joint.get("kind") for joint in box.get("joints", [])}
     people = list(dict.fromkeys(trial.player for trial in shown if trial.player))
@@ -62,7 +62,7 @@ def explorer_data(trials: Sequence[Trial], box: Mapping[str, Any]) -> str:
         "trials": [
             {
                 "a": agents.index(_agent(trial)),
-                "c": conditions.index(_condition(trial)),
+                "c": conditions.index(trial.condition),
                 "r": trial.repetition,
                 "n": trial.trial,
                 **({"person": people.index(trial.player) + 1} if trial.player else {}),
@@ -81,10 +81,6 @@ def _text(said: str) -> str:
 
 def _agent(trial: Trial) -> str:
     return f"{trial.group}, {trial.modality}"
-
-
-def _condition(trial: Trial) -> str:
-    return trial.condition or f"flip rate {trial.p:g}"
 
 
 def _course(trial: Trial, names: Sequence[str], *, words: bool) -> dict[str, Any]:

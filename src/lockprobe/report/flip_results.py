@@ -42,7 +42,7 @@ from lockprobe.report.rows import (
     test_rows,
 )
 from lockprobe.report.sample_pictures import seen
-from lockprobe.report.schema import RESULTS_VERSION, Results
+from lockprobe.report.schema import RESULTS_VERSION, FlipDesign, Results
 from lockprobe.report.study_rows import (
     agent_facts,
     audit_result,
@@ -71,7 +71,7 @@ def flip_results(opened: OpenedStudy, summary: StudySummary) -> Results:
     names = {(agent.agent, agent.modality): agent.name for agent in agents}
     lies = section("Effect of one false report", lambda: _lies(summary, trials), list[LieResult])
     everything: dict[str, Part] = {
-        "overview": ("First screen", lambda: flip_overview(summary, opened.settings)),
+        "overview": ("First screen", lambda: flip_overview(summary, opened.study)),
         "left_out": ("Trials left out", lambda: left_out_row(trials, opened.journal, opened.foreign)),
         "panel_said": ("Panel", lambda: _panel(study)),
         **_sentences(summary, lies),
@@ -97,6 +97,7 @@ def flip_results(opened: OpenedStudy, summary: StudySummary) -> Results:
         schema_version=RESULTS_VERSION,
         lockprobe=version("lockprobe"),
         study=dict(opened.settings),
+        flips=flip_design(opened.study),
         settings_hash=opened.study.settings_hash,
         results_hash=results_hash(opened.study, opened.trials),
         joints=len(opened.settings.get("box", {}).get("joints", [])),
@@ -165,9 +166,14 @@ def _lies(summary: StudySummary, trials: Sequence[Trial]) -> list[LieResult]:
     return lie_rows(trials, [(a.agent, a.modality, subject_of(a)) for a in summary.subjects if not a.blind])
 
 
+def flip_design(study: Study) -> FlipDesign:
+    """What the conditions of a flip study vary."""
+    return FlipDesign(p=list(study.p), kind=study.flip_kind, modalities=list(study.modalities))
+
+
 def _people(opened: OpenedStudy, summary: StudySummary) -> PeopleResult | None:
     """What people did."""
-    flow = flow_of(opened.diaries, opened.withdrawn)
+    flow = flow_of(opened.study, opened.diaries, opened.withdrawn)
     times = times_of_steps(opened.study, opened.trials, opened.diaries, opened.directory)
     return people_row(
         summary, opened.study.invited, opened.finished_by_people, flow, response_times(opened.trials, times)

@@ -33,8 +33,7 @@ def measure_rows(opened: OpenedStudy) -> list[MeasureResult]:
 
 def _rows(trials: Sequence[Trial], name: str) -> list[MeasureResult]:
     first = trials[0]
-    said = first.cell.removeprefix(f"{first.study}/{first.group}/")
-    row = partial(MeasureResult, agent=first.group, condition=said, measure=name)
+    row = partial(MeasureResult, agent=first.group, condition=first.condition, measure=name)
     try:
         (found,) = measured(trials, [find_measure(name)])
     except UserMistake as error:

@@ -15,7 +15,7 @@ from lockprobe.analysis.modalities import ModalityEffect, spoken
 from lockprobe.analysis.proportions import ALPHA
 from lockprobe.analysis.published import MODALITY, STEPS_TO_80
 from lockprobe.analysis.summary import AgentSummary, StudySummary
-from lockprobe.record import STATES, UNNAMED
+from lockprobe.record import PLAIN_WORDS, STATES
 from lockprobe.report.claim_tests import (
     NOT_MEASURED,
     ClaimFinding,
@@ -53,7 +53,7 @@ def _agents(summary: StudySummary) -> Iterator[tuple[ModalityEffect, Shown]]:
 
 def _three(shown: Shown) -> tuple[str, str, str]:
     """The paper's modalities. Its ground truth is a state; a report that tells outcomes too stands for it if alone."""
-    return "rgb", "rgbd", next((one for one in UNNAMED if one in shown), STATES)
+    return "rgb", "rgbd", next((one for one in PLAIN_WORDS if one in shown), STATES)
 
 
 def _curve(shown: Shown, modality: str) -> SuccessCurve:
@@ -170,7 +170,7 @@ def _faster(summary: StudySummary, effect: ModalityEffect, shown: Shown) -> Clai
 
 
 def _is_reference(both: tuple[str, str]) -> bool:
-    return spec_kind(both[0]) == "human-inspired" and both[1] in UNNAMED
+    return spec_kind(both[0]) == "human-inspired" and both[1] in PLAIN_WORDS
 
 
 MODALITY_MEASURES: Mapping[str, Callable[[StudySummary], MeasuredModalities]] = {

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 from pydantic import Field
 
@@ -34,6 +33,7 @@ from lockprobe.prose.robot import judging_nobody
 from lockprobe.prose.subject import Subject
 from lockprobe.prose.why import mechanism_said
 from lockprobe.report.described import DescribedResult
+from lockprobe.studies.study import Study
 
 __all__ = ["KeyNumbers", "Overview", "condition_overview", "flip_overview"]
 
@@ -82,12 +82,12 @@ class Overview(DescribedResult):
     more: int = 0
 
 
-def flip_overview(summary: StudySummary, settings: Mapping[str, Any]) -> Overview:
+def flip_overview(summary: StudySummary, study: Study) -> Overview:
     """The first screen of a study of flips or modalities."""
-    box, several = settings.get("box", {}).get("name", "a lockbox"), len({one.p for one in summary.conditions}) > 1
+    box, several = study.box.name, len({one.p for one in summary.conditions}) > 1
     modal = bool(summary.modalities) and not several
     subjects = [agent for agent in summary.subjects if any(one.success.n for one in agent.conditions)]
-    budget, rules = settings.get("max_steps", 20), together(one.rules for one in summary.conditions)
+    budget, rules = study.max_steps, together(one.rules for one in summary.conditions)
     if modal:
         question = f"Does what agents see change how they open {box}?"
         seeing = [one for one in summary.modalities if one.agent in {agent.agent for agent in subjects}]
@@ -100,7 +100,7 @@ def flip_overview(summary: StudySummary, settings: Mapping[str, Any]) -> Overvie
         answer = ""
     return Overview(
         question=question,
-        trial=trial_said(budget, "modalities" if modal else "flips", settings.get("flip", "transient")),
+        trial=trial_said(budget, "modalities" if modal else "flips", study.flip_kind),
         answer=judging_nobody(answer or flips_answer(summary), rules),
         changed_nothing=" ".join(filter(None, map(idle_doses_said, subjects))),
         chance="" if rules and rules.against else not_above_chance(summary),
@@ -144,16 +144,16 @@ def _chance(reference: Reference | None) -> str:
     return f"{100 * reference.random[-1]:.0f} / {percent(reference.no_repeat[-1])}"
 
 
-def condition_overview(found: ConditionStudySummary, settings: Mapping[str, Any]) -> Overview:
+def condition_overview(found: ConditionStudySummary, study: Study) -> Overview:
     """The first screen of a study of conditions."""
-    box = settings.get("box", {}).get("name", "a lockbox")
+    box = study.box.name
     effects = [one for one in found.effects if one.agent in found.subjects]
     if found.whys:
         rows = [_why_numbers(one, found.reference) for one in found.whys]
         question, answer = f"Why do false reports change how agents open {box}?", mechanism_said(found.whys[0])
     else:
         rows = [_condition_numbers(one, found.reference) for one in effects]
-        question, answer = f"How do {len(settings['conditions'])} conditions affect success on {box}?", ""
+        question, answer = f"How do {len(study.conditions)} conditions affect success on {box}?", ""
     idle, rules = idle_said(found.idle, found.subjects), together(one.rules for one in found.conditions.values())
     if not effects and not answer and idle:
         answer, idle = idle[0], idle[1:]
@@ -161,7 +161,7 @@ def condition_overview(found: ConditionStudySummary, settings: Mapping[str, Any]
         idle += unheeded_said(found.unheeded, found.subjects)
     return Overview(
         question=question,
-        trial=trial_said(settings.get("max_steps", 20), "conditions"),
+        trial=trial_said(study.max_steps, "conditions"),
         answer=judging_nobody(answer or effects_answer(effects), rules),
         changed_nothing=" ".join(idle),
         chance="" if rules and rules.against else _no_advantage(found, effects),

@@ -76,12 +76,7 @@ def flow_said(flow: Flow) -> Iterator[str]:
     ends = ends if flow.left_open else " and finished all their boxes" if flow.joined else ""
     yield f"{joined}{ends}{gone if flow.withdrawn else ''}."
     if flow.left_open and len({(one.left_open, one.given) for one in flow.boxes}) > 1:
-        several = len({one.modality for one in flow.boxes}) > 1
-        each = (
-            f"{one.left_open} of {one.given} at a flip rate of {one.p:g}"
-            + (f" with {spoken(one.modality)}" if several else "")
-            for one in flow.boxes
-        )
+        each = (f"{one.left_open} of {one.given} under {one.condition}" for one in flow.boxes)
         yield f"Unfinished boxes, by condition: {', '.join(each)}."
     if flow.checks:
         yield f"Attention checks: {flow.right} of {flow.checks} answered correctly."

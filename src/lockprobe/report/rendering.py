@@ -10,7 +10,7 @@ from typing import Any
 
 from lockprobe.formatting import minus
 from lockprobe.prose.hypothesis_tests import name_of_test
-from lockprobe.record import UNNAMED
+from lockprobe.record import PLAIN_WORDS
 from lockprobe.sections import section
 from lockprobe.terminal_text import printable
 
@@ -46,7 +46,7 @@ def _templates() -> Any:
         lstrip_blocks=True,
         loader=jinja2.PackageLoader("lockprobe.report"),
     )
-    environment.globals["unnamed"] = UNNAMED
+    environment.globals["unnamed"] = PLAIN_WORDS
     environment.filters |= {"minus": minus, "test_said": name_of_test, "breakable": _breakable, "specs": _specs}
     environment.globals["written"] = _written
     environment.tests["wordy"] = lambda cell: len(cell) > _SHORT and re.search("[a-z]{4}", cell) is not None

@@ -171,7 +171,7 @@ class _Replies:
     async def turn(self, worst: Usage) -> None:
         """Nothing is waited for."""
 
-    async def reserve(self, worst: Usage, unanswered: int = 0) -> None:
+    async def reserve(self, call: Call) -> None:
         raise ModelFault("there is no such reply")
 
     def write(self, call: Call) -> None:

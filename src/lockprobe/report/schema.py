@@ -74,7 +74,7 @@ class SectionLeftOut(DescribedResult):
 class ConditionResult(DescribedResult):
     """One agent under one condition."""
 
-    key: str = Field(description="Readable name, for example flips/random/p=0.4.")
+    key: str = Field(description="Readable name, for example flips/random/flip?p=0.4.")
     agent: str = Field(description="Agent spec.")
     condition: str = Field(description="Name of the condition: its specs, or what the experimenter calls it.")
     modality: str = Field(description="How the box was shown.")
@@ -272,12 +272,21 @@ class MeasureResult(DescribedResult):
     high: float | None = Field(description="Upper end.")
 
 
+class FlipDesign(DescribedResult):
+    """What the conditions of a flip study vary."""
+
+    p: list[float] = Field(description="The flip rates.")
+    kind: str = Field(description="What becomes of a false report: transient, sticky or outcome-only.")
+    modalities: list[str] = Field(description="How the box is shown.")
+
+
 class Results(DescribedResult):
     """The numbers of a study: the content of ``results.json``."""
 
     schema_version: int = Field(description="Version of this layout.")
     lockprobe: str = Field(description="Release that made it.")
     study: dict[str, Any] = Field(description="The settings, as in study.json.")
+    flips: FlipDesign | None = Field(default=None, description="Of a flip study: what its conditions vary.")
     settings_hash: str = Field(description="Hash of the settings, as lockprobe verify DIR --settings takes it.")
     results_hash: str = Field(description="Hash of settings and records, as lockprobe verify DIR --results takes it.")
     joints: int

@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from lockprobe.errors import LockprobeError, UserMistake
+from lockprobe.errors import BadValue, LockprobeError, UserMistake
 from lockprobe.inputs import read_input
 from lockprobe.interventions.catalogue import interventions_of
 from lockprobe.interventions.condition import Condition
@@ -30,7 +30,7 @@ from lockprobe.report.checked_replies import CallEvidence, agent_check, replies_
 from lockprobe.report.checked_report import report_checks
 from lockprobe.report.opened import OpenedStudy, open_study
 from lockprobe.report.replayed_trials import UNPLAYED, Replay, ReplayedTrial, is_foreign
-from lockprobe.storage.jsonl import has_checksum, whole_lines
+from lockprobe.storage.jsonl import whole_lines, without_checksum
 from lockprobe.studies.branch import FORKS
 from lockprobe.studies.call_log import ASKED, CALLS
 from lockprobe.studies.directory import ATTEMPTS, PEOPLE_DIRECTORY, RECORDS, added_agents
@@ -104,19 +104,21 @@ def _records(opened: OpenedStudy, evidence: CallEvidence) -> Check:
     """Whether every line has its checksum and no trial has two records; how many trials ended as an error."""
     directory, lines = opened.directory, 0
     logs = [*(directory / name for name in _LOGS), *(directory / FORKS / name for name in _LOGS)]
-    bare = list[str]()
+    failed = list[str]()
     for path in (*logs, *sorted((directory / PEOPLE_DIRECTORY).glob("*.jsonl"))):
         for number, line in whole_lines(path) if path.is_file() else ():
             lines += path == directory / RECORDS
-            if not has_checksum(line):
-                bare.append(f"{path.relative_to(directory)}, line {number}: no checksum")
+            try:
+                without_checksum(line)
+            except BadValue as error:
+                failed.append(f"{path.relative_to(directory)}, line {number}: {error}")
     if twice := opened.journal.contradicted:
-        bare.append(f"{RECORDS}: {twice} finished trials have a second record that differs")
+        failed.append(f"{RECORDS}: {twice} finished trials have a second record that differs")
     broken = Counter(trial.error.boundary for trial in opened.trials if trial.error is not None)
     where = f" ({', '.join(f'{name} {broken[name]}' for name in sorted(broken))})" if broken else ""
     ended = f"{broken.total()} of {len(opened.trials)} trials ended as an error{where}"
     holds = f"{lines} lines and {len(evidence.calls)} calls, unchanged; {ended}"
-    return check_of("records", bare, holds, f"lines without a checksum or of a second record; {ended}")
+    return check_of("records", failed, holds, f"lines with a wrong checksum or of a second record; {ended}")
 
 
 def _settings(opened: OpenedStudy) -> Check:
@@ -135,7 +137,7 @@ def _settings(opened: OpenedStudy) -> Check:
 def _other_doses(conditions: Sequence[Condition]) -> Iterator[str]:
     """Interventions of Lockprobe's own whose dose in the settings is not the one that they have."""
     for condition in conditions:
-        for spec, dose in zip(condition.specs, condition.doses, strict=True):
+        for spec, dose in zip(condition.specs, condition.dose_names, strict=True):
             if not is_foreign("intervention", spec) and (own := _dose_of(spec, dose)) != dose:
                 yield f"{condition.label}: the dose of {spec} is {own or 'none'}, not {dose or 'none'}"
 

@@ -5,8 +5,7 @@ itself goes down, lines that were not forced to the disk (fsync) are lost. A lin
 change by any other process ends the writing.
 
 The checksum is the last field of the object, ``crc``: eight hexadecimal digits, the CRC-32 (:func:`zlib.crc32`) of all
-bytes of the line before ``,"crc"``. A line that was changed by a single bit is refused. Lines without a checksum, of
-earlier releases, are read as they are.
+bytes of the line before ``,"crc"``. A line that was changed by a single bit, or has no checksum, is refused.
 """
 
 from __future__ import annotations
@@ -27,7 +26,6 @@ from lockprobe.storage.links import refuse_links
 __all__ = [
     "LineFile",
     "State",
-    "has_checksum",
     "rescued_files",
     "state_of",
     "whole_lines",
@@ -262,21 +260,16 @@ def with_checksum(line: bytes) -> bytes:
     return said + b',"crc":"%08x"}' % zlib.crc32(said)
 
 
-def has_checksum(line: bytes) -> bool:
-    """Whether a line carries one, right or wrong."""
-    return _CHECKSUM.search(line.rstrip()) is not None
-
-
 def without_checksum(line: bytes) -> bytes:
-    """A line without its checksum, which is checked; a line that has none is given back as it is.
+    """A line without its checksum, which is checked.
 
     Raises:
-        BadValue: If the checksum is not that of the line.
+        BadValue: If there is none, or it is not that of the line.
     """
     line = line.rstrip()
     found = _CHECKSUM.search(line)
     if found is None:
-        return line
+        raise BadValue("checksum", "none", "one at the end of the line")
     said = line[: found.start()]
     if zlib.crc32(said) != int(found[1], 16):
         raise BadValue("checksum", found[1].decode(), f"{zlib.crc32(said):08x}: the line was changed")

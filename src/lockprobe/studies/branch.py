@@ -15,7 +15,6 @@ from lockprobe.agents.catalogue import resolve
 from lockprobe.analysis.branch import TRUTH, check_rule, fork_steps
 from lockprobe.analysis.excursion import flipped
 from lockprobe.errors import BadValue, UnknownName
-from lockprobe.fork_name import ForkName
 from lockprobe.inputs import is_there
 from lockprobe.interventions.catalogue import interventions_of
 from lockprobe.interventions.condition import Condition
@@ -32,6 +31,7 @@ from lockprobe.studies.records import load
 from lockprobe.studies.runner import Limits, Observer, run
 from lockprobe.studies.study import Study
 from lockprobe.studies.yoking import as_recorded
+from lockprobe.trial_name import ForkName
 
 __all__ = [
     "ACTS",
@@ -148,8 +148,8 @@ def fork_plan(study: Study, trial: Trial, name: ForkName) -> Plan:
     condition = _condition(study, trial)
     plan = as_recorded(study.plan(trial.agent, condition, trial.repetition, trial.trial), trial)
     acting, changed = _changed(plan.condition, name.arm, name.at, _label(trial, name.arm))
-    fork = Fork(name=name, acting=acting, recorded=trial.steps)
-    return replace(plan, key=str(name), condition=changed, named=True, fork=fork)
+    fork = Fork(name=name, condition=condition.label, acting=acting, recorded=trial.steps)
+    return replace(plan, condition=changed, fork=fork)
 
 
 def _condition(study: Study, trial: Trial) -> Condition:
@@ -163,8 +163,7 @@ def _changed(condition: Condition, arm: str, at: int, label: str) -> tuple[tuple
     """The interventions of an arm, and the condition that includes them."""
     acting = arm_interventions(arm, at, condition, label)
     interventions = (*condition.made(), *acting)
-    name = f"{condition.label[:150]}: {arm}"
-    return acting, Condition(interventions=interventions, modality=condition.modality, name=name)
+    return acting, Condition(interventions=interventions, modality=condition.modality, name=f"fork: {arm}")
 
 
 def _label(trial: Trial, arm: str) -> str:

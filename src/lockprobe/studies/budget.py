@@ -15,7 +15,7 @@ from lockprobe.errors import BadValue, BudgetReached
 from lockprobe.model_call import Call, Usage
 from lockprobe.plan import Plan
 from lockprobe.spec import Spec
-from lockprobe.studies.spending import Owners, hosted, most_dollars, price_of, unknown_dollars
+from lockprobe.studies.spending import hosted, most_dollars, price_of, unknown_dollars
 from lockprobe.studies.study import Study
 from lockprobe.studies.trial_costs import TrialCosts
 
@@ -36,7 +36,6 @@ class Budget:
             raise BadValue("budget", allowed, "US dollars above 0")
         self.allowed = allowed
         self.spent = 0.0
-        self._owners = Owners(study)
         self._prices: dict[str, Price] = {}
         self._costs: dict[str, TrialCosts] = {}
         self._open: dict[str, TrialCosts] = {}
@@ -81,39 +80,38 @@ class Budget:
             return True
         before = list(takewhile(lambda one: one != key, self._open))
         next_call = costs.rest(key) - costs.rest(key, calls=1)
-        aside = max(most_dollars(worst, self._prices[self._owners.of(key)]), self._set_aside(before))
+        aside = max(most_dollars(worst, costs.price), self._set_aside(before))
         return self._spent + self._rest(before) + next_call + aside <= self.allowed
 
-    def reserve(self, key: str, worst: Usage, unanswered: int = 0) -> bool:
+    def reserve(self, call: Call) -> bool:
         """Reserve the maximum cost of a trial's next call; False if calls in flight have to return first.
 
-        When a call is repeated, its earlier attempts count as spent at ``worst`` each. A waiting call holds no
+        When a call is repeated, its earlier attempts count as spent at that cost each. A waiting call holds no
         reservation, so there is no deadlock.
 
         Raises:
             BudgetReached: If it does not fit even if calls in flight cost nothing.
         """
-        if (price := self._price(key)) is None:
+        if (price := self._prices.get(call.agent)) is None:
             return True
-        most = most_dollars(worst, price)
-        self._reserved.pop(key, None)
-        self._lost[key] = unanswered * most
+        most = most_dollars(call.most or Usage(), price)
+        self._reserved.pop(call.key, None)
+        self._lost[call.key] = call.unanswered * most
         if self._spent + most > self.allowed:
             raise BudgetReached(self._spent, self.allowed, most)
         if self._spent + sum(self._reserved.values()) + most > self.allowed:
             return False
-        self._reserved[key] = most
+        self._reserved[call.key] = most
         return True
 
     def settle(self, call: Call) -> None:
         """Replace a call's reservation by its cost."""
         self._reserved.pop(call.key, None)
         self._lost.pop(call.key, None)
-        agent = self._owners.of(call.key)
-        if (price := self._prices.get(agent)) is not None:
+        if (price := self._prices.get(call.agent)) is not None:
             self.spent += price.of(call.usage, batch=call.batch)
             self.spent += unknown_dollars(call, price)
-            self._costs[agent].note(call)
+            self._costs[call.agent].note(call)
 
     @property
     def _spent(self) -> float:
@@ -130,11 +128,8 @@ class Budget:
 
     def learn(self, call: Call) -> None:
         """Take the estimate from a call of another log, which this budget does not pay."""
-        if (costs := self._costs.get(self._owners.of(call.key))) is not None:
+        if (costs := self._costs.get(call.agent)) is not None:
             costs.note(call)
-
-    def _price(self, key: str) -> Price | None:
-        return self._prices.get(self._owners.of(key))
 
 
 def _unpriced(agent: str, allowed: float) -> BadValue:

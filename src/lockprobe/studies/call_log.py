@@ -155,9 +155,10 @@ class Calls:
         """Whether a trial that is not finished has replies already, from which it goes on."""
         return bool(self._kept.get(key))
 
-    def of(self, key: str, parent: str = "") -> _TrialCalls:
+    def of(self, plan: Plan) -> _TrialCalls:
         """The calls of one trial; a fork also finds those of its parent trial (:meth:`adopt`)."""
-        return _TrialCalls(self, key, [KeptReplies(self._kept.get(one, ())) for one in (key, parent)])
+        keys = [plan.key, *([plan.fork.name.parent] if plan.fork else [])]
+        return _TrialCalls(self, plan, [KeptReplies(self._kept.get(key, ())) for key in keys])
 
     def adopt(self, calls: Iterable[Call]) -> None:
         """Also look up calls of another log, those of forked trials. They are not written and cost nothing."""
@@ -209,7 +210,7 @@ class Calls:
         """
         if self._claimed is not None:
             raise _incredible(self._claimed)
-        while self._budget is not None and not self._budget.reserve(call.key, call.most or Usage(), call.unanswered):
+        while self._budget is not None and not self._budget.reserve(call):
             await self._news()
         self._append(ASKED, call)
         _, began = self._on_their_way.get(call.key, (call, time.monotonic()))
@@ -284,19 +285,27 @@ def _incredible(call: Call) -> Missing:
 class _TrialCalls:
     """The calls of one trial: those that it has, of itself and of its parent, and new ones."""
 
-    def __init__(self, calls: Calls, key: str, kept: Sequence[KeptReplies]) -> None:
-        self._calls, self._key, self._kept = calls, key, kept
-        self._next = Call(key=key, step=0, turn=0, request="", reply=None)
+    def __init__(self, calls: Calls, plan: Plan, kept: Sequence[KeptReplies]) -> None:
+        self._calls, self._plan, self._kept = calls, plan, kept
 
     def recall(self, step: int, turn: int, request: str) -> Call | None:
-        self._next = Call(key=self._key, step=step, turn=turn, request=request, reply=None)
         return next((call for kept in self._kept if (call := kept.take(step, turn, request))), None)
 
     async def turn(self, worst: Usage) -> None:
-        await self._calls.turn(self._key, worst)
+        await self._calls.turn(self._plan.key, worst)
 
-    async def reserve(self, worst: Usage, unanswered: int = 0) -> None:
-        await self._calls.reserve(replace(self._next, most=worst, unanswered=unanswered))
+    async def reserve(self, call: Call) -> None:
+        await self._calls.reserve(self._placed(call))
 
     def write(self, call: Call) -> None:
-        self._calls.write(call)
+        self._calls.write(self._placed(call))
+
+    def _placed(self, call: Call) -> Call:
+        name = self._plan.name
+        return replace(
+            call,
+            agent=self._plan.agent,
+            condition=name.condition,
+            repetition=name.repetition,
+            trial=name.trial,
+        )

@@ -23,7 +23,7 @@ from lockprobe.interventions.condition import default_modality
 from lockprobe.storage.atomic_file import write_file
 from lockprobe.storage.links import refuse_links
 from lockprobe.studies.call_log import ASKED, CALLS
-from lockprobe.studies.study import LATER, Study, joined_agents
+from lockprobe.studies.study import Study, joined_agents
 
 __all__ = [
     "ATTEMPTS",
@@ -143,8 +143,6 @@ def read_settings(directory: Path | str) -> dict[str, object]:
 
 def _are_of_a_study(settings: Mapping[str, object]) -> bool:
     match settings:
-        case {"agents": list(), "p": list(), "repetitions": int(), "trials": int()}:
-            return True
         case {"agents": list(), "conditions": list(), "repetitions": int(), "trials": int()}:
             return True
         case _:
@@ -191,8 +189,7 @@ def claim(directory: Path, study: Study) -> None:
     if not (played or somebody):
         write_settings(directory, study)
         return
-    there = {**LATER, **read_settings(directory)}
-    asked = {**LATER, **json.loads(json.dumps(study.settings()))}
+    there, asked = read_settings(directory), json.loads(json.dumps(study.settings()))
     different = {
         name: _told_apart(name, there.get(name), asked.get(name))
         for name in sorted({*there, *asked} - {"agents", "added"})
@@ -221,7 +218,7 @@ def _told_apart(name: str, there: object, asked: object) -> tuple[object, object
 def _conditions_said(conditions: object) -> str:
     """Conditions by name or, without names, by their interventions."""
     if not isinstance(conditions, list):
-        return "flip rates alone"
+        return "none"
     return "; ".join(_condition_said(one) if isinstance(one, dict) else str(one) for one in conditions)
 
 

@@ -97,7 +97,7 @@ class Journal:
         for key in self.trials:
             if not self.owes(key):
                 calls.forget(key)
-        self._identity = study.record_identity
+        self._identities = {one.label: study.record_identity(one) for one in study.conditions}
         self._records = records
         self._timings = timings
         self._synced = time.monotonic()
@@ -145,7 +145,7 @@ class Journal:
             trial = replace(trial, replays=max(trial.replays, before.replays + before.error.again))
         clock = {"key": timing.key, "seconds": round(timing.seconds, 6), "steps": timing.steps}
         clock |= {"cpu": timing.cpu} if timing.cpu else {}
-        self._records.append(trial_to_line(trial, self._identity))
+        self._records.append(trial_to_line(trial, self._identities[trial.condition]))
         self._timings.append(json.dumps(clock).encode())
         self.trials[trial.key] = replace(trial, steps=())  # so that a long study takes no more memory than a short one
         if not trial.owed_again:

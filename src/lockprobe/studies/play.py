@@ -100,7 +100,7 @@ async def play_timed(
     """
     began = time.perf_counter()
     if calls is not None and isinstance(agent, Calling):
-        agent = agent.with_calls(plan.key, calls.of(plan.key, plan.fork.name.parent if plan.fork else ""))
+        agent = agent.with_calls(plan.key, calls.of(plan))
     plant = _LazyPlant(plan)
     try:
         trial = await play(

@@ -14,7 +14,8 @@ from lockprobe.inputs import check_regular
 from lockprobe.record import Trial
 from lockprobe.storage.jsonl import whole_lines
 from lockprobe.studies.directory import RECORDS, SETTINGS, read_settings
-from lockprobe.studies.study import LATER, record_identity
+from lockprobe.studies.settings import study_from
+from lockprobe.studies.study import Study
 from lockprobe.trial_json import trial_from_line
 
 __all__ = ["LeftOut", "left_out", "load", "read_records"]
@@ -65,7 +66,7 @@ def read_records(directory: Path | str, settings: Mapping[str, object] | None = 
         raise BadFile(directory, f"no {RECORDS} here; is it the directory of a study?")
     if settings is None and (path.parent / SETTINGS).exists():
         settings = read_settings(directory)
-    study = None if settings is None else _RecordFilter(settings)
+    own = None if settings is None else _RecordFilter(study_from(settings, path.parent / SETTINGS))
     trials: dict[str, Trial] = {}
     replaced = repeated = contradicted = 0
     foreign: list[str] = []
@@ -74,7 +75,7 @@ def read_records(directory: Path | str, settings: Mapping[str, object] | None = 
             trial, identity = trial_from_line(line)
         except BadValue as error:
             raise BadFile(path, f"line {number}: {error}; without this line its trial is played again") from error
-        if study is not None and (why := study.why_foreign(trial, identity)):
+        if own is not None and (why := own.why_foreign(trial, identity)):
             foreign.append(f"line {number}, {trial.key}: {why}")
             continue
         before = trials.pop(trial.key, None)
@@ -100,31 +101,26 @@ def read_records(directory: Path | str, settings: Mapping[str, object] | None = 
 class _RecordFilter:
     """A filter that separates the records of one study from foreign records."""
 
-    def __init__(self, settings: Mapping[str, object]) -> None:
-        known = {**LATER, **settings}
-        box = known.get("box")
-        self._identity = record_identity(settings)
-        self._values = {
-            "study": known.get("study"),
-            "box": box.get("name") if isinstance(box, dict) else None,
-            "seed": known.get("seed"),
-            "flip": known.get("flip"),
-            "budget": known.get("max_steps"),
-            "assessment": known.get("assessment"),
-        }
+    def __init__(self, study: Study) -> None:
+        self._study = study
+        self._identities = {one.label: study.record_identity(one) for one in study.conditions}
 
     def why_foreign(self, trial: Trial, identity: str) -> str:
-        """The difference between a record and this study; empty if the record belongs to it.
-
-        Records of earlier releases have no ``identity``, so their values are compared.
-        """
-        if identity == self._identity:
+        """The difference between a record and this study; empty if the record belongs to it."""
+        study = self._study
+        own = self._identities.get(trial.condition)
+        if identity == own and trial.study == study.name:
             return ""
+        values = {"study": study.name, "box": study.box.name, "seed": study.seed, "budget": study.max_steps}
         different = [
             f"{name} is {getattr(trial, name)!r}, not {value!r}"
-            for name, value in self._values.items()
+            for name, value in (values | {"assessment": study.assessment}).items()
             if getattr(trial, name) != value
         ]
-        if identity and not different:
-            return f"its study is {identity}, not {self._identity}"
-        return "; ".join(different)
+        if different:
+            return "; ".join(different)
+        if renamed := [label for label, known in self._identities.items() if known == identity]:
+            return f"its condition {trial.condition} is called {renamed[0]} here"
+        if own is None:
+            return f"its condition is {trial.condition}, which this study does not have"
+        return f"{trial.condition} did something else there: it is {identity}, not {own}"

@@ -391,7 +391,18 @@ def owe_anew(journal: Journal, study: Study, boundary: str) -> int:
         if error is None or error.boundary != boundary or trial.owed_again or trial.player or not study.asks_for(trial):
             continue
         if trial.key in asked:
-            nothing = Call(key=trial.key, step=0, turn=0, request="", reply=None, error=OWED_ANEW)
+            nothing = Call(
+                key=trial.key,
+                agent=trial.agent,
+                condition=trial.condition,
+                repetition=trial.repetition,
+                trial=trial.trial,
+                step=0,
+                turn=0,
+                request="",
+                reply=None,
+                error=OWED_ANEW,
+            )
             journal.calls.write(nothing)
         reading = readings.get(trial.key, Timing(key=trial.key, seconds=0.0, steps=0))
         journal.append(replace(trial, error=replace(error, again=True)), reading)

@@ -10,17 +10,19 @@ from typing import Annotated, Any
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from lockprobe.errors import BadFile, UserMistake
-from lockprobe.interventions.condition import Condition, Recorded, flips
+from lockprobe.interventions.condition import Condition, Recorded
 from lockprobe.lockbox.boxfile import box_from_data
 from lockprobe.studies.directory import read_settings
-from lockprobe.studies.study import IDENTITY_VERSION, LARGEST_SEED, Study
+from lockprobe.studies.study import LARGEST_SEED, Study
 from lockprobe.validation import plain
 
-__all__ = ["read_study", "study_from"]
+__all__ = ["LONGEST_SPEC", "read_study", "study_from"]
 
 Text = Annotated[str, Field(min_length=1, max_length=1000)]
-LONGEST_ARGUMENT = 2**17
-"""Characters that an argument of a command can have on Linux: earlier releases took an agent's spec as long as that."""
+LONGEST_SPEC = 1000
+"""Characters of the spec of an agent, a condition or a plant."""
+
+Spec = Annotated[str, Field(min_length=1, max_length=LONGEST_SPEC)]
 
 Count = Annotated[int, Field(ge=0, le=LARGEST_SEED)]
 
@@ -40,23 +42,19 @@ class _Condition(BaseModel):
 
 class _Settings(BaseModel):
     model_config = ConfigDict(strict=True, extra="forbid")
-    identity: int
     study: Text
-    agents: list[Annotated[str, Field(min_length=1, max_length=LONGEST_ARGUMENT)]]
+    agents: list[Spec]
     box: dict[str, Any]
-    p: list[Annotated[float, Field(ge=0, le=1)]] | None = None
-    flip: Text = "transient"
-    conditions: list[_Condition] = []
+    conditions: list[_Condition]
     repetitions: Count
     trials: Count
-    strategy_trials: Count | None = None
+    strategy_trials: Count | None
     max_steps: Count
     seed: Count
     shuffle: bool
     plant: Text
-    layout: Text = "fixed"
-    modalities: list[Text] = ["symbolic"]
-    assessment: bool = True
+    layout: Text
+    assessment: bool
     added: dict[Text, Text] = {}
 
 
@@ -68,7 +66,7 @@ def read_study(directory: Path | str) -> Study:
     """The study whose settings lie in a directory.
 
     Raises:
-        BadFile: If they describe none, or one of another release.
+        BadFile: If they describe none.
     """
     return study_from(read_settings(directory), Path(directory) / "study.json")
 
@@ -77,15 +75,13 @@ def study_from(settings: Mapping[str, object], path: Path) -> Study:
     """The study of which these are the :meth:`~lockprobe.studies.study.Study.settings`; messages name the path.
 
     Raises:
-        BadFile: If they describe none, or one of another release.
+        BadFile: If they describe none.
     """
     try:
         found = _Settings.model_validate(settings)
     except ValidationError as error:
         first = error.errors()[0]
         raise BadFile(path, f"{'.'.join(map(str, first['loc']))}: {plain(first['msg'])}") from None
-    if found.identity != IDENTITY_VERSION:
-        raise BadFile(path, f"settings of version {found.identity}; this release knows version {IDENTITY_VERSION}")
     try:
         return Study(
             name=found.study,
@@ -99,9 +95,7 @@ def study_from(settings: Mapping[str, object], path: Path) -> Study:
 
 
 def _conditions(found: _Settings) -> tuple[Condition, ...]:
-    """Flip rates as they always stood there, or other conditions, of which nothing is imported."""
-    if found.p is not None:
-        return flips(found.p, found.flip, found.modalities)  # type: ignore[arg-type] # checked by the flip itself
+    """Its conditions, of which nothing is imported."""
     return tuple(
         Condition(
             interventions=tuple(Recorded(spec=act.spec, dose=act.dose) for act in one.interventions),

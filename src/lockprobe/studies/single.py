@@ -29,7 +29,7 @@ def run_trial(**options: Unpack[TrialOptions]) -> Trial:
     """Play one trial here and now; a study with the same settings plays the same one.
 
     >>> run_trial(agent="human-inspired", p=0.4, seed=3).key
-    'trial/human-inspired/p=0.4/rep=1/trial=1'
+    'trial/human-inspired/flip?p=0.4/rep=1/trial=1'
 
     Args:
         options: Any of :class:`lockprobe.studies.trial_options.TrialOptions`.

@@ -14,14 +14,12 @@ from typing import Any
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.llm.model_facts import Price, facts_of
-from lockprobe.interventions.condition import MODALITIES
 from lockprobe.model_call import Call, Usage
-from lockprobe.spec import Spec, spec_name
+from lockprobe.spec import Spec
 from lockprobe.studies.study import Study
 
 __all__ = [
     "Ledger",
-    "Owners",
     "Spending",
     "dollars",
     "hosted",
@@ -96,7 +94,7 @@ class Ledger:
     """The ledger of a study: adds up the cost of its calls."""
 
     def __init__(self, study: Study, calls: Iterable[Call] = ()) -> None:
-        self._owners, self._pictured = Owners(study), study.has_pictures
+        self._pictured = study.has_pictures
         self._sums = {agent: _AgentSpending(agent, pictured=self._pictured) for agent in study.agents}
         for call in calls:
             self.add(call)
@@ -105,10 +103,9 @@ class Ledger:
         """Add a call."""
         if call.owed_anew:
             return
-        agent = self._owners.of(call.key)
-        if agent not in self._sums:
-            self._sums[agent] = _AgentSpending(agent, pictured=self._pictured)
-        self._sums[agent].add(call)
+        if call.agent not in self._sums:
+            self._sums[call.agent] = _AgentSpending(call.agent, pictured=self._pictured)
+        self._sums[call.agent].add(call)
 
     @property
     def by_agent(self) -> dict[str, Spending]:
@@ -196,27 +193,6 @@ class _AgentSpending:
 def _drops_pictures(agent: str) -> bool:
     """Whether pictures are dropped from the middle of an agent's conversations, so that requests share no prefix."""
     return Spec.parse(agent).options.get("images", "0") != "0"
-
-
-class Owners:
-    """Finds the agent of a trial's key."""
-
-    def __init__(self, study: Study) -> None:
-        self._study = f"{study.name}/"
-        self._of_flips = study.of_flips
-        self._shows = study.names_modalities
-        shown = [f"/{modality}" for modality in study.modalities] if self._shows else [""]
-        self._agents = {f"{spec}{how}": spec for spec in study.agents for how in shown}
-
-    def of(self, key: str) -> str:
-        """The agent of a key. Specs can hold slashes; for a key of another study, the text in the agent's place."""
-        if not self._of_flips:
-            return key.removeprefix(self._study).rpartition("/rep=")[0].rpartition("/")[0] or key
-        named = key.removeprefix(self._study).rpartition("/p=")[0]
-        if named in self._agents:
-            return self._agents[named]
-        agent, _, how = named.rpartition("/")
-        return (agent if self._shows and spec_name(how) in MODALITIES else named) or key
 
 
 def dollars(amount: float) -> str:

@@ -10,33 +10,19 @@ from itertools import pairwise, product
 from typing import get_args
 
 from lockprobe.agents.catalogue import is_strategy
-from lockprobe.errors import BadValue
+from lockprobe.errors import BadValue, UnknownName
 from lockprobe.interventions.condition import Condition
 from lockprobe.interventions.flip import FlipKind
 from lockprobe.lockbox.box import LayoutKind, Lockbox
 from lockprobe.lockbox.layouts import redealt
 from lockprobe.plan import Plan
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.record import UNNAMED, Trial
+from lockprobe.record import Trial
 from lockprobe.seeds import trial_stream
-from lockprobe.spec import PEOPLE, group_of, spec_name
+from lockprobe.spec import PEOPLE, spec_name
 from lockprobe.studies.modality import check_shown, is_pictured, refuse_blind, taken_in
 
-__all__ = ["IDENTITY_VERSION", "LARGEST_SEED", "LATER", "Study", "joined_agents", "record_identity"]
-
-LATER: Mapping[str, object] = {
-    "layout": "fixed",
-    "modalities": ["symbolic"],
-    "assessment": True,
-    "strategy_trials": None,
-}
-"""Settings that came later, as JSON holds them, with what they were before they could be set."""
-
-_IN_KEYS = {"agents", "added", "p", "repetitions", "trials", "strategy_trials", "modalities", "conditions"}
-"""Settings that a record's key says itself."""
-
-IDENTITY_VERSION = 1
-"""Raised whenever the same settings would play other trials than before."""
+__all__ = ["LARGEST_SEED", "Study", "joined_agents"]
 
 CLOSEST_P = 1e-6
 LARGEST_SEED = 2**63
@@ -98,7 +84,8 @@ class Study:
         if close or len({f"{rate:g}" for rate in rates}) < len(rates):
             raise BadValue("p", list(self.p), "values that differ by 0.000001 or more, within six digits")
         for what, values in (("agents", self.agents), ("condition", [one.label for one in self.conditions])):
-            if not values or len(set(values)) != len(values):
+            written = [value.replace("/", "%2F") for value in values]
+            if not values or len(set(written)) != len(values):
                 raise BadValue(what, list(values), "at least one, and every one once")
         for setting, largest in LIMITS.items():
             value = getattr(self, setting)
@@ -126,57 +113,39 @@ class Study:
         return tuple(dict.fromkeys(one.p for one in self.conditions if one.p is not None))
 
     @property
-    def flip(self) -> FlipKind:
+    def flip_kind(self) -> FlipKind:
         """The kind of outcome flip of those conditions."""
-        return next((one.flip.persistence for one in self.conditions if one.specs and one.flip), "transient")
+        acting = (one.flip.persistence for one in self.conditions if one.specs and one.flip is not None)
+        return next(acting, "transient")
 
     @property
     def modalities(self) -> tuple[str, ...]:
         """How the box is shown, each way once."""
         return tuple(dict.fromkeys(one.modality for one in self.conditions))
 
-    def condition(self, p: float, modality: str | None = None) -> Condition:
-        """The condition of a flip rate and a modality, the first one if none is given.
-
-        Raises:
-            BadValue: If the study has none.
-        """
-        for one in self.conditions:
-            if one.p == p and one.modality == (modality or self.modalities[0]) and not one.name:
-                return one
-        raise BadValue("p", p, f"one of {', '.join(f'{rate:g}' for rate in self.p)}, shown as one of its modalities")
-
     def settings(self) -> dict[str, object]:
-        """The study as JSON would hold it; equal settings mean equal trials.
-
-        A setting that came later is left out where it has its default, so that studies played before keep their names.
-        """
-        now = {
-            "layout": self.layout,
-            "modalities": list(self.modalities),
-            "assessment": self.assessment,
-            "strategy_trials": self.strategy_trials,
-        }
-        later = {name: now[name] for name, default in LATER.items() if now[name] != default}
+        """The study as JSON would hold it; equal settings mean equal trials."""
         return {
-            "identity": IDENTITY_VERSION,
             "study": self.name,
             "agents": list(self.agents),
-            "box": self.box.as_data(),
-            **self._condition_settings(),
+            "conditions": [_settings_of(condition) for condition in self.conditions],
             "repetitions": self.repetitions,
             "trials": self.trials,
+            "strategy_trials": self.strategy_trials,
+            **self._trial_settings(),
+        }
+
+    def _trial_settings(self) -> dict[str, object]:
+        """What every trial has alike, whatever its condition, agent and number."""
+        return {
+            "box": self.box.as_data(),
             "max_steps": self.max_steps,
             "seed": self.seed,
             "shuffle": self.shuffle,
             "plant": self.plant,
-            **{name: value for name, value in later.items() if self.of_flips or name != "modalities"},
+            "layout": self.layout,
+            "assessment": self.assessment,
         }
-
-    def _condition_settings(self) -> dict[str, object]:
-        if self.of_flips:
-            return {"p": list(self.p), "flip": self.flip}
-        return {"conditions": [_settings_of(condition) for condition in self.conditions]}
 
     @property
     def settings_hash(self) -> str:
@@ -192,14 +161,18 @@ class Study:
         return self.settings_hash[:12]
 
     @property
-    def record_identity(self) -> str:
-        """Twelve hexadecimal digits that a record of this study bears; see :func:`record_identity`."""
-        return record_identity(self.settings())
+    def task_identity(self) -> str:
+        """Twelve hexadecimal digits of what all its trials have alike; more agents, conditions or trials keep it."""
+        return _hash_of({"study": self.name} | self._trial_settings())[:12]
 
-    @property
-    def names_modalities(self) -> bool:
-        """Whether keys of its records say how the box is shown."""
-        return len(self.modalities) > 1 or self.modalities[0] not in UNNAMED
+    def record_identity(self, condition: Condition) -> str:
+        """What a record under a condition is of: twelve hexadecimal digits that change with whatever acts in its trial.
+
+        They cover what a condition does and not what it is called, so that trials of two studies whose conditions share
+        a name are never taken for each other. Study, agent, label, repetition and trial are in the record itself.
+        """
+        acting = {"specs": list(condition.specs), "modality": condition.modality}
+        return _hash_of(self._trial_settings() | acting)[:12]
 
     @property
     def has_pictures(self) -> bool:
@@ -270,7 +243,6 @@ class Study:
         if self.layout == "shuffled":
             box = redealt(box, trial_stream(seed, repetition, trial, "layout"))
         return Plan(
-            key=f"{self.name}/{group_of(agent)}{self._said_in_keys(condition)}/rep={repetition}/trial={trial}",
             study=self.name,
             agent=agent,
             box=box,
@@ -282,33 +254,22 @@ class Study:
             plant=self.plant,
             shuffle=self.shuffle,
             assessment=self.assessment,
-            named=not self.of_flips,
         )
 
-    def condition_said(self, said: str) -> Condition:
-        """The condition of which a key says this between agent and repetition, for example ``p=0.4``.
+    def condition_of(self, trial: Trial) -> Condition | None:
+        """The condition of a trial on record; None if the study has none of its label."""
+        return next((one for one in self.conditions if one.label == trial.condition), None)
+
+    def labelled(self, label: str) -> Condition:
+        """The condition of a label.
 
         Raises:
-            BadValue: If the study has none such.
+            UnknownName: If the study has none such.
         """
         for one in self.conditions:
-            if self._said_in_keys(one)[1:] == said:
+            if one.label == label:
                 return one
-        known = ", ".join(self._said_in_keys(one)[1:] for one in self.conditions)
-        raise BadValue("condition", said, f"one of {known}")
-
-    def _said_in_keys(self, condition: Condition) -> str:
-        if not self.of_flips:
-            return f"/{condition.label}"
-        shown = f"/{condition.modality}" if self.names_modalities else ""
-        return f"{shown}/p={condition.p:g}"
-
-    def condition_of(self, trial: Trial) -> Condition | None:
-        """The condition of a trial on record; None if the study has none such."""
-        if trial.condition:
-            return next((one for one in self.conditions if one.label == trial.condition), None)
-        same = (one for one in self.conditions if (one.p, one.modality) == (trial.p, trial.modality))
-        return next(same, None) if trial.flip == self.flip else None
+        raise UnknownName("condition", label, [one.label for one in self.conditions])
 
     def asks_for(self, trial: Trial) -> bool:
         """Whether a trial on record is one of this study: its key, its place, its settings and its panel agree."""
@@ -338,13 +299,10 @@ class Study:
             and trial.assessment == self.assessment
         )
 
-    def place_of(self, trial: Trial) -> tuple[int, float, float, int, int]:
-        """A sort key of this study's trials: by agent, then by condition; flip rates ascend in each modality."""
-        agent = self.agents.index(trial.group)
-        if self.of_flips:
-            return agent, self.modalities.index(trial.modality), trial.dose, trial.repetition, trial.trial
+    def place_of(self, trial: Trial) -> tuple[int, int, int, int]:
+        """A sort key of this study's trials: by agent, condition, repetition and trial."""
         condition = next(i for i, one in enumerate(self.conditions) if one.label == trial.condition)
-        return agent, condition, 0, trial.repetition, trial.trial
+        return self.agents.index(trial.group), condition, trial.repetition, trial.trial
 
     def places_filled(self, trials: Iterable[Trial]) -> int:
         """The number of places of the plan with a finished trial among trials of this study.
@@ -374,30 +332,21 @@ class Study:
 
 
 def _is_every_flip_rate_with_every_modality(conditions: Sequence[Condition]) -> bool:
-    flips = [one.flip for one in conditions if one.specs and one.flip is not None and not one.name]
-    if len(flips) < len(conditions) or len({flip.persistence for flip in flips}) > 1:
+    if any(one.p is None or one.name for one in conditions):
         return False
-    shown, rates = (tuple(dict.fromkeys(values)) for values in ([c.modality for c in conditions], [f.p for f in flips]))
-    return [(one.modality, one.p) for one in conditions] == list(product(shown, rates))
+    kinds = {one.flip.persistence for one in conditions if one.specs and one.flip is not None}
+    cells = [(one.modality, one.p) for one in conditions]
+    shown, rates = (tuple(dict.fromkeys(values)) for values in zip(*cells, strict=True))
+    return len(kinds) <= 1 and cells == list(product(shown, rates))
 
 
 def _settings_of(condition: Condition) -> dict[str, object]:
     """A condition as JSON holds it: enough to read records by, whatever of it can be imported there."""
     acting = [
         {"spec": spec, **({"dose": dose} if dose else {})}
-        for spec, dose in zip(condition.specs, condition.doses, strict=True)
+        for spec, dose in zip(condition.specs, condition.dose_names, strict=True)
     ]
     return {"name": condition.name, "interventions": acting, "modality": condition.modality}
-
-
-def record_identity(settings: Mapping[str, object]) -> str:
-    """The study of a record: twelve hexadecimal digits that change with any setting that its key does not say.
-
-    Agents, p, repetitions, trials and modalities are in the key, so that a study can be added to. ``settings`` are
-    those of :meth:`Study.settings`.
-    """
-    said = {name: value for name, value in {**LATER, **settings}.items() if name not in _IN_KEYS}
-    return _hash_of(said)[:12]
 
 
 def _hash_of(settings: Mapping[str, object]) -> str:

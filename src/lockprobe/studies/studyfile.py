@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from lockprobe.agents.catalogue import resolve
+from lockprobe.doses import modality_doses
 from lockprobe.errors import BadValue, UnknownName, UserMistake
 from lockprobe.interventions.catalogue import spec_of
 from lockprobe.interventions.condition import (
@@ -18,7 +19,6 @@ from lockprobe.interventions.condition import (
     default_modality,
     distinct,
     flips,
-    modality_doses,
     read_condition,
     sweep,
 )
@@ -33,6 +33,7 @@ from lockprobe.protocols import Intervention
 from lockprobe.spec import Spec, spec_name
 from lockprobe.studies import paper
 from lockprobe.studies.modality import taken_in
+from lockprobe.studies.settings import LONGEST_SPEC
 from lockprobe.studies.study import Study
 from lockprobe.studies.study_options import SHIPPED, STUDIES, StudyOptions, read_options_file, study_options
 from lockprobe.studies.trial_options import trial_options
@@ -40,9 +41,6 @@ from lockprobe.studies.why import AGENTS, EXTENT, arm_conditions
 from lockprobe.studies.yoking import check_sources
 
 __all__ = ["study", "trial_study"]
-
-LONGEST_SPEC = 1000
-"""Characters of the spec of an agent, a plant or a modality."""
 
 AGENT_SWEEP = "agent."
 """How a sweep begins that is over an option of agents."""

@@ -22,11 +22,14 @@ class TrialCosts:
 
     Requests are predicted by the plan of a trial. What providers charge for them, and the length of replies, is taken
     from the calls so far (:meth:`note`). Without calls both are assumed as in :mod:`lockprobe.studies.estimate`.
+
+    Attributes:
+        price: The price of the agent's model.
     """
 
     def __init__(self, study: Study, agent: str, price: Price) -> None:
         name, self._settings = read_settings(agent)
-        self._facts, self._price = facts_of(name), price
+        self._facts, self.price = facts_of(name), price
         self._plans = {plan.key: plan for plan in study.plans(agent)}
         self._conditions: dict[str, _ConditionCosts] = {}
         self._replies: dict[str, int] = {}
@@ -54,10 +57,10 @@ class TrialCosts:
         if not call.usage.input_tokens or (plan := self._plans.get(call.key)) is None:
             return
         self._counted += 1
-        self._paid_out += self._price.of(Usage(output_tokens=call.usage.output_tokens), batch=call.batch)
+        self._paid_out += self.price.of(Usage(output_tokens=call.usage.output_tokens), batch=call.batch)
         if call.turn == 1 and call.step <= plan.budget:
             self._first += 1
-            self._paid_in += self._price.of(replace(call.usage, output_tokens=0), batch=call.batch)
+            self._paid_in += self.price.of(replace(call.usage, output_tokens=0), batch=call.batch)
             self._predicted += self._of(plan).tokens_in(call.step)
 
     def rest(self, key: str, calls: int = 0) -> float:
@@ -66,8 +69,8 @@ class TrialCosts:
         costs, made = self._of(plan), self._replies.get(key, 0) if plan.fork is None else self._of_fork(plan)
         step = min(made + calls, plan.budget)
         known = self._predicted > 0
-        per_token = self._paid_in / self._predicted if known else self._price.input / 1e6
-        per_reply = self._paid_out / self._counted if known else self._price.of(Usage(output_tokens=costs.output))
+        per_token = self._paid_in / self._predicted if known else self.price.input / 1e6
+        per_reply = self._paid_out / self._counted if known else self.price.of(Usage(output_tokens=costs.output))
         repairs = self._counted / self._first if known else 1.0
         return repairs * (per_token * costs.tokens_after(step) + per_reply * (plan.budget - step))
 
@@ -84,7 +87,7 @@ class TrialCosts:
         if name not in self._conditions:
             sizes = PromptSizes(replace(plan, fork=None), self._settings, self._facts)
             output = assumed_output(sizes, self._settings, self._facts)
-            self._conditions[name] = _ConditionCosts(sizes, plan.budget, round(output), self._price)
+            self._conditions[name] = _ConditionCosts(sizes, plan.budget, round(output), self.price)
         return self._conditions[name]
 
 

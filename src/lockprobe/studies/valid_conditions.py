@@ -16,7 +16,7 @@ class Invalid:
     """A condition without a valid trial.
 
     Attributes:
-        condition: Its name, for example ``flips/random/p=0.4``.
+        condition: Its name, for example ``flips/random/flip?p=0.4``.
         errors: Trials of it that ended as an error, 1 or more.
         first: The error of the first of them.
         owed: How many of them are owed again.

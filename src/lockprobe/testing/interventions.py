@@ -93,8 +93,11 @@ def _check_nothing_happens(none: Intervention) -> None:
 
 def _unnamed(trial: Trial) -> bytes:
     """The record without the name of the condition."""
-    nothing = {"key": "", "p": 0.0, "flip": "", "channels": (), "interventions": (), "condition": "", "changed": {}}
-    return trial_to_json(replace(trial, **nothing, schema=1))  # type: ignore[arg-type]
+    return trial_to_json(
+        replace(
+            trial, key="", condition="", specs=(), doses={}, channels=(), interventions=(), changed={}, changed_steps=0
+        )
+    )
 
 
 def _calls(place: str) -> list[tuple[object, ...]]:

@@ -143,15 +143,15 @@ class _InOneTrial:
             worst = at_most(messages, self._settings, self._facts)
             await self._book.turn(worst)
             async with self._line.slots:
-                await self._book.reserve(worst)
                 place = Call(key=self._key, step=step, turn=turn, request=request, reply=None, batch=self._line.batch)
+                await self._book.reserve(replace(place, most=worst))
                 return await made(place, worst, messages, schema)
 
         async def made(place: Call, worst: Usage, messages: Sequence[Message], schema: dict[str, object]) -> ModelReply:
             call, began = replace(place, error=BROKEN_OFF), time.perf_counter()
 
             async def again(unanswered: int) -> None:
-                await self._book.reserve(worst, unanswered)
+                await self._book.reserve(replace(place, most=worst, unanswered=unanswered))
 
             try:
                 answer = await self._line.ask(messages, schema, again)

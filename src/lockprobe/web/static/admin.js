@@ -110,11 +110,9 @@ function showTotals(progress) {
   );
 }
 
-function conditionRow(condition, _, all) {
-  const several = all.some((other) => other.modality !== condition.modality);
-  const name = `${several ? `${condition.modality}, ` : ""}flip rate ${condition.p}`;
+function conditionRow(condition) {
   const row = document.createElement("tr");
-  row.append(made("th", name, { scope: "row" }));
+  row.append(made("th", condition.condition, { scope: "row" }));
   for (const key of ["slots", "finished", "under_way", "free"]) {
     row.append(made("td", String(condition[key]), { class: "number" }));
   }

@@ -1,0 +1,79 @@
+"""The doses of a condition: how much each of its interventions does, by name, as a record holds them."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+
+from lockprobe.spec import Spec
+
+__all__ = ["FLIP_RATE", "MODALITY_DOSES", "doses_of", "flip_rate", "modality_doses"]
+
+FLIP_RATE = "flip.p"
+"""The dose of the paper: the probability that a report is inverted (Sec. 3.2)."""
+
+MODALITY_DOSES = ("p", "blur", "noise", "occlude")
+"""Options of a modality that are doses: how often pictures are false, and how much they are degraded."""
+
+_OF_PLAIN_FLIPS = frozenset({"p", "persistence"})
+"""The options of a flip that acts on every report."""
+
+
+def doses_of(specs: Sequence[str], names: Sequence[str], modality: str) -> dict[str, float]:
+    """The doses that act, by intervention and option.
+
+    >>> doses_of(["flip?p=0.4", "nudge"], ["p", ""], "rgb?blur=8")
+    {'flip.p': 0.4, 'rgb.blur': 8.0}
+    >>> doses_of(["flip?p=0.4&at=3", "flip?p=0.1"], ["p", "p"], "rgb")
+    {'flip.p': 0.4, 'flip#2.p': 0.1}
+
+    Args:
+        specs: Specs of the interventions.
+        names: For every one the option that is its dose; empty for none.
+        modality: Spec of the modality, whose doses follow.
+
+    Returns:
+        Those above 0.
+    """
+    found: dict[str, float] = {}
+    seen: Counter[str] = Counter()
+    for spec, option in zip(specs, names, strict=True):
+        said = Spec.parse(spec, "intervention")
+        seen[said.full_name] += 1
+        number = f"#{seen[said.full_name]}" if seen[said.full_name] > 1 else ""
+        if option and (dose := float(said.options.get(option, "0"))):
+            found[f"{said.full_name}{number}.{option}"] = dose
+    shown = Spec.parse(modality, "modality").full_name
+    return found | {
+        f"{shown}.{option}": float(dose) for option, dose in modality_doses(modality)[1].items() if float(dose)
+    }
+
+
+def flip_rate(specs: tuple[str, ...], modality: str, doses: Mapping[str, float]) -> float | None:
+    """The flip rate, [0, 1], if nothing but plain flips acts, 0 under the truth; else None."""
+    return doses.get(FLIP_RATE, 0.0) if _flips_alone(specs, modality) else None
+
+
+@lru_cache(maxsize=4096)
+def _flips_alone(specs: tuple[str, ...], modality: str) -> bool:
+    found = [Spec.parse(spec, "intervention") for spec in specs]
+    flips = [one for one in found if one.full_name == "flip" and one.options.keys() <= _OF_PLAIN_FLIPS]
+    return len(specs) <= 1 and len(flips) == len(specs) and not modality_doses(modality)[1]
+
+
+@lru_cache(maxsize=1024)
+def _modality_doses(modality: str) -> tuple[str, tuple[tuple[str, str], ...]]:
+    spec = Spec.parse(modality, "modality")
+    doses = {option: value for option, value in spec.options.items() if option in MODALITY_DOSES}
+    return str(spec.without(doses)), tuple(doses.items())
+
+
+def modality_doses(modality: str) -> tuple[str, dict[str, str]]:
+    """A modality without its doses, and the doses.
+
+    >>> modality_doses("rgbd?blur=8&depth=height")
+    ('rgbd?depth=height', {'blur': '8'})
+    """
+    bare, doses = _modality_doses(modality)
+    return bare, dict(doses)
