@@ -93,6 +93,7 @@ def effects(
     gridded: Sequence[Grid] = (),
     idle: Collection[str] = (),
     *,
+    axis: Collection[str] = (),
     agents: int = 1,
 ) -> Effects | None:
     """Compare the conditions of one agent in one modality with the control.
@@ -103,24 +104,25 @@ def effects(
         crossed: Crossings of four conditions each; incomplete ones are left out.
         gridded: Grids of crossed doses; those without a trial are left out.
         idle: Conditions in which an intervention changed nothing: they are in no crossing and in no grid.
+        axis: Conditions that an axis compares with the control, in a family of their own: crossings and grids use them.
         agents: Number of agents (and ways of showing the box) that are judged together.
 
     Returns:
-        None if no two conditions share a trial.
+        None if no other condition shares a trial with the control, and none are crossed.
     """
     found = {name: outcomes(members) for name, members in trials.items()}
     first = next((one for one in trials.get(control, ())), None)
     if first is None:
         return None
-    others = [name for name in found if name != control]
+    others = [name for name in found if name != control and name not in axis]
     names = [control, *others]
     together = joined([found[name] for name in names])
     rng = generator(first.seed, "analysis", first.group, first.modality, "conditions")
     tested = any_difference(together, rng, agents=agents)
-    if not tested.at:
-        return None
     acting = {name: one for name, one in found.items() if name not in idle}
     interplays, summaries = interactions(crossed, gridded, acting, agents)
+    if not (tested.at or interplays or summaries):
+        return None
     seen = [Effect(condition=names[int(one.p)], difference=one) for one in tested.at]
     return Effects(
         agent=first.group,

@@ -1,12 +1,11 @@
-"""A study of any conditions as the numbers of ``results.json``: each against the control, crossed ones, and doses."""
+"""What conditions beside flip rates add to ``results.json``: each against the control, crossed ones, and doses."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import replace
-from importlib.metadata import version
+from itertools import product
 
-from lockprobe.analysis.condition import ConditionSummary
 from lockprobe.analysis.condition_study import ConditionStudySummary
 from lockprobe.analysis.effects import Effects
 from lockprobe.analysis.series import Series, SeriesArm
@@ -19,39 +18,29 @@ from lockprobe.prose.idle import idle_said, unheeded_said
 from lockprobe.prose.loops import loop_finding
 from lockprobe.prose.success import courses_said, finding
 from lockprobe.record import Trial
-from lockprobe.report.assembled import Part, assembled
+from lockprobe.report.assembled import Part
 from lockprobe.report.described import filled
 from lockprobe.report.dose_grids import grid_rows
 from lockprobe.report.examples import ExampleTrial, example, told_twice
-from lockprobe.report.installed_measures import measure_rows
+from lockprobe.report.flip_results import detectors_of, flip_examples, rationality_of
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.overview import condition_overview
-from lockprobe.report.rows import condition_row, contrast_row, course_row, fit_row, test_rows
-from lockprobe.report.sample_pictures import seen
-from lockprobe.report.schema import (
-    RESULTS_VERSION,
-    ConditionResult,
-    CrossingResult,
-    EffectResult,
-    Results,
-    SeriesResult,
+from lockprobe.report.rows import (
+    condition_row,
+    contrast_row,
+    course_row,
+    detector_row,
+    fit_row,
+    rationality_rows,
+    test_rows,
 )
-from lockprobe.report.study_rows import (
-    agent_facts,
-    audit_result,
-    broken_rows,
-    left_out_row,
-    plant_facts,
-    rules_said_of,
-    study_progress,
-    tidied_rows,
-)
+from lockprobe.report.schema import ConditionResult, CrossingResult, EffectResult, SeriesResult
+from lockprobe.report.study_rows import rules_said_of
 from lockprobe.report.why import WhyResult, why_row
 from lockprobe.spec import Spec, spec_name
-from lockprobe.studies.results_hash import results_hash
 from lockprobe.studies.study import Study
 
-__all__ = ["arms_of", "condition_results"]
+__all__ = ["arms_of", "condition_parts"]
 
 _EXAMPLES = 6
 """Trials that are told step by step, of different conditions."""
@@ -86,29 +75,24 @@ def _why_rows(found: ConditionStudySummary, trials: Sequence[Trial]) -> list[Why
     return rows
 
 
-def condition_results(opened: OpenedStudy, found: ConditionStudySummary) -> Results:
-    """The results of a study of conditions, and all that its page is made from.
+def condition_parts(opened: OpenedStudy, flips: StudySummary, found: ConditionStudySummary) -> dict[str, Part]:
+    """What conditions beside flip rates add to the results, under the names of the results' fields.
 
     Args:
         opened: The study.
-        found: The numbers of its trials.
+        flips: The numbers of its flip axis.
+        found: The numbers of its other conditions.
     """
-    study = opened.study
-    said = {arm.label: " + ".join(map(str, arm.specs)) for arm in found.arms}
-    everything: dict[str, Part] = {
-        "overview": ("First screen", lambda: condition_overview(found, opened.study)),
-        "left_out": ("Trials left out", lambda: left_out_row(opened.trials, opened.journal, opened.foreign)),
-        "findings": ("Findings", lambda: _findings(found)),
-        "conditions": (
-            "All conditions",
-            lambda: [
-                _condition_row(study, agent, label, summary, said[label])
-                for (agent, label), summary in found.conditions.items()
-            ],
-        ),
+    study, trials = opened.study, opened.trials
+    rates = {one.label for one in study.flip_axis}
+    others = [one for (_, label), one in found.conditions.items() if label not in rates]
+    return {
+        "overview": ("First screen", lambda: condition_overview(flips, found, study)),
+        "condition_findings": ("Findings on conditions", lambda: _findings(found)),
+        "conditions": ("All conditions", lambda: _condition_rows(study, flips, found)),
         "effects": (
             "Every condition against the control",
-            lambda: [row for one in found.effects for row in _effect_rows(one)],
+            lambda: [row for one in (*found.axis, *found.effects) for row in _effect_rows(one)],
         ),
         "crossings": (
             "Interactions of interventions",
@@ -116,29 +100,50 @@ def condition_results(opened: OpenedStudy, found: ConditionStudySummary) -> Resu
         ),
         "grids": ("Interactions of doses", lambda: [row for one in found.effects for row in grid_rows(one)]),
         "series": ("Doses", lambda: [_series_row(series, summary) for series, summary in found.series]),
-        "why": ("Why false reports change success", lambda: _why_rows(found, opened.trials)),
+        "why": ("Why false reports change success", lambda: _why_rows(found, trials)),
         "rules_said": ("Attempts against the rules", lambda: rules_said_of(found.conditions.values())),
-        "measures": ("Measures of installed packages", lambda: measure_rows(opened)),
-        "errors": ("Trials that broke", lambda: broken_rows(opened.trials)),
-        "tidied": ("Tidied replies", lambda: tidied_rows(opened.trials)),
-        "agents": ("Agents", lambda: agent_facts(opened.trials)),
-        "plants": ("Plant", lambda: plant_facts(opened.trials, opened.settings)),
-        "seen": ("What agents saw", lambda: seen(opened.trials)),
-        "examples": ("Examples", lambda: _examples(found.subjects[0], opened.trials)),
-        "audit": ("Error rates of the tests", audit_result),
+        "rationality": (
+            "Rationality",
+            lambda: [*rationality_of(flips), *(row for one in others for row in rationality_rows(one, one.agent))],
+        ),
+        "detectors": (
+            "Other loop detectors",
+            lambda: [
+                *detectors_of(flips, trials),
+                *(
+                    detector_row(one, trials, one.agent)
+                    for one in others
+                    if one.agent in found.subjects and one.success.n
+                ),
+            ],
+        ),
+        "examples": (
+            "Examples",
+            lambda: [*flip_examples(opened, flips), *_examples(found.subjects[0], trials, rates)],
+        ),
     }
-    return assembled(
-        everything,
-        schema_version=RESULTS_VERSION,
-        lockprobe=version("lockprobe"),
-        study=dict(opened.settings),
-        settings_hash=opened.study.settings_hash,
-        results_hash=results_hash(opened.study, opened.trials),
-        joints=len(study.box.joints),
-        progress=study_progress(opened),
-        subjects=list(found.subjects),
-        box=found.reference,
-    )
+
+
+def _condition_rows(study: Study, flips: StudySummary, found: ConditionStudySummary) -> list[ConditionResult]:
+    """Every agent under every condition, in the order of the study; those of the flip axis as it has them."""
+    said = {arm.label: " + ".join(map(str, arm.specs)) for arm in found.arms}
+    axis = {
+        (one.agent, one.name): condition_row(one, of.name, blind=of.blind)
+        for of in flips.agents
+        for one in of.conditions
+    }
+    rows = []
+    for agent, label in product(study.agents, [one.label for one in study.conditions]):
+        if (summary := found.conditions.get((agent, label))) is not None:
+            row = axis.get((agent, label)) or _without_place(condition_row(summary, agent), study.labelled(label).p)
+            rows.append(row.model_copy(update={"acts": said[label]}))
+    return rows
+
+
+def _without_place(row: ConditionResult, p: float | None) -> ConditionResult:
+    """The numbers of a condition beside the axis; it has a flip rate only if nothing but flips acted."""
+    repetitions = [replace(point, p=p) for point in row.repetitions]
+    return row.model_copy(update={"p": p, "repetitions": repetitions})
 
 
 def _findings(found: ConditionStudySummary) -> list[str]:
@@ -149,14 +154,6 @@ def _findings(found: ConditionStudySummary) -> list[str]:
         *unheeded_said(found.unheeded, found.subjects),
         *(sentence for one in effects for sentence in effects_said(one, found.conditions)),
     ]
-
-
-def _condition_row(study: Study, agent: str, label: str, summary: ConditionSummary, acts: str) -> ConditionResult:
-    """The numbers of one agent under one condition; a flip rate stands only where nothing but flips acted."""
-    p = next(one.p for one in study.conditions if one.label == label)
-    row = condition_row(summary, agent)
-    repetitions = [replace(point, p=p) for point in row.repetitions]
-    return row.model_copy(update={"p": p, "repetitions": repetitions, "acts": acts})
 
 
 def _effect_rows(found: Effects) -> list[EffectResult]:
@@ -217,10 +214,10 @@ def _series_row(series: Series, summary: StudySummary) -> SeriesResult:
     )
 
 
-def _examples(agent: str, trials: Sequence[Trial]) -> list[ExampleTrial]:
-    """The first ended trial of an agent under each of the first conditions."""
+def _examples(agent: str, trials: Sequence[Trial], known: Collection[str]) -> list[ExampleTrial]:
+    """The first ended trial of an agent under each of the first conditions, except those that are known."""
     found: dict[str, Trial] = {}
     for trial in trials:
-        if trial.group == agent and trial.ending != "error":
+        if trial.group == agent and trial.ending != "error" and trial.condition not in known:
             found.setdefault(trial.condition, trial)
     return [example(label, trial) for label, trial in list(found.items())[:_EXAMPLES]]

@@ -181,7 +181,8 @@ class RationalityResult:
     key: str
     agent: str
     modality: str
-    p: float
+    condition: str
+    p: float | None
     same_at_every_p: bool
     prior: str
     interlocks: int
@@ -311,7 +312,8 @@ class DetectorResult:
     key: str
     agent: str
     modality: str
-    p: float
+    condition: str
+    p: float | None
     trials: int
     flagged: Mapping[str, float | None]
     label: str

@@ -158,8 +158,6 @@ _STARS = {
 """What the paper's values are, where a figure shows them."""
 
 CONDITION_CAPTIONS = {
-    "box": _BOX,
-    "forks": _FORKS,
     "why": Caption(
         "Top: share of trials solved in each arm; the dotted line is the share with true reports. Bottom: the effect "
         "of false reports and its two parts, content and disturbance.",
@@ -177,7 +175,7 @@ CONDITION_CAPTIONS = {
         "Intervals are 95 % Wilson intervals in per cent.",
     ),
 }
-"""The captions of a study of conditions, by file name."""
+"""The captions of what conditions beside flip rates add, by file name."""
 
 
 def captions_of(drawn: Pictures) -> dict[str, Caption]:
@@ -214,12 +212,9 @@ def series_captions(dose: str) -> dict[str, Caption]:
 
 def study_drawings(numbers: StudyNumbers, box: Lockbox) -> dict[str, Callable[[], dict[str, bytes]]]:
     """Every figure of a study by name, as a function that draws it as PNG and SVG."""
-    found = numbers.trials
-    pictures = (
-        drawings(found)
-        if isinstance(found, StudySummary)
-        else _condition_pictures(found.effects, [summary for _, summary in found.series], found.whys)
-    )
+    found, pictures = numbers.others, drawings(numbers.flips)
+    if found is not None:
+        pictures |= _condition_pictures(found.together, [summary for _, summary in found.series], found.whys)
     return pictures | {"box": partial(_draw_box, box)} | (_fork_pictures(numbers.forks) if numbers.forks else {})
 
 

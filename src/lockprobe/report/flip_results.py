@@ -1,9 +1,8 @@
-"""A study of flips as the numbers of ``results.json``; equal records give equal numbers."""
+"""The numbers over a study's flip rates, in the parts of ``results.json``; equal records give equal numbers."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from importlib.metadata import version
 
 from lockprobe.analysis.response_times import response_times
 from lockprobe.analysis.summary import StudySummary
@@ -19,9 +18,10 @@ from lockprobe.prose.section_answers import not_judged, section_answers
 from lockprobe.prose.subject import subject_of
 from lockprobe.prose.success import baselines_said, courses_said, finding
 from lockprobe.record import Trial
-from lockprobe.report.assembled import Part, assembled
+from lockprobe.report.assembled import Part
 from lockprobe.report.claims import claim_rows
-from lockprobe.report.examples import examples
+from lockprobe.report.details import DetectorResult, RationalityResult
+from lockprobe.report.examples import ExampleTrial, examples
 from lockprobe.report.excursions import LieResult, lie_rows, lies_answer
 from lockprobe.report.installed_measures import measure_rows
 from lockprobe.report.leaderboard import comparison_rows, interaction_rows, leaderboard_rows
@@ -42,7 +42,7 @@ from lockprobe.report.rows import (
     test_rows,
 )
 from lockprobe.report.sample_pictures import seen
-from lockprobe.report.schema import RESULTS_VERSION, FlipDesign, Results
+from lockprobe.report.schema import FlipDesign
 from lockprobe.report.study_rows import (
     agent_facts,
     audit_result,
@@ -50,39 +50,39 @@ from lockprobe.report.study_rows import (
     left_out_row,
     plant_facts,
     rules_said_of,
-    study_progress,
     tidied_rows,
 )
 from lockprobe.sections import section
-from lockprobe.studies.results_hash import results_hash
 from lockprobe.studies.study import Study
 
-__all__ = ["flip_results"]
+__all__ = ["detectors_of", "flip_design", "flip_examples", "flip_parts", "rationality_of"]
 
 
-def flip_results(opened: OpenedStudy, summary: StudySummary) -> Results:
-    """The results of a study of flips, and all that its pages are made from.
+def flip_parts(opened: OpenedStudy, summary: StudySummary) -> dict[str, Part]:
+    """What the results of every study hold: the numbers over its flip rates, with their sentences.
 
     Args:
         opened: The study.
-        summary: The numbers of its trials.
+        summary: The numbers of its flip axis.
     """
     study, trials, agents = opened.study, opened.trials, summary.agents
     names = {(agent.agent, agent.modality): agent.name for agent in agents}
-    lies = section("Effect of one false report", lambda: _lies(summary, trials), list[LieResult])
-    everything: dict[str, Part] = {
+    flips = _of_the_axis(opened)
+    lies = section("Effect of one false report", lambda: _lies(summary, flips), list[LieResult])
+    return {
         "overview": ("First screen", lambda: flip_overview(summary, opened.study)),
         "left_out": ("Trials left out", lambda: left_out_row(trials, opened.journal, opened.foreign)),
         "panel_said": ("Panel", lambda: _panel(study)),
         **_sentences(summary, lies),
-        **_success(summary, trials, names),
-        **_behaviour(summary, trials),
+        **_success(summary, flips, names),
+        **_behaviour(summary, flips),
         "people": ("People", lambda: _people(opened, summary)),
         "verdicts_said": (
             "Verdicts of the robot",
             lambda: verdicts_said(summary.verdicts) if summary.verdicts else "",
         ),
-        "examples": ("Examples", lambda: examples(summary, trials)),
+        "lies": ("Effect of one false report", lambda: lies),
+        "examples": ("Examples", lambda: flip_examples(opened, summary)),
         "rules_said": ("Attempts against the rules", lambda: rules_said_of(summary.conditions)),
         "measures": ("Measures of installed packages", lambda: measure_rows(opened)),
         "errors": ("Trials that broke", lambda: broken_rows(trials)),
@@ -92,21 +92,6 @@ def flip_results(opened: OpenedStudy, summary: StudySummary) -> Results:
         "seen": ("What agents saw", lambda: seen(trials)),
         "audit": ("Error rates of the tests", audit_result),
     }
-    return assembled(
-        everything,
-        schema_version=RESULTS_VERSION,
-        lockprobe=version("lockprobe"),
-        study=dict(opened.settings),
-        flips=flip_design(opened.study),
-        settings_hash=opened.study.settings_hash,
-        results_hash=results_hash(opened.study, opened.trials),
-        joints=len(opened.settings.get("box", {}).get("joints", [])),
-        progress=study_progress(opened),
-        lies=lies,
-        box=summary.reference,
-        verdicts=summary.verdicts,
-        subjects=list(dict.fromkeys(agent.agent for agent in summary.subjects)),
-    )
 
 
 def _success(summary: StudySummary, trials: Sequence[Trial], names: Mapping[tuple[str, str], str]) -> dict[str, Part]:
@@ -139,26 +124,41 @@ def _success(summary: StudySummary, trials: Sequence[Trial], names: Mapping[tupl
 def _behaviour(summary: StudySummary, trials: Sequence[Trial]) -> dict[str, Part]:
     """What the results say of how agents act."""
     return {
-        "rationality": (
-            "Rationality",
-            lambda: [
-                row
-                for agent in summary.agents
-                for condition in agent.conditions
-                for row in rationality_rows(condition, agent.name, blind=agent.blind)
-            ],
-        ),
+        "rationality": ("Rationality", lambda: rationality_of(summary)),
         "judged": ("Rationality", lambda: judged(summary)),
-        "detectors": (
-            "Other loop detectors",
-            lambda: [
-                detector_row(condition, trials, agent.name)
-                for agent in summary.subjects
-                for condition in agent.conditions
-                if condition.success.n
-            ],
-        ),
+        "detectors": ("Other loop detectors", lambda: detectors_of(summary, trials)),
     }
+
+
+def _of_the_axis(opened: OpenedStudy) -> list[Trial]:
+    """The trials under flip rates."""
+    rates = {one.label for one in opened.study.flip_axis}
+    return [trial for trial in opened.trials if trial.condition in rates]
+
+
+def flip_examples(opened: OpenedStudy, summary: StudySummary) -> list[ExampleTrial]:
+    """Examples under flip rates."""
+    return examples(summary, _of_the_axis(opened))
+
+
+def rationality_of(summary: StudySummary) -> list[RationalityResult]:
+    """The actions of all agents under all flip rates before each ideal observer."""
+    return [
+        row
+        for agent in summary.agents
+        for condition in agent.conditions
+        for row in rationality_rows(condition, agent.name, blind=agent.blind)
+    ]
+
+
+def detectors_of(summary: StudySummary, trials: Sequence[Trial]) -> list[DetectorResult]:
+    """The trials that each loop detector flags, of the agents that the study is about."""
+    return [
+        detector_row(condition, trials, agent.name)
+        for agent in summary.subjects
+        for condition in agent.conditions
+        if condition.success.n
+    ]
 
 
 def _lies(summary: StudySummary, trials: Sequence[Trial]) -> list[LieResult]:

@@ -18,6 +18,7 @@ from lockprobe.interventions.catalogue import TRUTH
 from lockprobe.prose.doses import at_dose
 from lockprobe.prose.idle import idle_doses_said, idle_said, unheeded_said
 from lockprobe.prose.overview import (
+    both_answers,
     effects_answer,
     effects_needed,
     flips_answer,
@@ -144,22 +145,27 @@ def _chance(reference: Reference | None) -> str:
     return f"{100 * reference.random[-1]:.0f} / {percent(reference.no_repeat[-1])}"
 
 
-def condition_overview(found: ConditionStudySummary, study: Study) -> Overview:
-    """The first screen of a study of conditions."""
-    box = study.box.name
-    effects = [one for one in found.effects if one.agent in found.subjects]
+def condition_overview(flips: StudySummary, found: ConditionStudySummary, study: Study) -> Overview:
+    """The first screen of a study with conditions beside flip rates, whose own first screen it adds to."""
+    box, several = study.box.name, len({one.p for one in flips.conditions}) > 1
+    effects = [one for one in found.effects if one.agent in found.subjects and one.effects]
+    rows = [_condition_numbers(one, found.reference) for one in effects]
+    first = flip_overview(flips, study) if several and not found.whys else None
     if found.whys:
         rows = [_why_numbers(one, found.reference) for one in found.whys]
         question, answer = f"Why do false reports change how agents open {box}?", mechanism_said(found.whys[0])
+    elif first is not None:
+        number = len(study.conditions) - len(study.flip_axis)
+        question = f"Do false reports and {number} other condition{'s' * (number > 1)} change how agents open {box}?"
+        answer = both_answers(flips, effects) if effects else ""
     else:
-        rows = [_condition_numbers(one, found.reference) for one in effects]
         question, answer = f"How do {len(study.conditions)} conditions affect success on {box}?", ""
     idle, rules = idle_said(found.idle, found.subjects), together(one.rules for one in found.conditions.values())
     if not effects and not answer and idle:
         answer, idle = idle[0], idle[1:]
     if len(found.subjects) == 1:
         idle += unheeded_said(found.unheeded, found.subjects)
-    return Overview(
+    said = Overview(
         question=question,
         trial=trial_said(study.max_steps, "conditions"),
         answer=judging_nobody(answer or effects_answer(effects), rules),
@@ -169,6 +175,26 @@ def condition_overview(found: ConditionStudySummary, study: Study) -> Overview:
         figure="why" if found.whys else "effects" if rows else "",
         numbers=rows[:_ROWS],
         more=len(rows) - len(rows[:_ROWS]),
+    )
+    return said if first is None else _joined(first, said)
+
+
+def _joined(flips: Overview, conditions: Overview) -> Overview:
+    """One first screen: the question and the answer of both, the figure and the numbers of flip rates first."""
+    texts = {
+        name: " ".join(filter(None, (getattr(flips, name), getattr(conditions, name))))
+        for name in ("changed_nothing", "needed")
+    }
+    return conditions.model_copy(
+        update={
+            **texts,
+            "trial": f"{flips.trial} {conditions.trial.rpartition('. ')[2]}",
+            "chance": flips.chance or conditions.chance,
+            "interaction": flips.interaction,
+            "figure": flips.figure or conditions.figure,
+            "numbers": [*flips.numbers, *conditions.numbers],
+            "more": flips.more + conditions.more,
+        }
     )
 
 

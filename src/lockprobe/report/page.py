@@ -51,7 +51,7 @@ File = tuple[str, str | bytes | None]
 """A file by its path in the directory, with its content; None for one that is removed."""
 
 _WITHOUT_FIGURES = ("claims", "audit")
-"""The pages of a study of flip rates that show no figure."""
+"""The pages that show no figure."""
 
 
 def report_files(
@@ -82,7 +82,7 @@ def report_files(
         jobs = [partial(_without_figures, opened, numbers), *(partial(_drawn, name, one) for name, one in draw.items())]
         (content, texts, trials), *done = collecting(each)(operator.call, jobs)
         found = {name: forms for name, forms in zip(draw, done, strict=True) if forms is not None}
-        drawn = {name: found[name] for name in (CAPTIONS if content.of_flips else draw) if name in found}
+        drawn = {name: found[name] for name in (*CAPTIONS, *draw) if name in found}
         photographs = section("What agents saw", lambda: embedded(opened.directory, content.seen), dict[str, str])
         files = [*texts, *_with_figures(content, drawn, photographs, trials)]
         if failed:  # pages and results name what is not in them
@@ -115,8 +115,7 @@ def _texts(content: Results) -> list[File]:
     ]
     for name, table in _tables(content).items():
         files += [(f"tables/{name}.csv", as_csv(table)), (f"tables/{name}.tex", as_tex(table))]
-    pages = _WITHOUT_FIGURES if content.of_flips else ()
-    return [*files, *((f"{name}.html", _page(name, content, {})) for name in pages)]
+    return [*files, *((f"{name}.html", _page(name, content, {})) for name in _WITHOUT_FIGURES)]
 
 
 def _with_figures(content: Results, drawn: Pictures, photographs: Mapping[str, str], trials: str) -> Iterator[File]:
@@ -127,7 +126,7 @@ def _with_figures(content: Results, drawn: Pictures, photographs: Mapping[str, s
     for name in CAPTIONS.keys() - drawn.keys():
         for form in ("png", "svg"):
             yield f"figures/{name}.{form}", None
-    why = ["why"] if content.why and not content.of_flips else []
+    why = ["why"] if content.why else []
     for name in (*why, *(["forks"] if content.forks else []), "report"):
         yield f"{name}.html", _page(name, content, drawn, photographs, trials)
 
@@ -137,7 +136,7 @@ _Table = Callable[[], TextTable]
 
 def _tables(content: Results) -> dict[str, TextTable]:
     """The tables by name; one that cannot be made says so."""
-    lazy = _flip_tables(content) if content.of_flips else _condition_tables(content)
+    lazy = _flip_tables(content) | (_condition_tables(content) if content.has_conditions else {})
     return {
         name: section(f"Table {name}", make, lambda: [["This table could not be made."]]) for name, make in lazy.items()
     }
@@ -186,19 +185,6 @@ def _people_tables(content: Results) -> dict[str, _Table]:
     }
 
 
-def _condition_page(name: str, content: Results, drawn: Pictures, photographs: Mapping[str, str], trials: str) -> str:
-    return rendered(
-        "conditions" if name == "report" else name,
-        content=content,
-        explorer=_explorer(trials),
-        photographs=photographs,
-        images={figure: image(forms["svg"]) for figure, forms in drawn.items()},
-        captions=_by_variable(CONDITION_CAPTIONS),
-        series_captions=series_captions,
-        tables=_tables(content),
-    )
-
-
 def _condition_tables(content: Results) -> dict[str, _Table]:
     grids, whys = content.grids, content.why
     return {
@@ -206,9 +192,7 @@ def _condition_tables(content: Results) -> dict[str, _Table]:
         "crossings": lambda: tables.crossing_table(content.crossings),
         **({"grids": lambda: grid_table(grids), "trends": lambda: trend_table(grids)} if grids else {}),
         **({"arms": lambda: arm_table(whys), "why": lambda: estimate_table(whys)} if whys else {}),
-        **({"forks": lambda: fork_table(content.forks)} if content.forks else {}),
         "conditions": lambda: tables.table_of_conditions(content.conditions),
-        **_of_measures(content),
     }
 
 
@@ -216,16 +200,15 @@ def _page(
     name: str, content: Results, drawn: Pictures, photographs: Mapping[str, str] | None = None, trials: str = ""
 ) -> str:
     """A page; if even its frame cannot be made, one that says so."""
-    made = _flip_page if content.of_flips else _condition_page
     return section(
         f"Page {name}.html",
-        lambda: made(name, content, drawn, photographs or {}, trials),
+        lambda: _rendered(name, content, drawn, photographs or {}, trials),
         lambda: rendered("left_out", content=content, page=name),
     )
 
 
-def _flip_page(name: str, content: Results, drawn: Pictures, photographs: Mapping[str, str], trials: str) -> str:
-    several_p = len({row.p for row in content.conditions}) > 1
+def _rendered(name: str, content: Results, drawn: Pictures, photographs: Mapping[str, str], trials: str) -> str:
+    several_p = len({row.p for row in content.conditions} - {None}) > 1
     tested = {(t.label, t.question) for t in content.tests if t.recommended and t.p_value is not None}
     return rendered(
         name,
@@ -235,7 +218,8 @@ def _flip_page(name: str, content: Results, drawn: Pictures, photographs: Mappin
         explorer=_explorer(trials),
         photographs=photographs,
         images={figure: image(forms["svg"]) for figure, forms in drawn.items()},
-        captions=_by_variable(captions_of(drawn)),
+        captions=_by_variable(captions_of(drawn) | CONDITION_CAPTIONS),
+        series_captions=series_captions,
         caveat=LENGTH_CAVEAT,
         loop_definition=LOOP_DEFINITION,
         not_valid={rate.test for rate in content.audit.rates if rate.valid is False and not rate.recommended},

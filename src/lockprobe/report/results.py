@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from importlib.metadata import version
 from pathlib import Path
 
 from lockprobe.analysis.branch import BranchEffect, branch_effects
@@ -13,14 +14,17 @@ from lockprobe.errors import BadFile, BadValue
 from lockprobe.parallel import Each
 from lockprobe.prose.branch import found_said
 from lockprobe.record import Trial
-from lockprobe.report.condition_results import arms_of, condition_results
-from lockprobe.report.flip_results import flip_results
+from lockprobe.report.assembled import assembled
+from lockprobe.report.condition_results import arms_of, condition_parts
+from lockprobe.report.flip_results import flip_design, flip_parts
 from lockprobe.report.forks import ForkResult, fork_rows
 from lockprobe.report.opened import OpenedStudy, open_study
 from lockprobe.report.parallel import one_thread
-from lockprobe.report.schema import Results, SectionLeftOut
+from lockprobe.report.schema import RESULTS_VERSION, Results, SectionLeftOut
+from lockprobe.report.study_rows import study_progress
 from lockprobe.sections import LeftOutSection, collecting, leaving_out, section
 from lockprobe.studies.directory import RECORDS
+from lockprobe.studies.results_hash import results_hash
 
 __all__ = ["StudyNumbers", "results", "results_of", "study_numbers", "with_left_out"]
 
@@ -34,11 +38,13 @@ class StudyNumbers:
     """All numbers of a study, without sentences.
 
     Attributes:
-        trials: Those of its trials: of flip rates, or of any other conditions.
+        flips: Those over its flip rates, the truth among them.
+        others: Those of its other conditions; None without any.
         forks: What one report did, by its forks; empty without forks.
     """
 
-    trials: StudySummary | ConditionStudySummary
+    flips: StudySummary
+    others: ConditionStudySummary | None
     forks: tuple[BranchEffect, ...]
 
 
@@ -52,39 +58,65 @@ def study_numbers(opened: OpenedStudy, *, each: Each = map) -> StudyNumbers:
     Raises:
         BadFile: If its records cannot be analysed together.
     """
-    trials = _of_trials(opened, each)
+    flips = _of_flips(opened, collecting(each))
     forks = section(
         "Effect of one report",
         lambda: branch_effects(opened.forks, {trial.key: trial for trial in opened.trials}, chances=opened.choices),
         list[BranchEffect],
     )
-    return StudyNumbers(trials, tuple(forks))
+    return StudyNumbers(flips, _of_others(opened, flips, collecting(each)), tuple(forks))
 
 
-def _of_trials(opened: OpenedStudy, each: Each) -> StudySummary | ConditionStudySummary:
-    """The numbers of the trials; those of no trial if none can be computed."""
-    study, noted = opened.study, collecting(each)
+def _of_flips(opened: OpenedStudy, each: Each) -> StudySummary:
+    """The numbers over the flip rates; those of no trial if none can be computed."""
+    study = opened.study
+    rates = {one.label for one in study.flip_axis}
+    trials = [trial for trial in opened.trials if trial.condition in rates]
+    try:
+        check_trials(trials, study.box)
+    except BadValue as error:
+        raise BadFile(opened.directory / RECORDS, str(error)) from error
+    return section(
+        "All numbers of trials",
+        lambda: summarise(trials, study.box, each=each),
+        lambda: summarise((), study.box, each=each),
+    )
 
-    def of(trials: Sequence[Trial]) -> StudySummary | ConditionStudySummary:
-        if study.of_flips:
-            return summarise(trials, study.box, each=noted)
+
+def _of_others(opened: OpenedStudy, flips: StudySummary, each: Each) -> ConditionStudySummary | None:
+    """The numbers of conditions that are no flip rates; those of no trial if none can be computed."""
+    study = opened.study
+    if study.of_flips:
+        return None
+
+    def of(trials: Sequence[Trial]) -> ConditionStudySummary:
         arms = arms_of(study.conditions)
         return summarise_conditions(
-            trials, arms, agents=study.agents, box=study.box, budget=study.max_steps, each=noted
+            trials, arms, flips, agents=study.agents, box=study.box, budget=study.max_steps, each=each
         )
 
-    if study.of_flips:
-        try:
-            check_trials(opened.trials, study.box)
-        except BadValue as error:
-            raise BadFile(opened.directory / RECORDS, str(error)) from error
-    return section("All numbers of trials", lambda: of(opened.trials), lambda: of(()))
+    return section("All numbers of conditions", lambda: of(opened.trials), lambda: of(()))
 
 
 def results_of(opened: OpenedStudy, numbers: StudyNumbers) -> Results:
     """The results of a study: its numbers with their sentences."""
-    found = numbers.trials
-    content = flip_results(opened, found) if isinstance(found, StudySummary) else condition_results(opened, found)
+    study, flips = opened.study, numbers.flips
+    beside = condition_parts(opened, flips, numbers.others) if numbers.others is not None else {}
+    content = assembled(
+        flip_parts(opened, flips) | beside,
+        schema_version=RESULTS_VERSION,
+        lockprobe=version("lockprobe"),
+        study=dict(opened.settings),
+        flips=flip_design(study),
+        settings_hash=study.settings_hash,
+        results_hash=results_hash(study, opened.trials),
+        joints=len(study.box.joints),
+        progress=study_progress(opened),
+        box=flips.reference,
+        verdicts=flips.verdicts,
+        subjects=list(dict.fromkeys(agent.agent for agent in flips.subjects))
+        or list(numbers.others.subjects if numbers.others else ()),
+    )
     if not numbers.forks:
         return content
     forks = {

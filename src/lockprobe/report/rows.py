@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, replace
 from typing import Any, ClassVar, Protocol, TypeVar
@@ -200,9 +201,22 @@ def rationality_rows(
 ) -> list[details.RationalityResult]:
     """The actions of one condition before each ideal observer."""
     return [
-        filled(details.RationalityResult, found, condition, same_at_every_p=blind, label=label)
+        filled(
+            details.RationalityResult,
+            found,
+            condition,
+            condition=condition.name,
+            p=_flip_rate(condition),
+            same_at_every_p=blind,
+            label=label,
+        )
         for found in condition.rationality
     ]
+
+
+def _flip_rate(condition: ConditionSummary) -> float | None:
+    """The flip rate, or None under other interventions."""
+    return None if math.isnan(condition.p) else condition.p
 
 
 def judged(summary: StudySummary) -> details.JudgedResult:
@@ -298,6 +312,8 @@ def detector_row(condition: ConditionSummary, trials: Iterable[Trial], label: st
     return filled(
         details.DetectorResult,
         condition,
+        condition=condition.name,
+        p=_flip_rate(condition),
         trials=condition.success.n,
         flagged=share_flagged([trial for trial in trials if trial.cell == condition.key]),
         label=label,

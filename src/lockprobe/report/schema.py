@@ -300,6 +300,7 @@ class Results(DescribedResult):
     panel_said: str = ""
     modality_findings: list[str] = []
     findings: list[str] = Field(description="What was found, in sentences.")
+    condition_findings: list[str] = Field(default=[], description="The same of conditions beside flip rates.")
     loop_findings: list[str] = []
     conclusions: list[list[str]] = []
     ranking_said: str = ""
@@ -369,38 +370,14 @@ class Results(DescribedResult):
         return hash((self.lockprobe, self.progress, *self.findings))
 
     @property
-    def of_flips(self) -> bool:
-        """Whether the study varies the flip rate and nothing else."""
-        return "effects" not in self.model_fields_set
+    def has_conditions(self) -> bool:
+        """Whether the study has conditions beside flip rates."""
+        return "effects" in self.model_fields_set
 
     def plain(self) -> dict[str, Any]:
-        """The content of ``results.json``: all that was set, in the order of the kind of study."""
+        """The content of ``results.json``: all that was set."""
         content: dict[str, Any] = plain_json(self)
-        return content if self.of_flips else {name: content[name] for name in _CONDITION_KEYS if name in content}
-
-
-_CONDITION_KEYS = (
-    *(
-        "schema_version",
-        "lockprobe",
-        "study",
-        "settings_hash",
-        "results_hash",
-        "joints",
-        "overview",
-        "sections_left_out",
-        "progress",
-        "left_out",
-        "subjects",
-        "findings",
-        "rules_said",
-        "conditions",
-    ),
-    *("effects", "crossings", "grids", "series", "why", "forks", "forks_said", "box", "measures", "errors", "agents"),
-    *("plants", "seen", "examples"),
-    "audit",
-)
-"""The order of ``results.json`` of a study of conditions; in that of flips it is the order of the fields."""
+        return content
 
 
 def plain_json(value: Any) -> Any:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import cast, get_args
+from typing import Protocol, cast, get_args
 
 from lockprobe.analysis.clustered import ClusteredProportion
 from lockprobe.analysis.inference.course import CourseKind
@@ -77,7 +77,7 @@ def table1_corrected(conditions: Sequence[ConditionResult]) -> TextTable:
 
 def speed_table(conditions: Sequence[ConditionResult]) -> TextTable:
     """How fast the box is solved, between chance and the optimum."""
-    head = ["agent", "flip rate", "mean steps", "median step", "80 % by step", "relative area"]
+    head = ["agent", _varied(conditions), "mean steps", "median step", "80 % by step", "relative area"]
     table = [head]
     for row, p in _distinct(conditions):
         relative, (early, late) = row.relative, row.steps_to_80_interval
@@ -144,7 +144,7 @@ def modality_table(effects: Sequence[details.ModalityResult]) -> TextTable:
 
 def loop_table(conditions: Sequence[ConditionResult]) -> TextTable:
     """Loop rates and their chance levels under four null models."""
-    head = ["agent", "flip rate", "trials with a loop", "uniform", "without repeats", "own transitions"]
+    head = ["agent", _varied(conditions), "trials with a loop", "uniform", "without repeats", "own transitions"]
     return [[*head, "own actions shuffled", "equal outcomes", "equal states"]] + [
         [
             row.label,
@@ -163,8 +163,8 @@ def loop_table(conditions: Sequence[ConditionResult]) -> TextTable:
 def detector_table(rows: Sequence[details.DetectorResult]) -> TextTable:
     """The share of trials that each detector flags."""
     names = list(dict.fromkeys(name for row in rows for name in row.flagged))
-    return [["agent", "flip rate", *names]] + [
-        [row.label, f"{row.p:g}", *(percent(row.flagged.get(name), 0) for name in names)] for row in rows
+    return [["agent", _varied(rows), *names]] + [
+        [row.label, _under(row, rows), *(percent(row.flagged.get(name), 0) for name in names)] for row in rows
     ]
 
 
@@ -222,7 +222,7 @@ def _course(kind: str) -> str:
 
 def rationality_table(rows: Sequence[details.RationalityResult]) -> TextTable:
     """How rational actions were for the observer that believes reports and for the other; in brackets by chance."""
-    head = ["agent", "flip rate"]
+    head = ["agent", _varied(rows)]
     head += [f"{what}, reports {how}" for how in ("believed", "doubted") for what in ("optimal", "steps lost")]
     table = [[*head, "uninformative attempts", "bits, of the maximum", "bits left at the end"]]
     naive, aware = ([row for row in rows if row.noise == noise] for noise in ("naive", "aware"))
@@ -237,7 +237,7 @@ def rationality_table(rows: Sequence[details.RationalityResult]) -> TextTable:
         ]
         bits = f"{two.expected:.2f} of {two.best:.2f}"
         cells += [_with_chance(two.uninformative, two.by_chance["uninformative"]), bits, f"{two.entropy_left:.1f}"]
-        table.append([one.label, f"{one.p:g}", *cells])
+        table.append([one.label, _under(one, rows), *cells])
     return table
 
 
@@ -257,23 +257,46 @@ def claim_table(claims: Sequence[details.ClaimResult]) -> TextTable:
 
 
 def _distinct(conditions: Sequence[ConditionResult]) -> list[tuple[ConditionResult, str]]:
-    """Conditions with their p in words; of an agent that plays the same at every p only the first."""
+    """Conditions with their flip rate or name; of an agent that plays the same at every flip rate only the first."""
     once = {(row.agent, row.modality): row for row in reversed(conditions) if row.same_at_every_p}
     return [
-        (row, EVERY if row.same_at_every_p else f"{row.p:g}")
+        (row, EVERY if row.same_at_every_p else _under(row, conditions))
         for row in conditions
         if not row.same_at_every_p or once[row.agent, row.modality] is row
     ]
 
 
 def _named(row: ConditionResult, among: Sequence[ConditionResult]) -> str:
-    """A condition's name; its p goes without saying where modalities are compared at one."""
+    """A condition's name; its flip rate goes without saying where modalities are compared at one."""
     modal = _one_p(among) and len({other.modality for other in among}) > 1
-    return str(row.label) if modal else f"{row.label}, flip rate {row.p:g}"
+    under = row.condition if _of_conditions(among) else f"flip rate {row.p:g}"
+    return str(row.label) if modal else f"{row.label}, {under}"
 
 
 def _one_p(rows: Sequence[ConditionResult]) -> bool:
-    return len({row.p for row in rows}) == 1
+    return len({row.p for row in rows}) == 1 and not _of_conditions(rows)
+
+
+class _Row(Protocol):
+    """A row under one condition."""
+
+    @property
+    def condition(self) -> str: ...
+    @property
+    def p(self) -> float | None: ...
+
+
+def _of_conditions(rows: Sequence[_Row]) -> bool:
+    """Whether some rows are of conditions that are no flip rates: then all go by the names of their conditions."""
+    return any(row.p is None for row in rows)
+
+
+def _varied(rows: Sequence[_Row]) -> str:
+    return "condition" if _of_conditions(rows) else "flip rate"
+
+
+def _under(row: _Row, among: Sequence[_Row]) -> str:
+    return row.condition if _of_conditions(among) else f"{row.p:g}"
 
 
 def _plus_minus(value: float | None) -> str:

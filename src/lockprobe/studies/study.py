@@ -6,7 +6,7 @@ import hashlib
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import pairwise, product
+from itertools import pairwise
 from typing import get_args
 
 from lockprobe.agents.catalogue import is_strategy
@@ -51,7 +51,8 @@ class Study:
         layout: ``fixed``, or ``shuffled``: same interlock, new layout every trial, the protocol of the human studies
             (Zenkri, Bolenz, Pachur and Brock, Adaptive Behavior 2025). The deal depends on seed, repetition and trial,
             not on condition and agent.
-        of_flips: Whether its conditions are every flip rate with every modality, as in the paper; no other has a name.
+        flip_axis: Those of its conditions that differ in flip rate and modality alone, the truth among them: flips of
+            one kind, each rate once in each modality.
         assessment: Whether agents are asked what their last action did (the paper's always are). Asking may change
             behaviour.
 
@@ -73,12 +74,12 @@ class Study:
     plant: str = "symbolic"
     layout: LayoutKind = "fixed"
     assessment: bool = True
-    of_flips: bool = field(init=False, compare=False)
+    flip_axis: tuple[Condition, ...] = field(init=False, compare=False)
 
     def __post_init__(self) -> None:
         if self.layout not in get_args(LayoutKind):
             raise BadValue("layout", self.layout, f"one of {', '.join(get_args(LayoutKind))}")
-        object.__setattr__(self, "of_flips", _is_every_flip_rate_with_every_modality(self.conditions))
+        object.__setattr__(self, "flip_axis", _flip_axis(self.conditions))
         rates = sorted(self.p)
         close = any(second - first < CLOSEST_P for first, second in pairwise(rates))
         if close or len({f"{rate:g}" for rate in rates}) < len(rates):
@@ -110,13 +111,17 @@ class Study:
     @property
     def p(self) -> tuple[float, ...]:
         """The flip rates of those conditions in which nothing else acts, each once."""
-        return tuple(dict.fromkeys(one.p for one in self.conditions if one.p is not None))
+        return tuple(dict.fromkeys(one.p for one in self.flip_axis if one.p is not None))
+
+    @property
+    def of_flips(self) -> bool:
+        """Whether nothing but flip rates and modalities differs between its conditions."""
+        return len(self.flip_axis) == len(self.conditions)
 
     @property
     def flip_kind(self) -> FlipKind:
         """The kind of outcome flip of those conditions."""
-        acting = (one.flip.persistence for one in self.conditions if one.specs and one.flip is not None)
-        return next(acting, "transient")
+        return _flip_kind(self.flip_axis)
 
     @property
     def modalities(self) -> tuple[str, ...]:
@@ -331,13 +336,19 @@ class Study:
         return len(self.conditions_of(agent)) * self.repetitions * self.trials_of(agent)
 
 
-def _is_every_flip_rate_with_every_modality(conditions: Sequence[Condition]) -> bool:
-    if any(one.p is None or one.name for one in conditions):
-        return False
-    kinds = {one.flip.persistence for one in conditions if one.specs and one.flip is not None}
-    cells = [(one.modality, one.p) for one in conditions]
-    shown, rates = (tuple(dict.fromkeys(values)) for values in zip(*cells, strict=True))
-    return len(kinds) <= 1 and cells == list(product(shown, rates))
+def _flip_axis(conditions: Sequence[Condition]) -> tuple[Condition, ...]:
+    """Flips of one kind, the first that acts, and the truth: each rate once in each modality."""
+    flips = [one for one in conditions if one.p is not None]
+    kind = _flip_kind(flips)
+    found: dict[tuple[str, float | None], Condition] = {}
+    for one in flips:
+        if not one.specs or (one.flip is not None and one.flip.persistence == kind):
+            found.setdefault((one.modality, one.p), one)
+    return tuple(found.values())
+
+
+def _flip_kind(flips: Sequence[Condition]) -> FlipKind:
+    return next((one.flip.persistence for one in flips if one.specs and one.flip is not None), "transient")
 
 
 def _settings_of(condition: Condition) -> dict[str, object]:
