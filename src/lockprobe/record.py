@@ -6,7 +6,6 @@ what it said had happened. Clock readings are not part of a record: the same see
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal, Protocol
@@ -354,7 +353,6 @@ class Trial:
         changed_steps: Steps at which all of them together did.
         replays: How often it was replayed on request after an error of its agent; the earlier records stay.
         fork: Of a fork, the recorded trial, the step and the arm; else None.
-        placed: The dose that an analysis assigns to it instead of its flip rate. It is never recorded.
     """
 
     key: str
@@ -387,7 +385,6 @@ class Trial:
     changed_steps: Count = 0
     replays: Count = 0
     fork: ForkName | None = None
-    placed: float | None = None
 
     def __repr__(self) -> str:
         ending = f"error at {self.error.boundary}" if self.error else self.ending
@@ -437,11 +434,6 @@ class Trial:
     def p(self) -> float | None:
         """The flip rate, [0, 1], if nothing but flips acted, 0 under the truth; else None."""
         return flip_rate(self.specs, self.modality, self.doses)
-
-    @property
-    def dose(self) -> float:
-        """The dose for the analysis: its flip rate unless ``placed``; NaN under other conditions."""
-        return self.placed if self.placed is not None else math.nan if self.p is None else self.p
 
     @property
     def cell(self) -> str:

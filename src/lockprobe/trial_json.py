@@ -78,8 +78,6 @@ def _check(trial: Trial) -> None:
         raise BadValue("trial record, labels", trial.labels, f"one for each of {len(trial.joints)} joints, each listed")
     if not len(trial.steps) <= trial.budget <= LONGEST:
         raise BadValue("trial record, steps", len(trial.steps), f"at most the budget of {min(trial.budget, LONGEST)}")
-    if trial.placed is not None:
-        raise BadValue("trial record", "placed", "no dose on an axis: only analyses set it")
     _check_pictures("trial record", trial.opening_pictures)
     _check_changes(trial)
     for number, step in enumerate(trial.steps, 1):

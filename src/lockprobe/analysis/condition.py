@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 
+from lockprobe.analysis.axis_trials import Place, on_flip_axis
 from lockprobe.analysis.behaviour import Behaviour, behaviour
 from lockprobe.analysis.clustered import share_of
 from lockprobe.analysis.curves import Relative, SuccessCurve, relative, success_curve
@@ -108,9 +109,16 @@ class Contrast:
 
 
 def condition_summary(
-    trials: Sequence[Trial], reference: Reference | None, box: Lockbox | None = None
+    trials: Sequence[Trial],
+    reference: Reference | None,
+    box: Lockbox | None = None,
+    place: Callable[[Trial], Place] = on_flip_axis,
 ) -> ConditionSummary:
-    """The results of one agent's trials in one modality at one p; rules and reference are those of the box."""
+    """The results of one agent's trials under one condition; rules and reference are those of the box.
+
+    ``place`` says where they are on the axis of the analysis.
+    """
+    agent, modality, dose = place(trials[0])
     first, changed = trials[0], steps_changed(trials)
     rules = section("Attempts against the rules", lambda: rule_breaks(trials, box) if box else None, lambda: None)
     claims = section("Misread claims", lambda: misinterpretations(trials), lambda: misinterpretations(()))
@@ -120,9 +128,9 @@ def condition_summary(
     return ConditionSummary(
         key=first.cell,
         name=first.condition,
-        agent=first.group,
-        modality=first.modality,
-        p=first.dose,
+        agent=agent,
+        modality=modality,
+        p=dose,
         success=share_of(found.solved, found.player, found.luck),
         errors=dict(sorted(Counter(trial.error.boundary for trial in trials if trial.error).items())),
         curve=curve,
@@ -135,7 +143,7 @@ def condition_summary(
         persistence=section("Leaving loops", lambda: persistence(trials), lambda: persistence(())),
         claims=claims,
         rationality=section("Rationality", lambda: rationality(trials), tuple),
-        points=tuple(points(found)),
+        points=tuple(replace(one, p=dose) for one in points(found)),
         distinct_sequences=len({trial.actions for trial in ended(trials)}),
         steps=sum(len(trial.steps) for trial in ended(trials)),
         changed=changed,

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from operator import call
 
+from lockprobe.analysis.axis_trials import Place
 from lockprobe.analysis.behaviour import heeded_at_most
 from lockprobe.analysis.condition import ConditionSummary, condition_summary
 from lockprobe.analysis.dose_grid import grids
@@ -131,9 +132,11 @@ def summarise_conditions(
 def _condition_if_possible(trials: Sequence[Trial], reference: Reference, box: Lockbox) -> ConditionSummary | None:
     """One agent under one condition; None if what no other number replaces cannot be computed."""
     with of_whom(f"{trials[0].group} under {trials[0].condition}"):
-        return section(
-            "All numbers", lambda: replace(condition_summary(trials, reference, box), p=math.nan), lambda: None
-        )
+        return section("All numbers", lambda: condition_summary(trials, reference, box, _on_no_axis), lambda: None)
+
+
+def _on_no_axis(trial: Trial) -> Place:
+    return Place(trial.group, trial.modality, math.nan)
 
 
 _Names = frozenset[tuple[str, str]]
@@ -169,10 +172,10 @@ def _names(idle: Sequence[Idle], *, whole: bool = False) -> _Names:
 
 
 def _cells(trials: Sequence[Trial]) -> dict[tuple[str, str], list[Trial]]:
-    """The trials of every agent under every condition, without a place on an axis."""
+    """The trials of every agent under every condition."""
     cells: dict[tuple[str, str], list[Trial]] = {}
     for trial in trials:
-        cells.setdefault((trial.group, trial.condition), []).append(replace(trial, placed=0.0))
+        cells.setdefault((trial.group, trial.condition), []).append(trial)
     return cells
 
 
@@ -286,21 +289,29 @@ def _series(
     """The numbers over every other dose, and over options of agents."""
     found = []
     for series in (one for one in series_of(arms) if not one.doses.keys() <= axis):
-        placed = [
-            replace(trial, placed=series.doses[trial.condition], modality=series.modality)
+        members = [
+            trial
             for trial in trials
             if trial.condition in series.doses
             and not (series.doses[trial.condition] and (trial.group, trial.condition) in idle)
         ]
-        if placed:
-            found.append((series, summarise(placed, box, each=each, axis=series.axis)))
+        found.append((series, members, partial(_by_condition, series)))
     control = control_of(arms, arms[0].modality)
     for series in series_of_agents(agents):
-        placed = [
-            replace(trial, agent=series.agent, placed=series.doses[trial.agent])
-            for trial in trials
-            if trial.agent in series.doses and control is not None and trial.condition == control.label
-        ]
-        if placed:
-            found.append((series, summarise(placed, box, each=each, axis=series.axis)))
-    return tuple(found)
+        own = [t for t in trials if t.agent in series.doses and control is not None and t.condition == control.label]
+        found.append((series, own, partial(_by_option, series)))
+    return tuple(
+        (series, summarise(members, box, each=each, axis=series.axis, place=place))
+        for series, members, place in found
+        if members
+    )
+
+
+def _by_condition(series: Series, trial: Trial) -> Place:
+    """The place of a trial by the dose of its condition."""
+    return Place(trial.group, series.modality, series.doses[trial.condition])
+
+
+def _by_option(series: Series, trial: Trial) -> Place:
+    """The place of a trial by an option of its agent."""
+    return Place(series.agent, trial.modality, series.doses[trial.agent])

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from lockprobe.analysis.chance import first_loops
 from lockprobe.analysis.null_models import chain_walks, markov_chain
-from lockprobe.analysis.outcomes import Outcomes, ended
+from lockprobe.analysis.outcomes import Outcomes
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.state_space import space_of
 from lockprobe.record import Trial
@@ -61,16 +61,23 @@ class _Chain:
     after: NDArray[np.float64]
 
 
-def blind_twin(trials: Sequence[Trial], box: Lockbox | None, rng: np.random.Generator) -> Outcomes | None:
-    """Simulated trials of a blind agent with the habits of these trials; None if the box is not known."""
+def blind_twin(
+    trials: Sequence[Trial], box: Lockbox | None, rng: np.random.Generator, doses: Sequence[float] | None = None
+) -> Outcomes | None:
+    """Simulated trials of a blind agent with the habits of these trials; None if the box is not known.
+
+    ``doses`` are their doses on an axis, as :func:`lockprobe.analysis.outcomes.outcomes` takes them.
+    """
     if box is None or any(set(trial.joints) != set(box.names) for trial in trials):
         return None
-    return blind_trials(actions_of(trials, box), box, rng)
+    return blind_trials(actions_of(trials, box, doses), box, rng)
 
 
-def actions_of(trials: Sequence[Trial], box: Lockbox) -> Actions:
+def actions_of(trials: Sequence[Trial], box: Lockbox, doses: Sequence[float] | None = None) -> Actions:
     """The actions in one agent's ended trials on the box."""
-    played = [trial for trial in ended(trials) if trial.steps]
+    at = [trial.p or 0.0 for trial in trials] if doses is None else doses
+    kept = [(trial, dose) for trial, dose in zip(trials, at, strict=True) if trial.ending != "error" and trial.steps]
+    played = [trial for trial, _ in kept]
     meant = [
         {label: box.names.index(name) for label, name in zip(trial.labels, trial.joints, strict=True)}
         for trial in played
@@ -81,7 +88,7 @@ def actions_of(trials: Sequence[Trial], box: Lockbox) -> Actions:
         [[one[label] for label in trial.listing] for one, trial in zip(meant, played, strict=True)],
     ]
     return Actions(
-        p=np.array([trial.dose for trial in played], dtype=np.float64),
+        p=np.array([dose for _, dose in kept], dtype=np.float64),
         joints=tuple(np.array([*map(box.names.index, trial.actions)], dtype=np.int64) for trial in played),
         ways=np.array(ways, dtype=np.int64).reshape(3, len(played), len(box.joints)),
         budget=max((trial.budget for trial in played), default=0),

@@ -121,7 +121,7 @@ def modality_effect(groups: Sequence[Sequence[Trial]]) -> ModalityEffect | None:
     pairs = [_pair(one, two) for one, two in combinations(found, 2)]
     return ModalityEffect(
         agent=first.group,
-        p=first.dose,
+        p=first.p or 0.0,
         modalities=tuple(modality for modality, _ in found),
         direction=direction,
         p_value=p_value,

@@ -33,7 +33,7 @@ class Outcomes:
     """Trials that ended as solved or out of budget, one row each. Every column has the shape (trials,).
 
     Attributes:
-        p: Flip probability, [0, 1].
+        p: The dose on the axis of the analysis: flip probability, [0, 1], or another.
         repetition: From 1.
         trial: From 1. Trials of equal repetition and trial share their luck (labels, flips, draws) over all p.
         length: Steps played.
@@ -131,20 +131,26 @@ def _onset(actions: tuple[int, ...]) -> int:
     return int(onset_batch(np.array([actions], dtype=np.int64).reshape(1, -1))[0])
 
 
-def outcomes(trials: Sequence[Trial]) -> Outcomes:
-    """The columns of one agent's trials; error trials are left out."""
-    return _columns(ended(trials))
+def outcomes(trials: Sequence[Trial], doses: Sequence[float] | None = None) -> Outcomes:
+    """The columns of one agent's trials; error trials are left out.
+
+    ``doses`` are their doses on an axis; their flip rates if not given, 0 where other interventions acted.
+    """
+    return _columns(trials, doses, broken=False)
 
 
-def broken_off(trials: Sequence[Trial]) -> Outcomes:
-    """The columns of the trials that ended as error, up to the error."""
-    return _columns([trial for trial in trials if trial.ending == "error"])
+def broken_off(trials: Sequence[Trial], doses: Sequence[float] | None = None) -> Outcomes:
+    """The columns of the trials that ended as error, up to the error; see :func:`outcomes`."""
+    return _columns(trials, doses, broken=True)
 
 
-def _columns(counted: Sequence[Trial]) -> Outcomes:
+def _columns(trials: Sequence[Trial], doses: Sequence[float] | None, *, broken: bool) -> Outcomes:
+    at = [trial.p or 0.0 for trial in trials] if doses is None else doses
+    kept = [pair for pair in zip(trials, at, strict=True) if (pair[0].ending == "error") == broken]
+    counted = [trial for trial, _ in kept]
     players = [trial.player for trial in counted]
     return Outcomes(
-        p=np.array([trial.dose for trial in counted], dtype=np.float64),
+        p=np.array([dose for _, dose in kept], dtype=np.float64),
         repetition=np.array([trial.repetition for trial in counted], dtype=np.int64),
         trial=np.array([trial.trial for trial in counted], dtype=np.int64),
         length=np.array([len(trial.steps) for trial in counted], dtype=np.int64),

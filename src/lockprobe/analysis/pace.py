@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
+from lockprobe.analysis.axis_trials import AxisTrials
 from lockprobe.analysis.curves import logrank
 from lockprobe.analysis.inference.logrank import solution_logrank
-from lockprobe.analysis.outcomes import joined, outcomes, with_players_of
-from lockprobe.record import Trial
+from lockprobe.analysis.outcomes import joined, with_players_of
 
 __all__ = ["Pace", "pace"]
 
@@ -19,7 +18,7 @@ class Pace:
 
     Attributes:
         first, second: Agent spec and modality of each.
-        p: Flip probability, [0, 1].
+        p: The dose: flip probability, [0, 1], or another.
         hazard_ratio: Hazard ratio of solving, second over first: above 1 if the second is faster; None if undefined.
         p_value: Log-rank, two-sided, clustered by luck, or by player.
         independent: P value of the log-rank test for independent trials; None if undefined.
@@ -35,18 +34,18 @@ class Pace:
     gehan: float | None
 
 
-def pace(first: Sequence[Trial], second: Sequence[Trial]) -> Pace | None:
-    """Compare two agents at one p on trials with shared luck; None if one has no ended trial."""
-    one, two = outcomes(first), outcomes(second)
+def pace(first: AxisTrials, second: AxisTrials) -> Pace | None:
+    """Compare two agents at one dose on trials with shared luck; None if one has no ended trial."""
+    one, two = first.outcomes, second.outcomes
     if not len(one) or not len(two):
         return None
     one, two = with_players_of(two, one), with_players_of(one, two)
     found = solution_logrank(joined([one, two])).primary
-    plain, early = logrank([first, second]), logrank([first, second], weights="gehan")
+    plain, early = logrank([first.trials, second.trials]), logrank([first.trials, second.trials], weights="gehan")
     return Pace(
-        first=(first[0].group, first[0].modality),
-        second=(second[0].group, second[0].modality),
-        p=first[0].dose,
+        first=(first.agent, first.modality),
+        second=(second.agent, second.modality),
+        p=first.doses[0],
         hazard_ratio=found.hazard_ratio if found else None,
         p_value=found.p_value if found else None,
         independent=plain.p_value if plain else None,

@@ -92,11 +92,11 @@ _SAW = ("view", "history", "feedback", "design", "words", "page")
 def people(trials: Sequence[Trial]) -> People | None:
     """The results of people in the trials of one study; None if none of their trials has ended."""
     counted = ended(trials)
-    own = [trial for trial in counted if trial.player]
+    own = [trial for trial in counted if trial.player and trial.p is not None]
     if not own:
         return None
     sizes = Counter(trial.agent for trial in own)
-    conditions = dict.fromkeys((trial.modality, trial.dose) for trial in sorted(own, key=lambda t: t.dose))
+    conditions = dict.fromkeys((t.modality, p) for t in sorted(own, key=lambda t: t.p or 0.0) if (p := t.p) is not None)
     modalities = dict.fromkeys(modality for modality, _ in conditions)
     first = [trial for trial in own if trial.facts.get("position") == 1]
     return People(
@@ -108,7 +108,7 @@ def people(trials: Sequence[Trial]) -> People | None:
         alike=float(np.mean([trial.solved for trial in own] * alike_weights([trial.agent for trial in own]))),
         first=proportion(sum(trial.solved for trial in first), len(first)),
         positions=tuple(_positions(own)),
-        at=tuple(_at([t for t in own if (t.modality, t.dose) == one], *one) for one in conditions),
+        at=tuple(_at([t for t in own if (t.modality, t.p) == one], *one) for one in conditions),
         over=tuple(_at([t for t in own if t.modality == one], one, None) for one in modalities),
         relative=tuple(relative_steps(counted, own, conditions)),
         saw={

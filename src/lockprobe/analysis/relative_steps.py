@@ -120,12 +120,12 @@ def relative_steps(
             if trial.group == agent and trial.modality == modality and _slot(trial) in slots
         ]
         for p in [*values, *([None] if len(values) > 1 else [])]:
-            if here := [pair for pair in pairs if p is None or pair[0].dose == p]:
+            if here := [pair for pair in pairs if p is None or pair[0].p == p]:
                 yield _relative(here, agent, modality, p)
 
 
-def _slot(trial: Trial) -> tuple[str, float, int, int]:
-    return trial.modality, trial.dose, trial.repetition, trial.trial
+def _slot(trial: Trial) -> tuple[str, float | None, int, int]:
+    return trial.modality, trial.p, trial.repetition, trial.trial
 
 
 def _relative(pairs: Sequence[tuple[Trial, Trial]], agent: str, modality: str, p: float | None) -> RelativeSteps:

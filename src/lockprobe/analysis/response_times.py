@@ -41,13 +41,13 @@ def response_times(trials: Sequence[Trial], times: Mapping[tuple[str, int], floa
         trials: The trials of one study; agents' trials and errors are left out.
         times: (Key of the trial, step from 1) -> time in ms.
     """
-    own = [trial for trial in ended(trials) if trial.player]
+    own = [trial for trial in ended(trials) if trial.player and trial.p is not None]
     found = []
     for modality in dict.fromkeys(trial.modality for trial in own):
         shown = [trial for trial in own if trial.modality == modality]
-        values = sorted({trial.dose for trial in shown})
+        values = sorted({trial.p for trial in shown if trial.p is not None})
         for p in (*values, *([None] if len(values) > 1 else [])):
-            members = [trial for trial in shown if p in (None, trial.dose)]
+            members = [trial for trial in shown if p in (None, trial.p)]
             choices = {
                 (trial.key, step.step): times[trial.key, step.step]
                 for trial in members

@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from itertools import combinations, groupby
+from itertools import combinations
 from operator import call
 from typing import Any, TypedDict
 
@@ -17,6 +17,7 @@ from lockprobe.analysis.agent_comparison.leaderboard import Entrant, comparisons
 from lockprobe.analysis.agent_comparison.leaderboard_row import Standing, standing
 from lockprobe.analysis.agent_comparison.pair import AgentComparison
 from lockprobe.analysis.axis import FLIPS, Axis
+from lockprobe.analysis.axis_trials import AxisTrials, Place, on_axis, on_flip_axis
 from lockprobe.analysis.behaviour import heeded_at_most
 from lockprobe.analysis.condition import ConditionSummary, Contrast, condition_summary, contrast
 from lockprobe.analysis.habit_baseline import blind_twin
@@ -25,7 +26,7 @@ from lockprobe.analysis.inference.battery import Inference, infer
 from lockprobe.analysis.inference.peak import Peak, peak
 from lockprobe.analysis.inference.trend import TrendFit, trend_fit
 from lockprobe.analysis.modalities import ModalityEffect, modality_effect, spoken
-from lockprobe.analysis.outcomes import Outcomes, Point, broken_off, ended, outcomes
+from lockprobe.analysis.outcomes import Point, outcomes
 from lockprobe.analysis.pace import Pace, pace
 from lockprobe.analysis.people import People, people
 from lockprobe.analysis.reference import Reference, reference_of
@@ -149,34 +150,35 @@ class StudySummary:
 
 
 def summarise(
-    trials: Sequence[Trial], box: Lockbox | None = None, *, each: Each = map, axis: Axis = FLIPS
+    trials: Sequence[Trial],
+    box: Lockbox | None = None,
+    *,
+    each: Each = map,
+    axis: Axis = FLIPS,
+    place: Callable[[Trial], Place] = on_flip_axis,
 ) -> StudySummary:
-    """Compute all results of a study. The order of an agent's trials does not matter.
+    """Compute all results over one axis. The order of an agent's trials does not matter.
 
     Args:
         trials: Trials of one box; those that ended as ``error`` are counted separately.
         box: The box, for the reference curves and the habit baseline.
         each: A map function over agents, sequential or parallel.
         axis: The dose in which conditions differ.
+        place: The place of a trial on the axis.
 
     Raises:
         BadValue: If the trials are of several boxes, or a flip rate is no probability.
     """
-    check_trials(trials, box, axis)
-    place = {name: i for i, name in enumerate(dict.fromkeys((trial.group, trial.modality) for trial in trials))}
-
-    def group(trial: Trial) -> tuple[int, float]:
-        return place[trial.group, trial.modality], trial.dose
-
+    by_agent = on_axis(trials, place)
+    check_trials(trials, box)
+    _check_doses(by_agent, axis)
     reference = section(
         "Curves of random agents and of the shortest plan",
         lambda: reference_of(box, max((trial.budget for trial in trials), default=0)) if box else None,
         lambda: None,
     )
-    ordered = sorted(trials, key=lambda trial: (*group(trial), trial.repetition, trial.trial))
-    by_agent = [list(members) for _, members in groupby(ordered, key=lambda trial: group(trial)[0])]
-    shown = Counter(agent for agent, _ in place)
-    jobs = _jobs(by_agent, reference, box, axis, shown)
+    shown = Counter(members.agent for members in by_agent)
+    jobs = _jobs(by_agent, reference, box, axis, shown, place)
     compared, *found = each(call, jobs)
     made = [(members, agent) for members, agent in zip(by_agent, found, strict=True) if agent is not None]
     agents = tuple[AgentSummary, ...](agent for _, agent in made)
@@ -193,79 +195,92 @@ def summarise(
         reference=reference,
         modalities=section("Modalities", lambda: _modalities(by_agent), tuple),
         verdicts=section("Verdicts of the robot", lambda: verdicts(trials), lambda: None),
-        people=section("People", lambda: people(ordered), lambda: None),
+        people=section(
+            "People", lambda: people([trial for members in by_agent for trial in members.trials]), lambda: None
+        ),
         axis=axis,
     )
 
 
 def _jobs(
-    by_agent: Sequence[Sequence[Trial]],
+    by_agent: Sequence[AxisTrials],
     reference: Reference | None,
     box: Lockbox | None,
     axis: Axis,
     shown: Mapping[str, int],
+    place: Callable[[Trial], Place],
 ) -> list[Callable[[], Any]]:
     """The work of a summary: all comparisons first, then each agent."""
-    heeded = [heeded_at_most(members) for members in by_agent]
+    heeded = [heeded_at_most(members.trials) for members in by_agent]
     family = _judged_together(by_agent, heeded)
     return [
         lambda: section(
             "Agents compared",
-            lambda: comparisons([_entrant(members) for members in by_agent], by_agent[0][0].seed if by_agent else 0),
+            lambda: comparisons([_entrant(members) for members in by_agent], by_agent[0].seed if by_agent else 0),
             tuple,
         ),
         *(
             partial(
                 _agent_if_possible,
                 partial(
-                    _agent, members, reference, box, axis, several=shown[members[0].group] > 1, heeded=share, agents=n
+                    _agent,
+                    members,
+                    reference,
+                    box,
+                    axis,
+                    place,
+                    several=shown[members.agent] > 1,
+                    heeded=share,
+                    agents=n,
                 ),
-                members[0].group,
+                members.agent,
             )
             for members, share, n in zip(by_agent, heeded, family, strict=True)
         ),
     ]
 
 
-def check_trials(trials: Sequence[Trial], box: Lockbox | None = None, axis: Axis = FLIPS) -> None:
+def check_trials(trials: Sequence[Trial], box: Lockbox | None = None) -> None:
     """Refuse trials that cannot be analysed together.
 
     Raises:
-        BadValue: If the trials are of several boxes, or a flip rate is no probability.
+        BadValue: If the trials are of several boxes.
     """
     boxes = sorted({trial.box for trial in trials} | ({box.name} if box else set()))
     if len(boxes) > 1:
         raise BadValue("trials to analyse together", f"boxes {', '.join(boxes)}", "trials of one box")
-    for trial in trials:
-        if not 0 <= trial.dose <= (1 if axis == FLIPS else math.inf):
-            raise BadValue(f"{axis.name} of {trial.key}", trial.dose, "a number from 0 to 1")
 
 
-def _judged_together(by_agent: Sequence[Sequence[Trial]], heeded: Sequence[float | None]) -> list[int]:
+def _check_doses(by_agent: Sequence[AxisTrials], axis: Axis) -> None:
+    for members in by_agent:
+        for trial, dose in zip(members.trials, members.doses, strict=True):
+            if not 0 <= dose <= (1 if axis == FLIPS else math.inf):
+                raise BadValue(f"{axis.name} of {trial.key}", dose, "a number from 0 to 1")
+
+
+def _judged_together(by_agent: Sequence[AxisTrials], heeded: Sequence[float | None]) -> list[int]:
     """The size of each agent's family: agents that heed reports and have trials at two doses or more.
 
     Agents that the study is about are one family, since one sentence names those of them that change; baselines are
     another.
     """
     heeding = [
-        share is None and len({trial.dose for trial in ended(members)}) > 1
-        for members, share in zip(by_agent, heeded, strict=True)
+        share is None and len(members.finished_doses) > 1 for members, share in zip(by_agent, heeded, strict=True)
     ]
-    baseline = [members[0].kind in _REFERENCES for members in by_agent]
+    baseline = [members.kind in _REFERENCES for members in by_agent]
     sizes = Counter(kind for kind, counts in zip(baseline, heeding, strict=True) if counts)
     return [max(1, sizes[kind]) for kind in baseline]
 
 
-def _entrant(trials: Sequence[Trial]) -> Entrant:
-    first = trials[0]
+def _entrant(trials: AxisTrials) -> Entrant:
     return Entrant(
-        agent=first.group,
-        modality=first.modality,
-        counted=outcomes(trials),
-        broken=broken_off(trials),
-        budget=max(trial.budget for trial in trials),
-        head=first.kind,
-        reference=first.kind in _REFERENCES,
+        agent=trials.agent,
+        modality=trials.modality,
+        counted=trials.outcomes,
+        broken=trials.broken_off,
+        budget=trials.budget,
+        head=trials.kind,
+        reference=trials.kind in _REFERENCES,
     )
 
 
@@ -274,26 +289,22 @@ def is_reference(agent: str) -> bool:
     return spec_kind(agent) in _REFERENCES
 
 
-def _paces(by_agent: Sequence[Sequence[Trial]]) -> tuple[Pace, ...]:
+def _paces(by_agent: Sequence[AxisTrials]) -> tuple[Pace, ...]:
     """The paces of every two agents with the same lowest p."""
-    lowest = _lowest(by_agent)
-    found = [pace(first, second) for first, second in combinations(lowest, 2) if first[0].dose == second[0].dose]
+    lowest = [members.lowest for members in by_agent]
+    found = [pace(first, second) for first, second in combinations(lowest, 2) if first.doses[0] == second.doses[0]]
     return tuple(compared for compared in found if compared)
 
 
-def _modalities(by_agent: Sequence[Sequence[Trial]]) -> tuple[ModalityEffect, ...]:
+def _modalities(by_agent: Sequence[AxisTrials]) -> tuple[ModalityEffect, ...]:
     """The modality effect of every agent with several modalities, at the lowest p."""
-    lowest = _lowest(by_agent)
-    agents = dict.fromkeys(members[0].group for members in lowest)
-    least = min((members[0].dose for members in lowest), default=0.0)
+    lowest = [members.lowest for members in by_agent]
+    least = min((members.doses[0] for members in lowest), default=0.0)
     groups = [
-        [members for members in lowest if (members[0].group, members[0].dose) == (name, least)] for name in agents
+        [members.trials for members in lowest if (members.agent, members.doses[0]) == (name, least)]
+        for name in dict.fromkeys(members.agent for members in lowest)
     ]
     return tuple(effect for group in groups if (effect := modality_effect(group)))
-
-
-def _lowest(by_agent: Sequence[Sequence[Trial]]) -> list[list[Trial]]:
-    return [[trial for trial in members if trial.dose == members[0].dose] for members in by_agent]
 
 
 def _agent_if_possible(make: Callable[[], AgentSummary], name: str) -> AgentSummary | None:
@@ -303,35 +314,31 @@ def _agent_if_possible(make: Callable[[], AgentSummary], name: str) -> AgentSumm
 
 
 def _agent(
-    trials: Sequence[Trial],
+    trials: AxisTrials,
     reference: Reference | None,
     box: Lockbox | None,
     axis: Axis,
+    place: Callable[[Trial], Place],
     *,
     several: bool,
     heeded: float | None,
     agents: int,
 ) -> AgentSummary:
     """One agent in one modality; ``several`` if other trials of it have another, ``agents`` are judged together."""
-    first = trials[0]
-    conditions = tuple(
-        condition_summary(list(members), reference, box) for _, members in groupby(trials, key=lambda trial: trial.dose)
-    )
+    conditions = tuple(condition_summary(members, reference, box, place) for _, members in trials.by_dose())
     acting = (conditions[0], *(one for one in conditions[1:] if not one.never_acted))
     distinct = acting if heeded is None else conditions[:1]
     shares = [point for condition in distinct for point in condition.points]
-    shown = {condition.p for condition in distinct}
-    looked_at = [trial for trial in trials if trial.dose in shown]
-    counted = outcomes(looked_at)
-    inference = _tested(looked_at, box, conditions, max(trial.budget for trial in trials), agents)
+    looked_at = trials.at({condition.p for condition in distinct})
+    inference = _tested(looked_at, box, conditions, trials.budget, agents)
     return AgentSummary(
-        agent=first.group,
-        modality=first.modality,
-        shown=", ".join(filter(None, (_shown(first.modality, several=several), axis.rest))),
-        reference=first.kind in _REFERENCES,
+        agent=trials.agent,
+        modality=trials.modality,
+        shown=", ".join(filter(None, (_shown(trials.modality, several=several), axis.rest))),
+        reference=trials.kind in _REFERENCES,
         heeded=heeded,
         conditions=conditions,
-        **_fits(shares, counted, first),
+        **_fits(shares, looked_at),
         inference=inference,
         contrast=section(
             "Clearest difference",
@@ -343,31 +350,30 @@ def _agent(
 
 
 def _tested(
-    trials: Sequence[Trial],
+    trials: AxisTrials,
     box: Lockbox | None,
     conditions: Sequence[ConditionSummary],
     budget: int,
     agents: int,
 ) -> Inference:
     """The tests of one agent's trials; without a result if they cannot be made."""
-    first = trials[0]
     twin = section(
         "Blind agent with the same habits",
-        lambda: blind_twin(trials, box, _stream(first, "blind")),
+        lambda: blind_twin(trials.trials, box, _stream(trials, "blind"), trials.doses),
         lambda: None,
     )
     return section(
         "Hypothesis tests",
         lambda: infer(
-            outcomes(trials),
-            _stream(first, "permutation"),
-            broken=broken_off(trials),
+            trials.outcomes,
+            _stream(trials, "permutation"),
+            broken=trials.broken_off,
             blind=twin,
             persistence=conditions[0].persistence,
             budget=budget,
             agents=agents,
         ),
-        lambda: infer(outcomes(()), _stream(first, "permutation"), agents=agents),
+        lambda: infer(outcomes(()), _stream(trials, "permutation"), agents=agents),
     )
 
 
@@ -380,13 +386,13 @@ class _Fits(TypedDict):
     peak: Peak
 
 
-def _fits(shares: Sequence[Point], counted: Outcomes, first: Trial) -> _Fits:
+def _fits(shares: Sequence[Point], trials: AxisTrials) -> _Fits:
     """The curves over the dose; those that cannot be fitted are fits of no trials."""
-    none, empty = outcomes(()), np.empty((0, 0))
+    counted, none, empty = trials.outcomes, outcomes(()), np.empty((0, 0))
     draws = section(
         "Bootstrap of the trend",
-        lambda: resample(counted, _stream(first, "bootstrap")),
-        lambda: resample(none, _stream(first, "bootstrap")),
+        lambda: resample(counted, _stream(trials, "bootstrap")),
+        lambda: resample(none, _stream(trials, "bootstrap")),
     )
     return _Fits(
         success_fit=section(
@@ -406,8 +412,8 @@ def _fits(shares: Sequence[Point], counted: Outcomes, first: Trial) -> _Fits:
         ),
         peak=section(
             "Best flip rate",
-            lambda: peak(counted, _stream(first, "peak")),
-            lambda: peak(none, _stream(first, "peak")),
+            lambda: peak(counted, _stream(trials, "peak")),
+            lambda: peak(none, _stream(trials, "peak")),
         ),
     )
 
@@ -416,5 +422,5 @@ def _shown(modality: str, *, several: bool) -> str:
     return spoken(modality) if several or modality not in PLAIN_WORDS else ""
 
 
-def _stream(first: Trial, use: str) -> np.random.Generator:
-    return generator(first.seed, "analysis", first.group, first.modality, use)
+def _stream(trials: AxisTrials, use: str) -> np.random.Generator:
+    return generator(trials.seed, "analysis", trials.agent, trials.modality, use)

@@ -70,7 +70,7 @@ def _groups(
     there = sorted({trial.group for trial in trials})
     asked = there if agents is None else list(dict.fromkeys(agents))
     trials = [trial for trial in trials if trial.p is not None]  # models of choices know flips alone
-    known = sorted({trial.dose for trial in trials})
+    known = sorted({trial.p for trial in trials if trial.p is not None})
     kept = known if p is None else sorted(set(p))
     for agent in asked:
         if agent not in there:
@@ -81,7 +81,7 @@ def _groups(
     groups = []
     for agent in asked:
         for values in [[value] for value in kept] if by_p else [kept]:
-            mine = [trial for trial in trials if trial.group == agent and trial.dose in values]
+            mine = [trial for trial in trials if trial.group == agent and trial.p in values]
             if mine:
                 groups.append((agent, mine))
     if not groups:
@@ -128,7 +128,7 @@ def fit_agent(
     shown = rows[0].predicts
     return AgentFit(
         agent=agent,
-        p=tuple(sorted({trial.dose for trial in used})),
+        p=tuple(sorted({trial.p for trial in used if trial.p is not None})),
         trials=len(used),
         left_out=len(trials) - len(counted),
         passed_over=len(counted) - len(used),

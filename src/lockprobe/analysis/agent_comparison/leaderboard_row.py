@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from lockprobe.analysis.agent_comparison.crossed_clusters import crossed_mean
 from lockprobe.analysis.agent_comparison.paired import block_mean, by_cluster
+from lockprobe.analysis.axis_trials import AxisTrials
 from lockprobe.analysis.clustered import ClusteredProportion, clustered_proportion, crossed_proportion
 from lockprobe.analysis.condition import ConditionSummary
 from lockprobe.analysis.curves import success_curve
@@ -71,14 +72,15 @@ class Standing:
     ranks: tuple[int, int] | None = None
 
 
-def standing(trials: Sequence[Trial], conditions: Sequence[ConditionSummary], reference: Reference | None) -> Standing:
+def standing(of: AxisTrials, conditions: Sequence[ConditionSummary], reference: Reference | None) -> Standing:
     """One agent's row, from its trials in one modality, its conditions by p, and the box's reference curves."""
+    trials = of.trials
     counted, found = ended(trials), outcomes(trials)
     said = [trial_claims(trial) for trial in counted]
     curve = success_curve(trials)
     return Standing(
-        agent=trials[0].group,
-        modality=trials[0].modality,
+        agent=of.agent,
+        modality=of.modality,
         success=_share(found, found.solved, np.ones(len(found))),
         steps_to_80=curve.steps_to(0.8),
         regret=_regret(trials, reference),
