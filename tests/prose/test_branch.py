@@ -20,6 +20,7 @@ def test_an_effect_is_said_with_its_interval_and_its_size():
     )
     assert "later reports are true" in branch_said(effect(truthful=True))
     assert "lowers" in branch_said(effect(-0.1, -0.18, -0.02))
+    assert "+18; P = 0.01 (corrected for 3 agents), 150 trials" in branch_said(effect(agents=3))
 
 
 @pytest.mark.parametrize("open_", [effect(p_value=0.2), effect(low=-0.01), effect(p_value=None)])

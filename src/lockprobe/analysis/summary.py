@@ -282,14 +282,22 @@ def _paces(by_agent: Sequence[Sequence[Trial]]) -> tuple[Pace, ...]:
 
 
 def _modalities(by_agent: Sequence[Sequence[Trial]]) -> tuple[ModalityEffect, ...]:
-    """The modality effect of every agent with several modalities, at the lowest p."""
+    """The modality effect of every agent with several modalities, at the lowest p.
+
+    The agents that the study is about are one family, and baselines another.
+    """
     lowest = _lowest(by_agent)
     agents = dict.fromkeys(members[0].group for members in lowest)
     least = min((members[0].dose for members in lowest), default=0.0)
     groups = [
         [members for members in lowest if (members[0].group, members[0].dose) == (name, least)] for name in agents
     ]
-    return tuple(effect for group in groups if (effect := modality_effect(group)))
+    baseline = [is_reference(group[0][0].group) for group in groups if modality_effect(group)]
+    return tuple(
+        effect
+        for group in groups
+        if (effect := modality_effect(group, max(1, baseline.count(is_reference(group[0][0].group)))))
+    )
 
 
 def _lowest(by_agent: Sequence[Sequence[Trial]]) -> list[list[Trial]]:

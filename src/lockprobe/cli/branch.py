@@ -205,7 +205,8 @@ def _print_effects(effects: Sequence[BranchEffect], *, json: bool) -> None:
     print()
     for said in found_said([one for one in effects if one.outcome == "solved"]):
         print(printable(said))
+    several = "; P and intervals for the number of agents" if any(one.agents > 1 for one in effects) else ""
     print(
-        "P is corrected for all effects on success of one agent (Holm). next choice: exact change of its choice "
-        "probabilities, 0 to 1. --json has every interval."
+        f"P is corrected for all effects on success of one agent (Holm){several}. next choice: exact change of its "
+        "choice probabilities, 0 to 1. --json has every interval."
     )

@@ -66,8 +66,9 @@ def branch_said(one: BranchEffect) -> str:
         said = f"At {where}, {arm} {'raises' if one.change.value > 0 else 'lowers'} {on}"
     else:
         said = f"No effect of {arm} at {where} on {on} was detected"
+    many = f" (corrected for {one.agents} agents)" if one.agents > 1 else ""
     return (
-        f"{said}: {percent(one.after_truth)} after a true report, {size}; {p_value(one.change.p_value)}, "
+        f"{said}: {percent(one.after_truth)} after a true report, {size}; {p_value(one.change.p_value)}{many}, "
         f"{one.change.blocks} trials, {one.forks} forks{later}."
     )
 

@@ -150,7 +150,8 @@ def condition_overview(found: ConditionStudySummary, settings: Mapping[str, Any]
     effects = [one for one in found.effects if one.agent in found.subjects]
     if found.whys:
         rows = [_why_numbers(one, found.reference) for one in found.whys]
-        question, answer = f"Why do false reports change how agents open {box}?", mechanism_said(found.whys[0])
+        first = next((one for one in found.whys if one.agent in found.subjects), found.whys[0])
+        question, answer = f"Why do false reports change how agents open {box}?", mechanism_said(first)
     else:
         rows = [_condition_numbers(one, found.reference) for one in effects]
         question, answer = f"How do {len(settings['conditions'])} conditions affect success on {box}?", ""
@@ -195,6 +196,7 @@ def _why_numbers(found: Why, reference: Reference) -> KeyNumbers:
         change=f"{bracketed(change.value, change.low, change.high)} points",
         against="change under false reports",
         chance=_chance(reference),
+        agents=found.agents,
     )
 
 
