@@ -40,6 +40,7 @@ from lockprobe.report.study_rows import (
     audit_result,
     broken_rows,
     left_out_row,
+    not_judged_of,
     plant_facts,
     rules_said_of,
     study_progress,
@@ -117,6 +118,7 @@ def condition_results(opened: OpenedStudy, found: ConditionStudySummary) -> Resu
         "series": ("Doses", lambda: [_series_row(series, summary) for series, summary in found.series]),
         "why": ("Why false reports change success", lambda: _why_rows(found, opened.trials)),
         "rules_said": ("Attempts against the rules", lambda: rules_said_of(found.conditions.values())),
+        "not_judged": ("Attempts against the rules", lambda: not_judged_of(found.conditions.values())),
         "measures": ("Measures of installed packages", lambda: measure_rows(opened)),
         "errors": ("Trials that broke", lambda: broken_rows(opened.trials)),
         "tidied": ("Tidied replies", lambda: tidied_rows(opened.trials)),
@@ -141,10 +143,10 @@ def condition_results(opened: OpenedStudy, found: ConditionStudySummary) -> Resu
 
 
 def _findings(found: ConditionStudySummary) -> list[str]:
-    """What changed nothing, and the effects of what did."""
+    """What changed nothing, for baselines too, and the effects of what did on the agents that the study is about."""
     effects = [one for one in found.effects if one.agent in found.subjects]
     return [
-        *idle_said(found.idle, found.subjects),
+        *idle_said(found.idle, found.agents),
         *unheeded_said(found.unheeded, found.subjects),
         *(sentence for one in effects for sentence in effects_said(one, found.conditions)),
     ]

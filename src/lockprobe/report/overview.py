@@ -11,7 +11,6 @@ from lockprobe.agents.catalogue import description
 from lockprobe.analysis.condition_study import ConditionStudySummary
 from lockprobe.analysis.effects import Effects
 from lockprobe.analysis.reference import Reference
-from lockprobe.analysis.rules import together
 from lockprobe.analysis.summary import AgentSummary, StudySummary
 from lockprobe.analysis.why import Why
 from lockprobe.formatting import NONE, bracketed, percent, share
@@ -30,7 +29,6 @@ from lockprobe.prose.overview import (
     smaller_budget_said,
     trial_said,
 )
-from lockprobe.prose.robot import judging_nobody
 from lockprobe.prose.subject import Subject
 from lockprobe.prose.why import mechanism_said
 from lockprobe.report.described import DescribedResult
@@ -87,7 +85,7 @@ def flip_overview(summary: StudySummary, settings: Mapping[str, Any]) -> Overvie
     box, several = settings.get("box", {}).get("name", "a lockbox"), len({one.p for one in summary.conditions}) > 1
     modal = bool(summary.modalities) and not several
     subjects = [agent for agent in summary.subjects if any(one.success.n for one in agent.conditions)]
-    budget, rules = settings.get("max_steps", 20), together(one.rules for one in summary.conditions)
+    budget = settings.get("max_steps", 20)
     if modal:
         question = f"Does what agents see change how they open {box}?"
         seeing = [one for one in summary.modalities if one.agent in {agent.agent for agent in subjects}]
@@ -101,9 +99,9 @@ def flip_overview(summary: StudySummary, settings: Mapping[str, Any]) -> Overvie
     return Overview(
         question=question,
         trial=trial_said(budget, "modalities" if modal else "flips", settings.get("flip", "transient")),
-        answer=judging_nobody(answer or flips_answer(summary), rules),
+        answer=answer or flips_answer(summary),
         changed_nothing=" ".join(filter(None, map(idle_doses_said, subjects))),
-        chance="" if rules and rules.against else not_above_chance(summary),
+        chance=not_above_chance(summary),
         interaction=" ".join(filter(None, (smaller_budget_said(summary), interaction_said(summary)))),
         needed=flips_needed(summary),
         figure="overview" if subjects else "",
@@ -155,7 +153,8 @@ def condition_overview(found: ConditionStudySummary, settings: Mapping[str, Any]
     else:
         rows = [_condition_numbers(one, found.reference) for one in effects]
         question, answer = f"How do {len(settings['conditions'])} conditions affect success on {box}?", ""
-    idle, rules = idle_said(found.idle, found.subjects), together(one.rules for one in found.conditions.values())
+    named = [one for one in found.idle if one.agent in found.subjects]
+    idle = idle_said(named, found.subjects)
     if not effects and not answer and idle:
         answer, idle = idle[0], idle[1:]
     if len(found.subjects) == 1:
@@ -163,9 +162,9 @@ def condition_overview(found: ConditionStudySummary, settings: Mapping[str, Any]
     return Overview(
         question=question,
         trial=trial_said(settings.get("max_steps", 20), "conditions"),
-        answer=judging_nobody(answer or effects_answer(effects), rules),
+        answer=answer or effects_answer(effects, idle=any(not one.intervention for one in named)),
         changed_nothing=" ".join(idle),
-        chance="" if rules and rules.against else _no_advantage(found, effects),
+        chance=_no_advantage(found, effects),
         needed="" if found.whys else effects_needed(effects),
         figure="why" if found.whys else "effects" if rows else "",
         numbers=rows[:_ROWS],

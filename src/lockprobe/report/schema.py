@@ -316,6 +316,9 @@ class Results(DescribedResult):
     modalities: list[details.ModalityResult] = []
     people: PeopleResult | None = None
     rules_said: str = Field(default="", description="Attempts against the rules of the box; empty if there are none.")
+    not_judged: str = Field(
+        default="", description="Why no sentence judges an agent, as attempts broke the rules; empty if none did."
+    )
     verdicts: Verdicts | None = None
     verdicts_said: str = ""
     fits: list[details.FitResult] = []
@@ -385,6 +388,7 @@ _CONDITION_KEYS = (
         "subjects",
         "findings",
         "rules_said",
+        "not_judged",
         "conditions",
     ),
     *("effects", "crossings", "grids", "series", "why", "forks", "forks_said", "box", "measures", "errors", "agents"),
