@@ -14,7 +14,7 @@ def mean(value, half=0.05):
     )
 
 
-def answer(says, disturbs, *, equivalence=0.5, half=0.05, others=()):
+def answer(says, disturbs, *, equivalence=0.5, half=0.05, others=(), agents=1):
     arms = {"truth": 30, "lie": 30 + round(150 * (says + disturbs)), "retracted": 30 + round(150 * disturbs)}
     return Why(
         agent="cognitive:insistent",
@@ -32,6 +32,7 @@ def answer(says, disturbs, *, equivalence=0.5, half=0.05, others=()):
         interaction=None,
         equivalence=equivalence,
         needed=230,
+        agents=agents,
     )
 
 

@@ -143,3 +143,25 @@ def test_errors_and_other_records_count_nowhere():
     assert branch_effects(broken, known) == []
     assert branch_effects(parents, known) == []
     assert branch_effects(forks, {}) == []
+
+
+def test_effects_on_several_agents_are_one_family_and_those_on_baselines_another():
+    """P values are multiplied and intervals are those of the divided level, as of no other agent."""
+
+    def forked(agent):
+        parents = [trial(number, agent=agent) for number in range(1, 13)]
+        arms = (("truth", 0), ("lie", 11))
+        return parents, [fork(one, arm, solved=i < n) for arm, n in arms for i, one in enumerate(parents)]
+
+    def found(*agents):
+        made = [forked(agent) for agent in agents]
+        parents = {one.key: one for several, _ in made for one in several}
+        effects = branch_effects([one for _, forks in made for one in forks], parents)
+        return {one.agent: one for one in effects if one.outcome == "solved"}
+
+    first, second, baseline = "cognitive:insistent", "cognitive:careful", "random"
+    alone, both = found(first)[first], found(first, second, baseline)
+    assert [both[agent].agents for agent in (first, second, baseline)] == [2, 2, 1]
+    assert both[first].change.p_value == pytest.approx(2 * alone.change.p_value)
+    assert both[first].change.low < alone.change.low
+    assert found(first, baseline)[first] == alone

@@ -95,3 +95,18 @@ def test_effects_of_several_agents_are_one_family_and_baselines_another():
         play_study(planned), arms_of(planned.conditions), agents=agents, box=planned.box, budget=20
     )
     assert {one.agent: one.agents for one in together.effects} == dict(zip(agents, (2, 2, 1), strict=True))
+
+
+def test_verdicts_on_several_agents_are_one_family_and_those_on_baselines_another():
+    """Agents that play alike count too: that lies change their success by less than the margin is a conclusion."""
+    agents = ("world:perseverant", "human-inspired", "world:lost-half", "cognitive:careful")
+    planned = study("why", agent=list(agents), trials=4, repetitions=1)
+    trials = play_study(planned)
+
+    def sizes(agents):
+        chosen = [trial for trial in trials if trial.agent in agents]
+        whys = summarise_conditions(chosen, arms_of(planned.conditions), agents=agents, box=planned.box, budget=20).whys
+        return {one.agent: one.agents for one in whys}
+
+    assert sizes(agents) == dict(zip(agents, (3, 1, 3, 3), strict=True))
+    assert sizes(agents[:2]) == dict.fromkeys(agents[:2], 1)

@@ -146,3 +146,19 @@ def test_a_summary_keeps_modalities_apart_and_names_them():
     assert alone.agents[0].name == "viewer (RGB)"
     assert alone.modalities == ()
     assert summarise(trials_of("symbolic", SOON)).agents[0].name == "viewer"
+
+
+def test_several_agents_are_one_family_and_baselines_another():
+    def found(*agents):
+        played = [trials_of(*one, agent=agent) for agent in agents for one in (("rgb", SOON), ("symbolic", MIDDLE))]
+        return {one.agent: one for one in summarise([trial for members in played for trial in members]).modalities}
+
+    alone, three = found("viewer"), found("viewer", "observer", "random")
+    assert {agent: one.agents for agent, one in three.items()} == {"viewer": 2, "observer": 2, "random": 1}
+    for one, two in [
+        (alone["viewer"].p_value, three["viewer"].p_value),
+        (alone["viewer"].p_all, three["viewer"].p_all),
+    ]:
+        assert two == pytest.approx(min(1.0, 2 * one))
+    assert three["viewer"].pairs[0].p_adjusted == pytest.approx(min(1.0, 2 * alone["viewer"].pairs[0].p_adjusted))
+    assert three["random"].p_value == alone["viewer"].p_value

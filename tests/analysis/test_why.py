@@ -10,7 +10,7 @@ from scipy.stats import ttest_1samp
 import lockprobe
 from lockprobe.analysis.agent_comparison.paired import block_mean
 from lockprobe.analysis.series import SeriesArm
-from lockprobe.analysis.why import ARMS, MARGIN, ON_REQUEST, arms_of, verdict, why
+from lockprobe.analysis.why import ARMS, MARGIN, ON_REQUEST, arms_of, verdict, verdict_of, why
 from lockprobe.interventions.condition import read_condition
 from lockprobe.spec import Spec
 
@@ -148,3 +148,38 @@ def test_lies_in_loops_are_compared_with_as_many_lies_elsewhere(loop_breaker):
     assert why(loop_breaker, as_arms(conditions())).contingent is None
     alone = why(trials, as_arms([*conditions(), asked[0]]))
     assert alone.contingent is None
+
+
+def test_of_one_agent_nothing_is_corrected_and_of_several_everything(loop_breaker):
+    """P values are multiplied, intervals are those of the divided level: a part is detected by both or by neither."""
+    alone, many = (why(loop_breaker, as_arms(conditions()), agents=agents) for agents in (1, 10))
+    assert alone == why(loop_breaker, as_arms(conditions()))
+    assert (alone.agents, many.agents) == (1, 10)
+    pairs = [(getattr(alone, part), getattr(many, part)) for part in ("change", "says", "disturbs", "falsity")]
+    pairs += [(one.change, two.change) for one, two in zip(alone.arms, many.arms, strict=True) if one.change]
+    for one, two in pairs:
+        assert two.value == one.value
+        assert two.p_value == pytest.approx(min(1.0, 10 * one.p_value))
+        assert two.low < one.low or two.low == -1
+        assert two.high > one.high or two.high == 1
+    assert many.equivalence == pytest.approx(min(1.0, 10 * alone.equivalence))
+    assert many.needed > alone.needed
+
+
+@pytest.mark.parametrize(
+    ("shares", "shared", "false"),
+    [
+        ((0.45, 0.45, 0.45), False, {"says", "disturbs", "both", "unexplained"}),
+        ((0.45, 0.55, 0.45), True, {"no change"}),
+        ((0.25, 0.65, 0.65), False, {"says", "both"}),
+    ],
+    ids=["no change", "a change of the margin", "only the disturbance"],
+)
+def test_of_ten_agents_some_verdict_is_false_in_at_most_5_percent_of_studies(shares, shared, false):
+    """In 200 studies of 60 blocks, with three standard errors; each agent by itself errs in up to a third of them."""
+    rng = np.random.default_rng(1)
+    wrong = 0
+    for _ in range(200):
+        drawn = rng.random((10, 1 if shared else 3, 60)) < np.array(shares)[None, :, None]
+        wrong += any(verdict_of(*arms.astype(float), agents=10) in false for arms in drawn)
+    assert wrong <= 200 * (0.05 + 3 * math.sqrt(0.05 * 0.95 / 200))

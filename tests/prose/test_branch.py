@@ -1,9 +1,12 @@
 """Sentences on forks say what was detected, and never that there is no effect."""
 
+from dataclasses import replace
+
 import pytest
 
 from lockprobe.analysis.agent_comparison.paired import BlockMean
 from lockprobe.analysis.branch import BranchEffect
+from lockprobe.analysis.rules import RuleBreaks
 from lockprobe.prose.branch import branch_said, found_said, place_said, size_said, value_said
 
 
@@ -20,6 +23,7 @@ def test_an_effect_is_said_with_its_interval_and_its_size():
     )
     assert "later reports are true" in branch_said(effect(truthful=True))
     assert "lowers" in branch_said(effect(-0.1, -0.18, -0.02))
+    assert "+18; P = 0.01 (corrected for 3 agents), 150 trials" in branch_said(effect(agents=3))
 
 
 @pytest.mark.parametrize("open_", [effect(p_value=0.2), effect(low=-0.01), effect(p_value=None)])
@@ -35,6 +39,12 @@ def test_what_is_not_shown_is_not_said_to_be_nothing(open_):
 def test_of_several_the_detectable_ones_are_said():
     assert found_said([effect(), effect(p_value=0.5)]) == [branch_said(effect())]
     assert found_said([]) == []
+
+
+def test_of_forks_whose_attempts_broke_the_rules_of_the_box_none_is_judged():
+    broken = RuleBreaks(attempts=60, against=12, free=30, missed=12, forced=0, others=0)
+    assert found_said([effect()], broken) == ["No agent is judged: 12 of 60 attempts broke the rules of the box."]
+    assert found_said([effect()], replace(broken, against=0)) == found_said([effect()])
 
 
 def test_every_arm_and_place_has_words():

@@ -1,11 +1,13 @@
 """What changed nothing is named, for whom, and is said to decide nothing."""
 
+from dataclasses import replace
+
 from lockprobe.analysis.idle import Idle, Unheeded
 from lockprobe.analysis.summary import summarise
 from lockprobe.lockbox.families import box
 from lockprobe.prose.idle import idle_doses_said, idle_said, unheeded_said
 from lockprobe.prose.overview import flips_answer
-from lockprobe.prose.success import finding
+from lockprobe.prose.success import baselines_said, finding
 from lockprobe.testing import play_trials
 
 
@@ -53,3 +55,24 @@ def test_a_flip_rate_without_a_false_report_is_named_and_no_effect_is_denied():
     (acting,) = summarise([*trials, *play_trials("human-inspired", 6, p=0.4)], box("chain-4")).agents
     assert said in finding(acting)
     assert "0.0001" not in finding(acting).replace(said, "")
+
+
+def test_beside_such_a_flip_rate_no_sentence_speaks_of_every_condition():
+    """The agent solves all its trials at each rate, so no difference is seen at those that are compared."""
+    trials = [trial for p in (0.0, 0.0001, 0.02) for trial in play_trials("cognitive:careful", 8, p=p)]
+    (agent,) = summarise([replace(trial, ending="solved") for trial in trials], box("chain-4")).agents
+    assert [one.p for one in agent.idle] == [0.0001]
+    assert "100 % of its trials under every other condition" in finding(agent)
+    (whole,) = summarise([replace(one, ending="solved") for one in trials if one.p != 0.0001], box("chain-4")).agents
+    assert "100 % of its trials under every condition" in finding(whole)
+
+
+def test_such_a_flip_rate_of_a_baseline_is_named_too():
+    played = [trial for agent in ("cognitive:careful", "random") for p in (0.0, 0.0001, 0.4)
+              for trial in play_trials(agent, 6, p=p)]  # fmt: skip
+    summary = summarise(played, box("chain-4"))
+    assert [agent.agent for agent in summary.subjects] == ["cognitive:careful"]
+    steps = sum(len(trial.steps) for trial in played if (trial.agent, trial.p) == ("random", 0.0001))
+    said = f"At a flip rate of 0.0001, no report was false (random, {steps} steps), so nothing is concluded from it."
+    assert baselines_said(summary).endswith(said)
+    assert said not in baselines_said(summarise([one for one in played if one.p != 0.0001], box("chain-4")))

@@ -177,6 +177,15 @@ def test_conditions_are_named_by_what_they_do(found, said):
     assert effects_answer(found) == said
 
 
+def test_beside_conditions_that_changed_nothing_the_others_are_meant():
+    assert effects_answer([effects(("x", 0.01, False, 0.05))] * 2, idle=True) == (
+        "No effect of any other condition on success was detected."
+    )
+    assert effects_answer([effects(("x", 0.01, False, 0.05))], idle=True) == (
+        "No effect of x on the success of a was detected."
+    )
+
+
 def test_trials_needed_of_conditions_are_those_of_the_widest_interval():
     """With 24 of 50 pairs that differ, 48 % are expected to, and at most 61 %."""
     assert effects_needed([effects(("x", 0.1, False))]) == (

@@ -1,7 +1,7 @@
 """A robot that breaks the rules of the box is said to, and no agent is judged by that."""
 
 from lockprobe.analysis.rules import RuleBreaks
-from lockprobe.prose.robot import judging_nobody, rules_said
+from lockprobe.prose.robot import not_judged, rules_said
 
 BROKEN = RuleBreaks(attempts=60, against=12, free=30, missed=11, forced=1, others=0)
 KEPT = RuleBreaks(attempts=60, against=0, free=30, missed=0, forced=0, others=0)
@@ -16,8 +16,6 @@ def test_attempts_against_the_rules_are_said_by_kind():
     assert rules_said(KEPT) == ""
 
 
-def test_the_first_sentence_has_them_where_there_are_any():
-    assert judging_nobody("a solved 33 % of 3 trials.", BROKEN) == (
-        "a solved 33 % of 3 trials, but 12 of 60 attempts broke the rules of the box, so no agent is judged by it."
-    )
-    assert judging_nobody("a solved it.", KEPT) == judging_nobody("a solved it.", None) == "a solved it."
+def test_nobody_is_judged_where_there_are_any():
+    assert not_judged(BROKEN) == "No agent is judged: 12 of 60 attempts broke the rules of the box."
+    assert not_judged(KEPT) == not_judged(None) == ""

@@ -1,12 +1,10 @@
 """Each section of a report has one sentence in its heading, with the numbers of the summary."""
 
-from dataclasses import replace
-
 from builders import SOLUTION, make_trial, play_study, small_study
 
 from lockprobe.analysis.summary import summarise
 from lockprobe.lockbox.families import box
-from lockprobe.prose.section_answers import not_judged, section_answers
+from lockprobe.prose.section_answers import section_answers
 
 
 def test_every_section_has_one_short_sentence_with_the_numbers_of_its_agents():
@@ -75,18 +73,3 @@ def test_an_agent_that_was_shown_the_box_in_two_ways_is_named_with_each():
     assert section_answers(summarise(trials, box("chain-4")))["side"] == (
         "Highest success: llm:a (ground truth), llm:a (ground-truth states), 100 % each."
     )
-
-
-def test_no_section_judges_an_agent_whose_attempts_broke_the_rules_of_the_box():
-    study = small_study(["human-inspired", "cognitive:insistent", "random"], (0.0, 0.4), 1, 8)
-    played = play_study(study)
-    (first, *rest) = played[0].steps
-    missed = replace(played[0], steps=(replace(first, moved=not first.moved), *rest))
-    assert not_judged(summarise(played, box("chain-4"))) == ""
-    summary = summarise([missed, *played[1:]], box("chain-4"))
-    found = section_answers(summary)
-    said = not_judged(summary)
-    assert said.startswith("No agent is judged: 1 of ")
-    assert {section for section, answer in found.items() if answer == said} == {
-        "side", "success", "speed", "loops", "rational", "tests",
-    }  # fmt: skip

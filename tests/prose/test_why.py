@@ -50,6 +50,12 @@ def test_what_else_changes_success_is_named_without_a_mechanism():
     assert len(why_said(answer(-0.15, 0, others=("withheld", "tremble")))) == 2
 
 
+def test_of_several_agents_it_says_for_how_many_its_numbers_are_corrected():
+    said = "P values and intervals of differences are corrected for 10 agents (Bonferroni)."
+    assert why_said(answer(0.3, 0, agents=10))[-1] == said
+    assert not any("corrected for" in one for one in why_said(answer(0.3, 0)))
+
+
 def test_what_only_an_uncorrected_interval_shows_is_not_named():
     found = answer(0, 0.3, others=("withheld",))
     *rest, last = found.arms

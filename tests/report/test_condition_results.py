@@ -176,6 +176,40 @@ def test_a_condition_that_changed_nothing_is_named_and_has_no_effect(tmp_path):
     assert "No difference" not in page
 
 
+def test_beside_a_condition_that_changed_nothing_only_the_other_ones_are_concluded_from(tmp_path):
+    """A baseline's is named too, though nothing is said of its effects."""
+    agents = ["cognitive:careful", "cognitive:insistent", "random"]
+    acts = ["history?last=50", "distract?p=0.3"]
+    planned = study("flips", agent=agents, condition=acts, p=[0], trials=6, repetitions=1)
+    directory = write_study(tmp_path / "study", planned)
+    page, content = write_report(directory).read_text(), json.loads((directory / "results.json").read_text())
+    idle = [one for one in content["conditions"] if one["never_acted"]]
+    assert {(one["agent"], one["condition"]) for one in idle} == {(agent, acts[0]) for agent in agents}
+    assert {one["condition"] for one in content["effects"]} == {acts[1]}
+    assert content["overview"]["answer"].endswith("o effect of any other condition on success was detected.")
+    assert "any condition" not in page
+    steps = sum(one["steps"] for one in idle)
+    said = f"{acts[0]} changed nothing for any agent (0 of {steps} steps), so nothing is concluded from it."
+    assert content["findings"][0] == said
+    first = sum(one["steps"] for one in idle if one["agent"] != "random")
+    assert f"{acts[0]} changed nothing for any agent (0 of {first} steps)" in content["overview"]["changed_nothing"]
+
+
+def test_a_condition_that_changed_nothing_for_a_baseline_alone_is_named(tmp_path):
+    """No loop of the baseline can be named, since it has none."""
+    acts = "nudge"
+    planned = study(
+        "flips", agent=["cognitive:insistent", "human-inspired"], condition=acts, p=[0], trials=6, repetitions=1
+    )
+    directory = write_study(tmp_path / "study", planned)
+    write_report(directory)
+    content = json.loads((directory / "results.json").read_text())
+    rows = {one["agent"]: one for one in content["conditions"] if one["condition"] == acts}
+    assert (rows["human-inspired"]["never_acted"], rows["cognitive:insistent"]["never_acted"]) == (True, False)
+    (said,) = [one for one in content["findings"] if "changed nothing" in one]
+    assert said.startswith(f"{acts} changed nothing for human-inspired (0 of ")
+
+
 class Clumsy(SymbolicPlant):
     """The rules, except that the first attempts move nothing."""
 
@@ -202,7 +236,7 @@ def test_attempts_against_the_rules_stand_in_the_first_sentence(tmp_path, acts):
     against = sum(row["against_rules"] for row in content["conditions"])
     attempts = sum(row["rules"]["attempts"] for row in content["conditions"])
     assert 0 < against < attempts
-    assert f"but {against} of {attempts} attempts broke the rules of the box" in content["overview"]["answer"]
+    assert f" {against} of {attempts} attempts broke the rules of the box" in content["overview"]["answer"]
     assert content["overview"]["chance"] == ""
     assert content["rules_said"].startswith(f"{against} of {attempts} attempts (")
     assert content["rules_said"] in page

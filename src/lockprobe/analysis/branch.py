@@ -8,6 +8,7 @@ alone. Forks also measure the first lie in a truthful world, which the records o
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal, get_args
@@ -17,6 +18,7 @@ import numpy as np
 from lockprobe.analysis.agent_comparison.paired import Array, BlockMean, block_mean
 from lockprobe.analysis.excursion import continuation, flipped
 from lockprobe.analysis.inference.logrank import holm
+from lockprobe.analysis.summary import is_reference
 from lockprobe.errors import BadValue
 from lockprobe.record import Trial
 from lockprobe.seeds import trial_stream
@@ -54,9 +56,11 @@ class BranchEffect:
         truthful: Whether all later reports are true.
         outcome: The outcome that is compared.
         after_truth: Mean outcome after a true report.
-        change: Mean change of the outcome over trials; the continuations of a trial form a cluster. P values of changes
-            of success are corrected for all of one agent (Holm); other P values and all intervals are not corrected.
+        change: Mean change of the outcome over trials; the continuations of a trial form a cluster. P values and
+            intervals are corrected for the agents that are judged together (Bonferroni), P values of changes of success
+            also for all of one agent (Holm).
         forks: Continuations compared.
+        agents: Number of agents that are judged together.
     """
 
     agent: str
@@ -68,6 +72,7 @@ class BranchEffect:
     after_truth: float
     change: BlockMean
     forks: int
+    agents: int = 1
 
 
 def check_rule(rule: str) -> None:
@@ -146,8 +151,9 @@ def branch_effects(
             continue
         cell = placed.setdefault((parent.group, parent.condition, name.truthful), {})
         cell.setdefault((name.parent, name.at), {}).setdefault(name.arm, {})[name.time] = fork
-    found = []
+    found, sizes = [], Counter(is_reference(agent) for agent in {agent for agent, *_ in placed})
     for (agent, condition, truthful), there in placed.items():
+        agents = sizes[is_reference(agent)]
         for where, points in _by_place(there, parents, rules).items():
             for arm in dict.fromkeys(arm for at in there.values() for arm in at if arm != TRUTH):
                 forked = [point for point in points if arm in there.get(point, ())]
@@ -155,7 +161,7 @@ def branch_effects(
                     continue
                 for outcome in get_args(BranchOutcome):
                     rows = [_row(there[point], parents[point[0]], point[1], arm, outcome, known) for point in forked]
-                    if one := _effect([row for row in rows if row is not None], outcome, budget):
+                    if one := _effect([row for row in rows if row is not None], outcome, budget, agents):
                         effect = BranchEffect(
                             agent=agent,
                             condition=condition,
@@ -166,6 +172,7 @@ def branch_effects(
                             after_truth=one[0],
                             change=one[1],
                             forks=one[2],
+                            agents=agents,
                         )
                         found.append(effect)
     return _corrected(found)
@@ -239,7 +246,7 @@ def _outcome(fork: Trial, parent: Trial, at: int, outcome: BranchOutcome) -> flo
 
 
 def _effect(
-    rows: Sequence[tuple[Array, Array]], outcome: BranchOutcome, budget: int
+    rows: Sequence[tuple[Array, Array]], outcome: BranchOutcome, budget: int, agents: int
 ) -> tuple[float, BlockMean, int] | None:
     """Mean after a true report, change, and number of pairs, from one row per trial."""
     if len(rows) < 2:
@@ -250,9 +257,11 @@ def _effect(
         row[: len(changed)] = changed - told
     told = np.concatenate([told for _, told in rows])
     if outcome == "steps":
-        change = block_mean(differences, unit=float(budget), whole_blocks=True)
+        change = block_mean(differences, unit=float(budget), choices=agents, whole_blocks=True)
     else:
-        change = block_mean(differences, unit=None if outcome == "choice" else 1.0)
+        change = block_mean(differences, unit=None if outcome == "choice" else 1.0, choices=agents)
+    p_value = None if change.p_value is None else min(1.0, agents * change.p_value)
     if outcome == "choice":  # no test: that chances differ is known
-        change = replace(change, p_value=None)
+        p_value = None
+    change = replace(change, p_value=p_value)
     return float(told.mean()), change, len(told)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from operator import call
@@ -266,15 +266,20 @@ def _compared(cells: _Cells, arms: Sequence[SeriesArm], agent: str, axis: frozen
 
 
 def _whys(cells: _Cells, arms: Sequence[SeriesArm], agents: Sequence[str]) -> tuple[Why, ...]:
-    """Why false reports change each agent's success, in each modality that has the arms for it."""
-    found = []
+    """Why false reports change each agent's success, in each modality that has the arms for it.
+
+    The agents that the study is about are one family, and baselines another. Those that play alike count too: that
+    reports change their success by less than the margin is a conclusion.
+    """
+    asked: list[Callable[..., Why | None]] = []
     for agent in agents:
         for modality in dict.fromkeys(arm.modality for arm in arms):
             shown = [arm for arm in arms if arm.modality == modality]
             own = {arm.label: cells[agent, arm.label] for arm in shown if (agent, arm.label) in cells}
-            if one := why(own, shown):
-                found.append(one)
-    return tuple(found)
+            asked.append(partial(why, own, shown))
+    answered = [(make, is_reference(one.agent)) for make in asked if (one := make())]
+    sizes = Counter(baseline for _, baseline in answered)
+    return tuple(one for make, baseline in answered if (one := make(agents=sizes[baseline])))
 
 
 def _series(

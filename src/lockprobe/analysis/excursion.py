@@ -98,7 +98,8 @@ class Excursion:
         effect: Change of the probability of the outcome, [-1, 1].
         low: Lower end of its 95 % interval.
         high: Upper end.
-        p_value: Student's t, two-sided; not corrected.
+        p_value: Student's t, two-sided; like the interval, corrected for the agents that are judged together
+            (Bonferroni) and for nothing else.
         standard_error: Clustered by luck.
         points: Number of decision points.
         clusters: Number of clusters of luck.
@@ -134,10 +135,11 @@ class NotEstimated:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Excursions:
-    """The effects of one false report, and those that cannot be estimated."""
+    """The effects of one false report, those that cannot be estimated, and how many agents are judged together."""
 
     estimates: tuple[Excursion, ...]
     left_out: tuple[NotEstimated, ...]
+    agents: int = 1
 
 
 def decision_points(trials: Iterable[Trial]) -> DecisionPoints:
@@ -224,10 +226,14 @@ def continuation(actions: tuple[str, ...]) -> str | None:
     return None
 
 
-def excursions(points: DecisionPoints) -> Excursions:
+def excursions(points: DecisionPoints, agents: int = 1) -> Excursions:
     """The effect of one lie on every outcome: over all points, by kind of lie, and inside or outside loops.
 
     Effects that cannot be estimated are left out, each with its reason.
+
+    Args:
+        points: Decision points.
+        agents: Number of agents that are judged together.
     """
     everywhere = np.ones(len(points), dtype=np.bool_)
     among: dict[Among, NDArray[np.bool_]] = {
@@ -242,10 +248,11 @@ def excursions(points: DecisionPoints) -> Excursions:
         for name, chosen in among.items():
             if outcome == "leaves" and name in ("in a loop", "elsewhere"):
                 continue
-            found.append(excursion(points, outcome, chosen, name))
+            found.append(excursion(points, outcome, chosen, name, agents))
     return Excursions(
         estimates=tuple(one for one in found if isinstance(one, Excursion)),
         left_out=tuple(one for one in found if isinstance(one, NotEstimated)),
+        agents=agents,
     )
 
 
@@ -254,6 +261,7 @@ def excursion(
     outcome: Outcome,
     chosen: NDArray[np.bool_],
     among: Among = "all",
+    agents: int = 1,
 ) -> Excursion | NotEstimated:
     """The effect of one lie on an outcome over a subset of decision points.
 
@@ -262,6 +270,7 @@ def excursion(
         outcome: The outcome.
         chosen: The subset, shape (points,), chosen by facts known before the coin toss.
         among: Name of the subset.
+        agents: As for :func:`excursions`.
 
     Returns:
         Why there is no estimate: too few trials (:data:`FEWEST`), too few clusters, or a cluster that alone carries a
@@ -292,14 +301,14 @@ def excursion(
     effect, error = found
     from scipy.stats import t
 
-    reach = float(t.ppf(1 - ALPHA / 2, freedom))
+    reach = float(t.ppf(1 - ALPHA / 2 / agents, freedom))
     return Excursion(
         outcome=outcome,
         among=among,
         effect=effect,
         low=max(-1.0, effect - reach * error),
         high=min(1.0, effect + reach * error),
-        p_value=float(2 * t.sf(abs(effect) / error, freedom)) if error else 1.0,
+        p_value=min(1.0, agents * float(2 * t.sf(abs(effect) / error, freedom))) if error else 1.0,
         standard_error=error,
         points=len(y),
         clusters=clusters,

@@ -38,7 +38,7 @@ class ModalityPair:
         second: The other modality.
         hazard_ratio: Hazard ratio of solving, second over first: above 1 if the second is faster; None if undefined.
         p_value: Log-rank, two-sided, clustered by luck; None with too few clusters.
-        p_adjusted: Corrected for the number of pairs (Holm).
+        p_adjusted: Corrected for the number of pairs (Holm) and of agents.
         final: Difference in final success, second minus first, over the trials that both have.
     """
 
@@ -64,6 +64,7 @@ class ModalityEffect:
             clusters or fewer, which could never be significant.
         p_all: Log-rank test of any difference; None with too few clusters.
         pairs: All pairwise comparisons.
+        agents: Number of agents that are judged together; P values are corrected for it (Bonferroni).
     """
 
     agent: str
@@ -73,6 +74,7 @@ class ModalityEffect:
     p_value: float | None
     p_all: float | None
     pairs: tuple[ModalityPair, ...]
+    agents: int = 1
 
     @property
     def differs_in_fidelity(self) -> bool:
@@ -110,8 +112,13 @@ def _fidelity(modality: str) -> int | None:
     return list(_SPOKEN).index(name) if name in _SPOKEN else None
 
 
-def modality_effect(groups: Sequence[Sequence[Trial]]) -> ModalityEffect | None:
-    """Compare one agent's trials at one p, one group per modality; None if fewer than two groups have ended trials."""
+def modality_effect(groups: Sequence[Sequence[Trial]], agents: int = 1) -> ModalityEffect | None:
+    """Compare one agent's trials at one p, one group per modality; None if fewer than two groups have ended trials.
+
+    Args:
+        groups: The trials of each modality.
+        agents: Number of agents that are judged together.
+    """
     ordered = sorted((group for group in groups if group), key=lambda group: by_fidelity(group[0].modality))
     found = [(group[0].modality, counted) for group in ordered if len(counted := outcomes(group))]
     if len(found) < 2:
@@ -124,13 +131,18 @@ def modality_effect(groups: Sequence[Sequence[Trial]]) -> ModalityEffect | None:
         p=first.p or 0.0,
         modalities=tuple(modality for modality, _ in found),
         direction=direction,
-        p_value=p_value,
-        p_all=solution_logrank(joined([counted for _, counted in found])).p_all,
+        p_value=_corrected(p_value, agents),
+        p_all=_corrected(solution_logrank(joined([counted for _, counted in found])).p_all, agents),
         pairs=tuple(
-            replace(pair, p_adjusted=adjusted)
+            replace(pair, p_adjusted=_corrected(adjusted, agents))
             for pair, adjusted in zip(pairs, holm([pair.p_value for pair in pairs]), strict=True)
         ),
+        agents=agents,
     )
+
+
+def _corrected(p_value: float | None, agents: int) -> float | None:
+    return None if p_value is None else min(1.0, agents * p_value)
 
 
 def _trend(found: Sequence[tuple[str, Outcomes]]) -> tuple[int, float | None]:

@@ -297,14 +297,22 @@ def _paces(by_agent: Sequence[AxisTrials]) -> tuple[Pace, ...]:
 
 
 def _modalities(by_agent: Sequence[AxisTrials]) -> tuple[ModalityEffect, ...]:
-    """The modality effect of every agent with several modalities, at the lowest p."""
+    """The modality effect of every agent with several modalities, at the lowest p.
+
+    The agents that the study is about are one family, and baselines another.
+    """
     lowest = [members.lowest for members in by_agent]
     least = min((members.doses[0] for members in lowest), default=0.0)
     groups = [
         [members.trials for members in lowest if (members.agent, members.doses[0]) == (name, least)]
         for name in dict.fromkeys(members.agent for members in lowest)
     ]
-    return tuple(effect for group in groups if (effect := modality_effect(group)))
+    baseline = [is_reference(group[0][0].group) for group in groups if modality_effect(group)]
+    return tuple(
+        effect
+        for group in groups
+        if (effect := modality_effect(group, max(1, baseline.count(is_reference(group[0][0].group)))))
+    )
 
 
 def _agent_if_possible(make: Callable[[], AgentSummary], name: str) -> AgentSummary | None:

@@ -73,7 +73,7 @@ class ArmEffect:
         condition: The name of the condition in the study.
         success: Share solved.
         change: Success minus success under true reports, over blocks, [-1, 1]; None for the arm of true reports. Its
-            P value is corrected for the number of arms (Holm); its interval is not.
+            P value is corrected for the number of arms (Holm); its interval is not. Both are for that of agents.
     """
 
     arm: str
@@ -85,6 +85,9 @@ class ArmEffect:
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Why:
     """The effect of false reports on one agent, decomposed into content and disturbance.
+
+    All intervals and P values are corrected for the agents that are judged together (Bonferroni), so that a verdict on
+    some of them is wrong in at most 5 % of studies.
 
     Attributes:
         agent: Agent spec.
@@ -102,6 +105,7 @@ class Why:
         margin: The equivalence margin, (0, 1).
         verdict: The conclusion.
         needed: Blocks needed to detect a change of the margin with a power of 80 %, given the variance of these blocks.
+        agents: Number of agents (and ways of showing the box) that are judged together.
     """
 
     agent: str
@@ -119,6 +123,7 @@ class Why:
     margin: float = MARGIN
     verdict: Verdict = field(init=False)
     needed: int
+    agents: int = 1
 
     def __post_init__(self) -> None:
         concluded = verdict(self.change, self.says, self.disturbs, self.equivalence)
@@ -164,7 +169,11 @@ def _at_rate(template: _Acting, rate: float) -> _Acting:
 
 
 def why(
-    trials: Mapping[str, Sequence[Trial]], conditions: Sequence[SeriesArm], *, margin: float = MARGIN
+    trials: Mapping[str, Sequence[Trial]],
+    conditions: Sequence[SeriesArm],
+    *,
+    margin: float = MARGIN,
+    agents: int = 1,
 ) -> Why | None:
     """Analyse why lies change the success of one agent in one modality.
 
@@ -172,6 +181,7 @@ def why(
         trials: Condition -> the agent's trials.
         conditions: The conditions with their specs.
         margin: Equivalence margin: smaller changes count as none, (0, 1).
+        agents: Number of agents (and ways of showing the box) that are judged together.
 
     Returns:
         None unless two blocks or more have true reports, lies and retracted lies.
@@ -194,15 +204,20 @@ def why(
         agent=first.group,
         modality=first.modality,
         p=p,
-        arms=_arms(names, counted, solved),
-        change=_mean(change),
-        says=_mean(lie - retracted),
-        disturbs=_mean(retracted - truth),
-        **_crossed(*four) if len(four) == 4 else {"falsity": None, "disturbance": None, "interaction": None},
-        equivalence=_equivalence(change, margin),
-        contingent=_mean(solved["lie in loops"] - solved["self-yoked"]) if solved.keys() >= ON_REQUEST.keys() else None,
+        arms=_arms(names, counted, solved, agents),
+        change=_mean(change, agents=agents),
+        says=_mean(lie - retracted, agents=agents),
+        disturbs=_mean(retracted - truth, agents=agents),
+        **_crossed(*four, agents=agents)
+        if len(four) == 4
+        else {"falsity": None, "disturbance": None, "interaction": None},
+        equivalence=_equivalence(change, margin, agents),
+        contingent=_mean(solved["lie in loops"] - solved["self-yoked"], agents=agents)
+        if solved.keys() >= ON_REQUEST.keys()
+        else None,
         margin=margin,
-        needed=_needed(change, margin),
+        needed=_needed(change, margin, agents),
+        agents=agents,
     )
 
 
@@ -212,26 +227,28 @@ def _by_block(counted: Mapping[str, Outcomes]) -> dict[str, Array]:
     return {arm: sheet.solved[:, 0] for arm, sheet in zip(counted, made, strict=True)}
 
 
-def _mean(*differences: Array, unit: float = 1.0) -> BlockMean:
-    return block_mean(np.column_stack(differences), unit=unit)
+def _mean(*differences: Array, unit: float = 1.0, agents: int = 1) -> BlockMean:
+    """A mean over blocks; its interval and P value are corrected for the agents that are judged together."""
+    found = block_mean(np.column_stack(differences), unit=unit, choices=agents)
+    return found if found.p_value is None else replace(found, p_value=min(1.0, agents * found.p_value))
 
 
-def _crossed(truth: Array, lie: Array, remark: Array, both: Array) -> dict[str, BlockMean]:
+def _crossed(truth: Array, lie: Array, remark: Array, both: Array, *, agents: int) -> dict[str, BlockMean]:
     """Main effects and interaction of falsity and disturbance (2 x 2), over blocks with a trial in all four arms."""
     kept = ~np.isnan(truth + lie + remark + both)
     truth, lie, remark, both = (one[kept] for one in (truth, lie, remark, both))
     return {
-        "falsity": _mean(lie - truth, both - remark),
-        "disturbance": _mean(remark - truth, both - lie),
-        "interaction": _mean((both - remark) - (lie - truth), unit=2.0),
+        "falsity": _mean(lie - truth, both - remark, agents=agents),
+        "disturbance": _mean(remark - truth, both - lie, agents=agents),
+        "interaction": _mean((both - remark) - (lie - truth), unit=2.0, agents=agents),
     }
 
 
 def _arms(
-    names: Mapping[str, str], counted: Mapping[str, Outcomes], solved: Mapping[str, Array]
+    names: Mapping[str, str], counted: Mapping[str, Outcomes], solved: Mapping[str, Array], agents: int
 ) -> tuple[ArmEffect, ...]:
     shares = {arm: proportion(int(one.solved.sum()), len(one)) for arm, one in counted.items()}
-    changes = {arm: _mean(one - solved["truth"]) for arm, one in solved.items() if arm != "truth"}
+    changes = {arm: _mean(one - solved["truth"], agents=agents) for arm, one in solved.items() if arm != "truth"}
     corrected = dict(zip(changes, holm([one.p_value for one in changes.values()]), strict=True))
     return tuple(
         ArmEffect(
@@ -258,7 +275,7 @@ def verdict(change: BlockMean, says: BlockMean, disturbs: BlockMean, equivalence
     return "says" if said else "disturbs" if disturbed else "unexplained"
 
 
-def verdict_of(truth: Array, lie: Array, retracted: Array, margin: float = MARGIN) -> Verdict:
+def verdict_of(truth: Array, lie: Array, retracted: Array, margin: float = MARGIN, agents: int = 1) -> Verdict:
     """The conclusion from three arms alone.
 
     Args:
@@ -266,9 +283,10 @@ def verdict_of(truth: Array, lie: Array, retracted: Array, margin: float = MARGI
         lie: The same under false reports.
         retracted: The same under false reports that are retracted at once.
         margin: As for :func:`why`.
+        agents: As for :func:`why`.
     """
-    change = lie - truth
-    return verdict(_mean(change), _mean(lie - retracted), _mean(retracted - truth), _equivalence(change, margin))
+    total, says, disturbs = (_mean(one, agents=agents) for one in (lie - truth, lie - retracted, retracted - truth))
+    return verdict(total, says, disturbs, _equivalence(lie - truth, margin, agents))
 
 
 def _detectable(found: BlockMean) -> bool:
@@ -283,16 +301,16 @@ def _standard_error(differences: Array) -> tuple[float, float, int]:
     return mean, math.sqrt((float(np.sum((kept - mean) ** 2)) + 1) / (n - 1) / n), n
 
 
-def _equivalence(differences: Array, margin: float) -> float:
+def _equivalence(differences: Array, margin: float, agents: int) -> float:
     """P value of two one-sided tests that the change is at most -margin, or at least margin (Schuirmann 1987)."""
     kept = differences[~np.isnan(differences)]
-    return equivalence(int(np.sum(kept < 0)), int(np.sum(kept > 0)), len(kept), margin)
+    return min(1.0, agents * equivalence(int(np.sum(kept < 0)), int(np.sum(kept > 0)), len(kept), margin))
 
 
-def _needed(differences: Array, effect: float) -> int:
-    """Sample size: blocks at which a two-sided test at 5 % detects an effect with a power of 80 %."""
+def _needed(differences: Array, effect: float, agents: int) -> int:
+    """Sample size: blocks at which a two-sided test at 5 % / agents detects an effect with a power of 80 %."""
     from scipy.stats import norm
 
     _, error, n = _standard_error(differences)
-    reach = float(norm.ppf(1 - ALPHA / 2) + norm.ppf(_POWER))
+    reach = float(norm.ppf(1 - ALPHA / 2 / agents) + norm.ppf(_POWER))
     return math.ceil(n * (reach * error / effect) ** 2)

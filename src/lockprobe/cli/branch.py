@@ -15,6 +15,7 @@ from rich.markup import escape
 from lockprobe.agents.catalogue import AgentSource
 from lockprobe.agents.model_access import Access
 from lockprobe.analysis.branch import BranchEffect, branch_effects
+from lockprobe.analysis.rules import RuleBreaks, rule_breaks
 from lockprobe.cli import options
 from lockprobe.cli.display import watch
 from lockprobe.cli.format_cost import money
@@ -120,7 +121,7 @@ def _play(asked: Branching, directory: Path, limits: Limits, budget: Budget | No
         observer.close()
         forks = [fork for fork in load(directory / FORKS) if fork.key in planned]
         effects = branch_effects(forks, asked.trials, asked.at, write_choices(directory, asked, planned))
-        _print_effects(effects, json=json)
+        _print_effects(effects, rule_breaks(forks, asked.study.box), json=json)
         if observer.tally.broken_in_all:
             observer.broke()
         if reached is not None:
@@ -181,7 +182,7 @@ class _Watched:
         self._shown.trial(trial, timing)
 
 
-def _print_effects(effects: Sequence[BranchEffect], *, json: bool) -> None:
+def _print_effects(effects: Sequence[BranchEffect], rules: RuleBreaks | None, *, json: bool) -> None:
     if json:
         print(json_.dumps({"event": "effects", "effects": [asdict(one) for one in effects]}))
         return
@@ -203,9 +204,10 @@ def _print_effects(effects: Sequence[BranchEffect], *, json: bool) -> None:
         table.add_row(*map(escape, [*names, *size, *others, str(solved.change.blocks)]))
     print_table(table)
     print()
-    for said in found_said([one for one in effects if one.outcome == "solved"]):
+    for said in found_said([one for one in effects if one.outcome == "solved"], rules):
         print(printable(said))
+    several = "; P and intervals for the number of agents" if any(one.agents > 1 for one in effects) else ""
     print(
-        "P is corrected for all effects on success of one agent (Holm). next choice: exact change of its choice "
-        "probabilities, 0 to 1. --json has every interval."
+        f"P is corrected for all effects on success of one agent (Holm){several}. next choice: exact change of its "
+        "choice probabilities, 0 to 1. --json has every interval."
     )

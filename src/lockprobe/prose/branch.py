@@ -6,7 +6,9 @@ from collections.abc import Sequence
 
 from lockprobe.analysis.branch import BranchEffect
 from lockprobe.analysis.proportions import ALPHA
+from lockprobe.analysis.rules import RuleBreaks
 from lockprobe.formatting import minus, p_value, percent, points, range_said
+from lockprobe.prose.robot import not_judged
 
 __all__ = ["branch_said", "found_said", "place_said", "size_said", "value_said"]
 
@@ -49,8 +51,15 @@ def value_said(outcome: str, change: float) -> str:
     return f"{change:.2f}" if outcome == "choice" else points(change)
 
 
-def found_said(effects: Sequence[BranchEffect]) -> list[str]:
-    """A sentence for every detected effect on success; one sentence where there is none."""
+def found_said(effects: Sequence[BranchEffect], rules: RuleBreaks | None = None) -> list[str]:
+    """A sentence for every detected effect on success; one sentence where there is none, or where none is judged.
+
+    Args:
+        effects: The effects on success.
+        rules: The attempts of the forks, before the rules of the box.
+    """
+    if judged_nobody := not_judged(rules):
+        return [judged_nobody]
     found = [branch_said(one) for one in effects if _found(one)]
     if found or not effects:
         return found
@@ -66,8 +75,9 @@ def branch_said(one: BranchEffect) -> str:
         said = f"At {where}, {arm} {'raises' if one.change.value > 0 else 'lowers'} {on}"
     else:
         said = f"No effect of {arm} at {where} on {on} was detected"
+    many = f" (corrected for {one.agents} agents)" if one.agents > 1 else ""
     return (
-        f"{said}: {percent(one.after_truth)} after a true report, {size}; {p_value(one.change.p_value)}, "
+        f"{said}: {percent(one.after_truth)} after a true report, {size}; {p_value(one.change.p_value)}{many}, "
         f"{one.change.blocks} trials, {one.forks} forks{later}."
     )
 

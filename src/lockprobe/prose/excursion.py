@@ -48,7 +48,8 @@ def excursion_said(found: Excursions, subject: Subject) -> str:
     if one is None:
         why = next((one.reason for one in found.left_out if (one.outcome, one.among) == ("solved", "all")), "no report")
         return f"The effect of one false report on the success of {subject.name} is not estimated: {why}."
-    size = f"{points(one.effect)} points{range_said(one.low, one.high)}; {p_value(one.p_value)}"
+    many = f", corrected for {found.agents} agents" if found.agents > 1 else ""
+    size = f"{points(one.effect)} points{range_said(one.low, one.high)}; {p_value(one.p_value)}{many}"
     power = f"The power to detect an effect of {100 * one.smallest:.0f} points is 80 %"
     of = f"{one.points} reports in {one.clusters} blocks"
     if one.p_value < ALPHA:

@@ -30,7 +30,8 @@ def _how_soon(effect: ModalityEffect, who: Subject) -> str:
     if p_value is None:
         return "There are too few trials to compare how soon."
     solves = who.form("it solves", "they solve")
-    together = f"clustered by block, {p_said(p_value)}"
+    many = f", corrected for {effect.agents} agents" if effect.agents > 1 else ""
+    together = f"clustered by block, {p_said(p_value)}{many}"
     if not effect.differs_in_fidelity:
         what, how = "the modality", f"log-rank test over all modalities, {together}"
         if p_value < ALPHA:

@@ -383,15 +383,20 @@ def modality_answer(effect: ModalityEffect, summary: StudySummary) -> str:
     return f"Inconclusive: n{no_effect}" if left_open else f"N{no_effect}"
 
 
-def effects_answer(found: Sequence[Effects]) -> str:
-    """What conditions did to the success of the agents that the study is about, against their control."""
+def effects_answer(found: Sequence[Effects], *, idle: bool = False) -> str:
+    """What conditions did to the success of the agents that the study is about, against their control.
+
+    Args:
+        found: Their effects.
+        idle: Whether some conditions changed nothing for some of these agents, so that there is no effect of them.
+    """
     if not found:
         return "No two conditions have a trial in common yet."
     if len(found) > 1:
         changed = [one.agent for one in found if any(effect.detectable for effect in one.effects)]
         if not changed:
             left_open = _reach(effect.difference for one in found for effect in one.effects) > NARROW
-            no_effect = "o effect of any condition on success was detected."
+            no_effect = f"o effect of any {'other ' * idle}condition on success was detected."
             return f"Inconclusive: n{no_effect}" if left_open else f"N{no_effect}"
         return f"Conditions change the success of {_listed(list(dict.fromkeys(changed)))}; see the sections below."
     only = found[0]

@@ -6,7 +6,7 @@ from lockprobe.analysis.robot import Verdicts
 from lockprobe.analysis.rules import RuleBreaks
 from lockprobe.formatting import percent
 
-__all__ = ["judging_nobody", "rules_said", "verdicts_said"]
+__all__ = ["not_judged", "rules_said", "verdicts_said"]
 
 
 def verdicts_said(found: Verdicts) -> str:
@@ -49,9 +49,8 @@ def rules_said(found: RuleBreaks) -> str:
     )
 
 
-def judging_nobody(answer: str, found: RuleBreaks | None) -> str:
-    """An answer that says how many attempts broke the rules, if any did: it judges no agent then."""
+def not_judged(found: RuleBreaks | None) -> str:
+    """Why no agent is judged: attempts broke the rules of the box; empty if none did."""
     if found is None or not found.against:
-        return answer
-    broke = f"{found.against} of {found.attempts} attempts broke the rules of the box"
-    return f"{answer.removesuffix('.')}, but {broke}, so no agent is judged by it."
+        return ""
+    return f"No agent is judged: {found.against} of {found.attempts} attempts broke the rules of the box."

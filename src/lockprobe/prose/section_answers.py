@@ -5,17 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 
 from lockprobe.analysis.condition import ConditionSummary
-from lockprobe.analysis.rules import together
 from lockprobe.analysis.summary import AgentSummary, StudySummary
 from lockprobe.formatting import first_three, percent, range_of
 from lockprobe.prose.doses import at_dose
 from lockprobe.prose.subject import subject_of, subjects_by_name
 from lockprobe.prose.success import courses_said
 
-__all__ = ["not_judged", "section_answers"]
-
-_JUDGING = ("side", "success", "speed", "loops", "rational", "tests")
-"""Sections that judge agents."""
+__all__ = ["section_answers"]
 
 
 def section_answers(summary: StudySummary) -> dict[str, str]:
@@ -35,17 +31,7 @@ def section_answers(summary: StudySummary) -> dict[str, str]:
         "said": _said(agents, f"{where[0].upper()}{where[1:]}", _misread) or "No agent said what its actions did.",
         "conditions": f"{len(summary.agents)} agents, {len(summary.conditions)} rows.",
     }
-    if said := not_judged(summary):
-        found |= dict.fromkeys(_JUDGING, said)
     return {section: said for section, said in found.items() if said}
-
-
-def not_judged(summary: StudySummary) -> str:
-    """Why no agent is judged by this study; empty if nothing speaks against it."""
-    found = together(one.rules for one in summary.conditions)
-    if found is None or not found.against:
-        return ""
-    return f"No agent is judged: {found.against} of {found.attempts} attempts broke the rules of the box."
 
 
 def _said(agents: Iterable[AgentSummary], what: str, number: Callable[[ConditionSummary], str]) -> str:

@@ -93,14 +93,15 @@ def _contrast_said(agent: AgentSummary, contrast: Contrast) -> str:
     if risen:
         subject = (
             f"No change of the success of {who.name} was detected at a single {agent.axis.name}; "
-            f"the course over all {agent.axis.name}s is tested below"
+            f"the course over all {'other ' * bool(agent.idle)}{agent.axis.name}s is tested below"
         )
     if not any(one.value for one in agent.inference.difference.at):
         share = found.first
         interval = f"95 % interval {percent(share.low)} to {percent(share.high)}"
         if contrast.whole:
             return (
-                f"{subject}: {it} solved {percent(share.value)} of {its} trials under every condition "
+                f"{subject}: {it} solved {percent(share.value)} of {its} trials under every "
+                f"{'other ' * bool(agent.idle)}condition "
                 f"(n = {share.n} {first}, {interval})."
             )
         return (
@@ -145,13 +146,16 @@ def _broken_said(agent: AgentSummary) -> str:
 
 
 def baselines_said(summary: StudySummary) -> str:
-    """The success of the baselines at their lowest p; empty for a study without baselines."""
+    """The success of the baselines at their lowest p, and where nothing happened to them; empty without baselines."""
+    baselines = [agent for agent in summary.agents if agent not in summary.subjects]
     shares = [
         f"{subject_of(agent).name} {of_trials(first.success)}"
-        for agent in summary.agents
-        if agent not in summary.subjects and (first := agent.conditions[0]).success.n
+        for agent in baselines
+        if (first := agent.conditions[0]).success.n
     ]
-    return f"For comparison, {at_dose(summary.conditions[0].p, summary.axis)}: {', '.join(shares)}." if shares else ""
+    lowest = at_dose(summary.conditions[0].p, summary.axis) if shares else ""
+    said = f"For comparison, {lowest}: {', '.join(shares)}." if shares else ""
+    return " ".join(filter(None, (said, *map(idle_doses_said, baselines))))
 
 
 def courses_said(summary: StudySummary, *, brief: bool = False) -> str:

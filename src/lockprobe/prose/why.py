@@ -78,7 +78,8 @@ def why_said(found: Why) -> list[str]:
             f"About {found.needed} blocks are needed to detect a change of {100 * found.margin:.0f} points with a "
             f"power of 80 %; this study has {found.change.blocks}."
         )
-    return said + _others(found)
+    corrected = f"P values and intervals of differences are corrected for {found.agents} agents (Bonferroni)."
+    return said + _others(found) + [corrected] * (found.agents > 1)
 
 
 def _others(found: Why) -> list[str]:

@@ -12,8 +12,10 @@ from lockprobe.analysis.agent_comparison.across_studies import Sample, Side, Stu
 from lockprobe.analysis.clustered import share_of
 from lockprobe.analysis.outcomes import outcomes
 from lockprobe.analysis.proportions import Proportion
+from lockprobe.analysis.rules import rule_breaks, together
 from lockprobe.analysis.summary import is_reference
 from lockprobe.errors import BadFile, UnknownName
+from lockprobe.prose.robot import not_judged
 from lockprobe.prose.study_comparison import comparison_of_studies_said
 from lockprobe.prose.subject import Subject
 from lockprobe.record import Trial
@@ -82,6 +84,7 @@ class Comparison:
         box: Name of the box.
         studies: In the order asked for.
         said: The conclusion in a sentence.
+        judged: Whether anything is concluded: no attempt broke the rules of the box.
         success: A row for each side and shared condition that has been played.
         differences: Every two sides under every condition that both have, those between studies first.
         unlike: What differs between agents of one spec in several studies, a line each.
@@ -93,6 +96,7 @@ class Comparison:
     success: tuple[SuccessRow, ...]
     differences: tuple[StudyDifference, ...]
     unlike: tuple[str, ...]
+    judged: bool = True
 
     @property
     def subjects(self) -> dict[Side, Subject]:
@@ -169,11 +173,13 @@ def compare_studies(directories: Sequence[Path], agents: Sequence[str] = ()) -> 
         for name, one in zip(_names(directories), opened.values(), strict=True)
     )
     samples = _samples(list(opened.values()), shared, set(agents or known))
-    found = study_differences(samples)
+    found, box = study_differences(samples), next(iter(opened.values())).study.box
+    nobody = not_judged(together(rule_breaks(one.trials, box) for one in samples))
     return Comparison(
-        box=next(iter(opened.values())).study.box.name,
+        box=box.name,
         studies=studies,
-        said=comparison_of_studies_said(found, {one.side: _subject(one.side, studies) for one in samples}),
+        said=nobody or comparison_of_studies_said(found, {one.side: _subject(one.side, studies) for one in samples}),
+        judged=not nobody,
         success=tuple(_success(one) for one in samples),
         differences=found,
         unlike=tuple(_unlike(samples, studies)),

@@ -13,6 +13,7 @@ from lockprobe.prose.study_comparison import leading
 from lockprobe.report.compare import Comparison
 from lockprobe.report.figures import Caption, comparison_picture
 from lockprobe.report.format import DETECTED, TextTable, share_cell
+from lockprobe.report.judging_nobody import NOT_JUDGED
 from lockprobe.report.rendering import image, rendered
 from lockprobe.sections import LeftOutSection, leaving_out, section
 from lockprobe.storage.atomic_file import write_file
@@ -120,6 +121,12 @@ def difference_table(comparison: Comparison, found: Sequence[StudyDifference]) -
         compared = f"{first.n} pairs" if one.paired else f"{second.n} and {first.n} trials"
         shares = [f"{100 * share.value:.0f} %" for share in (second, first)]
         points = bracketed(one.value, one.low, one.high)
-        numbers = [*shares, points, p_cell(one.p_value), p_cell(one.p_adjusted), DETECTED[bool(one.verdict)]]
+        numbers = [
+            *shares,
+            points,
+            p_cell(one.p_value),
+            p_cell(one.p_adjusted),
+            DETECTED[bool(one.verdict)] if comparison.judged else NOT_JUDGED,
+        ]
         rows.append([names[one.second], names[one.first], one.condition, compared, *numbers])
     return rows

@@ -35,7 +35,7 @@ from lockprobe.report.rows import (
     test_rows,
 )
 from lockprobe.report.schema import ConditionResult, CrossingResult, EffectResult, SeriesResult
-from lockprobe.report.study_rows import rules_said_of
+from lockprobe.report.study_rows import not_judged_of, rules_said_of
 from lockprobe.report.why import WhyResult, why_row
 from lockprobe.spec import Spec, spec_name
 from lockprobe.studies.study import Study
@@ -102,6 +102,7 @@ def condition_parts(opened: OpenedStudy, flips: StudySummary, found: ConditionSt
         "series": ("Doses", lambda: [_series_row(series, summary) for series, summary in found.series]),
         "why": ("Why false reports change success", lambda: _why_rows(found, trials)),
         "rules_said": ("Attempts against the rules", lambda: rules_said_of(found.conditions.values())),
+        "not_judged": ("Attempts against the rules", lambda: not_judged_of(found.conditions.values())),
         "rationality": (
             "Rationality",
             lambda: [*rationality_of(flips), *(row for one in others for row in rationality_rows(one, one.agent))],
@@ -147,10 +148,10 @@ def _without_place(row: ConditionResult, p: float | None) -> ConditionResult:
 
 
 def _findings(found: ConditionStudySummary) -> list[str]:
-    """What changed nothing, and the effects of what did."""
+    """What changed nothing, for baselines too, and the effects of what did on the agents that the study is about."""
     effects = [one for one in found.effects if one.agent in found.subjects]
     return [
-        *idle_said(found.idle, found.subjects),
+        *idle_said(found.idle, found.agents),
         *unheeded_said(found.unheeded, found.subjects),
         *(sentence for one in effects for sentence in effects_said(one, found.conditions)),
     ]

@@ -287,6 +287,7 @@ class ModalityResult:
     detectable: bool
     differs_in_fidelity: bool
     spoken: Sequence[str]
+    agents: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -25,9 +25,9 @@ class ExcursionResult(DescribedResult):
     what: str
     where: str
     effect: Change = Field(description="Change of the probability of the outcome.")
-    low: Change = Field(description="Lower end of its 95 % interval.")
+    low: Change = Field(description="Lower end of its 95 % interval, corrected for agents.")
     high: Change = Field(description="Upper end.")
-    p_value: Share = Field(description="Student's t over clusters of luck, not corrected.")
+    p_value: Share = Field(description="Student's t over clusters of luck, corrected for agents alone.")
     points: Counted = Field(description="Decision points: reports after which the trial went on.")
     clusters: Counted = Field(description="Clusters of luck.")
     smallest: float = Field(description="The effect that is detected with a power of 80 %.")
@@ -51,33 +51,40 @@ class LieResult(DescribedResult):
     said: str = Field(description="The effect on success, in a sentence.")
     effects: list[ExcursionResult] = Field(description="Every effect that can be estimated.")
     left_out: list[NotEstimatedResult] = Field(description="The others, each with its reason.")
+    agents: Counted = Field(description="Agents that are judged together.")
 
 
 def lie_rows(trials: Sequence[Trial], subjects: Sequence[tuple[str, str, Subject]]) -> list[LieResult]:
     """The effects of one false report, for every agent with trials at a flip rate above 0 and below 1.
 
+    Agents are one family: their P values and intervals are corrected for the number of those with an estimate.
+
     Args:
         trials: Trials of a flip study.
         subjects: Agent, modality and the subject of the sentence.
     """
-    found = []
-    for agent, modality, subject in subjects:
-        there = decision_points(trial for trial in trials if (trial.group, trial.modality) == (agent, modality))
-        if len(there):
-            effects = excursions(there)
-            found.append(
-                LieResult(
-                    agent=agent,
-                    modality=modality,
-                    said=excursion_said(effects, subject),
-                    effects=[_row(one) for one in effects.estimates],
-                    left_out=[
-                        filled(NotEstimatedResult, one, what=outcome_said(one.outcome), where=among_said(one.among))
-                        for one in effects.left_out
-                    ],
-                )
-            )
-    return found
+    there = {
+        (agent, modality): decision_points(t for t in trials if (t.group, t.modality) == (agent, modality))
+        for agent, modality, _ in subjects
+    }
+    alone = {who: excursions(points) for who, points in there.items() if len(points)}
+    agents = max(1, sum(bool(effects.estimates) for effects in alone.values()))
+    found = {who: effects if agents == 1 else excursions(there[who], agents) for who, effects in alone.items()}
+    return [
+        LieResult(
+            agent=agent,
+            modality=modality,
+            said=excursion_said(effects, subject),
+            effects=[_row(one) for one in effects.estimates],
+            left_out=[
+                filled(NotEstimatedResult, one, what=outcome_said(one.outcome), where=among_said(one.among))
+                for one in effects.left_out
+            ],
+            agents=effects.agents,
+        )
+        for agent, modality, subject in subjects
+        if (effects := found.get((agent, modality)))
+    ]
 
 
 def lies_answer(rows: Sequence[LieResult]) -> str:

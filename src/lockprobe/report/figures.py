@@ -49,7 +49,7 @@ class Caption(NamedTuple):
 _FORKS = Caption(
     "Change of success by one report or action, by the step at which trials were forked. The line at 0 is a true "
     "report.",
-    "Bars are 95 % intervals over trials, not corrected.",
+    "Bars are 95 % intervals over trials, corrected for the number of agents alone.",
 )
 
 _BOX = Caption("The panel at the start and, below, the interlock, which no agent sees.")
@@ -161,7 +161,8 @@ CONDITION_CAPTIONS = {
     "why": Caption(
         "Top: share of trials solved in each arm; the dotted line is the share with true reports. Bottom: the effect "
         "of false reports and its two parts, content and disturbance.",
-        "Intervals are 95 %: Wilson intervals at the top, over matched pairs of trials at the bottom.",
+        "Intervals are 95 %: Wilson intervals at the top; at the bottom over matched pairs of trials, corrected for "
+        "the number of agents.",
     ),
     "effects": Caption(
         "Circles: success under each condition minus success under the control. Squares: interactions of two "

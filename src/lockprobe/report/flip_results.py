@@ -14,7 +14,7 @@ from lockprobe.prose.loops import loop_finding
 from lockprobe.prose.modalities import modality_finding
 from lockprobe.prose.panel import panel_said
 from lockprobe.prose.robot import verdicts_said
-from lockprobe.prose.section_answers import not_judged, section_answers
+from lockprobe.prose.section_answers import section_answers
 from lockprobe.prose.subject import subject_of
 from lockprobe.prose.success import baselines_said, courses_said, finding
 from lockprobe.record import Trial
@@ -48,6 +48,7 @@ from lockprobe.report.study_rows import (
     audit_result,
     broken_rows,
     left_out_row,
+    not_judged_of,
     plant_facts,
     rules_said_of,
     tidied_rows,
@@ -84,6 +85,7 @@ def flip_parts(opened: OpenedStudy, summary: StudySummary) -> dict[str, Part]:
         "lies": ("Effect of one false report", lambda: lies),
         "examples": ("Examples", lambda: flip_examples(opened, summary)),
         "rules_said": ("Attempts against the rules", lambda: rules_said_of(summary.conditions)),
+        "not_judged": ("Attempts against the rules", lambda: not_judged_of(summary.conditions)),
         "measures": ("Measures of installed packages", lambda: measure_rows(opened)),
         "errors": ("Trials that broke", lambda: broken_rows(trials)),
         "tidied": ("Tidied replies", lambda: tidied_rows(trials)),
@@ -191,12 +193,12 @@ def _sentences(summary: StudySummary, lies: Sequence[LieResult]) -> dict[str, Pa
         "findings": ("Findings", lambda: [finding(agent) for agent in summary.subjects]),
         "loop_findings": ("Findings on loops", lambda: [loop_finding(agent) for agent in summary.subjects]),
         "conclusions": ("Conclusions of the tests", lambda: [conclusions(agent) for agent in summary.subjects]),
-        "ranking_said": ("Ranking", lambda: not_judged(summary) or ranking_said(summary)),
+        "ranking_said": ("Ranking", lambda: ranking_said(summary)),
         "comparisons_said": (
             "Agents compared",
-            lambda: [] if not_judged(summary) else [comparison_said(one, summary) for one in summary.comparisons],
+            lambda: [comparison_said(one, summary) for one in summary.comparisons],
         ),
-        "beside": ("Baselines", lambda: "" if not_judged(summary) else baselines_said(summary)),
+        "beside": ("Baselines", lambda: baselines_said(summary)),
         "courses_said": ("Courses of success", lambda: courses_said(summary)),
     }
 

@@ -26,9 +26,10 @@ class ForkResult(DescribedResult):
     outcome: str = Field(description="solved, steps, leaves, repeats or choice.")
     after_truth: FiniteNumber = Field(description="Mean of the outcome after a true report.")
     change: FiniteNumber = Field(description="Its change; of choice the total variation distance.")
-    low: FiniteNumber = Field(description="Lower end of the 95 % interval over trials, not corrected.")
+    low: FiniteNumber = Field(description="Lower end of the 95 % interval over trials, corrected for agents.")
     high: FiniteNumber = Field(description="Upper end.")
-    p_value: Share = Field(description="Exchange of signs of trials; of solved corrected per agent (Holm).")
+    p_value: Share = Field(description="Exchange of signs of trials; of solved also corrected per agent (Holm).")
+    agents: Counted = Field(description="Agents that are judged together.")
     trials: Counted = Field(description="Trials that were forked there.")
     forks: Counted = Field(description="Pairs of forks.")
 
@@ -48,6 +49,7 @@ def fork_rows(effects: Sequence[BranchEffect]) -> list[ForkResult]:
             low=one.change.low,
             high=one.change.high,
             p_value=one.change.p_value,
+            agents=one.agents,
             trials=one.change.blocks,
             forks=one.forks,
         )

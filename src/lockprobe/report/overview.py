@@ -10,7 +10,6 @@ from lockprobe.agents.catalogue import description
 from lockprobe.analysis.condition_study import ConditionStudySummary
 from lockprobe.analysis.effects import Effects
 from lockprobe.analysis.reference import Reference
-from lockprobe.analysis.rules import together
 from lockprobe.analysis.summary import AgentSummary, StudySummary
 from lockprobe.analysis.why import Why
 from lockprobe.formatting import NONE, bracketed, percent, share
@@ -30,7 +29,6 @@ from lockprobe.prose.overview import (
     smaller_budget_said,
     trial_said,
 )
-from lockprobe.prose.robot import judging_nobody
 from lockprobe.prose.subject import Subject
 from lockprobe.prose.why import mechanism_said
 from lockprobe.report.described import DescribedResult
@@ -88,7 +86,7 @@ def flip_overview(summary: StudySummary, study: Study) -> Overview:
     box, several = study.box.name, len({one.p for one in summary.conditions}) > 1
     modal = bool(summary.modalities) and not several
     subjects = [agent for agent in summary.subjects if any(one.success.n for one in agent.conditions)]
-    budget, rules = study.max_steps, together(one.rules for one in summary.conditions)
+    budget = study.max_steps
     if modal:
         question = f"Does what agents see change how they open {box}?"
         seeing = [one for one in summary.modalities if one.agent in {agent.agent for agent in subjects}]
@@ -102,9 +100,9 @@ def flip_overview(summary: StudySummary, study: Study) -> Overview:
     return Overview(
         question=question,
         trial=trial_said(budget, "modalities" if modal else "flips", study.flip_kind),
-        answer=judging_nobody(answer or flips_answer(summary), rules),
+        answer=answer or flips_answer(summary),
         changed_nothing=" ".join(filter(None, map(idle_doses_said, subjects))),
-        chance="" if rules and rules.against else not_above_chance(summary),
+        chance=not_above_chance(summary),
         interaction=" ".join(filter(None, (smaller_budget_said(summary), interaction_said(summary)))),
         needed=flips_needed(summary),
         figure="overview" if subjects else "",
@@ -153,14 +151,16 @@ def condition_overview(flips: StudySummary, found: ConditionStudySummary, study:
     first = flip_overview(flips, study) if several and not found.whys else None
     if found.whys:
         rows = [_why_numbers(one, found.reference) for one in found.whys]
-        question, answer = f"Why do false reports change how agents open {box}?", mechanism_said(found.whys[0])
+        why = next((one for one in found.whys if one.agent in found.subjects), found.whys[0])
+        question, answer = f"Why do false reports change how agents open {box}?", mechanism_said(why)
     elif first is not None:
         number = len(study.conditions) - len(study.flip_axis)
         question = f"Do false reports and {number} other condition{'s' * (number > 1)} change how agents open {box}?"
         answer = both_answers(flips, effects) if effects else ""
     else:
         question, answer = f"How do {len(study.conditions)} conditions affect success on {box}?", ""
-    idle, rules = idle_said(found.idle, found.subjects), together(one.rules for one in found.conditions.values())
+    named = [one for one in found.idle if one.agent in found.subjects]
+    idle = idle_said(named, found.subjects)
     if not effects and not answer and idle:
         answer, idle = idle[0], idle[1:]
     if len(found.subjects) == 1:
@@ -168,9 +168,9 @@ def condition_overview(flips: StudySummary, found: ConditionStudySummary, study:
     said = Overview(
         question=question,
         trial=trial_said(study.max_steps, "conditions"),
-        answer=judging_nobody(answer or effects_answer(effects), rules),
+        answer=answer or effects_answer(effects, idle=any(not one.intervention for one in named)),
         changed_nothing=" ".join(idle),
-        chance="" if rules and rules.against else _no_advantage(found, effects),
+        chance=_no_advantage(found, effects),
         needed="" if found.whys else effects_needed(effects),
         figure="why" if found.whys else "effects" if rows else "",
         numbers=rows[:_ROWS],
@@ -221,6 +221,7 @@ def _why_numbers(found: Why, reference: Reference) -> KeyNumbers:
         change=f"{bracketed(change.value, change.low, change.high)} points",
         against="change under false reports",
         chance=_chance(reference),
+        agents=found.agents,
     )
 
 

@@ -36,6 +36,7 @@ from lockprobe.report.figures import (
 from lockprobe.report.forks import fork_table
 from lockprobe.report.format import TextTable, as_csv, as_tex
 from lockprobe.report.installed_measures import measure_table
+from lockprobe.report.judging_nobody import marked, without_verdicts
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.people import people_steps_table, people_table, positions_table
 from lockprobe.report.rendering import image, rendered
@@ -113,13 +114,16 @@ def _texts(content: Results) -> list[File]:
     files: list[File] = [
         ("results.json", json.dumps(content.plain(), indent=1, ensure_ascii=False, allow_nan=False) + "\n")
     ]
-    for name, table in _tables(content).items():
+    for name, plain in _tables(content).items():
+        table = marked(plain, content)
         files += [(f"tables/{name}.csv", as_csv(table)), (f"tables/{name}.tex", as_tex(table))]
     return [*files, *((f"{name}.html", _page(name, content, {})) for name in _WITHOUT_FIGURES)]
 
 
 def _with_figures(content: Results, drawn: Pictures, photographs: Mapping[str, str], trials: str) -> Iterator[File]:
-    """The figures and the pages that show them, the report last."""
+    """The figures and the pages that show them, the report last; the headings of the courses are verdicts."""
+    if content.not_judged:
+        drawn = {name: forms for name, forms in drawn.items() if name != "courses"}
     for name, forms in drawn.items():
         for form, picture in forms.items():
             yield f"figures/{name}.{form}", picture
@@ -138,7 +142,8 @@ def _tables(content: Results) -> dict[str, TextTable]:
     """The tables by name; one that cannot be made says so."""
     lazy = _flip_tables(content) | (_condition_tables(content) if content.has_conditions else {})
     return {
-        name: section(f"Table {name}", make, lambda: [["This table could not be made."]]) for name, make in lazy.items()
+        name: without_verdicts(section(f"Table {name}", make, lambda: [["This table could not be made."]]), content)
+        for name, make in lazy.items()
     }
 
 
@@ -218,12 +223,12 @@ def _rendered(name: str, content: Results, drawn: Pictures, photographs: Mapping
         explorer=_explorer(trials),
         photographs=photographs,
         images={figure: image(forms["svg"]) for figure, forms in drawn.items()},
-        captions=_by_variable(captions_of(drawn) | CONDITION_CAPTIONS),
-        series_captions=series_captions,
+        captions=_by_variable(captions_of(drawn) | CONDITION_CAPTIONS, content.not_judged),
+        series_captions=lambda dose: _by_variable(series_captions(dose), content.not_judged),
         caveat=LENGTH_CAVEAT,
         loop_definition=LOOP_DEFINITION,
         not_valid={rate.test for rate in content.audit.rates if rate.valid is False and not rate.recommended},
-        fits=[fit for fit in content.fits if fit.agent in content.subjects],
+        fits=[fit for fit in content.fits if fit.agent in content.subjects and not content.not_judged],
         tests=[
             test
             for test in content.tests
@@ -235,9 +240,12 @@ def _rendered(name: str, content: Results, drawn: Pictures, photographs: Mapping
     )
 
 
-def _by_variable(captions: Mapping[str, Caption]) -> dict[str, Caption]:
-    """The captions by names that a template can write."""
-    return {figure.replace("-", "_"): text for figure, text in captions.items()}
+def _by_variable(captions: Mapping[str, Caption], not_judged: str) -> dict[str, Caption]:
+    """The captions by names that a template can write, each with why no agent is judged by the figure, if none is."""
+    return {
+        figure.replace("-", "_"): text._replace(shown=f"{text.shown} {not_judged}".rstrip())
+        for figure, text in captions.items()
+    }
 
 
 def _explorer(trials: str) -> dict[str, Any]:

@@ -9,9 +9,11 @@ from lockprobe.analysis.modalities import spoken
 from lockprobe.analysis.people import People
 from lockprobe.analysis.relative_steps import RelativeSteps, Steps
 from lockprobe.analysis.response_times import ResponseTimes
+from lockprobe.analysis.rules import together
 from lockprobe.analysis.summary import StudySummary
 from lockprobe.formatting import NONE, percent
 from lockprobe.people.progress import Flow
+from lockprobe.prose.robot import not_judged
 from lockprobe.report.format import TextTable, share_cell
 
 __all__ = [
@@ -87,7 +89,9 @@ def people_said(summary: StudySummary) -> list[str]:
     found = summary.people
     if found is None:
         return []
-    return [_solved(found), *_steps(found), *_compared(summary, found), _limits(found)]
+    judging_nobody = not_judged(together(one.rules for one in summary.conditions))
+    compared = [judging_nobody] if judging_nobody else _compared(summary, found)
+    return [_solved(found), *_steps(found), *compared, _limits(found)]
 
 
 def _solved(found: People) -> str:

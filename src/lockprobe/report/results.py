@@ -9,6 +9,7 @@ from pathlib import Path
 
 from lockprobe.analysis.branch import BranchEffect, branch_effects
 from lockprobe.analysis.condition_study import ConditionStudySummary, summarise_conditions
+from lockprobe.analysis.rules import rule_breaks
 from lockprobe.analysis.summary import StudySummary, check_trials, summarise
 from lockprobe.errors import BadFile, BadValue
 from lockprobe.parallel import Each
@@ -18,6 +19,7 @@ from lockprobe.report.assembled import assembled
 from lockprobe.report.condition_results import arms_of, condition_parts
 from lockprobe.report.flip_results import flip_design, flip_parts
 from lockprobe.report.forks import ForkResult, fork_rows
+from lockprobe.report.judging_nobody import judging_nobody
 from lockprobe.report.opened import OpenedStudy, open_study
 from lockprobe.report.parallel import one_thread
 from lockprobe.report.schema import RESULTS_VERSION, Results, SectionLeftOut
@@ -99,7 +101,7 @@ def _of_others(opened: OpenedStudy, flips: StudySummary, each: Each) -> Conditio
 
 
 def results_of(opened: OpenedStudy, numbers: StudyNumbers) -> Results:
-    """The results of a study: its numbers with their sentences."""
+    """The results of a study: its numbers with their sentences, which judge nobody where attempts broke the rules."""
     study, flips = opened.study, numbers.flips
     beside = condition_parts(opened, flips, numbers.others) if numbers.others is not None else {}
     content = assembled(
@@ -118,16 +120,18 @@ def results_of(opened: OpenedStudy, numbers: StudyNumbers) -> Results:
         or list(numbers.others.subjects if numbers.others else ()),
     )
     if not numbers.forks:
-        return content
+        return judging_nobody(content)
     forks = {
         "forks": section("Effect of one report", lambda: fork_rows(numbers.forks), list[ForkResult]),
         "forks_said": section(
             "Effect of one report",
-            lambda: found_said([one for one in numbers.forks if one.outcome == "solved"]),
+            lambda: found_said(
+                [one for one in numbers.forks if one.outcome == "solved"], rule_breaks(opened.forks, opened.study.box)
+            ),
             list[str],
         ),
     }
-    return content.model_copy(update=forks)
+    return judging_nobody(content.model_copy(update=forks))
 
 
 def with_left_out(content: Results, left_out: Sequence[LeftOutSection]) -> Results:

@@ -326,6 +326,9 @@ class Results(DescribedResult):
     modalities: list[details.ModalityResult] = []
     people: PeopleResult | None = None
     rules_said: str = Field(default="", description="Attempts against the rules of the box; empty if there are none.")
+    not_judged: str = Field(
+        default="", description="Why no sentence judges an agent, as attempts broke the rules; empty if none did."
+    )
     verdicts: Verdicts | None = None
     verdicts_said: str = ""
     fits: list[details.FitResult] = []

@@ -11,7 +11,7 @@ from lockprobe.agents.reply_text import TIDIED
 from lockprobe.analysis.condition import ConditionSummary
 from lockprobe.analysis.rules import together
 from lockprobe.audit.rates import shipped
-from lockprobe.prose.robot import rules_said
+from lockprobe.prose.robot import not_judged, rules_said
 from lockprobe.record import Decision, Fact, Trial
 from lockprobe.report.details import (
     AuditedRate,
@@ -31,6 +31,7 @@ __all__ = [
     "audit_result",
     "broken_rows",
     "left_out_row",
+    "not_judged_of",
     "plant_facts",
     "rules_said_of",
     "study_progress",
@@ -108,6 +109,11 @@ def rules_said_of(conditions: Iterable[ConditionSummary]) -> str:
     """How many attempts broke the rules of the box; empty if none did."""
     found = together(one.rules for one in conditions)
     return rules_said(found) if found else ""
+
+
+def not_judged_of(conditions: Iterable[ConditionSummary]) -> str:
+    """Why no agent is judged; empty if no attempt broke the rules of the box."""
+    return not_judged(together(one.rules for one in conditions))
 
 
 def broken_rows(trials: Sequence[Trial]) -> list[BrokenTrials]:

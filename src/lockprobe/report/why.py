@@ -20,9 +20,9 @@ class EstimateResult(DescribedResult):
     """A difference in success over blocks of equal luck."""
 
     value: Change | None = Field(description="The difference, [-1, 1]; an interaction can reach 2.")
-    low: Change | None = Field(description="Lower end of its 95 % interval, not corrected.")
+    low: Change | None = Field(description="Lower end of its 95 % interval, corrected for agents alone.")
     high: Change | None = Field(description="Upper end.")
-    p_value: Share = Field(description="Exchange of signs of whole blocks.")
+    p_value: Share = Field(description="Exchange of signs of whole blocks, corrected for agents.")
     blocks: Counted = Field(description="Blocks that have a trial in every arm compared.")
 
 
@@ -39,7 +39,7 @@ class ArmResult(DescribedResult):
     success: Share = Field(description="Share solved, [0, 1].")
     success_low: Share = Field(description="Lower end of its 95 % Wilson interval.")
     success_high: Share = Field(description="Upper end.")
-    change: EstimateResult | None = Field(description="Against truth; its P value is corrected over arms (Holm).")
+    change: EstimateResult | None = Field(description="Against truth; its P value is also corrected for arms (Holm).")
 
 
 class WhyResult(DescribedResult):
@@ -61,8 +61,9 @@ class WhyResult(DescribedResult):
     interaction: EstimateResult | None = Field(description="The effect of a lie with a remark minus that without.")
     contingent: EstimateResult | None = Field(description="Lies in loops minus equally many lies at random steps.")
     margin: float = Field(description="Smaller changes count as no change.")
-    equivalence: Share = Field(description="P value of two one-sided tests of a change of the margin or more.")
+    equivalence: Share = Field(description="P value of two one-sided tests of that change or more, corrected alike.")
     needed: Counted = Field(description="Blocks that detect a change of the margin with a power of 80 %.")
+    agents: Counted = Field(description="Agents that are judged together.")
     twice: ToldTwice | None
 
 
