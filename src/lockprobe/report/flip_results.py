@@ -75,7 +75,7 @@ def flip_results(opened: OpenedStudy, summary: StudySummary) -> Results:
         "left_out": ("Trials left out", lambda: left_out_row(trials, opened.journal, opened.foreign)),
         "panel_said": ("Panel", lambda: _panel(study)),
         **_sentences(summary, lies),
-        **_success(summary, trials, names),
+        **_success(summary, opened, names),
         **_behaviour(summary, trials),
         "people": ("People", lambda: _people(opened, summary)),
         "verdicts_said": (
@@ -108,7 +108,7 @@ def flip_results(opened: OpenedStudy, summary: StudySummary) -> Results:
     )
 
 
-def _success(summary: StudySummary, trials: Sequence[Trial], names: Mapping[tuple[str, str], str]) -> dict[str, Part]:
+def _success(summary: StudySummary, opened: OpenedStudy, names: Mapping[tuple[str, str], str]) -> dict[str, Part]:
     """What the results say of success, by agent and condition, and how agents compare."""
     agents = summary.agents
     return {
@@ -116,7 +116,7 @@ def _success(summary: StudySummary, trials: Sequence[Trial], names: Mapping[tupl
             "All conditions",
             lambda: [condition_row(c, a.name, blind=a.blind) for a in agents for c in a.conditions],
         ),
-        "leaderboard": ("Leaderboard", lambda: leaderboard_rows(summary, trials)),
+        "leaderboard": ("Leaderboard", lambda: leaderboard_rows(summary, opened.trials, opened.prices)),
         "comparisons": ("Agents compared", lambda: comparison_rows(summary.comparisons, names)),
         "interactions": ("Interactions", lambda: interaction_rows(summary.comparisons, names)),
         "paces": ("Speed of every two agents", lambda: [pace_row(compared, names) for compared in summary.paces]),
