@@ -110,6 +110,7 @@ def read_log(path: Path | str) -> MergeSource:
         trials=tuple(trials.values()),
         unfinished=frozenset(_keys(sample, study.agents[0], study, header)[0] for sample in broken),
         seconds=seconds,
+        from_log=frozenset(trials),
         picture=pictures.get,
     )
 
