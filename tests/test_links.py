@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 from builders import small_study, write_study
+from placeholders import undrawn
 from taking_part import take_part
 
 from lockprobe.cli import main
@@ -71,6 +72,13 @@ def lockprobe(monkeypatch, directory, line, other):
     finally:
         signal.alarm(0)
     return ended.value.code or 0
+
+
+@pytest.fixture(scope="module", autouse=True)
+def placeholders():
+    """Figures take seconds, and none is looked at here."""
+    with undrawn("_draw_box"):
+        yield
 
 
 @pytest.fixture

@@ -12,6 +12,7 @@
     │   ├── DirectoryBusy      another process is writing to this directory
     │   ├── BrokenPlugin       an addition of another package does not work
     │   └── Missing            a key, package or model file that the user has to supply first
+    │       └── AgentsGivenUp  agents that could not go on; the others were played
     ├── BudgetReached          the budget is spent; nothing is broken, and everything is on disk
     └── TrialFault             ends a trial as ``error``, never as a failure to solve
         ├── ModelFault         boundary ``model``: the provider or runtime broke; the trial is owed again
@@ -37,6 +38,7 @@ from lockprobe.terminal_text import printable
 
 __all__ = [
     "FINAL",
+    "AgentsGivenUp",
     "BadFile",
     "BadValue",
     "Boundary",
@@ -165,6 +167,19 @@ class Missing(UserMistake):
 
     def __init__(self, what: str, remedy: str) -> None:
         super().__init__(f"{what}: {advice(remedy)}")
+
+
+class AgentsGivenUp(Missing):
+    """Raised at the end of a run, if it gave agents up and played the others.
+
+    Attributes:
+        why: Agent -> the mistake that ended its trials.
+    """
+
+    def __init__(self, why: Mapping[str, UserMistake]) -> None:
+        remedy = "nothing finished is lost; run the same command again when that is mended"
+        super().__init__("; ".join(map(str, why.values())), remedy)
+        self.why = dict(why)
 
 
 @contextmanager

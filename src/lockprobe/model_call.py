@@ -80,6 +80,7 @@ class Call:
         retries: The number of retries.
         unanswered: Attempts without a usable reply that the provider may have charged for: timed out, dropped, or
             unreadable.
+        reasoned: Whether reasoning came with the reply, apart from its text.
         error: The provider's error, without secrets; empty if a reply came.
         batch: Whether it went through the provider's batch interface.
         most: The maximum usage of one attempt, if there are attempts of unknown usage.
@@ -98,6 +99,7 @@ class Call:
     seconds: Seconds = 0.0
     retries: Count = 0
     unanswered: Count = 0
+    reasoned: bool = False
     error: str = ""
     batch: bool = False
     most: Usage | None = None

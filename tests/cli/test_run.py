@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 import sys
+from collections import Counter
 from dataclasses import replace
 
 import pytest
@@ -270,6 +271,39 @@ def test_a_key_that_dies_in_mid_run_is_the_last_line_and_the_exit_status(tmp_pat
     answer(truthful)
     play(tmp_path / "s", agent=["random", SPEC])
     assert not any(trial.owed_again for trial in load(tmp_path / "s"))
+
+
+DEAD = ["llm:openai-api/fake/one", "llm:openai-api/fake/two"]
+
+
+@pytest.mark.parametrize("machine", [False, True])
+@pytest.mark.parametrize("dead", [1, 2])
+def test_where_models_die_the_other_agents_play_and_the_last_line_names_the_dead(
+    tmp_path, provider, capsys, dead, machine
+):
+    _, answer = provider
+    dying = [name.rpartition("/")[2] for name in DEAD[:dead]]
+    answer(lambda request: failure(402, "no credit") if request["model"] in dying else truthful(request))
+    agents, directory = [*DEAD, SPEC, "random"], tmp_path / "s"
+    with pytest.raises(typer.Exit) as end:
+        play(directory, retries=0, connections=2, agent=agents, trials=15, json=machine, report=False)
+    assert end.value.exit_code == BROKE
+    ended = Counter(trial.agent for trial in load(directory) if not trial.owed_again)
+    assert ended == dict.fromkeys(agents[dead:], 15)
+    last = capsys.readouterr().out.splitlines()[-1]
+    if machine:
+        said = json.loads(last)
+        assert (said["event"], said["ended"]) == ("broke", 15 * (4 - dead))
+        assert {agent: of["owed"] for agent, of in said["given_up"].items()} == dict.fromkeys(DEAD[:dead], 15)
+        assert all("broke 10 trials in a row (model: " in of["why"] for of in said["given_up"].values())
+    else:
+        assert last.startswith(f"Given up: {DEAD[0]} broke 10 trials in a row (model: the provider answered 402")
+        assert [agent in last for agent in agents] == [agent in DEAD[:dead] for agent in agents]
+        assert last.count("(15 trials owed)") == dead
+        assert last.endswith("nothing finished is lost, the same command goes on when that is mended")
+    answer(truthful)
+    play(directory, agent=agents, trials=15, report=False)
+    assert len(load(directory)) == 60
 
 
 def test_an_estimate_alone_plays_nothing_and_writes_nothing(tmp_path, provider, capsys, monkeypatch):

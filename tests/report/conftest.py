@@ -4,12 +4,9 @@ from contextlib import contextmanager
 
 import pytest
 from builders import SOLUTION, make_trial
+from placeholders import DRAW, PLACEHOLDERS, undrawn
 
-from lockprobe.analysis import habit_baseline
 from lockprobe.report import figures
-
-DRAW = {name: getattr(figures, name) for name in ("_draw", "_draw_condition")}
-PLACEHOLDERS = {"png": b"\x89PNG\r\n\x1a\n", "svg": b'<svg xmlns="http://www.w3.org/2000/svg"/>'}
 
 NAMES = [f"{i:020x}.png" for i in range(8)]
 PICTURES = [
@@ -36,10 +33,7 @@ def trials_of(modality, waits, agent="viewer", **more):
 @pytest.fixture(scope="module", autouse=True)
 def placeholders():
     """Reports here hold placeholders for pictures, which tests/figures looks at, and a rough null of blind agents."""
-    with pytest.MonkeyPatch.context() as patch:
-        for name in DRAW:
-            patch.setattr(figures, name, lambda *asked: PLACEHOLDERS)
-        patch.setattr(habit_baseline, "SIMULATED", 2_000)
+    with undrawn():
         yield
 
 

@@ -9,7 +9,10 @@ from builders import write_study
 
 from lockprobe import sections
 from lockprobe.cli.report import report
-from lockprobe.report import page, write_report
+from lockprobe.report import page, study_rows, write_report
+from lockprobe.report.opened import open_study
+from lockprobe.report.page import report_files
+from lockprobe.report.parallel import one_thread
 from lockprobe.report.verification import verify
 from lockprobe.studies.studyfile import study
 
@@ -32,9 +35,17 @@ def directory(request, tmp_path_factory):
 
 @pytest.fixture
 def undrawn(monkeypatch):
-    """Without figures, for speed; that of the box stands for all."""
-    real = page.study_drawings
-    monkeypatch.setattr(page, "study_drawings", lambda *given: {"box": real(*given)["box"]})
+    """For speed: of the figures that of the box, drawn once, and of the audit two worlds stand for all."""
+    real, drawn = page.study_drawings, {}
+    audit = study_rows.shipped()
+    worlds = {name: audit["worlds"][name] for name in ("no-effect", "people")}
+    rates = [rate for rate in audit["rates"] if rate["world"] in worlds]
+    monkeypatch.setattr(study_rows, "shipped", lambda: audit | {"worlds": worlds, "rates": rates})
+
+    def box(*given):
+        return lambda: drawn.get("box") or drawn.setdefault("box", real(*given)["box"]())
+
+    monkeypatch.setattr(page, "study_drawings", lambda *given: {"box": box(*given)})
 
 
 def wrapped(monkeypatch, around):
@@ -45,14 +56,21 @@ def wrapped(monkeypatch, around):
             monkeypatch.setattr(module, "section", around(real))
 
 
-def names(monkeypatch, directory):
+def report_of(opened, left_out=None):
+    """The files of a report, none of which is written."""
+    with one_thread():
+        told = left_out or (lambda section: None)
+        return dict(report_files(opened, tell=lambda said: None, left_out=told, each=map))
+
+
+def names(monkeypatch, opened):
     """What every section of a report is called, in the order in which they are made."""
     found = {}
     with monkeypatch.context() as patched:
         wrapped(
             patched, lambda real: lambda name, make, instead: (found.setdefault(name), real(name, make, instead))[1]
         )
-        write_report(directory)
+        report_of(opened)
     return list(found)
 
 
@@ -60,7 +78,7 @@ def broken():
     raise RuntimeError(SAID)
 
 
-def without(monkeypatch, directory, name):
+def without(monkeypatch, opened, name):
     """The page, the results and what was told of a report in which one section raises."""
     told = []
     with monkeypatch.context() as patched:
@@ -68,17 +86,17 @@ def without(monkeypatch, directory, name):
             patched,
             lambda real: lambda title, make, instead: real(title, broken if title == name else make, instead),
         )
-        written = write_report(directory, left_out=told.append)
-    content = json.loads((directory / "results.json").read_text("utf-8"))
-    return html.unescape(written.read_text("utf-8")), content, told
+        files = report_of(opened, told.append)
+    return html.unescape(files["report.html"]), json.loads(files["results.json"]), told
 
 
 def test_each_section_in_turn_raises_and_the_report_is_written(monkeypatch, undrawn, directory):
-    everything = names(monkeypatch, directory)
+    opened = open_study(directory)
+    everything = names(monkeypatch, opened)
     assert len(everything) > 40
     assert {"First screen", "Findings", "Loops", "Hypothesis tests", "Design", "Trial explorer"} <= {*everything}
     for name in everything:
-        text, content, told = without(monkeypatch, directory, name)
+        text, content, told = without(monkeypatch, opened, name)
         ours = [one for one in told if one.section.startswith(name) and one.reason == f"RuntimeError: {SAID}"]
         assert ours, name
         for one in told:
@@ -104,7 +122,7 @@ def test_a_figure_that_cannot_be_drawn_is_left_out_of_its_page(monkeypatch, dire
 
 def test_no_answer_stands_where_its_numbers_are_missing(monkeypatch, undrawn, directory):
     """Without numbers the trials seem to be none; the first screen must not say so."""
-    text, content, _ = without(monkeypatch, directory, "All numbers of trials")
+    text, content, _ = without(monkeypatch, open_study(directory), "All numbers of trials")
     assert content["overview"]["answer"].startswith("The answer could not be computed")
     assert "No trial has ended yet" not in text
 

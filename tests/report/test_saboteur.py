@@ -5,6 +5,7 @@ import json
 import shutil
 
 import pytest
+import typer
 from provider_server import Manner, here
 from saboteur import Evidence, played_by, relabelled, reply_of
 from typed import typed
@@ -12,6 +13,7 @@ from typed import typed
 from lockprobe import run_study, study
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.model_access import Access
+from lockprobe.cli import verify as command
 from lockprobe.report import checked_report, write_report
 from lockprobe.report.opened import open_study
 from lockprobe.report.page import report_files
@@ -492,12 +494,14 @@ def test_files_that_are_not_there_are_counted(with_report):
     assert check.said.endswith("are not there")
 
 
-def test_the_command_counts_broken_trials_first_and_says_what_it_cannot_show(directory):
-    assert typed("report", directory).returncode == 0
-    done = typed("verify", directory)
-    first, *_, last = done.stdout.splitlines()
-    assert done.returncode == 0
+def test_the_command_counts_broken_trials_first_and_says_what_it_cannot_show(directory, capsys):
+    write_report(directory)
+    for as_json in (False, True):
+        with pytest.raises(typer.Exit) as end:
+            command.verify(directory, json=as_json)
+        assert end.value.exit_code == 0
+    first, *_, last, of_machines = capsys.readouterr().out.splitlines()
     assert "of 24 trials ended as an error (reply " in first
     assert last == f"{NOT_SHOWN}."
-    found = json.loads(typed("verify", directory, "--json").stdout)
+    found = json.loads(of_machines)
     assert (found["holds"], found["not_shown"]) == (True, NOT_SHOWN)

@@ -5,6 +5,7 @@ import re
 import subprocess
 import sys
 import threading
+from collections import Counter
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -14,8 +15,9 @@ from provider_server import Manner, failure, here, truthful
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.model_access import Access
-from lockprobe.errors import BadValue, BudgetReached, Missing, SettingsChanged
+from lockprobe.errors import AgentsGivenUp, BadFile, BadValue, BudgetReached, Missing, SettingsChanged, UserMistake
 from lockprobe.model_call import Call
+from lockprobe.plugins import allow
 from lockprobe.studies import play, runner
 from lockprobe.studies.call_log import Calls, read_calls
 from lockprobe.studies.journal import Journal, Timing, left_out, load
@@ -215,6 +217,57 @@ def test_a_provider_that_stays_away_stops_a_run(tmp_path, monkeypatch, connectio
         )
     assert len(load(tmp_path)) >= broken
     assert {trial.error.boundary for trial in load(tmp_path)} == {"model"}
+
+
+AGENTS = """
+class Raises:
+    facts = {}
+    async def decide(self, situation, rng):
+        raise RuntimeError("of no use")
+
+class Unclosed:
+    facts = {}
+    async def decide(self, situation, rng):
+        from lockprobe.record import Decision
+        return Decision(joint=situation.task.joints[0])
+    async def aclose(self):
+        raise RuntimeError("stays open")
+"""
+
+
+def test_agents_that_cannot_go_on_are_given_up_and_the_others_play(tmp_path, monkeypatch):
+    """One raises in every trial, one at its end; weights that no engine can load end in a worker process."""
+    (tmp_path / "dying.py").write_text(AGENTS, "utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    allow("python:dying:Raises", "python:dying:Unclosed")
+
+    def in_workers(plans, *_, **__):
+        raise UserMistake(f"{plans[0].agent} cannot be loaded")
+
+    def elsewhere(spec, access):
+        source = resolve(spec, access)
+        return replace(source, engine="process") if spec == "round-robin" else source
+
+    monkeypatch.setattr(runner, "resolve", elsewhere)
+    monkeypatch.setattr(runner, "play_in_workers", in_workers)
+    agents = ["python:dying:Raises", "python:dying:Unclosed", "round-robin", "random"]
+    with pytest.raises(AgentsGivenUp) as end:
+        played(tmp_path / "s", agent=agents, trials=12, p=[0], repetitions=1)
+    assert list(end.value.why) == agents[:3]
+    assert "broke 10 trials in a row (model: RuntimeError: of no use)" in str(end.value)
+    assert "stays open" in str(end.value)
+    assert "round-robin cannot be loaded" in str(end.value)
+    ended = Counter(trial.agent for trial in load(tmp_path / "s") if not trial.owed_again)
+    assert ended == {"python:dying:Unclosed": 12, "random": 12}
+
+
+def test_a_directory_that_cannot_be_written_ends_a_run_at_once(tmp_path, monkeypatch):
+    def full(*_):
+        raise BadFile("trials.jsonl", "no space left")
+
+    monkeypatch.setattr(Journal, "append", full)
+    with pytest.raises(BadFile, match="no space left"):
+        played(tmp_path / "s", agent=["random", "round-robin"], trials=2, p=[0], repetitions=1)
 
 
 def test_where_the_money_ends_what_is_on_its_way_is_written_and_the_next_run_goes_on(tmp_path, monkeypatch):

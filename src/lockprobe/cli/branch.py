@@ -23,7 +23,7 @@ from lockprobe.cli.printing import new_table, print_table
 from lockprobe.cli.progress import Plain
 from lockprobe.cli.run_study import BROKE, BUDGET_REACHED
 from lockprobe.cli.tally import count
-from lockprobe.errors import BudgetReached
+from lockprobe.errors import AgentsGivenUp, BudgetReached, UserMistake
 from lockprobe.formatting import p_cell, percent
 from lockprobe.prose.branch import found_said, size_said, value_said
 from lockprobe.record import Step, Trial
@@ -117,18 +117,22 @@ def _play(asked: Branching, directory: Path, limits: Limits, budget: Budget | No
                 raise
             except BudgetReached as error:
                 reached = error
+            except AgentsGivenUp:
+                if not any(key in journal.trials for key in planned):
+                    raise
             owed = sum(map(journal.owes, planned))
         observer.close()
         forks = [fork for fork in load(directory / FORKS) if fork.key in planned]
         effects = branch_effects(forks, asked.trials, asked.at, write_choices(directory, asked, planned))
         _print_effects(effects, rule_breaks(forks, asked.study.box), json=json)
-        if observer.tally.broken_in_all:
+        failed = bool(observer.tally.broken_in_all or observer.tally.given_up)
+        if failed:
             observer.broke()
         if reached is not None:
             observer.stopped(reached, owed, len(planned))
     if reached is not None:
         raise typer.Exit(BUDGET_REACHED)
-    if observer.tally.broken_in_all:
+    if failed:
         raise typer.Exit(BROKE)
 
 
@@ -180,6 +184,9 @@ class _Watched:
 
     def trial(self, trial: Trial, timing: Timing) -> None:
         self._shown.trial(trial, timing)
+
+    def given_up(self, source: AgentSource, owed: int, why: UserMistake) -> None:
+        self._shown.given_up(source, owed, why)
 
 
 def _print_effects(effects: Sequence[BranchEffect], rules: RuleBreaks | None, *, json: bool) -> None:

@@ -18,7 +18,7 @@ from rich.text import Text
 from lockprobe.agents.catalogue import AgentSource
 from lockprobe.cli.format_cost import estimate_facts, spent_facts
 from lockprobe.cli.progress import Plain, invalid_in_words, told
-from lockprobe.errors import BudgetReached
+from lockprobe.errors import BudgetReached, UserMistake
 from lockprobe.model_call import Call
 from lockprobe.record import Step, Trial
 from lockprobe.sections import LeftOutSection
@@ -118,6 +118,11 @@ class JsonLines(Plain):
                 error=call.error or None,
             )
 
+    def given_up(self, source: AgentSource, owed: int, why: UserMistake) -> None:
+        """Print that an agent cannot go on."""
+        super().given_up(source, owed, why)
+        self.event("given-up", agent=source.spec, owed=owed, message=str(why))
+
     def interrupted(self, directory: Path) -> None:
         """Print that Ctrl-C stopped the run."""
         self.event("interrupted", directory=str(directory), **self._cost())
@@ -135,7 +140,7 @@ class JsonLines(Plain):
         )
 
     def broke(self) -> None:
-        """Print how many trials of the run broke."""
+        """Print how many trials of the run broke, and which agents were given up."""
         tally = self.tally
         self.event(
             "broke",
@@ -143,6 +148,7 @@ class JsonLines(Plain):
             ended=tally.ended_in_all,
             agents=dict(tally.broken_of),
             first=tally.first_error,
+            given_up={agent: {"owed": owed, "why": why} for agent, (why, owed) in tally.given_up.items()},
         )
 
     def owed_anew(self, trials: int, boundary: str) -> None:

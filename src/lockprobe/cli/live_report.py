@@ -10,6 +10,7 @@ import time
 from pathlib import Path
 
 from lockprobe.agents.catalogue import AgentSource
+from lockprobe.errors import UserMistake
 from lockprobe.record import Step, Trial
 from lockprobe.studies.journal import Journal, Timing
 from lockprobe.studies.runner import Observer
@@ -60,6 +61,10 @@ class LiveReport:
         self._observer.trial(trial, timing)
         self._played += 1
         self._renew()
+
+    def given_up(self, source: AgentSource, owed: int, why: UserMistake) -> None:
+        """Pass on that an agent is given up."""
+        self._observer.given_up(source, owed, why)
 
     def end(self) -> None:
         """Wait for the report that is being written."""

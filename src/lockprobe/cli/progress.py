@@ -10,7 +10,7 @@ from lockprobe.agents.catalogue import AgentSource, resolve
 from lockprobe.cli.format_cost import estimate_lines, money, spent_in_words
 from lockprobe.cli.server_marks import ServerMarks
 from lockprobe.cli.tally import Tally, count
-from lockprobe.errors import BudgetReached
+from lockprobe.errors import BudgetReached, UserMistake
 from lockprobe.model_call import Call
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.record import Step, Trial
@@ -250,6 +250,11 @@ class Plain:
             self._last = now
             self.say("  " + self.tally.line())
 
+    def given_up(self, source: AgentSource, owed: int, why: UserMistake) -> None:
+        """Say that an agent cannot go on; the others do."""
+        self.tally.given_up[source.spec] = (str(why), owed)
+        self.say(f"  given up: {why}")
+
     def interrupted(self, directory: Path) -> None:
         """Say how to go on after Ctrl-C, and what it has cost."""
         self.close()
@@ -271,8 +276,15 @@ class Plain:
         return reached.spent if self._budget is None else self._budget.spent
 
     def broke(self) -> None:
-        """Say how many trials of the run broke, of which agents, why, and how to go on."""
+        """Say how many trials of the run broke, which agents were given up, why, and how to go on."""
         self.close()
+        if self.tally.broken_in_all:
+            self.say(self._broken())
+        if given_up := self.tally.given_up.values():
+            said = "; ".join(f"{why} ({count(owed, 'trial')} owed)" for why, owed in given_up)
+            self.say(f"Given up: {said}; nothing finished is lost, the same command goes on when that is mended")
+
+    def _broken(self) -> str:
         tally = self.tally
         broken, played = tally.broken_in_all, tally.broken_in_all + tally.ended_in_all
         if not tally.ended_in_all:
@@ -280,7 +292,7 @@ class Plain:
         else:
             whose = ", ".join(tally.broken_of)
             said = f"{broken} of {played} trials broke and are owed, of {whose}; the first at {tally.first_error}"
-        self.say(f"{said}; the same command plays {'it' if broken == 1 else 'them'} again")
+        return f"{said}; the same command plays {'it' if broken == 1 else 'them'} again"
 
     def owed_anew(self, trials: int, boundary: str) -> None:
         """Say how many trials are replayed on request after their agent had ended them for good."""

@@ -12,7 +12,7 @@ from lockprobe.cli.display import watch
 from lockprobe.cli.format_cost import money
 from lockprobe.cli.live_report import LiveReport
 from lockprobe.cli.progress import Plain, foreign_in_words
-from lockprobe.errors import BadValue, BudgetReached
+from lockprobe.errors import AgentsGivenUp, BadValue, BudgetReached
 from lockprobe.plan import Plan
 from lockprobe.sections import LeftOutSection
 from lockprobe.studies.budget import Budget
@@ -27,7 +27,7 @@ from lockprobe.terminal_text import printable
 __all__ = ["BROKE", "BUDGET_REACHED", "NO_VALID_TRIAL", "allowed_budget", "play_study"]
 
 BROKE = 1
-"""The exit status if faults outside the agents broke a trial of the run, which is therefore owed."""
+"""The exit status if faults outside the agents broke a trial of the run, or an agent was given up."""
 
 NO_VALID_TRIAL = 1
 """The exit status if every trial of a condition ended as an error."""
@@ -64,7 +64,6 @@ def play_study(
         json: Whether to print events as JSON.
     """
     status = 0
-    reached: BudgetReached | None = None
     with (
         suppress(_NothingKept),
         Journal.open(directory, planned) as journal,
@@ -79,13 +78,7 @@ def play_study(
         if again is not None:
             observer.owed_anew(owe_anew(journal, planned, again), again)
         live = LiveReport(observer, directory if report else None)
-        try:
-            play_trials(planned, journal, limits=limits, observer=live, plans=_plans(planned, shard))
-        except KeyboardInterrupt:
-            observer.interrupted(directory)
-            raise
-        except BudgetReached as error:
-            reached = error
+        reached = _play_trials(planned, journal, limits, live, observer, shard)
         if planned.size == planned.invited and not journal.trials:
             return status  # people have yet to be invited
         live.end()
@@ -102,6 +95,23 @@ def play_study(
     return BUDGET_REACHED if reached is not None else status
 
 
+def _play_trials(
+    planned: Study, journal: Journal, limits: Limits, live: LiveReport, observer: Plain, shard: Shard | None
+) -> BudgetReached | None:
+    """Play the owed trials, and return what ended them early if the budget did."""
+    try:
+        play_trials(planned, journal, limits=limits, observer=live, plans=_plans(planned, shard))
+    except KeyboardInterrupt:
+        observer.interrupted(journal.directory)
+        raise
+    except BudgetReached as reached:
+        return reached
+    except AgentsGivenUp:
+        if not journal.trials:  # nothing was played: the command cannot be carried out
+            raise
+    return None
+
+
 def _plans(planned: Study, shard: Shard | None) -> Callable[[str], Iterable[Plan]] | None:
     if shard is None:
         return None
@@ -109,14 +119,14 @@ def _plans(planned: Study, shard: Shard | None) -> Callable[[str], Iterable[Plan
 
 
 def _failure(planned: Study, journal: Journal, observer: Plain) -> int:
-    """The exit status of a run, and its last lines: 0 if no trial broke and no condition has errors alone."""
+    """The exit status of a run, and its last lines: 0 if nothing broke and no condition has errors alone."""
     broken, ended = observer.tally.broken_in_all, observer.tally.ended_in_all
     found = invalid_conditions(planned, journal.trials) if ended or not broken else []
     if found:
         observer.invalid(found)
-    if broken:
+    if broken or observer.tally.given_up:
         observer.broke()
-    return BROKE if broken else NO_VALID_TRIAL if found else 0
+    return BROKE if broken or observer.tally.given_up else NO_VALID_TRIAL if found else 0
 
 
 def _report(directory: Path, limits: Limits, left_out: list[LeftOutSection]) -> Path:

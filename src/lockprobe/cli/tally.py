@@ -28,6 +28,7 @@ class Tally:
         broken_of: The agents of these, each with their number.
         tells_solved: Whether a line says what is solved under which condition.
         first_error: Boundary and message of the first of those.
+        given_up: Agents that could not go on -> why, and how many trials they owe.
         ledger: The cost of the study; None where no provider is asked.
         calls: Its calls; None likewise.
     """
@@ -37,6 +38,7 @@ class Tally:
         self.tells_solved = True
         self.first_error = ""
         self.broken_of: Counter[str] = Counter()
+        self.given_up: dict[str, tuple[str, int]] = {}
         self.errors: Counter[str] = Counter()
         self.solved: Counter[str] = Counter()
         self.ended: Counter[str] = Counter()

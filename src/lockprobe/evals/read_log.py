@@ -111,6 +111,7 @@ def read_log(path: Path | str) -> MergeSource:
         trials=tuple(trials.values()),
         unfinished=frozenset(_key(sample, study.agents[0], study, header) for sample in broken),
         seconds=seconds,
+        from_log=frozenset(trials),
         picture=pictures.get,
     )
 

@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from lockprobe.agents.llm.answer import refuse_overflow, said_in, usage_of
+from lockprobe.agents.llm.answer import reasoned_in, refuse_overflow, said_in, usage_of
 from lockprobe.agents.llm.client import ModelReply, sent
 from lockprobe.agents.llm.connect import WITH_BATCHES
 from lockprobe.agents.llm.inspect_internals import active_generate_config
@@ -172,6 +172,7 @@ class _ModelOfTheEval:
             usage=usage_of(output) + tries.lost,
             seconds=output.time or time.perf_counter() - began,
             retries=tries.retries,
+            reasoned=reasoned_in(output),
         )
 
     async def _said(self, asked: list[ChatMessage], config: GenerateConfig) -> tuple[ModelOutput, str, str, Tries]:

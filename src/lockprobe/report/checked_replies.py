@@ -94,19 +94,22 @@ def replies_check(
         *_priced_otherwise(evidence, on_record),
     ]
     number = sum(len(evidence.kept.get(one.key, ())) for one in hosted)
-    words = sum(one.unplayed for one in hosted)
+    words = sum(one.unplayed and not one.from_log for one in hosted)
+    logged = sum(one.from_log for one in hosted)
+    of_logs = f"; {logged} trials from an Inspect log are held by their words and joints alone" if logged else ""
     alone = f"; {words} of these trials are not played, and held by their words and joints alone" if words else ""
     before = sum(call.reply is not None for call in evidence.calls) - sum(map(len, evidence.kept.values()))
     replaced = f"; {before} earlier replies are of trials that were played again on request" if before else ""
     holds = (
-        f"{number} replies in calls.jsonl are the decisions of {len(hosted)} trials, and all of them{alone}{replaced}"
+        f"{number} replies in calls.jsonl are the decisions of {len(hosted) - logged} trials, and all of them"
+        f"{alone}{of_logs}{replaced}"
     )
     return check_of(name, failed, holds, "contradictions between calls.jsonl and trials.jsonl")
 
 
 def _said(one: ReplayedTrial, evidence: CallEvidence) -> str:
-    if not evidence.kept.get(one.key):
-        return "calls.jsonl has no reply of it (a trial imported from a log of another program has none)"
+    if not evidence.kept.get(one.key) and not one.from_log:
+        return "calls.jsonl has no reply of it"
     return one.choices
 
 

@@ -9,11 +9,16 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from pydantic import TypeAdapter
+
+from lockprobe.agents.llm.model_facts import Price, facts_of
 from lockprobe.errors import BadFile, LockprobeError, UserMistake
 from lockprobe.inputs import read_input
 from lockprobe.report.check import Check, check_of
+from lockprobe.report.costs import Prices
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.parallel import one_thread, shared, uncollected
+from lockprobe.report.replayed_trials import is_hosted
 from lockprobe.report.schema import MeasureResult
 from lockprobe.studies.branch import FORKS
 from lockprobe.studies.directory import RECORDS
@@ -50,7 +55,9 @@ class _Compared:
 def report_checks(opened: OpenedStudy, *, processes: int = 1) -> tuple[Check, ...]:
     """Whether ``results.json``, pages, tables and figures are what the records give.
 
-    What installed packages measure is not measured again: that would run their code. It is taken from the file.
+    What installed packages measure is not measured again: that would run their code. It is taken from the file. So are
+    the prices of models: they are those that the machine knew which wrote the report. Where they are not those that are
+    known here, the check says so.
 
     Args:
         opened: The study.
@@ -61,8 +68,9 @@ def report_checks(opened: OpenedStudy, *, processes: int = 1) -> tuple[Check, ..
     if not any((directory / name).exists() for name in names):
         return (Check(name="results", holds=True, said="there is no report to compare"),)
     measures, compared, results = _measures_in(directory), _Compared(), dict[str, Any]()
-    opened = replace(opened, measures=measures)
+    opened = replace(opened, measures=measures, prices=_prices_in(directory))
     try:
+        at_other_prices = _other_prices(opened)
         for name, content in _made_again(opened, processes):
             compared.made.add(name)
             if name == RESULTS:
@@ -72,6 +80,7 @@ def report_checks(opened: OpenedStudy, *, processes: int = 1) -> tuple[Check, ..
     except UserMistake as mistake:
         return (Check(name="results", holds=False, said=str(mistake)),)
     check = _results(directory, results, measures)
+    check = replace(check, said="; ".join([check.said, *at_other_prices]))
     if not check.holds and ("release" in check.said or "without" in check.said):
         return (check,)
     return check, _pages(opened, compared, newer=_changed_since(directory))
@@ -91,6 +100,33 @@ def _measures_in(directory: Path) -> tuple[MeasureResult, ...]:
         return tuple(MeasureResult.model_validate(row) for row in rows)
     except (LockprobeError, ValueError, AttributeError, TypeError):
         return ()
+
+
+def _prices_in(directory: Path) -> Prices | None:
+    """The prices of models as the results hold them; None if they cannot be read, so that they are looked up."""
+    try:
+        rows = json.loads(read_input(directory / RESULTS, _LARGEST)).get("leaderboard") or ()
+        return {str(row["agent"]): TypeAdapter(Price | None).validate_python(row["prices"]) for row in rows}
+    except (LockprobeError, ValueError, LookupError, AttributeError, TypeError):
+        return None
+
+
+def _other_prices(opened: OpenedStudy) -> list[str]:
+    """What is said of models whose prices on record are not those that are known here."""
+    models = {
+        trial.group: str(trial.facts["model"])
+        for trial in opened.trials
+        if is_hosted(trial.agent) and "model" in trial.facts
+    }
+    found = []
+    for agent, price in (opened.prices or {}).items():
+        known = facts_of(models[agent]).price if agent in models else price
+        if price == known:
+            continue
+        there = "without a price" if price is None else f"at the prices on record, of {price.date} ({price.source})"
+        here = "none is known here" if known is None else "others are known here"
+        found.append(f"{agent} is counted {there}, and {here}")
+    return found
 
 
 def _compare(directory: Path, name: str, made: str | bytes | None, found: _Compared) -> None:

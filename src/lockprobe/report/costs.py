@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from lockprobe.agents.llm.model_facts import Price, facts_of
 from lockprobe.model_call import Usage
 from lockprobe.record import Trial
 
-__all__ = ["Money", "money"]
+__all__ = ["Money", "Prices", "money"]
+
+
+Prices = Mapping[str, Price | None]
+"""Agent -> what its provider asks; None where that is not known."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,11 +40,12 @@ class Money:
     served: tuple[tuple[str, int], ...]
 
 
-def money(trials: Sequence[Trial]) -> Money:
+def money(trials: Sequence[Trial], prices: Prices | None = None) -> Money:
     """Add up the trials of one agent, those that broke among them.
 
     Args:
         trials: Their facts name the model, if there is one.
+        prices: The prices, where they are given instead of looked up.
     """
     decisions = [step.decision for trial in trials for step in trial.steps]
     found = [(trial, usage) for trial in trials for usage in _usages(trial)]
@@ -49,7 +54,7 @@ def money(trials: Sequence[Trial]) -> Money:
     total = sum((usage for _, usage in counted), Usage())
     served = Counter(decision.served for decision in decisions if decision.served)
     models = {str(trial.facts["model"]) for trial in trials if "model" in trial.facts}
-    price = facts_of(models.pop()).price if len(models) == 1 else None
+    price = _price(trials[0].group, models.pop(), prices) if len(models) == 1 else None
     dollars = (
         sum(price.of(usage, batch=bool(trial.facts.get("batch"))) for trial, usage in counted)
         if price and counted
@@ -65,6 +70,10 @@ def money(trials: Sequence[Trial]) -> Money:
         price=price,
         served=tuple(sorted(served.items())),
     )
+
+
+def _price(agent: str, model: str, prices: Prices | None) -> Price | None:
+    return facts_of(model).price if prices is None or agent not in prices else prices[agent]
 
 
 def _usages(trial: Trial) -> list[Usage]:

@@ -75,7 +75,7 @@ def flip_parts(opened: OpenedStudy, summary: StudySummary) -> dict[str, Part]:
         "left_out": ("Trials left out", lambda: left_out_row(trials, opened.journal, opened.foreign)),
         "panel_said": ("Panel", lambda: _panel(study)),
         **_sentences(summary, lies),
-        **_success(summary, flips, names),
+        **_success(summary, opened, names),
         **_behaviour(summary, flips),
         "people": ("People", lambda: _people(opened, summary)),
         "verdicts_said": (
@@ -96,7 +96,7 @@ def flip_parts(opened: OpenedStudy, summary: StudySummary) -> dict[str, Part]:
     }
 
 
-def _success(summary: StudySummary, trials: Sequence[Trial], names: Mapping[tuple[str, str], str]) -> dict[str, Part]:
+def _success(summary: StudySummary, opened: OpenedStudy, names: Mapping[tuple[str, str], str]) -> dict[str, Part]:
     """What the results say of success, by agent and condition, and how agents compare."""
     agents = summary.agents
     return {
@@ -104,7 +104,7 @@ def _success(summary: StudySummary, trials: Sequence[Trial], names: Mapping[tupl
             "All conditions",
             lambda: [condition_row(c, a.name, blind=a.blind) for a in agents for c in a.conditions],
         ),
-        "leaderboard": ("Leaderboard", lambda: leaderboard_rows(summary, trials)),
+        "leaderboard": ("Leaderboard", lambda: leaderboard_rows(summary, _of_the_axis(opened), opened.prices)),
         "comparisons": ("Agents compared", lambda: comparison_rows(summary.comparisons, names)),
         "interactions": ("Interactions", lambda: interaction_rows(summary.comparisons, names)),
         "paces": ("Speed of every two agents", lambda: [pace_row(compared, names) for compared in summary.paces]),

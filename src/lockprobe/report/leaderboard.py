@@ -15,7 +15,7 @@ from lockprobe.analysis.condition import ConditionSummary
 from lockprobe.analysis.proportions import Paired, Proportion
 from lockprobe.analysis.summary import AgentSummary, StudySummary
 from lockprobe.record import Trial
-from lockprobe.report.costs import Money, money
+from lockprobe.report.costs import Money, Prices, money
 from lockprobe.report.described import filled
 
 __all__ = [
@@ -160,15 +160,17 @@ class InteractionResult(PairResult):
 AgentNames = Mapping[tuple[str, str], str]
 
 
-def leaderboard_rows(summary: StudySummary, trials: Sequence[Trial]) -> list[LeaderboardResult]:
-    """Every agent over all p, the highest success first, and the same by p."""
+def leaderboard_rows(
+    summary: StudySummary, trials: Sequence[Trial], prices: Prices | None = None
+) -> list[LeaderboardResult]:
+    """Every agent over all p, the highest success first, and the same by p; ``prices`` as in :func:`money`."""
     agents = {(agent.agent, agent.modality): agent for agent in summary.agents}
-    return [_over_all(row, agents[row.agent, row.modality], trials) for row in summary.standings]
+    return [_over_all(row, agents[row.agent, row.modality], trials, prices) for row in summary.standings]
 
 
-def _over_all(row: Standing, agent: AgentSummary, trials: Sequence[Trial]) -> LeaderboardResult:
+def _over_all(row: Standing, agent: AgentSummary, trials: Sequence[Trial], prices: Prices | None) -> LeaderboardResult:
     own = [trial for trial in trials if (trial.group, trial.modality) == (row.agent, row.modality)]
-    spent = money(own)
+    spent = money(own, prices)
     return filled(
         LeaderboardResult,
         row,
@@ -187,11 +189,13 @@ def _over_all(row: Standing, agent: AgentSummary, trials: Sequence[Trial]) -> Le
         money=_money_row(spent),
         prices=spent.price,
         served=dict(spent.served),
-        by_p=[_at(condition, [trial for trial in own if trial.p == condition.p]) for condition in agent.conditions],
+        by_p=[
+            _at(condition, [trial for trial in own if trial.p == condition.p], prices) for condition in agent.conditions
+        ],
     )
 
 
-def _at(condition: ConditionSummary, trials: Sequence[Trial]) -> LeaderboardByDose:
+def _at(condition: ConditionSummary, trials: Sequence[Trial], prices: Prices | None) -> LeaderboardByDose:
     """One condition of the same agent."""
     found = condition.behaviour
     return LeaderboardByDose(
@@ -205,7 +209,7 @@ def _at(condition: ConditionSummary, trials: Sequence[Trial]) -> LeaderboardByDo
         loops_above_chance=_less(found.loops.value, found.chance_uniform),
         misread=condition.claims.misinterpreted,
         not_asked=condition.claims.not_asked,
-        money=_money_row(money(trials)),
+        money=_money_row(money(trials, prices)),
     )
 
 

@@ -10,6 +10,7 @@ from typing import Any
 from lockprobe.people.diary import Diary, read_diaries
 from lockprobe.people.withdrawal import withdrawn
 from lockprobe.record import Trial
+from lockprobe.report.costs import Prices
 from lockprobe.report.schema import MeasureResult
 from lockprobe.studies.branch import read_forks
 from lockprobe.studies.directory import SETTINGS, read_settings
@@ -37,6 +38,7 @@ class OpenedStudy:
         forks: Forks of these trials on record (``lockprobe branch``).
         choices: Key of a fork -> probability of each joint at its first choice, where that is known.
         measures: What installed packages measure, if it is given instead of measured; None otherwise.
+        prices: What providers ask, if it is given instead of looked up; None otherwise.
     """
 
     directory: Path
@@ -50,6 +52,7 @@ class OpenedStudy:
     forks: tuple[Trial, ...] = ()
     choices: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     measures: Sequence[MeasureResult] | None = None
+    prices: Prices | None = None
 
     @property
     def finished(self) -> int:

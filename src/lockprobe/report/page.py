@@ -257,7 +257,9 @@ def _explorer(trials: str) -> dict[str, Any]:
 
 def _audit(rates: Sequence[AuditedRate]) -> list[dict[str, Any]]:
     """The audit's rates by question and test, one for every world."""
-    by_test = {name: [rate for rate in rates if rate.test == name] for name in [rate.test for rate in rates]}
+    by_test: dict[str, list[AuditedRate]] = {}
+    for rate in rates:
+        by_test.setdefault(rate.test, []).append(rate)
     return [
         {"asks": asks, "tests": [found for found in by_test.values() if found[0].question == question]}
         for question, asks in QUESTIONS.items()

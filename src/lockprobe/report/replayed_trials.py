@@ -50,6 +50,7 @@ class ReplayedTrial:
         choices: Why the choices do not follow from the agent, its replies or its probabilities; empty if they do.
         unused: The replies on record that are no part of the trial.
         unplayed: Whether nothing could be played again; see :data:`UNPLAYED`.
+        from_log: Whether it came from an Inspect log and has no calls, so that its replies are held by its words alone.
     """
 
     key: str
@@ -58,6 +59,7 @@ class ReplayedTrial:
     choices: str = ""
     unused: int = 0
     unplayed: bool = False
+    from_log: bool = False
 
 
 def is_hosted(agent: str) -> bool:

@@ -15,7 +15,7 @@ from lockprobe.errors import ReplyFault
 from lockprobe.model_call import Call
 from lockprobe.record import Decision, Percept, Situation, Task, Trial
 
-__all__ = ["other_replies"]
+__all__ = ["other_replies", "other_words"]
 
 _CLAIMS = ("moved", "did not move")
 
@@ -40,8 +40,12 @@ def other_replies(trial: Trial, own: Sequence[Call], parent: Sequence[Call] = ()
     for number in range(1, last + 1):
         if logged[number] != recorded[number]:
             return f"step {number}, replies"
-    decisions = (_another_decision(trial, step.decision, step.step) for step in trial.steps)
-    return next(filter(None, decisions), "")
+    return other_words(trial)
+
+
+def other_words(trial: Trial) -> str:
+    """Where a decision is not what the reply on its own record names; empty if nowhere. For trials without calls."""
+    return next(filter(None, (_another_decision(trial, step.decision, step.step) for step in trial.steps)), "")
 
 
 def _another_decision(trial: Trial, decision: Decision, number: int) -> str:

@@ -30,6 +30,7 @@ from lockprobe.report.checked_replies import CallEvidence, agent_check, replies_
 from lockprobe.report.checked_report import report_checks
 from lockprobe.report.opened import OpenedStudy, open_study
 from lockprobe.report.replayed_trials import UNPLAYED, Replay, ReplayedTrial, is_foreign
+from lockprobe.report.unplayed_replies import other_words
 from lockprobe.storage.jsonl import whole_lines, without_checksum
 from lockprobe.studies.branch import FORKS
 from lockprobe.studies.call_log import ASKED, CALLS
@@ -86,7 +87,8 @@ def _checks(
         evidence = CallEvidence.of(directory)
         checks = [_records(opened, evidence), _settings(opened), _complete(opened)]
         checks += _of_hashes(opened, settings, results)
-        again = tuple(_replayed(opened, evidence, tell))
+        again = tuple(_by_words(opened, evidence, _replayed(opened, evidence, tell)))
+        checks[0] = _with_logs(checks[0], sum(one.from_log for one in again))
         checks += [_luck(again), _choices(again), agent_check(opened.trials)]
         owed = frozenset(_planned(opened) - {trial.key for trial in opened.trials if not trial.owed_again})
         found = [
@@ -218,6 +220,23 @@ def _replayed(opened: OpenedStudy, evidence: CallEvidence, tell: Callable[[int, 
     for done, trial in enumerate(opened.trials, 1):
         yield replay(_plan(opened, trial, by_key), trial, evidence.kept.get(trial.key, ()))
         tell(done, len(opened.trials))
+
+
+def _by_words(opened: OpenedStudy, evidence: CallEvidence, again: Iterator[ReplayedTrial]) -> Iterator[ReplayedTrial]:
+    """The same; trials of models that came from an Inspect log, which has no calls, are held by their words alone."""
+    logged = {timing.key for timing in read_timings(opened.directory) if timing.from_log}
+    logged -= {call.key for call in (*evidence.calls, *evidence.asked)}
+    for one, trial in zip(again, opened.trials, strict=True):
+        of_log = one.kind == "hosted" and one.key in logged
+        yield replace(one, from_log=True, choices=other_words(trial)) if of_log else one
+
+
+def _with_logs(check: Check, number: int) -> Check:
+    """The first check, which says how many trials have no calls, as anybody can claim it of a trial."""
+    said = (
+        f"{check.said}; replies of {number} trials are not checked: they came from an Inspect log, which has no calls"
+    )
+    return replace(check, said=said) if number else check
 
 
 def _plan(opened: OpenedStudy, trial: Trial, trials: Mapping[str, Trial]) -> Plan:

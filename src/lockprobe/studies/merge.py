@@ -45,6 +45,7 @@ class MergeSource:
         trials: The trials.
         unfinished: Keys of trials that were begun there and have no record.
         seconds: Key -> duration of the trial, if known.
+        from_log: Keys of trials that came from an Inspect log, now or before.
         calls: The provider calls there.
         attempts: Key -> attempts of a client with tools, from its server's log.
         picture: Function from the name of a picture to its bytes; None for a missing picture.
@@ -55,6 +56,7 @@ class MergeSource:
     trials: tuple[Trial, ...]
     unfinished: frozenset[str] = frozenset()
     seconds: Mapping[str, float] = field(default_factory=dict)
+    from_log: frozenset[str] = frozenset()
     calls: tuple[Call, ...] = ()
     attempts: Mapping[str, Sequence[RecordedAttempt]] = field(default_factory=dict)
     picture: Callable[[str], bytes | None] = lambda name: None
@@ -94,13 +96,14 @@ def source_of_directory(directory: Path) -> MergeSource:
         file = directory / ALBUM / name
         return read_input(file) if file.is_file() else None
 
-    trials, calls = tuple(load(directory)), tuple(read_calls(directory))
+    trials, calls, timings = tuple(load(directory)), tuple(read_calls(directory)), read_timings(directory)
     return MergeSource(
         path=directory,
         study=read_study(directory),
         trials=trials,
         unfinished=frozenset(call.key for call in calls) - {trial.key for trial in trials},
-        seconds={timing.key: timing.seconds for timing in read_timings(directory)},
+        seconds={timing.key: timing.seconds for timing in timings},
+        from_log=frozenset(timing.key for timing in timings if timing.from_log),
         calls=calls,
         attempts=AttemptLog.read(directory),
         picture=picture,
@@ -310,8 +313,13 @@ def _take(
             else:
                 album.keep(picture)
         there[trial.key] = trial
-        journal.append(trial, Timing(key=trial.key, seconds=source.seconds.get(trial.key, 0.0), steps=len(trial.steps)))
+        journal.append(trial, _timing(source, trial))
     return len(owed), len(kept), different, missing
+
+
+def _timing(source: MergeSource, trial: Trial) -> Timing:
+    seconds = source.seconds.get(trial.key, 0.0)
+    return Timing(key=trial.key, seconds=seconds, steps=len(trial.steps), from_log=trial.key in source.from_log)
 
 
 def _differs(one: Trial, other: Trial) -> bool:

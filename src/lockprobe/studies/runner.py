@@ -25,7 +25,15 @@ from typing import Protocol
 from lockprobe.agents.catalogue import AgentSource, resolve
 from lockprobe.agents.model_access import Access
 from lockprobe.cluster import Cluster
-from lockprobe.errors import FINAL, BadValue, BudgetReached, Missing, SettingsChanged
+from lockprobe.errors import (
+    FINAL,
+    AgentsGivenUp,
+    BadFile,
+    BadValue,
+    BudgetReached,
+    SettingsChanged,
+    UserMistake,
+)
 from lockprobe.interrupts import interruptible
 from lockprobe.model_call import OWED_ANEW, Call
 from lockprobe.plan import Plan
@@ -46,7 +54,7 @@ from lockprobe.trial import here
 __all__ = ["Limits", "Observer", "Silent", "owe_anew", "run", "run_study"]
 
 _GIVE_UP_AFTER = 10
-"""Trials broken in a row, by something outside the agent, after which a run stops."""
+"""Trials broken in a row, by something outside the agent, after which the run gives the agent up."""
 
 _AT_THE_END = 2
 """By the number of connections, the last trials that are all opened at once. In simulations with latencies as providers
@@ -79,6 +87,10 @@ class Observer(Protocol):
         """Called when a trial is on disk."""
         ...
 
+    def given_up(self, source: AgentSource, owed: int, why: UserMistake) -> None:
+        """Called if no further trial of an agent is played, with the number that it still owes."""
+        ...
+
 
 class Silent:
     """An observer that ignores all events."""
@@ -93,6 +105,9 @@ class Silent:
         """Nothing."""
 
     def trial(self, trial: Trial, timing: Timing) -> None:
+        """Nothing."""
+
+    def given_up(self, source: AgentSource, owed: int, why: UserMistake) -> None:
         """Nothing."""
 
 
@@ -133,6 +148,9 @@ def run(
     Raises:
         UserMistake: Before the first trial, if an agent or the plant is not available.
         BudgetReached: If the budget ended the trials of an agent; those of the others were played as far as it went.
+        AgentsGivenUp: If agents could not go on, and the others were played.
+        BadFile: If the directory cannot be written.
+        SettingsChanged: If an agent or the plant is another one than that of the earlier trials.
         KeyboardInterrupt: On Ctrl-C; whatever was finished is on disk.
     """
     limits, observer, of = limits or Limits(), observer or Silent(), plans or study.plans
@@ -141,13 +159,10 @@ def run(
     study.check_agents()
     sources = _run_here(sources)
     owed = {source.spec: _owed(of(source.spec), journal) for source in sources}
-    for source in sources:
-        if owed[source.spec]:
-            source.check()
-    if any(owed.values()):
-        resolve_plant(study.plant).check(study.box)
+    _check(study, [source for source in sources if owed[source.spec]])
     observer.begin(study, journal, sum(map(len, owed.values())))
     spent: BudgetReached | None = None
+    given_up: dict[str, UserMistake] = {}
     for source in sorted(sources, key=lambda source: source.engine != "inline"):
         if not owed[source.spec]:
             continue
@@ -157,8 +172,23 @@ def run(
                 _play(study, source, plans_now, journal, limits, observer, known)
         except BudgetReached as reached:
             spent = reached
+        except (BadFile, SettingsChanged):
+            raise
+        except UserMistake as why:
+            given_up[source.spec] = why
+            observer.given_up(source, len(_owed(owed[source.spec], journal)), why)
     if spent is not None:
         raise spent
+    if given_up:
+        raise AgentsGivenUp(given_up)
+
+
+def _check(study: Study, sources: Sequence[AgentSource]) -> None:
+    """Refuse agents that are not available, and a plant that is not, before the first trial."""
+    for source in sources:
+        source.check()
+    if sources:
+        resolve_plant(study.plant).check(study.box)
 
 
 def _owed(plans: Iterable[Plan], journal: Journal) -> list[Plan]:
@@ -271,7 +301,7 @@ class _Stoppable(Silent):
 
 
 class _TrialWriter:
-    """Writes finished trials to the journal, and stops a run that yields only errors."""
+    """Writes finished trials to the journal, and gives up an agent that yields only errors."""
 
     def __init__(self, spec: str, journal: Journal, observer: Observer, lanes: int, known: Sequence[Trial]) -> None:
         self._spec = spec
@@ -290,10 +320,8 @@ class _TrialWriter:
         self._observer.trial(trial, timing)
         self._broken_in_a_row = self._broken_in_a_row + 1 if trial.owed_again else 0
         if trial.error is not None and self._broken_in_a_row == self._give_up_after:
-            raise Missing(
-                f"{self._spec} broke {self._broken_in_a_row} trials in a row ({trial.error.message})",
-                "nothing finished is lost; run the same command again when that is mended",
-            )
+            why = f"{trial.error.boundary}: {trial.error.message}"
+            raise UserMistake(f"{self._spec} broke {self._broken_in_a_row} trials in a row ({why})")
 
     def expect(self, facts: Mapping[str, Fact]) -> None:
         """Refuse a changed agent (model, prompt, runtime) before it is called and paid.

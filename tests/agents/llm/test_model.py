@@ -22,6 +22,7 @@ from lockprobe.model_call import Usage
 from lockprobe.pictures.picture import Picture
 from lockprobe.plan import Plan
 from lockprobe.plants.symbolic import SymbolicPlant
+from lockprobe.report.verification import verify
 from lockprobe.studies.call_log import read_calls
 from lockprobe.studies.journal import Journal, load
 from lockprobe.studies.runner import Limits, run
@@ -530,6 +531,32 @@ def test_an_empty_or_cut_off_reply_names_its_cause(tmp_path, monkeypatch, conten
     assert (trial.error.boundary, len(server.requests)) == ("reply", requests)
     turns = f"{requests} turn{'s' * (requests > 1)}"
     assert trial.error.message.startswith(f"no usable reply in {turns}: {why}")
+
+
+@pytest.mark.parametrize(
+    ("message", "tokens", "why"),
+    [
+        ({"content": "", "reasoning_content": "Hm."}, 900, "after 900 tokens, some of them of reasoning"),
+        ({"content": "<think>Hm.</think>"}, 900, "after 900 tokens, some of them of reasoning"),
+        ({"content": "", "reasoning": "Hm."}, None, "after reasoning"),
+        ({"content": ""}, 900, "after 900 tokens"),
+    ],
+)
+def test_an_empty_reply_after_reasoning_that_nobody_counts_names_it_also_when_it_is_read_again(
+    tmp_path, monkeypatch, message, tokens, why
+):
+    def answer(request):
+        status, body = completion("", stop="stop")
+        body["choices"][0]["message"] |= message
+        if tokens is None:
+            return status, {name: of for name, of in body.items() if name != "usage"}
+        return status, body | {"usage": {"prompt_tokens": 11, "completion_tokens": tokens, "total_tokens": 11 + tokens}}
+
+    (trial,), _ = played(tmp_path, monkeypatch, answer, f"{SPEC}?repairs=0", trials=1, p=[0])
+    assert trial.error.message.endswith(f" ({why})")
+    (call,) = read_calls(tmp_path)
+    assert call.reasoned == ("reasoning" in why)
+    assert [check.said for check in verify(tmp_path) if not check.holds] == []
 
 
 def test_an_outage_behind_a_router_loses_no_trial(tmp_path, monkeypatch):

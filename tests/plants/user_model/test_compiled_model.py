@@ -22,7 +22,7 @@ def test_an_error_of_mujoco_is_one_line_with_the_line_of_the_file(tmp_path):
     [
         ({"head": "<option timestep='1e-9'/>"}, "timestep is 1e-09, expected 0.0002 to 0.01"),
         ({"head": "<option iterations='2000000000'/>"}, "iterations is 2e+09, expected 1 to 1000"),
-        ({"head": "<size njmax='10000'/>"}, "memory in bytes is"),
+        ({"head": "<size njmax='10000'/>"}, "it would take 5.4 GB of memory"),
         (
             {"head": "<asset><texture name='t' type='2d' builtin='flat' width='99999' height='1'/></asset>"},
             "along a texture is",

@@ -32,6 +32,8 @@ def with_classes(number):
     return f"<default>{repeated('<default class=`c{i}`/>', number)}</default>".replace("`", "'")
 
 
+ARENA = "stack, contacts and constraints"
+
 HOSTILE = {
     "flat textures": ("textures", {"head": asset(repeated(TEXTURE, 60, kind="2d"))}),
     "cubes": ("textures", {"head": asset(repeated(TEXTURE, 5, kind="cube"))}),
@@ -94,8 +96,11 @@ HOSTILE = {
     ),
     "numbers of users": ("user data", {"head": "<size nuserdata='200000000'/>"}),
     "numbers of sites": ("user data", {"head": "<size nuser_site='100000'/>", "outside": "<site/>" * 1000}),
-    "memory": ("stack and contacts", {"head": "<size memory='3G'/>"}),
-    "stack": ("stack and contacts", {"head": "<size nstack='900000000'/>"}),
+    "memory": (ARENA, {"head": "<size memory='3G'/>"}),
+    "stack": (ARENA, {"head": "<size nstack='900000000'/>"}),
+    "contacts": (ARENA, {"head": "<size nconmax='2000000'/>"}),
+    "constraints": (ARENA, {"head": "<size njmax='20000'/>"}),
+    "constraints on a small stack": (ARENA, {"head": "<size njmax='20000' nstack='1000'/>"}),
     "signed distance fields": (
         "signed distance fields",
         {
@@ -128,6 +133,20 @@ def test_a_small_file_cannot_take_all_memory(folder, name, monkeypatch):
         BadFile, match=rf"it would take [\d.]+ [MG]B of memory, .* the largest part is .* for {largest}"
     ):
         compile_model(read_model(written(folder, **parts)))
+
+
+@pytest.mark.parametrize("joints", [0, 20, 190])
+@pytest.mark.parametrize(
+    "sizes",
+    ["", "nconmax='0'", "nconmax='300000'", "njmax='0'", "njmax='3000'", "nstack='0' njmax='8000'", "nstack='9000000'",
+     "nconmax='200000' njmax='2000'", "nstack='1000' nconmax='100000' njmax='50'", "memory='5M'"],
+)  # fmt: skip
+def test_the_sum_holds_the_arena_of_every_size(tmp_path, sizes, joints):
+    moving = "<body pos='9 9 9'><joint type='slide'/><geom size='.01'/></body>" * joints
+    file = read_model(written(tmp_path, head=f"<size {sizes}/>" if sizes else "", outside=moving))
+    spec = mujoco.MjSpec.from_string(file.text, assets=dict(file.assets))
+    (arena,) = [part.size for part in parts_of(spec, file) if part.what.startswith(ARENA)]
+    assert spec.compile().narena <= arena <= LARGEST_MEMORY
 
 
 @pytest.mark.parametrize(

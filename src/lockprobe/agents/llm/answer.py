@@ -18,7 +18,7 @@ from lockprobe.model_call import Usage
 with needing("hosted models", "providers"):
     from inspect_ai.model import ChatCompletionChoice, ModelOutput, StopDetails
 
-__all__ = ["kind_of_stop", "refuse_overflow", "said_in", "usage_of"]
+__all__ = ["kind_of_stop", "reasoned_in", "refuse_overflow", "said_in", "usage_of"]
 
 _MOST_COUNTED = 2**40
 
@@ -85,6 +85,12 @@ def said_in(output: ModelOutput, body: object = None) -> tuple[str, str]:
     if stop == "stop" and not said and _without_content(body) and not (counted and counted.reasoning_tokens):
         raise Declined(f"a reply without content, {_reason_in(body)}", usage=counted, charged=True)
     return text, stop
+
+
+def reasoned_in(output: ModelOutput) -> bool:
+    """Whether reasoning came with a reply, apart from its text; Inspect AI takes a closed ``<think>`` out of it."""
+    content = output.choices[0].message.content if output.choices else ""
+    return not isinstance(content, str) and any(part.type == "reasoning" for part in content)
 
 
 def _texts(choice: ChatCompletionChoice) -> tuple[str, str]:

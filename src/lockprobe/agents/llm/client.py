@@ -14,7 +14,7 @@ from collections.abc import Awaitable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
-from lockprobe.agents.llm.answer import refuse_overflow, said_in, usage_of
+from lockprobe.agents.llm.answer import reasoned_in, refuse_overflow, said_in, usage_of
 from lockprobe.agents.llm.connect import config_of, mistake, opened
 from lockprobe.agents.llm.inspect_internals import PrerequisiteError
 from lockprobe.agents.llm.model_facts import facts_of
@@ -67,6 +67,7 @@ class ModelReply:
         seconds: Wall time, retries included.
         retries: How often the provider had to be asked again.
         unanswered: Attempts without a usable reply that the provider may have charged for.
+        reasoned: Whether reasoning came with it, apart from the text.
     """
 
     text: str
@@ -76,6 +77,7 @@ class ModelReply:
     seconds: float
     retries: int = 0
     unanswered: int = 0
+    reasoned: bool = False
 
 
 class ModelClient:
@@ -138,6 +140,7 @@ class ModelClient:
             seconds=time.perf_counter() - began,
             retries=tries.retries,
             unanswered=tries.unanswered + bare,
+            reasoned=reasoned_in(output),
         )
 
     @property

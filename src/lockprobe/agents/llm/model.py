@@ -42,7 +42,7 @@ from lockprobe.record import Decision, Fact, Situation
 
 __all__ = ["Ask", "HostedModel", "ReplayedModel", "check", "decided", "model_facts"]
 
-_KEPT = ("stop", "served", "usage", "seconds", "retries", "unanswered")
+_KEPT = ("stop", "served", "usage", "seconds", "retries", "unanswered", "reasoned")
 """The fields of an answer, besides its text, that a call keeps under the same names."""
 
 _CUT_OFF = "max_tokens"
@@ -288,8 +288,8 @@ async def decided(situation: Situation, settings: ModelSettings, ask: Ask, most:
 def _cause(answer: ModelReply, most: int | None, *, empty: bool) -> str:
     """The cause of an unusable reply, if it is empty or cut off: tokens, those of reasoning among them, the limit."""
     written, reasoned = answer.usage.output_tokens, answer.usage.reasoning_tokens
-    hidden = f", {reasoned} of them of reasoning" if reasoned else ""
-    after = f" after {written} tokens{hidden}" if written else ""
+    hidden = f", {reasoned or 'some'} of them of reasoning" if reasoned or answer.reasoned else ""
+    after = f" after {written} tokens{hidden}" if written else " after reasoning" if answer.reasoned else ""
     if answer.stop == _CUT_OFF:
         limit = "" if most is None else f" than {most}"
         return f" (the reply was cut off{after}: a larger max_tokens{limit} leaves it more room)"

@@ -1,7 +1,8 @@
 """Retries of requests to a provider: exponential back-off, limits, and the final error.
 
 The provider's classification in Inspect AI decides which failures are transient: status 429 and 5xx, dropped
-connections and so on. Two kinds are added: no reply in time, and a reply whose body is cut off or not JSON. Retries
+connections and so on. Three kinds are added: no reply in time, a reply whose body is cut off or not JSON, and every
+status that says that the same request may succeed later (408, 409 and 425 as well as 5xx). Retries
 back off exponentially from :attr:`lockprobe.agents.model_access.Access.pause` (twice that for rate limits), capped at
 one minute; a provider's own Retry-After takes precedence. With default settings an unreachable provider fails after
 about 30 s.
@@ -106,7 +107,7 @@ class Declined(Exception):
     @property
     def retry(self) -> bool:
         """Whether a retry may succeed."""
-        return self.status_code is None or self.status_code in (408, 409, 429) or self.status_code >= 500
+        return self.status_code is None or self.status_code == 429 or _passes(self.status_code)
 
     @property
     def kind(self) -> str:
@@ -114,6 +115,11 @@ class Declined(Exception):
         return "rate_limit" if self.status_code == 429 else "transient"
 
     retry_after = None
+
+
+def _passes(status: int | None) -> bool:
+    """Whether a status says that the same request may succeed later. That of a rate limit can also be a spent quota."""
+    return status in (408, 409, 425) or (status is not None and status >= 500)
 
 
 class RefusedReply(Exception):
@@ -214,7 +220,7 @@ class _Patience:
             self.unanswered += judged.kind != "rate_limit" and _may_be_charged(error)
         if (asked := judged.retry_after or 0.0) > LONGEST_OBEYED:
             raise self._fault(error, f"; it asks to be left alone for {asked:.0f} s") from error
-        if not judged.retry and not isinstance(error, (TimeoutError, *_UNREADABLE)):
+        if not (judged.retry or _passes(_status(error)) or isinstance(error, (TimeoutError, *_UNREADABLE))):
             raise self._fault(error, self._tried) from error
         return True
 

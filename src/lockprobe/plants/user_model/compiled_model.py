@@ -14,7 +14,7 @@ import numpy as np
 
 from lockprobe.errors import BadFile
 from lockprobe.plants.user_model.assets import LONGEST_SIDE
-from lockprobe.plants.user_model.memory import LARGEST_MEMORY, check_memory, check_reading
+from lockprobe.plants.user_model.memory import LARGEST_MEMORY, check_memory, check_reading, degrees_of_freedom
 from lockprobe.plants.user_model.mjcf_file import MjcfModel
 
 __all__ = ["CAMERA", "compile_model", "without_stderr"]
@@ -27,7 +27,7 @@ _MOST_GEOMS, _MOST_LIGHTS = 2000, 100
 _MOST_NAMED = 1000
 """Materials, and textures, that MuJoCo can draw."""
 
-_MOST_DEGREES, _DEGREES = 200, {mujoco.mjtJoint.mjJNT_FREE: 6, mujoco.mjtJoint.mjJNT_BALL: 3}
+_MOST_DEGREES = 200
 """Degrees of freedom of the model and of a joint that has several."""
 
 _REDIRECTING = threading.Lock()
@@ -75,7 +75,7 @@ def _compiled(file: MjcfModel) -> mujoco.MjModel:
     for what, number, most in (
         ("geoms", len(spec.geoms), _MOST_GEOMS),
         ("lights", len(spec.lights), _MOST_LIGHTS),
-        ("degrees of freedom", sum(_DEGREES.get(joint.type, 1) for joint in spec.joints), _MOST_DEGREES),
+        ("degrees of freedom", degrees_of_freedom(spec), _MOST_DEGREES),
     ):
         if number > most:
             raise BadFile(file.path, f"{number} {what}, expected at most {most}")

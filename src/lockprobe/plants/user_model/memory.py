@@ -17,7 +17,7 @@ from lockprobe.errors import BadFile
 from lockprobe.plants.user_model.assets import png_sides, triangles_and_vertices
 from lockprobe.plants.user_model.mjcf_file import MjcfModel
 
-__all__ = ["LARGEST_MEMORY", "Part", "check_memory", "check_reading", "parts_of"]
+__all__ = ["LARGEST_MEMORY", "Part", "check_memory", "check_reading", "degrees_of_freedom", "parts_of"]
 
 LARGEST_MEMORY = 10**9
 """Bytes that a model may take in all."""
@@ -49,6 +49,13 @@ _ELEMENT, _CLASS = 5000, 20_000
 _CONTACT_FIELDS, _RANGE_FIELDS = 17, 14
 """Numbers of a contact, and of a pixel of a rangefinder, if a sensor reports all of them."""
 
+_CONTACT, _BOTH_CONSTRAINTS, _STACKED, _FREEDOM, _ARENA = 640, 13, 41, 24, 2 << 20
+"""Bytes of a contact; of a pair of constraints, and for it on a stack whose size is not given; of a constraint for each
+degree of freedom; and of the rest of the arena."""
+
+_CONTACTS, _CONSTRAINTS = 100, 500
+"""What MuJoCo makes room for if a model does not say it."""
+
 _ELEMENTS = (
     *(
         "bodies",
@@ -74,6 +81,7 @@ _SIX_SIDED = (mujoco.mjtTexture.mjTEXTURE_CUBE, mujoco.mjtTexture.mjTEXTURE_SKYB
 
 _GEOM, _SENSOR = mujoco.mjtGeom, mujoco.mjtSensor
 
+_DEGREES = {mujoco.mjtJoint.mjJNT_FREE: 6, mujoco.mjtJoint.mjJNT_BALL: 3}
 _POSITIONS = {mujoco.mjtJoint.mjJNT_FREE: 7, mujoco.mjtJoint.mjJNT_BALL: 4}
 
 
@@ -90,6 +98,11 @@ class _MeshSize(NamedTuple):
     triangles: int
     vertices: int
     file: int
+
+
+def degrees_of_freedom(spec: mujoco.MjSpec) -> int:
+    """The degrees of freedom of a parsed model."""
+    return sum(_DEGREES.get(joint.type, 1) for joint in spec.joints)
 
 
 def check_reading(file: MjcfModel) -> None:
@@ -137,7 +150,7 @@ def parts_of(spec: mujoco.MjSpec, file: MjcfModel) -> tuple[Part, ...]:
         Part("keyframes", _NUMBER * _key_numbers(spec)),
         Part("user data", _NUMBER * _user_numbers(spec)),
         Part("custom numbers", _NUMBER * sum(max(one.size, 0) for one in spec.numerics)),
-        Part("stack and contacts (size memory)", max(spec.memory, 8 * spec.nstack, 0)),
+        Part("stack, contacts and constraints (size)", _arena(spec)),
         Part("default classes", _CLASS * file.text.count("<default")),
         Part("elements", _ELEMENT * sum(len(getattr(spec, name)) for name in _ELEMENTS)),
     )
@@ -201,6 +214,19 @@ def _key_numbers(spec: mujoco.MjSpec) -> int:
     activations: int = sum(max(int(one.actdim), 1) for one in spec.actuators)
     moved = 7 * sum(bool(body.mocap) for body in spec.bodies)
     return max(int(spec.nkey), len(spec.keys)) * (2 * positions + activations + len(spec.actuators) + moved + 1)
+
+
+def _arena(spec: mujoco.MjSpec) -> int:
+    """The memory for stack, contacts and constraints, which a model sets as a whole or in its parts."""
+    if spec.memory >= 0:
+        return int(spec.memory)
+    degrees = degrees_of_freedom(spec)
+    contacts, constraints, stack = int(spec.nconmax), int(spec.njmax), int(spec.nstack)
+    contacts = contacts if contacts >= 0 else _CONTACTS
+    constraints = constraints if constraints >= 0 else _CONSTRAINTS
+    stacked = 8 * stack if stack >= 0 else _STACKED * (constraints + degrees) ** 2
+    rows = _BOTH_CONSTRAINTS * constraints**2 + _FREEDOM * constraints * max(degrees, 20)
+    return _ARENA + stacked + rows + _CONTACT * contacts
 
 
 def _user_numbers(spec: mujoco.MjSpec) -> int:
