@@ -17,6 +17,7 @@ import numpy as np
 from lockprobe.analysis.agent_comparison.paired import Array, BlockMean, block_mean
 from lockprobe.analysis.excursion import continuation, flipped
 from lockprobe.analysis.inference.logrank import holm
+from lockprobe.analysis.rare_long_trials import rare_block
 from lockprobe.errors import BadValue
 from lockprobe.fork_name import ForkName
 from lockprobe.record import Trial
@@ -256,7 +257,8 @@ def _effect(
         row[: len(changed)] = changed - told
     told = np.concatenate([told for _, told in rows])
     if outcome == "steps":
-        change = block_mean(differences, unit=float(budget), whole_blocks=True)
+        rare = rare_block(float(told.mean()), float(np.concatenate([one for one, _ in rows]).mean()), budget)
+        change = block_mean(differences, unit=float(budget), rare=rare)
     else:
         change = block_mean(differences, unit=None if outcome == "choice" else 1.0)
     if outcome == "choice":  # no test: that chances differ is known
