@@ -113,13 +113,13 @@ def test_the_verdict_is_of_the_corrected_test():
 
 
 @pytest.mark.parametrize(
-    ("budget", "blocks", "slow"), [(20, 10, 0.05), (20, 18, 0.05), (20, 30, 0.05), (100, 60, 0.04), (100, 100, 0.025)]
+    ("budget", "blocks", "slow"), [(20, 10, 0.05), (20, 18, 0.05), (20, 30, 0.05), (100, 60, 0.037), (100, 100, 0.022)]
 )
 def test_an_agent_with_rare_long_trials_is_not_called_faster(budget, blocks, slow):
     """Equal means; every trial is solved, so the budget shows in no failure. Without it, 0.2 to 0.6 of studies err."""
     wrong = 0
     usual = (6 - slow * budget) / (1 - slow)
-    for seed in range(100):
+    for seed in range(200):
         rng = np.random.default_rng([seed, blocks])
         first = rng.integers(5, 8, size=(blocks, 7)) * 1.0
         stuck = rng.random((blocks, 1)) < slow
@@ -128,4 +128,4 @@ def test_an_agent_with_rare_long_trials_is_not_called_faster(budget, blocks, slo
         laid = Sheet(solved=solved, steps=first), Sheet(solved=solved, steps=second)
         found = compare((A, B), tuple(i / 10 for i in range(7)), laid, "reference", rng, budget=budget)
         wrong += corrected([found])[0].steps_verdict != 0
-    assert wrong <= 9
+    assert wrong / 200 <= 0.05 + 2 * np.sqrt(0.05 * 0.95 / 200)
