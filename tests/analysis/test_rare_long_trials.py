@@ -19,11 +19,12 @@ def test_so_many_blocks_are_added_that_too_few_rare_ones_appear_in_at_most_5_per
     assert wrong(BLOCKS) <= 0.05 < wrong(BLOCKS - 1)
 
 
-def test_a_rare_block_takes_the_whole_budget_or_a_single_step():
-    easy, hard = rare_block(6, 5, 20), rare_block(19, 20, 20)
+def test_a_rare_block_takes_the_whole_budget_or_as_few_steps_as_the_shortest_trial():
+    easy, hard, unseen = rare_block(6, 5, 20, 3), rare_block(19, 20, 20, 3), rare_block(19, 20, 20, 19)
     assert (easy.below, easy.above) == (15, 14)
-    assert (hard.below, hard.above) == (18, 19)
-    only = rare_block(1, 1, 1)
+    assert (hard.below, hard.above) == (16, 17)
+    assert (unseen.below, unseen.above) == (15, 16)
+    only = rare_block(1, 1, 1, 1)
     assert min(only.below, only.above) > 0
 
 
@@ -36,7 +37,7 @@ def test_a_rare_block_takes_the_whole_budget_or_a_single_step():
     share=st.none() | st.floats(0.01, 1),
 )
 def test_interval_and_test_are_students_with_three_such_blocks(value, se, first, second, clusters, share):
-    found = rare_block(first, second, 20)
+    found = rare_block(first, second, 20, 1)
     low, high = found.interval(value, se, clusters, share=share)
     size = 1 / clusters if share is None else share
     below, above = (np.sqrt(se**2 + 3 * (size * one) ** 2) for one in (found.below, found.above))

@@ -257,7 +257,9 @@ def _effect(
         row[: len(changed)] = changed - told
     told = np.concatenate([told for _, told in rows])
     if outcome == "steps":
-        rare = rare_block(float(told.mean()), float(np.concatenate([one for one, _ in rows]).mean()), budget)
+        changed = np.concatenate([changed for changed, _ in rows])
+        shortest = float(min(told.min(), changed.min()))
+        rare = rare_block(float(told.mean()), float(changed.mean()), budget, shortest)
         change = block_mean(differences, unit=float(budget), rare=rare)
     else:
         change = block_mean(differences, unit=None if outcome == "choice" else 1.0)

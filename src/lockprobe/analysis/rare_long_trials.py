@@ -2,8 +2,8 @@
 
 An agent that is mostly a little faster and now and then needs its whole budget is no faster, and a sample without such
 a trial has neither its mean nor its spread. So three more blocks are added to the variance, as Agresti and Min (2005)
-add pairs that differ to shares. In each, one of the two takes the whole budget, or a single step, and the other what it
-takes on average, whichever is farther.
+add pairs that differ to shares. In each, one of the two takes the whole budget, or as few steps as the
+shortest trial, and the other what it takes on average, whichever is farther.
 
 Three are enough for every budget. Rare blocks have a Poisson distribution. A decrease is said after k of them if more
 than k + 1.96 sqrt(k + 3) were to be expected, and at most 5 % of samples have so few.
@@ -63,16 +63,17 @@ def _wider(se: float, one: float) -> float:
     return math.sqrt(se**2 + BLOCKS * one**2)
 
 
-def rare_block(first: float, second: float, budget: float) -> RareBlock:
+def rare_block(first: float, second: float, budget: float, shortest: float) -> RareBlock:
     """How far a rare block may lie from the difference in steps of two agents, or of one under two conditions.
 
     Args:
         first: Mean steps of the first; an unsolved trial counts with the whole budget.
         second: Mean steps of the second, from which those of the first are taken.
         budget: Steps of a trial.
+        shortest: Steps of the shortest trial of both. A rare one is taken to be as short, or a fifth of the budget.
     """
-    least = 1.0
+    least = min(shortest, budget / 5)
     return RareBlock(
-        below=max(budget - second, first - least, least),
-        above=max(budget - first, second - least, least),
+        below=max(budget - second, first - least, 1.0),
+        above=max(budget - first, second - least, 1.0),
     )

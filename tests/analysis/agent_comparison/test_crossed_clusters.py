@@ -143,7 +143,7 @@ def test_a_person_who_is_slow_throughout_may_be_missing_among_few():
     """All of ten people are a step faster in each of five boxes; one slow person would undo that."""
     values, person = np.full(50, -1.0) + np.tile([0.5, -0.5], 25), np.repeat(np.arange(10), 5)
     narrow, wide = (
-        crossed_mean(values, np.arange(50), person, unit=20.0, rare=rare) for rare in (None, rare_block(7, 6, 20))
+        crossed_mean(values, np.arange(50), person, unit=20.0, rare=rare) for rare in (None, rare_block(7, 6, 20, 4))
     )
     assert wide.high - wide.low > 2 * (narrow.high - narrow.low)
     assert not wide.clear

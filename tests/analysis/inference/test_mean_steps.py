@@ -38,7 +38,7 @@ def test_it_is_students_paired_test_with_three_rare_blocks_in_the_variance():
     found = mean_steps(paired(first, second, third), BUDGET)
     changes = (second + third) / 2 - first
     below, above = (
-        np.hypot(stats.sem(changes), np.sqrt(3) * max(BUDGET - one, other - 1) / 40)
+        np.hypot(stats.sem(changes), np.sqrt(3) * max(BUDGET - one, other - 4) / 40)
         for one, other in ((found.higher, found.lowest), (found.lowest, found.higher))
     )
     assert (found.lowest, found.higher) == (first.mean(), pytest.approx((second + third).mean() / 2))

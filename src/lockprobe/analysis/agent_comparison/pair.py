@@ -124,7 +124,7 @@ def compare(
         return None
     played = ~np.isnan(first.solved) | ~np.isnan(second.solved)
     most, person = float(budget), people_of(laid)
-    rare = rare_block(float(first.steps[both].mean()), float(second.steps[both].mean()), most)
+    rare = _rare(first.steps[both], second.steps[both], most)
     return AgentComparison(
         first=names[0],
         second=names[1],
@@ -159,8 +159,13 @@ def _mean(differences: Array, person: NDArray[np.str_] | None, unit: float, rare
     return crossed_mean(differences[both], np.nonzero(both)[0], person[both], unit=unit, rare=rare)
 
 
+def _rare(first: Array, second: Array, budget: float) -> RareBlock:
+    shortest = float(min(first.min(), second.min()))
+    return rare_block(float(first.mean()), float(second.mean()), budget, shortest)
+
+
 def _steps_at(first: Array, second: Array, person: NDArray[np.str_] | None, budget: float) -> BlockMean:
-    rare = rare_block(float(first.mean()), float(second.mean()), budget)
+    rare = _rare(first, second, budget)
     if person is None:
         return block_mean((second - first)[:, None], unit=budget, rare=rare)
     return at_one_p(second - first, person, unit=budget, rare=rare)

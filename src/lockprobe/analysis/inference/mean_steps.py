@@ -68,7 +68,7 @@ def mean_steps(outcomes: Outcomes, budget: int) -> MeanSteps:
     if not later.any():
         return _none("fewer than two p")
     compared = _of_people(outcomes, steps, later) if outcomes.crossed else _of_pairs(outcomes, steps, later)
-    return _none(compared) if isinstance(compared, str) else _tested(*compared, budget)
+    return _none(compared) if isinstance(compared, str) else _tested(*compared, budget, float(steps.min()))
 
 
 _Compared = tuple[float, float, float, int] | str
@@ -105,11 +105,11 @@ def _clusters_by_group(kind: NDArray[np.generic], later: NDArray[np.bool_]) -> A
     return np.array([len(np.unique(kind[~later])), len(np.unique(kind[later]))], dtype=np.float64)
 
 
-def _tested(lowest: float, higher: float, variance: float, clusters: int, budget: int) -> MeanSteps:
+def _tested(lowest: float, higher: float, variance: float, clusters: int, budget: int, shortest: float) -> MeanSteps:
     """Student's interval and test over clusters, with rare ones in the variance."""
     if clusters < 2:
         return MeanSteps(lowest=lowest, higher=higher, low=None, high=None, p_value=None, note="too few clusters")
-    change, error, rare = higher - lowest, math.sqrt(variance), rare_block(lowest, higher, budget)
+    change, error, rare = higher - lowest, math.sqrt(variance), rare_block(lowest, higher, budget, shortest)
     low, high = rare.interval(change, error, clusters)
     return MeanSteps(
         lowest=lowest,
