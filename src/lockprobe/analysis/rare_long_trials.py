@@ -2,8 +2,8 @@
 
 An agent that is mostly a little faster and now and then needs its whole budget is no faster, and a sample without such
 a trial has neither its mean nor its spread. So three more blocks are added to the variance, as Agresti and Min (2005)
-add pairs that differ to shares. In each, one of the two takes the whole budget, or as few steps as the
-shortest trial, and the other what it takes on average, whichever is farther.
+add pairs that differ to shares. In each, one of the two takes the whole budget, or as few steps as the shortest trial,
+and the other what it takes on average, whichever is farther.
 
 Three are enough for every budget. Rare blocks have a Poisson distribution. A decrease is said after k of them if more
 than k + 1.96 sqrt(k + 3) were to be expected, and at most 5 % of samples have so few.
