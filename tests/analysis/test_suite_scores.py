@@ -1,5 +1,6 @@
 """The five scores of a suite: their zero and their one, their formulas, and how often their intervals hold the truth."""
 
+from itertools import product
 from statistics import fmean
 
 import numpy as np
@@ -7,12 +8,12 @@ import pytest
 from builders import SOLUTION, make_trial
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.stats import t
+from scipy.stats import binom, binomtest, t
 
 from lockprobe.analysis.behaviour import behaviour
 from lockprobe.analysis.proportions import proportion
 from lockprobe.analysis.rationality import rationality
-from lockprobe.analysis.suite_scores import LevelTrials, mean_difference, suite_score
+from lockprobe.analysis.suite_scores import LevelTrials, mean_difference, share_over_levels, suite_score
 from lockprobe.lockbox.families import box
 from lockprobe.lockbox.solve import random_success
 
@@ -36,14 +37,45 @@ def test_competence_is_0_at_chance_and_1_where_every_box_is_opened():
     assert suite_score([level((0, 4), chance=0.5)]).competence.value == -1
 
 
-@given(solved=st.lists(st.integers(0, 12), min_size=1, max_size=4), chance=st.floats(0, 0.9))
-def test_levels_have_equal_weight_and_one_level_has_wilsons_interval(solved, chance):
-    found = suite_score([level((k, 12 - k), chance=chance) for k in solved]).competence
-    assert found.value == pytest.approx((fmean(solved) / 12 - chance) / (1 - chance))
-    ends = [proportion(k, 12) for k in solved]
-    spread = [sum((one.value - one.low) ** 2 for one in ends), sum((one.high - one.value) ** 2 for one in ends)]
-    reach = [np.sqrt(total) / len(solved) / (1 - chance) for total in spread]
-    assert (found.value - found.low, found.high - found.value) == pytest.approx(reach)
+@given(
+    solved=st.lists(st.integers(0, 12), min_size=1, max_size=4), chance=st.floats(0, 0.9), together=st.integers(1, 20)
+)
+def test_competence_weighs_levels_alike_and_has_the_exact_interval_of_all_trials(solved, chance, together):
+    found = suite_score([level((k, 12 - k), chance=chance) for k in solved], together=together).competence
+    whole = binomtest(sum(solved), 12 * len(solved)).proportion_ci(1 - 0.05 / together, "exact")
+    assert [found.value, found.low, found.high] == pytest.approx(
+        [(share - chance) / (1 - chance) for share in (fmean(solved) / 12, whole.low, whole.high)]
+    )
+
+
+_GRID = (0.0, 0.002, 0.01, 0.05, 0.2, 0.5, 0.7, 0.9, 0.98, 0.995, 1.0)
+
+
+@pytest.mark.parametrize("together", [1, 20])
+@pytest.mark.parametrize("sizes", [(1, 1), (3, 3), (12, 12), (1, 2), (1, 30), (5, 6), (12, 30), (4, 4, 4), (2, 5, 9)])
+def test_the_interval_over_levels_misses_no_more_often_than_its_level_whatever_each_level_has(sizes, together):
+    """Every outcome of every world is counted, near floor and ceiling and with levels of unequal size."""
+    outcomes = list(product(*(range(size + 1) for size in sizes)))
+    counts = np.array(outcomes)
+    found = [share_over_levels([proportion(*of) for of in zip(one, sizes, strict=True)], together) for one in outcomes]
+    low, high = np.array([(one.low, one.high) for one in found]).T
+    of_level = [binom.pmf(np.arange(size + 1)[:, None], size, _GRID) for size in sizes]
+    for world in product(range(len(_GRID)), repeat=len(sizes)):
+        truth = fmean(_GRID[i] for i in world)
+        chances = np.prod([of_level[j][counts[:, j], i] for j, i in enumerate(world)], axis=0)
+        missed = (low > truth + 1e-12) | (high < truth - 1e-12)
+        assert chances[missed].sum() <= 0.05 / together, world
+
+
+@pytest.mark.parametrize("success", [(0.98,) * 4, (0.99, 0.97, 0.95, 0.9), (0.01, 0.02, 0.02, 0.05)])
+def test_no_agent_of_a_suite_lies_outside_its_interval_more_often_than_said(success):
+    """300 suites of 20 agents. With the intervals of the levels combined, some agent does in 0.4 to 0.7 of them."""
+    solved = np.random.default_rng(1).binomial(36, success, size=(300, 20, 4))
+    missed = 0
+    for suite in solved.tolist():
+        found = [share_over_levels([proportion(count, 36) for count in agent], 20) for agent in suite]
+        missed += any(not one.low <= fmean(success) <= one.high for one in found)
+    assert missed <= 300 * 0.05
 
 
 def test_robustness_is_the_change_of_the_competence_in_pairs_of_trials():
@@ -96,6 +128,9 @@ def test_loops_and_rationality_are_those_of_the_trials_told_the_truth():
     found = suite_score([level(told, [make_trial([0, 1, 2] * 6, p=0.4)])])
     seen = behaviour(told)
     assert found.loops.value == pytest.approx(seen.loops.value - seen.chance_uniform)
+    count = seen.loops.count
+    whole = binomtest(count, 2).proportion_ci(0.95, "exact")
+    assert (found.loops.low + seen.chance_uniform, found.loops.high + seen.chance_uniform) == pytest.approx(whole)
     judged = rationality(told)[0]
     assert found.rationality.value == pytest.approx(judged.optimal.value)
     assert (found.rationality.low, found.rationality.high) == pytest.approx((judged.optimal.low, judged.optimal.high))

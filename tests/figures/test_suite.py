@@ -34,6 +34,11 @@ def test_every_score_is_drawn_and_what_is_not_asked_is_said():
     assert [text.get_text() for axes in figure.axes for text in axes.texts] == ["not asked"]
 
 
+def test_every_score_has_a_scale_that_shows_more_than_0():
+    figure = suite_drawing([("a", scores(0.27)), ("b", scores(-0.38))])
+    assert all(2 <= len(axes.get_xticks()) <= 3 for axes in figure.axes)
+
+
 @pytest.mark.parametrize("agents", [1, 3, SHOWN + 2])
 def test_texts_are_inside_and_touch_no_other(agents):
     name = "learner:apprentice?temperature=0, $x_$ <b>"

@@ -18,6 +18,7 @@ import numpy as np
 from lockprobe.analysis.agent_comparison.paired import Array, BlockMean, block_mean
 from lockprobe.analysis.excursion import continuation, flipped
 from lockprobe.analysis.inference.logrank import holm
+from lockprobe.analysis.rare_long_trials import rare_block
 from lockprobe.analysis.summary import is_reference
 from lockprobe.errors import BadValue
 from lockprobe.record import Trial
@@ -257,7 +258,10 @@ def _effect(
         row[: len(changed)] = changed - told
     told = np.concatenate([told for _, told in rows])
     if outcome == "steps":
-        change = block_mean(differences, unit=float(budget), choices=agents, whole_blocks=True)
+        changed = np.concatenate([changed for changed, _ in rows])
+        shortest = float(min(told.min(), changed.min()))
+        rare = rare_block(float(told.mean()), float(changed.mean()), budget, shortest)
+        change = block_mean(differences, unit=float(budget), choices=agents, rare=rare)
     else:
         change = block_mean(differences, unit=None if outcome == "choice" else 1.0, choices=agents)
     p_value = None if change.p_value is None else min(1.0, agents * change.p_value)

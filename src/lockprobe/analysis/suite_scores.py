@@ -9,9 +9,12 @@
 * ``rationality``: share of actions (true reports) that are optimal to an ideal observer who was told the same, next
   to the share that random choices in the same situations have; on the boxes that the observer's prior holds.
 
-Levels have equal weight. Intervals of scores over levels combine those of the levels by the method of variance
-estimates recovery (Zou and Donner, Statistics in Medicine 27, 2008): Wilson's for shares, clustered ones for actions.
-That of the robustness is Student's over pairs of trials, stratified by level.
+Levels have equal weight. The intervals of competence and loops are exact (Clopper and Pearson) for the trials of all
+levels together. They hold whatever the success of each level: a sum of trials of unequal success varies less than one
+of trials of equal success with the same mean (Hoeffding, Annals of Mathematical Statistics 27, 1956). Where levels
+differ much they are wider than need be. That of the robustness is Student's over pairs of trials, stratified by level;
+that of the rationality combines the clustered ones of the levels by the method of variance estimates recovery (Zou and
+Donner, Statistics in Medicine 27, 2008).
 
 Whoever is named as the best of many agents is partly so by luck: its interval at 95 % holds its competence in fewer
 than 95 % of suites, and its change under false reports starts from a lucky base. Intervals of competence and robustness
@@ -29,11 +32,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.analysis.agent_comparison.paired import half_width
-from lockprobe.analysis.clustered import ClusteredProportion, clustered_proportion
+from lockprobe.analysis.clustered import clustered_proportion
 from lockprobe.analysis.misinterpretation import trial_claims
 from lockprobe.analysis.null_models import expected_loop_rate
 from lockprobe.analysis.outcomes import ended, outcomes, solved_in_pairs
-from lockprobe.analysis.proportions import ALPHA, LEVEL, Proportion, proportion
+from lockprobe.analysis.proportions import ALPHA, Proportion, proportion
 from lockprobe.analysis.rationality import judge, prior_for
 from lockprobe.record import Trial
 from lockprobe.sections import section
@@ -46,7 +49,7 @@ __all__ = [
     "SuiteScore",
     "change_of_success",
     "mean_difference",
-    "success_over_levels",
+    "share_over_levels",
     "suite_score",
 ]
 
@@ -180,30 +183,34 @@ def suite_score(levels: Sequence[LevelTrials], *, together: int = 1) -> SuiteSco
     )
 
 
-def _solved(trials: Sequence[Trial], level: float = LEVEL) -> Proportion:
+def _solved(trials: Sequence[Trial]) -> Proportion:
     counted = ended(trials)
-    return proportion(sum(trial.solved for trial in counted), len(counted), level)
-
-
-def _combined(parts: Sequence[Score], scale: float = 1.0, shift: float = 0.0) -> Score:
-    """(Mean of independent estimates - ``shift``) / ``scale``, with an interval by variance estimates recovery."""
-    value = fmean(part.value for part in parts)
-    down = math.hypot(*(part.value - part.low for part in parts)) / len(parts)
-    up = math.hypot(*(part.high - part.value for part in parts)) / len(parts)
-    return Score(value=(value - shift) / scale, low=(value - down - shift) / scale, high=(value + up - shift) / scale)
-
-
-def _as_score(found: Proportion | ClusteredProportion) -> Score:
-    return Score(value=found.value, low=found.low, high=found.high)
+    return proportion(sum(trial.solved for trial in counted), len(counted))
 
 
 def _competence(levels: Sequence[LevelTrials], whole: float, together: int) -> Score:
-    return success_over_levels([_solved(one.told, 1 - ALPHA / together) for one in levels], whole, 1 - whole)
+    found = share_over_levels([_solved(one.told) for one in levels], together)
+    value, low, high = ((end - (1 - whole)) / whole for end in (found.value, found.low, found.high))
+    return Score(value=value, low=low, high=high)
 
 
-def success_over_levels(shares: Sequence[Proportion], scale: float = 1.0, shift: float = 0.0) -> Score:
-    """(Mean success over levels of equal weight - ``shift``) / ``scale``, from shares with intervals of one level."""
-    return _combined([_as_score(one) for one in shares], scale, shift)
+def share_over_levels(shares: Sequence[Proportion], together: int = 1) -> Score:
+    """The mean of shares over levels of equal weight, with Clopper and Pearson's interval of all trials together.
+
+    Levels of unequal size count with as many trials as the smallest has, since all that is uncertain may lie there;
+    the count of successes is then no whole number.
+
+    Args:
+        shares: The share of each level, each of at least one trial.
+        together: Number of agents for which the interval holds at once.
+    """
+    from scipy.special import betaincinv
+
+    value, trials = fmean(one.value for one in shares), len(shares) * min(one.n for one in shares)
+    solved, tail = trials * value, ALPHA / together / 2
+    low = float(betaincinv(solved, trials - solved + 1, tail)) if value > 0 else 0.0
+    high = float(betaincinv(solved + 1, trials - solved, 1 - tail)) if value < 1 else 1.0
+    return Score(value=value, low=low, high=high)
 
 
 def _robustness(levels: Sequence[LevelTrials], whole: float, together: int) -> Score | None:
@@ -257,7 +264,12 @@ def _misreading(trials: Sequence[Trial]) -> Score | None:
     found = [claims for trial in ended(trials) if (claims := trial_claims(trial)).claims]
     if not found:
         return None
-    return _as_score(clustered_proportion([one.misinterpreted for one in found], [len(one.claims) for one in found]))
+    return _clustered([one.misinterpreted for one in found], [len(one.claims) for one in found])
+
+
+def _clustered(counts: Sequence[int], sizes: Sequence[int]) -> Score:
+    found = clustered_proportion(counts, sizes)
+    return Score(value=found.value, low=found.low, high=found.high)
 
 
 def _loops(told: Sequence[Sequence[Trial]]) -> Score:
@@ -266,7 +278,8 @@ def _loops(told: Sequence[Sequence[Trial]]) -> Score:
         expected_loop_rate([trial.actions for trial in trials], "uniform", actions=len(trials[0].joints)).probability
         for trials in told
     ]
-    return _combined([_as_score(proportion(int(one.sum()), len(one))) for one in found], shift=fmean(chance))
+    share, expected = share_over_levels([proportion(int(one.sum()), len(one)) for one in found]), fmean(chance)
+    return Score(value=share.value - expected, low=share.low - expected, high=share.high - expected)
 
 
 def _rationality(told: Sequence[Sequence[Trial]]) -> Rational | None:
@@ -279,10 +292,12 @@ def _rationality(told: Sequence[Sequence[Trial]]) -> Rational | None:
         judged = [judge(trial, prior=prior).steps for trial in trials]
         steps = [step for one in judged for step in one]
         counts = [sum(step.optimal for step in one) for one in judged]
-        parts.append(_as_score(clustered_proportion(counts, [len(one) for one in judged])))
+        parts.append(_clustered(counts, [len(one) for one in judged]))
         chance.append(fmean(step.by_chance["optimal"] for step in steps))
         actions += len(steps)
     if not parts:
         return None
-    found = _combined(parts)
-    return Rational(value=found.value, low=found.low, high=found.high, chance=fmean(chance), actions=actions)
+    value = fmean(part.value for part in parts)
+    down = math.hypot(*(part.value - part.low for part in parts)) / len(parts)
+    up = math.hypot(*(part.high - part.value for part in parts)) / len(parts)
+    return Rational(value=value, low=value - down, high=value + up, chance=fmean(chance), actions=actions)

@@ -20,10 +20,10 @@ from lockprobe.analysis.inference.course import course
 from lockprobe.analysis.inference.difference import any_difference
 from lockprobe.analysis.inference.ushape import corrected, two_lines
 from lockprobe.analysis.outcomes import Outcomes, points, solved_in_pairs
-from lockprobe.analysis.proportions import ALPHA, proportion
+from lockprobe.analysis.proportions import proportion
 from lockprobe.analysis.series import Crossing
 from lockprobe.analysis.suite_ranks import possible_ranks
-from lockprobe.analysis.suite_scores import change_of_success, success_over_levels
+from lockprobe.analysis.suite_scores import change_of_success, share_over_levels
 from lockprobe.audit.rates import within_error
 from lockprobe.audit.simulate import simulate_outcomes
 from lockprobe.audit.simulated_agents import WORLDS, Design, World
@@ -98,7 +98,7 @@ CHANGES = "some agent changes"
 GIVEN = "a given agent changes"
 ORDER = "one agent is more competent than another"
 MOVED = "false reports change the competence of the best"
-MISSED = "the interval of the best leaves out its competence"
+MISSED = "the interval of some agent leaves out its competence"
 DEPENDS = "some interaction differs from 0"
 
 
@@ -122,11 +122,16 @@ def _changes(found: Outcomes, rng: np.random.Generator, agents: int) -> bool:
 _LEVELS = (0.8, 0.65, 0.5, 0.3)
 """Success at each level of the simulated suites."""
 
+_ABLE = (0.99, 0.99, 0.98, 0.96)
+"""The same of agents that open nearly every box."""
+
 _PAIRS = 36
 """Trials of a level with true reports, and as many with false ones."""
 
 
-def _suite(drop: float) -> Callable[[int, np.random.Generator], dict[str, bool]]:
+def _suite(
+    drop: float = 0.0, levels: Sequence[float] = _LEVELS
+) -> Callable[[int, np.random.Generator], dict[str, bool]]:
     """Suites of equal agents whose success false reports lower by so much."""
 
     def level(success: float, rng: np.random.Generator) -> Outcomes:
@@ -136,18 +141,18 @@ def _suite(drop: float) -> Callable[[int, np.random.Generator], dict[str, bool]]
         return Outcomes(p=np.zeros(_PAIRS), repetition=ones, trial=trial, length=ones, solved=solved, onset=0 * ones)
 
     def play(agents: int, rng: np.random.Generator) -> dict[str, bool]:
-        told = [[level(one, rng) for one in _LEVELS] for _ in range(agents)]
+        told = [[level(one, rng) for one in levels] for _ in range(agents)]
         best = max(told, key=lambda own: sum(float(one.solved.mean()) for one in own))
-        misled = [level(one - drop, rng) for one in _LEVELS]
+        misled = [level(one - drop, rng) for one in levels]
         moved = change_of_success([solved_in_pairs(*both) for both in zip(best, misled, strict=True)], agents)
-        size = success_over_levels(
-            [proportion(int(one.solved.sum()), len(one), 1 - ALPHA / agents) for one in best], 1.0, 0.0
-        )
-        truth = sum(_LEVELS) / len(_LEVELS)
+        sizes = [
+            share_over_levels([proportion(int(one.solved.sum()), len(one)) for one in own], agents) for own in told
+        ]
+        truth = sum(levels) / len(levels)
         return {
             ORDER: any(ranks != (1, agents) for ranks in possible_ranks(told)),
             MOVED: moved is not None and (moved.low > 0 or moved.high < 0),
-            MISSED: not size.low <= truth <= size.high,
+            MISSED: any(not size.low <= truth <= size.high for size in sizes),
         }
 
     return play
@@ -202,9 +207,16 @@ MANY_AGENTS: Mapping[str, ManyAgents] = {
                 says="Agents are equally competent, and false reports change nothing.",
                 agents=agents,
                 sentences={ORDER: False, MOVED: False, MISSED: False},
-                play=_suite(0.0),
+                play=_suite(),
             )
             for agents in (1, 5, 10, 20)
+        ),
+        ManyAgents(
+            name="suite-of-20-able",
+            says="Agents are equally competent and open nearly every box, and false reports change nothing.",
+            agents=20,
+            sentences={ORDER: False, MOVED: False, MISSED: False},
+            play=_suite(levels=_ABLE),
         ),
         ManyAgents(
             name="suite-of-10-lowered",

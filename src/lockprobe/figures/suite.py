@@ -98,8 +98,9 @@ def _draw(axes: Axes, panel: _Panel, scores: Sequence[SuiteScore]) -> None:
 
 
 def _ticks(axes: Axes, low: float, high: float, *, signed: bool) -> None:
-    step = next((step for step in _STEPS if (high - low) / step <= 3.3), _STEPS[-1])
-    ticks = [i * step for i in range(-40, 41) if low - 1e-9 <= i * step <= high + 1e-9]
+    """At most three ticks of round values, 0 among them, and at least two where the scores reach that far."""
+    every = [[i * step for i in range(-40, 41) if low - 1e-9 <= i * step <= high + 1e-9] for step in _STEPS]
+    ticks = next((ticks for ticks in every if len(ticks) <= 3), every[-1])
     form = "{:+.0f}" if signed else "{:.0f}"
     said = [minus(form.format(100 * tick)) if abs(tick) > 1e-9 else "0" for tick in ticks]
     axes.set_xticks(ticks, said, fontsize=SMALL)

@@ -9,6 +9,7 @@ from lockprobe.analysis.agent_comparison.crossed_clusters import FEWEST, at_one_
 from lockprobe.analysis.agent_comparison.pair import compare
 from lockprobe.analysis.agent_comparison.paired import block_mean, sheets, sign_flip
 from lockprobe.analysis.outcomes import outcomes
+from lockprobe.analysis.rare_long_trials import rare_block
 
 A, PEOPLE = ("llm:a", "symbolic"), ("participant", "symbolic")
 
@@ -142,7 +143,7 @@ def test_a_person_who_is_slow_throughout_may_be_missing_among_few():
     """All of ten people are a step faster in each of five boxes; one slow person would undo that."""
     values, person = np.full(50, -1.0) + np.tile([0.5, -0.5], 25), np.repeat(np.arange(10), 5)
     narrow, wide = (
-        crossed_mean(values, np.arange(50), person, unit=20.0, whole_blocks=whole) for whole in (False, True)
+        crossed_mean(values, np.arange(50), person, unit=20.0, rare=rare) for rare in (None, rare_block(7, 6, 20, 4))
     )
     assert wide.high - wide.low > 2 * (narrow.high - narrow.low)
     assert not wide.clear

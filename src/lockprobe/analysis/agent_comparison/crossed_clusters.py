@@ -25,6 +25,7 @@ from lockprobe.analysis.agent_comparison.paired import (
 )
 from lockprobe.analysis.clustered import alike_weights, two_way_variance
 from lockprobe.analysis.proportions import ALPHA, LEVEL
+from lockprobe.analysis.rare_long_trials import RareBlock
 
 __all__ = ["FEWEST", "at_one_p", "crossed_change", "crossed_mean", "people_of"]
 
@@ -41,7 +42,7 @@ def people_of(laid: tuple[Sheet, Sheet]) -> _Labels | None:
 
 
 def crossed_mean(
-    values: Array, luck: _Labels, person: _Labels, *, unit: float | None = None, whole_blocks: bool = False
+    values: Array, luck: _Labels, person: _Labels, *, unit: float | None = None, rare: RareBlock | None = None
 ) -> BlockMean:
     """The mean of trials, clustered by luck and by person, with a t-test of mean 0.
 
@@ -55,15 +56,13 @@ def crossed_mean(
         person: Its person, of the same shape.
         unit: The largest value of a single trial; the variance is then widened as if one trial more differed, as in
             :func:`lockprobe.analysis.agent_comparison.paired.block_mean`.
-        whole_blocks: Whether all trials of one cluster more differed.
+        rare: Of steps, how far a rare block, or person, may lie from the mean.
     """
     n = len(values)
     if not n:
         return BlockMean(value=math.nan, low=None, high=None, p_value=None, pairs=0, blocks=0)
     made = [
-        _clustered_mean(
-            mean, weight * (values - mean), luck, person, unit=unit, pairs=n, most=unit, whole_blocks=whole_blocks
-        )
+        _clustered_mean(mean, weight * (values - mean), luck, person, unit=unit, pairs=n, most=unit, rare=rare)
         for weight in (np.ones(n), alike_weights(person))
         for mean in [float((weight * values).mean())]
     ]
@@ -112,7 +111,7 @@ def _clustered_mean(
     unit: float | None,
     pairs: int,
     most: float | None,
-    whole_blocks: bool = False,
+    rare: RareBlock | None = None,
     level: float = LEVEL,
 ) -> BlockMean:
     blocks, people = len(np.unique(luck)), len(np.unique(person))
@@ -122,33 +121,43 @@ def _clustered_mean(
     spread = two_way_variance(residuals, luck, person)
     if spread < _TIE and unit is None:
         return none
-    if unit is not None:
-        widest = float(max(np.unique(of, return_counts=True)[1].max() for of in (luck, person)))
-        spread += unit**2 * (widest**2 if spread < _TIE or whole_blocks else widest)
+    widest = float(max(np.unique(of, return_counts=True)[1].max() for of in (luck, person)))
+    if unit is not None and rare is None:
+        spread += unit**2 * (widest**2 if spread < _TIE else widest)
+    se, ends, fewest = math.sqrt(spread) / pairs, math.inf if most is None else most, min(blocks, people)
+    if rare is None:
+        low, high, tested = _student(value, se, fewest, level)
+    else:
+        share = widest / pairs
+        low, high = rare.interval(value, se, fewest, share=share, level=level)
+        tested = rare.p_value(value, se, fewest, share=share)
+    return replace(none, low=max(-ends, low), high=min(ends, high), p_value=tested if fewest >= FEWEST else None)
+
+
+def _student(value: float, se: float, clusters: int, level: float) -> tuple[float, float, float]:
+    """Both ends of Student's interval, and its P value."""
     from scipy.stats import t
 
-    se, ends = math.sqrt(spread) / pairs, math.inf if most is None else most
-    half, fewest = half_width(se, min(blocks, people), level), min(blocks, people)
-    tested = 2 * float(t.sf(abs(value) / se, fewest - 1)) if fewest >= FEWEST else None
-    return replace(none, low=max(-ends, value - half), high=min(ends, value + half), p_value=tested)
+    half = half_width(se, clusters, level)
+    return value - half, value + half, 2 * float(t.sf(abs(value) / se, clusters - 1))
 
 
-def at_one_p(values: Array, person: _Labels, *, unit: float | None = None, whole_blocks: bool = False) -> BlockMean:
+def at_one_p(values: Array, person: _Labels, *, unit: float | None = None, rare: RareBlock | None = None) -> BlockMean:
     """The mean difference at one p, with an exchange test that swaps the agents within whole people.
 
     Args:
         values: Differences, whole numbers, shape (pairs,).
         person: The person of each, of the same shape.
         unit: The largest difference of a single trial.
-        whole_blocks: Whether all trials of a rare person may differ by the unit.
+        rare: Of steps, how far a rare person may lie from the mean.
 
     If people have unequally many trials, a conclusion must also hold with every person counted alike.
     """
     rows = by_cluster(values, np.unique(person, return_inverse=True)[1].reshape(-1))
-    found = block_mean(rows, unit=unit, whole_blocks=whole_blocks)
+    found = block_mean(rows, unit=unit, rare=rare)
     sizes = np.sum(~np.isnan(rows), axis=1)
     if not len(sizes) or np.ptp(sizes) == 0:
         return found
     means = np.nanmean(rows, axis=1)
-    alike = block_mean(means[:, None], unit=unit, whole_blocks=whole_blocks)
+    alike = block_mean(means[:, None], unit=unit, rare=rare)
     return _held_by_both(found, replace(alike, p_value=sign_flip(means * math.lcm(*sizes.tolist()))))

@@ -14,6 +14,7 @@ from lockprobe.analysis.agent_comparison.interaction import Interaction, interac
 from lockprobe.analysis.agent_comparison.paired import Array, BlockMean, Sheet, block_mean
 from lockprobe.analysis.inference.logrank import holm
 from lockprobe.analysis.proportions import ALPHA, Paired, paired
+from lockprobe.analysis.rare_long_trials import RareBlock, rare_block
 
 __all__ = ["AgentComparison", "Among", "ComparisonAt", "compare", "corrected", "paired_difference"]
 
@@ -123,6 +124,7 @@ def compare(
         return None
     played = ~np.isnan(first.solved) | ~np.isnan(second.solved)
     most, person = float(budget), people_of(laid)
+    rare = _rare(first.steps[both], second.steps[both], most)
     return AgentComparison(
         first=names[0],
         second=names[1],
@@ -130,14 +132,14 @@ def compare(
         first_share=float(first.solved[both].mean()),
         second_share=float(second.solved[both].mean()),
         success=_mean(solved, person, 1.0),
-        steps=_mean(steps, person, most, whole_blocks=True),
+        steps=_mean(steps, person, most, rare),
         at=tuple(
             ComparisonAt(
                 p=p,
                 success=paired_difference(
                     first.solved[both[:, i], i], second.solved[both[:, i], i], _of(person, both, i)
                 ),
-                steps=_steps_at(steps[both[:, i], i], _of(person, both, i), most),
+                steps=_steps_at(first.steps[both[:, i], i], second.steps[both[:, i], i], _of(person, both, i), most),
             )
             for i, p in enumerate(values)
             if both[:, i].any()
@@ -149,18 +151,24 @@ def compare(
     )
 
 
-def _mean(differences: Array, person: NDArray[np.str_] | None, unit: float, *, whole_blocks: bool = False) -> BlockMean:
+def _mean(differences: Array, person: NDArray[np.str_] | None, unit: float, rare: RareBlock | None = None) -> BlockMean:
     """Over all p, clustered by luck, and where one side is people also by person."""
     if person is None:
-        return block_mean(differences, unit=unit, whole_blocks=whole_blocks)
+        return block_mean(differences, unit=unit, rare=rare)
     both = ~np.isnan(differences)
-    return crossed_mean(differences[both], np.nonzero(both)[0], person[both], unit=unit, whole_blocks=whole_blocks)
+    return crossed_mean(differences[both], np.nonzero(both)[0], person[both], unit=unit, rare=rare)
 
 
-def _steps_at(differences: Array, person: NDArray[np.str_] | None, unit: float) -> BlockMean:
+def _rare(first: Array, second: Array, budget: float) -> RareBlock:
+    shortest = float(min(first.min(), second.min()))
+    return rare_block(float(first.mean()), float(second.mean()), budget, shortest)
+
+
+def _steps_at(first: Array, second: Array, person: NDArray[np.str_] | None, budget: float) -> BlockMean:
+    rare = _rare(first, second, budget)
     if person is None:
-        return block_mean(differences[:, None], unit=unit)
-    return at_one_p(differences, person, unit=unit, whole_blocks=True)
+        return block_mean((second - first)[:, None], unit=budget, rare=rare)
+    return at_one_p(second - first, person, unit=budget, rare=rare)
 
 
 def paired_difference(first: Array, second: Array, person: NDArray[np.str_] | None) -> Paired:

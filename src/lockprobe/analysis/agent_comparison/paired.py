@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from lockprobe.analysis.outcomes import Outcomes
 from lockprobe.analysis.paired_proportions import FEW, score_interval
 from lockprobe.analysis.proportions import ALPHA, LEVEL
+from lockprobe.analysis.rare_long_trials import RareBlock
 
 __all__ = ["Array", "BlockMean", "Sheet", "block_mean", "by_cluster", "half_width", "sheets", "sign_flip"]
 
@@ -94,7 +95,7 @@ def _lucks(group: Outcomes) -> list[tuple[int, int]]:
 
 
 def block_mean(
-    differences: Array, *, unit: float | None = None, choices: int = 1, whole_blocks: bool = False
+    differences: Array, *, unit: float | None = None, choices: int = 1, rare: RareBlock | None = None
 ) -> BlockMean:
     """The mean of all differences, clustered by block.
 
@@ -103,14 +104,13 @@ def block_mean(
     all blocks differ alike, or none differs, a block counts as a single trial. Of shares with one pair a block, of
     which five or fewer differ, it also holds Tango's score interval.
 
-    Steps are widened as if one more *block* differed by the unit: an agent that is mostly a little faster and now and
-    then needs its whole budget at every p is no faster, and few blocks may hold no such trial.
+    Of steps, it is widened by rare *blocks* instead (:mod:`lockprobe.analysis.rare_long_trials`).
 
     Args:
         differences: Shape (blocks, pairs of a block), NaN where a pair is missing.
         unit: The largest difference of a single trial, 1 for shares; None if it is not known.
         choices: Number of means examined (Bonferroni); the interval has the level 1 - 0.05 / choices.
-        whole_blocks: Whether a rare block may differ by the unit in all its pairs, as of steps.
+        rare: Of steps, how far a rare block may lie from the mean.
     """
     present = ~np.isnan(differences)
     kept = present.any(axis=1)
@@ -119,7 +119,7 @@ def block_mean(
     n, pairs = len(sizes), int(sizes.sum())
     if not n:
         return BlockMean(value=math.nan, low=None, high=None, p_value=None, pairs=0, blocks=0)
-    low, high = _interval(sums, sizes, unit, 1 - ALPHA / choices, whole_blocks=whole_blocks)
+    low, high = _interval(sums, sizes, unit, 1 - ALPHA / choices, rare)
     if low is not None and high is not None and unit == 1.0 and pairs == n:
         low, high = _held_by_few(sums, low, high, 1 - ALPHA / choices)
     return BlockMean(
@@ -128,7 +128,7 @@ def block_mean(
 
 
 def _interval(
-    sums: Array, sizes: Array, unit: float | None, level: float, *, whole_blocks: bool
+    sums: Array, sizes: Array, unit: float | None, level: float, rare: RareBlock | None
 ) -> tuple[float, float] | tuple[None, None]:
     n, total = len(sizes), float(sizes.sum())
     if n < 2:
@@ -138,11 +138,14 @@ def _interval(
     alike = spread < _TIE
     if alike and unit is None:
         return None, None
-    if unit is not None:
-        spread += unit**2 * (widest**2 if alike or whole_blocks else widest)
-    half = half_width(math.sqrt(n / (n - 1) * spread), n, level) / total
-    most = math.inf if unit is None else unit
-    return max(-most, value - half), min(most, value + half)
+    if unit is not None and rare is None:
+        spread += unit**2 * (widest**2 if alike else widest)
+    se, most = math.sqrt(n / (n - 1) * spread) / total, math.inf if unit is None else unit
+    if rare is None:
+        half = half_width(se, n, level)
+        return max(-most, value - half), min(most, value + half)
+    low, high = rare.interval(value, se, n, share=widest / total, level=level)
+    return max(-most, low), min(most, high)
 
 
 def _held_by_few(sums: Array, low: float, high: float, level: float) -> tuple[float, float]:

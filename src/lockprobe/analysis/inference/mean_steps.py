@@ -4,9 +4,8 @@ An unsolved trial counts with its whole budget, so this is a restricted mean (Ro
 2011). A log-rank test loses its power where curves of success cross, as where false reports first slow an agent down
 and then free it from a dead end. This test does not.
 
-Rare long trials make the mean of few blocks skewed: an agent that is mostly a little faster and now and then needs its
-whole budget is no faster, and a sample without such a trial has neither its mean nor its spread. So one more block that
-differs by the whole budget is added to the variance, as Agresti and Min (2005) add pairs that differ to shares.
+Rare long trials make the mean of few blocks skewed, so the variance has blocks of them that the sample may lack
+(:mod:`lockprobe.analysis.rare_long_trials`).
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ from numpy.typing import NDArray
 
 from lockprobe.analysis.clustered import two_way_variance
 from lockprobe.analysis.outcomes import Outcomes
-from lockprobe.analysis.proportions import LEVEL
+from lockprobe.analysis.rare_long_trials import rare_block
 
 __all__ = ["MeanSteps", "mean_steps"]
 
@@ -58,8 +57,7 @@ def mean_steps(outcomes: Outcomes, budget: int) -> MeanSteps:
 
     The standard error is clustered: of agents by luck, which trials share over p; of people two-way, by person and by
     luck, with a correction for the number of people in each group. Student's t has one degree of freedom less than
-    there are clusters (for people: in the group and of the kind with the fewest). The variance has one cluster more,
-    which differs by the budget.
+    there are clusters (for people: in the group and of the kind with the fewest).
 
     Args:
         outcomes: The ended trials of one agent.
@@ -70,7 +68,7 @@ def mean_steps(outcomes: Outcomes, budget: int) -> MeanSteps:
     if not later.any():
         return _none("fewer than two p")
     compared = _of_people(outcomes, steps, later) if outcomes.crossed else _of_pairs(outcomes, steps, later)
-    return _none(compared) if isinstance(compared, str) else _tested(*compared, budget)
+    return _none(compared) if isinstance(compared, str) else _tested(*compared, budget, float(steps.min()))
 
 
 _Compared = tuple[float, float, float, int] | str
@@ -107,20 +105,18 @@ def _clusters_by_group(kind: NDArray[np.generic], later: NDArray[np.bool_]) -> A
     return np.array([len(np.unique(kind[~later])), len(np.unique(kind[later]))], dtype=np.float64)
 
 
-def _tested(lowest: float, higher: float, variance: float, clusters: int, budget: int) -> MeanSteps:
-    """Student's interval and test over clusters, and one more that differs by the budget."""
-    from scipy.stats import t
-
+def _tested(lowest: float, higher: float, variance: float, clusters: int, budget: int, shortest: float) -> MeanSteps:
+    """Student's interval and test over clusters, with rare ones in the variance."""
     if clusters < 2:
         return MeanSteps(lowest=lowest, higher=higher, low=None, high=None, p_value=None, note="too few clusters")
-    change, error = higher - lowest, math.sqrt(variance + (budget / clusters) ** 2)
-    half = float(t.ppf((1 + LEVEL) / 2, clusters - 1)) * error
+    change, error, rare = higher - lowest, math.sqrt(variance), rare_block(lowest, higher, budget, shortest)
+    low, high = rare.interval(change, error, clusters)
     return MeanSteps(
         lowest=lowest,
         higher=higher,
-        low=max(-float(budget), change - half),
-        high=min(float(budget), change + half),
-        p_value=float(2 * t.sf(abs(change) / error, clusters - 1)),
+        low=max(-float(budget), low),
+        high=min(float(budget), high),
+        p_value=rare.p_value(change, error, clusters),
     )
 
 
