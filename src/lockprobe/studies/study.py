@@ -272,7 +272,7 @@ class Study:
         raise UnknownName("condition", label, [one.label for one in self.conditions])
 
     def asks_for(self, trial: Trial) -> bool:
-        """Whether a trial on record is one of this study: its key, its place, its settings and its panel agree."""
+        """Whether a trial on record is one of this study: key, place, doses, settings and panel agree."""
         agent = trial.group
         return agent in self.agents and self._is_own(trial, self.modalities_of(agent), self.trials_of(agent))
 
@@ -295,6 +295,7 @@ class Study:
         return (
             trial.key == plan.key
             and (trial.study, trial.seed, trial.budget) == (self.name, self.seed, self.max_steps)
+            and trial.doses == condition.doses
             and trial.joints == plan.box.names
             and trial.assessment == self.assessment
         )
@@ -332,7 +333,7 @@ class Study:
 
 
 def _is_every_flip_rate_with_every_modality(conditions: Sequence[Condition]) -> bool:
-    if any(one.p is None or one.name for one in conditions):
+    if not conditions or any(one.p is None or one.name for one in conditions):
         return False
     kinds = {one.flip.persistence for one in conditions if one.specs and one.flip is not None}
     cells = [(one.modality, one.p) for one in conditions]
