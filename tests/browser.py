@@ -318,7 +318,7 @@ def joined(directory, who):
 def plan_of(directory, study, who, number):
     """What somebody plays as a box, from 1."""
     slot = joined(directory, who).slots[number - 1]
-    return study.plan("participant", study.condition(slot.p, slot.modality), slot.repetition, slot.trial)
+    return study.plan("participant", study.labelled(slot.condition), slot.repetition, slot.trial)
 
 
 def stream_of(directory, study, who, number):

@@ -14,6 +14,8 @@ from lockprobe.interventions.condition import Condition, flips
 from lockprobe.interventions.flip import FlipKind
 from lockprobe.lockbox.box import bits
 from lockprobe.lockbox.families import box
+from lockprobe.model_call import Call
+from lockprobe.plan import Plan
 from lockprobe.record import STATES, Decision, Fact, Outcome, Step, Trial, TrialError
 from lockprobe.spec import group_of
 from lockprobe.storage.jsonl import with_checksum
@@ -113,6 +115,13 @@ def make_trial(
         error=error,
         opening_pictures=pictures[0] if pictures else {},
     )
+
+
+def call_of(trial: Trial | Plan, step: int = 1, reply: str | None = "said", **more: Any) -> Call:
+    """A call of a trial, as the log of calls holds it."""
+    place = {"condition": trial.name.condition, "repetition": trial.repetition, "trial": trial.trial}
+    asked = {"turn": 1, "request": "r"} | more
+    return Call(key=trial.key, agent=trial.agent, **place, step=step, reply=reply, **asked)
 
 
 def study_of(p: Sequence[float] = (0.0, 0.4), flip: FlipKind = "transient", **settings: Any) -> Study:

@@ -52,17 +52,18 @@ def directory(path: Path, kind: str) -> Path:
     named = played
     if kind == "condition":
         named = replace(played, conditions=(Condition(), Condition(interventions=(Recorded(spec=ACTING),), name="x")))
+        trials = [replace(trial, specs=named.labelled(trial.condition).specs) for trial in trials]
     if kind == "plant":
         named = replace(played, plant=PLANT)
         trials = [replace(trial, plant={"plant": PLANT}) for trial in trials]
     if kind == "agents":
         named = replace(played, agents=AGENTS)
         trials = [
-            replace(trial, agent=agent, key=trial.key.replace("/random/", f"/{agent}/"))
+            replace(trial, agent=agent, key=str(replace(trial.name, agent=agent)))
             for agent in AGENTS
             for trial in trials
         ]
-    lines = [trial_to_line(trial, named.record_identity) for trial in trials]
+    lines = [trial_to_line(trial, named.record_identity(named.labelled(trial.condition))) for trial in trials]
     write_study(path, replace(played, agents=("random",)), [])
     (path / "study.json").write_text(json.dumps(named.settings()))
     (path / "trials.jsonl").write_bytes(b"".join(line + b"\n" for line in lines))

@@ -1,5 +1,7 @@
 """Models with made-up prices, and calls and usage of theirs."""
 
+from functools import cache
+
 import pytest
 
 from lockprobe.agents.llm.model_facts import OWN_FACTS
@@ -30,6 +32,16 @@ def prices(tmp_path_factory):
 
 def planned(*agents):
     return study(StudyOptions(agent=list(agents), trials=9, p=[0], repetitions=1))
+
+
+@cache
+def _plans(agent):
+    return list(planned(agent).plans(agent))
+
+
+def plan(agent=DEAR, trial=1):
+    """The plan of the trial of a call."""
+    return _plans(agent)[trial - 1]
 
 
 def call(agent=DEAR, trial=1, step=1, reply="said", **more):

@@ -40,13 +40,15 @@ class Evidence:
     def save(self):
         """Write all of them back."""
         (self.directory / "study.json").write_text(json.dumps(self.settings, indent=2), "utf-8")
-        identity = read_study(self.directory).record_identity
-        last = ({name: record[name] for name in record if name != "identity"} for record in self.records)
-        write(self.directory / "trials.jsonl", [record | {"identity": identity} for record in last])
+        study = read_study(self.directory)
+        identities = {one.label: study.record_identity(one) for one in study.conditions}
+        last = [{name: record[name] for name in record if name != "identity"} for record in self.records]
+        named = [record | {"identity": identities[record["condition"]]} for record in last]
+        write(self.directory / "trials.jsonl", named)
         for name in ("calls", "asked"):
             if (objects := getattr(self, name)) or (self.directory / f"{name}.jsonl").exists():
                 write(self.directory / f"{name}.jsonl", objects)
-        write(self.directory / "timings.jsonl", self.timings, checksums=False)
+        write(self.directory / "timings.jsonl", self.timings)
 
     def of(self, agent, ending=None):
         """The records of an agent, those that ended so if that is given."""

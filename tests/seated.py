@@ -83,10 +83,7 @@ class Player:
         joined = diary_of(self._directory, identity)[0]
         assert isinstance(joined, Joined)
         slot = joined.slots[max(0, scene.number - 1)]
-        plan = self._study.plan(
-            "participant", self._study.condition(slot.p, slot.modality), slot.repetition, slot.trial
-        )
-        return plan.stream("agent" if scene.number else "practice")
+        return slot.plan(self._study, joined.identity).stream("agent" if scene.number else "practice")
 
 
 def _task(scene: Box, study: Study) -> Task:
@@ -170,7 +167,7 @@ def diaries_of(directory: Path):
 
 def without_page(study: Study, trial, spec: str):
     """The same trial as a strategy plays it without a page."""
-    plan = study.plan(trial.agent, study.condition(trial.p, trial.modality), trial.repetition, trial.trial)
+    plan = study.plan(trial.agent, study.condition_of(trial), trial.repetition, trial.trial)
     return asyncio.run(play_timed(plan, resolve(spec).make(), lambda key, step: None))[0]
 
 

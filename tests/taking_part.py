@@ -7,7 +7,6 @@ from itertools import count
 from pathlib import Path
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.agents.participant import participant_spec
 from lockprobe.people.diary import DiaryFile, Did, Joined, Slot
 from lockprobe.people.responses import Answer, Attempt, Next
 from lockprobe.record import Trial
@@ -21,8 +20,7 @@ START = 1_790_000_000.25
 
 def play_as(study: Study, identity: str, slot: Slot, position: int, strategy: str = "human-inspired") -> Trial:
     """A trial of a person who plays as a strategy does."""
-    plan = study.plan(participant_spec(identity), study.condition(slot.p, slot.modality), slot.repetition, slot.trial)
-    trial, _ = asyncio.run(play_timed(plan, resolve(strategy).make(), lambda key, step: None))
+    trial, _ = asyncio.run(play_timed(slot.plan(study, identity), resolve(strategy).make(), lambda key, step: None))
     facts = {"view": "panel", "words": "en 3f9a01bc22d1", "page": "1", "position": position, "design": "within"}
     return replace(trial, facts=facts)
 
@@ -53,7 +51,8 @@ def take_part(
     """
     with Journal.open(directory, study):
         pass  # the settings are there before anybody joins
-    places = tuple(Slot(p=p, modality=shown or study.modalities[0], repetition=r, trial=t) for p, r, t in slots)
+    label = {one.p: one.label for one in study.conditions if one.modality == (shown or study.modalities[0])}
+    places = tuple(Slot(condition=label[p], repetition=r, trial=t) for p, r, t in slots)
     diary = DiaryFile(directory / "people" / f"{identity}.jsonl")
     diary.write(
         Joined(

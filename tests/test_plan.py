@@ -2,14 +2,16 @@
 
 from dataclasses import replace
 
+import pytest
 from seen import PhotographedPlant
 
 from lockprobe.interventions.condition import flips
 from lockprobe.lockbox.families import box
-from lockprobe.plan import Names, Plan
+from lockprobe.plan import Fork, Names, Plan
+from lockprobe.trial_name import ForkName
 
 PLAN = Plan(
-    key="test", study="test", agent="fake", box=box("chain-5"), condition=flips((0.0,), modalities=("rgb",))[0],
+    study="test", agent="fake", box=box("chain-5"), condition=flips((0.0,), modalities=("rgb",))[0],
     repetition=1, trial=3, seed=1,
 )  # fmt: skip
 
@@ -38,3 +40,23 @@ def test_without_shuffling_labels_run_along_the_panel():
     names = Names(replace(PLAN, shuffle=False))
     assert names.labels == names.listing == tuple("ABCDE")
     assert names.told_state(names.percept(PhotographedPlant(PLAN.box).observe()).positions) == "00000"
+
+
+@pytest.mark.parametrize(
+    ("agent", "name", "key"),
+    [
+        ("fake", "", "test/fake/rgb/rep=1/trial=3"),
+        ("llm:a/b?host=http://c", "d/e", "test/llm:a%2Fb?host=http:%2F%2Fc/d%2Fe/rep=1/trial=3"),
+        ("participant:3f9a01bc", "x", "test/participant/x/rep=1/trial=3"),
+    ],
+)
+def test_a_key_has_five_parts_whatever_is_called_how(agent, name, key):
+    assert replace(PLAN, agent=agent, condition=replace(PLAN.condition, name=name)).key == key
+
+
+def test_the_key_of_a_fork_is_that_of_its_parent_and_what_was_changed():
+    name = ForkName(parent=PLAN.key, at=2, arm="lie", truthful=True, time=3)
+    fork = Fork(name=name, condition=PLAN.label, acting=(), recorded=())
+    forked = replace(PLAN, fork=fork, condition=replace(PLAN.condition, name="fork: lie"))
+    assert forked.key == "test/fake/rgb/rep=1/trial=3/at=2/lie/then=truth/time=3"
+    assert (forked.name, forked.label) == (PLAN.name, PLAN.label)

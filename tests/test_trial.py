@@ -21,7 +21,7 @@ from lockprobe.trial import play
 from lockprobe.trial_json import trial_from_json, trial_to_json
 
 PLAN = Plan(
-    key="test", study="test", agent="fake", box=box(), condition=flips((0.0,))[0],
+    study="test", agent="fake", box=box(), condition=flips((0.0,))[0],
     repetition=1, trial=1, seed=1,
 )  # fmt: skip
 

@@ -150,9 +150,7 @@ class Visitor:
         percept = shown_percept(scene["panel"])
         if scene["number"] != self._box:
             slot = slots_of(self.directory, self.identity)[scene["number"] - 1]
-            plan = self.study.plan(
-                "participant", self.study.condition(slot.p, slot.modality), slot.repetition, slot.trial
-            )
+            plan = slot.plan(self.study, self.identity)
             self._box, self._rng, self._past = scene["number"], plan.stream("agent"), ()
         situation = Situation(task=shown_task(scene), past=self._past, percept=percept)
         decision = await self._agent.decide(situation, self._rng)
@@ -206,7 +204,7 @@ def in_short(trial, *, assessed=True):
 
 def without_the_page(study, trial, strategy):
     """The same trial as a study plays it that asks a strategy."""
-    plan = study.plan(strategy, study.condition(trial.p, trial.modality), trial.repetition, trial.trial)
+    plan = study.plan(strategy, study.condition_of(trial), trial.repetition, trial.trial)
     return asyncio.run(play_timed(plan, resolve(strategy).make(), lambda key, step: None))[0]
 
 

@@ -47,7 +47,6 @@ class Photographer:
 
 def played(agent, channels, trial=1):
     plan = Plan(
-        key="k",
         study="s",
         agent="",
         box=box(),
@@ -196,7 +195,6 @@ def test_a_strategy_that_cannot_see_says_so(spec):
 def test_names_are_those_of_the_listing():
     """Handles come in the order in which joints are listed, as positions do."""
     plan = Plan(
-        key="k",
         study="s",
         agent="",
         box=box(),

@@ -17,7 +17,7 @@ from lockprobe.spec import Spec
 def arms(*specs):
     conditions = [one for spec in specs for one in (sweep(spec) if "," in spec else (read_condition(spec),))]
     return [
-        SeriesArm(label=one.label, specs=tuple(map(Spec.parse, one.specs)), doses=one.doses, modality=one.modality)
+        SeriesArm(label=one.label, specs=tuple(map(Spec.parse, one.specs)), doses=one.dose_names, modality=one.modality)
         for one in conditions
     ]
 

@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from builders import make_trial
+from builders import SOLUTION, make_trial
 from solved import study
 
 from lockprobe.analysis.inference.trend import trend_fit
@@ -16,13 +16,17 @@ from lockprobe.analysis.summary import summarise
 P7 = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
 
 
-SOLVED, UNSOLVED = make_trial((3, 2, 1, 0), agent="x"), make_trial((0,) * 4, agent="x")
+PLAYED = {
+    (solved, p): make_trial(joints, agent="x", p=p)
+    for solved, joints in ((True, SOLUTION), (False, [0] * 4))
+    for p in P7
+}
 
 
 def trials_of(solved):
     """Trials from an array (p, repetition, trial) of solved or not."""
     return [
-        replace(SOLVED if solved[i, r, t] else UNSOLVED, p=P7[i], repetition=r + 1, trial=t + 1)
+        replace(PLAYED[bool(solved[i, r, t]), P7[i]], repetition=r + 1, trial=t + 1)
         for i in range(solved.shape[0])
         for r in range(solved.shape[1])
         for t in range(solved.shape[2])

@@ -12,7 +12,7 @@ from lockprobe.spec import Spec
 def arms(*specs):
     conditions = [read_condition(spec) for spec in specs]
     return [
-        SeriesArm(label=one.label, specs=tuple(map(Spec.parse, one.specs)), doses=one.doses, modality=one.modality)
+        SeriesArm(label=one.label, specs=tuple(map(Spec.parse, one.specs)), doses=one.dose_names, modality=one.modality)
         for one in conditions
     ]
 

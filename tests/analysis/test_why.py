@@ -23,7 +23,7 @@ def conditions(p=0.4, arms=ARMS):
 
 def as_arms(found):
     return [
-        SeriesArm(label=one.label, specs=tuple(map(Spec.parse, one.specs)), doses=one.doses, modality=one.modality)
+        SeriesArm(label=one.label, specs=tuple(map(Spec.parse, one.specs)), doses=one.dose_names, modality=one.modality)
         for one in found
     ]
 

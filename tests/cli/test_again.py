@@ -13,6 +13,7 @@ from lockprobe.cli.status import status
 from lockprobe.errors import BadValue
 
 SPEC = "llm:openai-api/fake/model?repairs=0"
+CELLS = [f"flips/llm:openai-api%2Ffake%2Fmodel?repairs=0/{one}" for one in ("truth", "flip?p=0.2")]
 
 
 def nonsense(request):
@@ -39,7 +40,7 @@ def failed(play, *given, **more):
 
 def test_without_a_valid_trial_the_run_fails_and_the_same_command_says_so_again(tmp_path, play, capsys):
     expected = (
-        f"No valid trial of flips/{SPEC}/truth and 1 more condition: all 4 trials ended as an error, the first at reply: "
+        f"No valid trial of {CELLS[0]} and 1 more condition: all 4 trials ended as an error, the first at reply: "
         "no usable reply in 1 turn: joint: Field required; the same command with --again reply plays them anew"
     )
     for _ in range(2):
@@ -48,7 +49,7 @@ def test_without_a_valid_trial_the_run_fails_and_the_same_command_says_so_again(
     status(tmp_path / "s")
     assert f"invalid     {expected}" in capsys.readouterr().out.splitlines()
     status(tmp_path / "s", json=True)
-    assert json.loads(capsys.readouterr().out)["without_valid_trial"] == [f"flips/{SPEC}/{one}" for one in ("truth", "flip?p=0.2")]
+    assert json.loads(capsys.readouterr().out)["without_valid_trial"] == CELLS
 
 
 def test_again_plays_them_anew_and_what_came_before_stays(tmp_path, play, capsys):
@@ -92,9 +93,7 @@ def test_machines_get_both_as_events(tmp_path, play, capsys):
     events = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
     assert [event["trials"] for event in events if event["event"] == "owed-anew"] == [4]
     invalid = [event for event in events if event["event"] == "no-valid-trial"]
-    assert [[one["condition"] for one in event["conditions"]] for event in invalid] == [
-        [f"flips/{SPEC}/truth", f"flips/{SPEC}/flip?p=0.2"]
-    ] * 2
+    assert [[one["condition"] for one in event["conditions"]] for event in invalid] == [CELLS] * 2
 
 
 @pytest.mark.parametrize(("more", "line"), [({}, "again: got 'model'"), ({"estimate": True}, "no --estimate")])

@@ -29,9 +29,9 @@ def test_it_prints_a_row_for_every_place_and_arm_and_resumes(directory):
     assert "after 3, onset; arms truth, lie, retracted, random; 2 continuations each" in first.stdout
     rows = [line.split() for line in first.stdout.splitlines() if line.startswith("cognitive:insistent  ")]
     assert {(row[1], row[2], row[3]) for row in rows if "trials" not in row[1]} >= {
-        ("p=0", "3", "lie"),
-        ("p=0.4", "3", "random"),
-        ("p=0", "onset", "retracted"),
+        ("truth", "3", "lie"),
+        ("flip?p=0.4", "3", "random"),
+        ("truth", "onset", "retracted"),
     }
     assert "No effect on success was detected." in first.stdout or "the success of" in first.stdout
     again = run(*command)
@@ -46,7 +46,7 @@ def test_as_json_it_has_every_effect_with_its_interval(directory):
     events = [json.loads(line) for line in done.stdout.splitlines()]
     assert events[0]["event"] == "begin"
     effects = events[-1]["effects"]
-    assert {(one["condition"], one["where"], one["arm"]) for one in effects} == {("p=0.4", "5", "lie")}
+    assert {(one["condition"], one["where"], one["arm"]) for one in effects} == {("flip?p=0.4", "5", "lie")}
     assert {one["outcome"] for one in effects} >= {"solved", "steps", "repeats", "choice"}
     assert all(one["change"]["blocks"] <= 4 for one in effects)
 

@@ -2,11 +2,12 @@
 
 import io
 
+from builders import call_of
 from rich.console import Console
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.cli.display import LiveDisplay, watch
-from lockprobe.model_call import Call, Usage
+from lockprobe.model_call import Usage
 from lockprobe.record import Decision, Step
 from lockprobe.studies.budget import Budget
 from lockprobe.studies.call_log import read_calls
@@ -23,9 +24,9 @@ def test_the_live_table_shows_what_was_spent(tmp_path):
         display = LiveDisplay(Console(file=shown, width=200), budget=Budget(planned, 5))
         display.begin(planned, journal, 1)
         display.agent(resolve("llm:openai/gpt-4o"), 1)
-        key = next(planned.plans("llm:openai/gpt-4o")).key
+        plan = next(planned.plans("llm:openai/gpt-4o"))
         usage = Usage(calls=1, input_tokens=1000, output_tokens=1000)
-        journal.calls.write(Call(key=key, step=1, turn=1, request="r", reply="said", usage=usage, retries=2))
+        journal.calls.write(call_of(plan, usage=usage, retries=2))
         display.interrupted(tmp_path)
     spent = Ledger(planned, read_calls(tmp_path)).total.dollars
     assert spent > 0

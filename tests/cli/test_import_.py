@@ -8,6 +8,7 @@ import pytest
 from builders import small_study, write_study
 from taking_part import take_part
 
+from lockprobe.storage.jsonl import with_checksum
 from lockprobe.studies.journal import load
 
 STUDY = small_study(trials=1, repetitions=1)
@@ -42,7 +43,7 @@ def test_replies_of_trials_that_are_not_finished_are_counted(lockprobe, tmp_path
     lines = (played / "trials.jsonl").read_bytes().splitlines(keepends=True)
     (played / "trials.jsonl").write_bytes(b"".join(lines[1:]))
     call = {"key": json.loads(lines[0])["key"], "step": 1, "turn": 1, "request": "r", "reply": "{}"}
-    (played / "calls.jsonl").write_text(json.dumps(call) + "\n")
+    (played / "calls.jsonl").write_bytes(with_checksum(json.dumps(call).encode()) + b"\n")
     said = lockprobe("import", tmp_path / "new", played)[1]
     assert "5 trials imported, 0 already there, 1 unfinished. 1 replies of unfinished trials were imported" in said
 

@@ -4,7 +4,7 @@ import asyncio
 import json
 
 import pytest
-from builders import make_trial, small_study, strip_checksums, write_study
+from builders import make_trial, small_study, with_right_checksums, write_study
 from painted import painted_twins
 from PIL import Image
 from typer.testing import CliRunner
@@ -86,12 +86,13 @@ def test_a_plant_that_breaks_when_it_is_played_again_is_one_line(directory, tmp_
 
 
 def test_a_record_that_is_not_what_happens_is_found_out(directory, tmp_path):
-    path = strip_checksums(directory)
+    path = directory / "trials.jsonl"
     lines = path.read_text("utf-8").splitlines()
     record = json.loads(lines[-1])
     at = next(at for at, step in enumerate(record["steps"]) if step["joint"] != record["target"])
     record["steps"][at]["moved"] = not record["steps"][at]["moved"]
-    path.write_text("\n".join([*lines[:-1], json.dumps(record)]) + "\n", "utf-8")
+    path.write_text("\n".join([*lines[:-1], json.dumps(record, separators=(",", ":"))]) + "\n", "utf-8")
+    with_right_checksums(path)
     done = replay(directory, record["key"], "--out", tmp_path / "a.gif")
     assert f"lockprobe: step {at + 1} differs from the record: outcome " in done.stderr
     assert "as recorded" not in done.stdout

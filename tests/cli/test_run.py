@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import pytest
 import typer
+from builders import call_of
 from provider_server import counted, failure, stubborn, truthful
 from taking_part import take_part
 from typed import typed
@@ -21,7 +22,7 @@ from lockprobe.cli.progress import Plain
 from lockprobe.cli.run import run
 from lockprobe.cli.run_study import BROKE, BUDGET_REACHED
 from lockprobe.errors import BadValue
-from lockprobe.model_call import Call, Usage
+from lockprobe.model_call import Usage
 from lockprobe.studies.budget import Budget
 from lockprobe.studies.call_log import read_calls
 from lockprobe.studies.journal import Journal
@@ -44,7 +45,7 @@ def test_pictures_are_played_and_reported(tmp_path):
     )
     assert lines[1].startswith("Plant: fast-twin?width=320&height=240&renderer=rays; pictures by rays (mujoco ")
     assert lines[2] == "Reports only, since they look at no pictures: random"
-    assert any("viewer  3/3 trials · solved rgb: 0/1, rgbd: 0/1, symbolic?tell=state: 0/1" in line for line in lines)
+    assert any("viewer  3/3 trials · solved rgb: 0/1, rgbd: 0/1, truth: 0/1" in line for line in lines)
     trials = load(tmp_path)
     assert [trial.error for trial in trials] == [None] * 4
     assert {trial.plant["renderer"] is None for trial in trials if trial.modality == "symbolic?tell=state"} == {True}
@@ -395,8 +396,8 @@ def test_where_trials_take_long_lines_come_all_the_same(tmp_path, monkeypatch, c
         capsys.readouterr()
         for number, at in enumerate((10, 29, 31, 40, 59, 62), 1):
             now[0] = at
-            key = next(planned.plans("llm:openai/gpt-4o")).key
-            journal.calls.write(Call(key=key, step=number, turn=1, request="r", reply="said", usage=usage))
+            plan = next(planned.plans("llm:openai/gpt-4o"))
+            journal.calls.write(call_of(plan, number, usage=usage))
     first, second = capsys.readouterr().out.splitlines()
     assert "0/1 trials" in first
     assert first.endswith("$0.60 spent")

@@ -7,11 +7,11 @@ import sys
 from dataclasses import replace
 
 import pytest
-from builders import SOLUTION, make_trial, write_study
+from builders import SOLUTION, call_of, make_trial, write_study
 
 from lockprobe.agents.llm.model_facts import OWN_FACTS
 from lockprobe.cli.status import status
-from lockprobe.model_call import BROKEN_OFF, Call, Usage
+from lockprobe.model_call import BROKEN_OFF, Usage
 from lockprobe.studies.call_log import CALLS, Calls
 from lockprobe.studies.study_options import StudyOptions
 from lockprobe.studies.studyfile import study
@@ -45,17 +45,15 @@ def planned(*agents, trials=3):
 
 
 def replied(agent=DEAR, trial=1, step=1, **more):
-    key = f"flips/{agent}/truth/rep=1/trial={trial}"
     usage = Usage(calls=1, input_tokens=1000 * step, output_tokens=100, cached_tokens=500, reasoning_tokens=50)
-    return Call(
-        key=key, step=step, turn=1, request="r", **({"reply": "said", "usage": usage, "served": "dear-1"} | more)
-    )
+    return call_of(make_trial([0], agent=agent, trial=trial), step, **({"usage": usage, "served": "dear-1"} | more))
 
 
 def written(directory, *made):
     with Calls.open(directory) as calls:
         for call in made:
-            asyncio.run(calls.of(call.key).reserve(Usage(calls=1, input_tokens=2000, output_tokens=1000)))
+            most = Usage(calls=1, input_tokens=2000, output_tokens=1000)
+            asyncio.run(calls.reserve(replace(call, most=most)))
             calls.write(call)
 
 
@@ -109,7 +107,7 @@ def test_errors_are_told_by_boundary_with_the_first_of_each(tmp_path, told):
     assert "            first at reply: no usable reply" in lines
 
 
-def test_a_directory_from_before_calls_were_kept_says_what_decisions_used(tmp_path, told):
+def test_without_a_log_of_calls_it_says_what_decisions_used(tmp_path, told):
     trial = make_trial(SOLUTION, agent=DEAR)
     usage = Usage(calls=2, input_tokens=1_000_000, output_tokens=100)
     steps = tuple(replace(step, decision=replace(step.decision, usage=usage, served="dear-0")) for step in trial.steps)
@@ -137,11 +135,12 @@ def test_what_was_sent_before_is_left_out_where_pictures_leave_the_conversation(
     spec = f"{DEAR}?images=4"
     shown = study(StudyOptions(study="modalities", agent=[spec], modality=["symbolic", "rgb"], trials=1))
     write_study(tmp_path / "s", shown, [])
-    key = f"modalities/{spec}/rgb/rep=1/trial=1"
-    written(tmp_path / "s", *(replace(replied(step=step), key=key) for step in (1, 2)))
+    trial = make_trial([0], agent=spec, modality="rgb", study="modalities")
+    usage = Usage(calls=1, input_tokens=1000, cached_tokens=500)
+    written(tmp_path / "s", *(call_of(trial, step, usage=usage) for step in (1, 2)))
     facts, lines = told(tmp_path / "s")
     assert facts["repeated_prefix_share"] is None
-    assert "prefixes    33% came from a cache" in lines
+    assert "prefixes    50% came from a cache" in lines
 
 
 def test_what_a_terminal_would_obey_is_not_printed(tmp_path, told):
@@ -158,9 +157,7 @@ def test_a_study_that_is_running_is_read_up_to_its_last_whole_line(tmp_path, tol
     write_study(tmp_path / "s", planned(DEAR), [])
     with Calls.open(tmp_path / "s") as calls:
         calls.write(replied())
-        page = calls.of(replied(trial=2).key)
-        page.recall(1, 1, "r")
-        asyncio.run(page.reserve(Usage(calls=1, input_tokens=2000)))
+        asyncio.run(calls.reserve(replied(trial=2, reply=None, usage=Usage(), most=Usage(calls=1, input_tokens=2000))))
         with (tmp_path / "s" / CALLS).open("ab") as file:
             file.write(b'{"key":"flips/llm')
         facts, lines = told(tmp_path / "s")
@@ -191,8 +188,7 @@ def test_trials_of_people_are_owed_by_nobody(tmp_path, told):
     mixed = planned("participant", "random", trials=4)
     played = [make_trial(SOLUTION, trial=i) for i in (1, 2, 3)]
     played += [
-        replace(make_trial(SOLUTION, agent=f"participant:{who}", trial=i), key=f"flips/participant/truth/rep=1/trial={i}")
-        for i, who in ((1, "aaaa"), (2, "aaaa"), (3, "bbbb"))
+        make_trial(SOLUTION, agent=f"participant:{who}", trial=i) for i, who in ((1, "aaaa"), (2, "aaaa"), (3, "bbbb"))
     ]
     facts, lines = told(write_study(tmp_path / "study", mixed, played))
     assert [facts[name] for name in ("trials", "done", "owed", "solved")] == [4, 3, 1, 3]
@@ -204,7 +200,7 @@ def test_trials_of_people_are_owed_by_nobody(tmp_path, told):
 
 
 def test_a_study_of_people_alone_has_no_line_of_trials_to_run(tmp_path, told):
-    played = replace(make_trial(SOLUTION, agent="participant:aaaa"), key="flips/participant/truth/rep=1/trial=1")
+    played = make_trial(SOLUTION, agent="participant:aaaa")
     facts, lines = told(write_study(tmp_path / "study", planned("participant"), [played]))
     assert (facts["trials"], facts["people_done"]) == (0, 1)
     assert (facts["planned"], facts["finished"], facts["partial"]) == (3, 1, True)

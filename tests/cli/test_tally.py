@@ -1,18 +1,18 @@
 """What a run counts while it goes on, in one line."""
 
 import pytest
-from builders import SOLUTION, make_trial
+from builders import SOLUTION, call_of, make_trial
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.cli.tally import Tally, in_boundaries
-from lockprobe.model_call import Call, Usage
+from lockprobe.model_call import Usage
 from lockprobe.studies.call_log import Calls
 from lockprobe.studies.spending import Ledger
 from lockprobe.studies.study_options import StudyOptions
 from lockprobe.studies.studyfile import study
 
 
-def test_what_is_counted_names_modalities_or_p():
+def test_what_is_counted_names_conditions():
     tally = Tally(study(StudyOptions(study="modalities", modality=["rgb", "rgbd"], agent=["viewer"])))
     tally.turn(resolve("viewer"), 4, [], slow=True)
     assert "solved" not in tally.line()
@@ -24,7 +24,7 @@ def test_what_is_counted_names_modalities_or_p():
     assert "3/4 trials · solved rgb: 1/2, rgbd: 1/1" in tally.line()
     tally = Tally(study(StudyOptions(agent=["random"])))
     tally.turn(resolve("random"), 1, [make_trial(SOLUTION, p=0.4)], slow=False)
-    assert "0/1 trials · solved at flip rate 0.4: 1/1" in tally.line()
+    assert "0/1 trials · solved flip?p=0.4: 1/1" in tally.line()
 
 
 def test_errors_are_counted_by_boundary():
@@ -40,7 +40,7 @@ def test_a_provider_that_makes_us_wait_is_spoken_of(tmp_path, monkeypatch):
     tally.turn(resolve("random"), 1, [], slow=True)
     with Calls.open(tmp_path) as tally.calls:
         with pytest.raises(StopIteration):
-            tally.calls.of("key").reserve(Usage()).send(None)
+            tally.calls.reserve(call_of(make_trial([0]))).send(None)
         assert "on the way" not in tally.line()
         now[0] = 42.0
         assert "1 call on the way, the oldest for 42 s" in tally.line()
@@ -54,8 +54,8 @@ def test_the_line_says_what_was_spent_in_money_or_in_tokens():
         tally.ledger = Ledger(study(StudyOptions(agent=[spec])))
         assert "spent" not in tally.line()
         usage = Usage(calls=1, input_tokens=2_000_000, output_tokens=500)
-        key = f"flips/{spec}/truth/rep=1/trial=1"
-        tally.ledger.add(Call(key=key, step=1, turn=1, request="r", reply="said", usage=usage))
-        tally.ledger.add(Call(key=key, step=2, turn=1, request="r", reply=None, error="500", retries=6))
+        trial = make_trial([0], agent=spec)
+        tally.ledger.add(call_of(trial, usage=usage))
+        tally.ledger.add(call_of(trial, step=2, reply=None, error="500", retries=6))
         assert said.replace("2,000,000", "2 million") in tally.line()
         assert "6 retries, 1 calls failed".replace("1 calls", "1 call") in tally.line()

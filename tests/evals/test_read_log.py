@@ -143,7 +143,7 @@ def test_a_record_under_the_name_of_another_trial_is_refused(log):
         first, second = (sample.scores for sample in log.samples)
         log.samples[0].scores, log.samples[1].scores = second, first
 
-    with pytest.raises(BadFile, match=r"its sample p=0/rep=1/trial=\d, epoch 1, holds the record of"):
+    with pytest.raises(BadFile, match=r"its sample truth/rep=1/trial=\d, epoch 1, holds the record of"):
         reading.read_log(changed(log, swap))
 
 

@@ -11,5 +11,5 @@ def test_a_plan_and_its_trial_are_the_same_sample():
     for plan, trial in zip(study.plans("random"), play_study(study), strict=True):
         assert samples.sample_id(plan) == samples.sample_id(trial)
         assert samples.metadata_of(plan) == samples.metadata_of(trial)
-    assert samples.sample_id(trial) == "p=0.6/rep=2/trial=1"
-    assert samples.metadata_of(trial)["condition"] == "p=0.6"
+    assert samples.sample_id(trial) == "flip?p=0.6/rep=2/trial=1"
+    assert samples.metadata_of(trial)["condition"] == "flip?p=0.6"

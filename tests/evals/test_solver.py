@@ -24,6 +24,8 @@ from lockprobe.evals.scoring import VALUES  # noqa: E402
 from lockprobe.evals.tasks import flips  # noqa: E402
 
 pytestmark = IN_EVALS
+WRITTEN = SPEC.replace("/", "%2F")
+KEY = f"flips/{WRITTEN}/truth/rep=1/trial=1"
 EXTENT = {"p": [0, 0.4], "trials": 2, "repetitions": 1}
 
 
@@ -85,7 +87,7 @@ def test_what_a_provider_broke_is_the_samples_error_and_the_other_trials_go_on(t
     assert len(failed) == 1
     assert all(not sample.scores for sample in failed)
     assert len(source.trials) == 3
-    assert source.unfinished == {f"flips/{SPEC}/{sample.id}" for sample in failed}
+    assert source.unfinished == {f"flips/{WRITTEN}/{sample.id}" for sample in failed}
     (success,) = (score for score in log.results.scores if score.name == "success")
     assert success.scored_samples == 3
 
@@ -142,7 +144,7 @@ def test_a_trial_that_a_limit_cut_off_is_unscored_and_not_finished(tmp_path, mon
     log, _ = evaluated(tmp_path, monkeypatch, flips(p=0, trials=1, repetitions=1), truthful, token_limit=20)
     source = read_log(log.location)
     assert (log.status, log.samples[0].limit.type) == ("success", "token")
-    assert (source.trials, source.unfinished) == ((), {f"flips/{SPEC}/truth/rep=1/trial=1"})
+    assert (source.trials, source.unfinished) == ((), {KEY})
     assert all((score.scored_samples, score.unscored_samples) == (0, 1) for score in log.results.scores)
 
 
@@ -212,7 +214,7 @@ def test_a_fault_inside_the_choice_is_asked_again_in_an_eval_and_then_the_sample
     log, server = evaluated(tmp_path / "stays", monkeypatch, flips(**extent), broken_in_the_choice, max_retries=2)
     assert len(server.requests) == 3
     assert "the provider answered 502: Upstream error (tried 3 times)" in log.samples[0].error.message
-    assert read_log(log.location).unfinished == {f"flips/{SPEC}/truth/rep=1/trial=1"}
+    assert read_log(log.location).unfinished == {KEY}
 
 
 async def _at_once(seconds):

@@ -28,9 +28,9 @@ def test_inspect_finds_the_tasks_by_the_name_of_the_package():
 def test_one_sample_is_one_trial_and_says_which():
     task = tasks.flips(p="0,0.4", trials=2, repetitions=2)
     assert [sample.id for sample in task.dataset][:3] == [
-        "p=0/rep=1/trial=1",
-        "p=0.4/rep=1/trial=1",
-        "p=0/rep=1/trial=2",
+        "truth/rep=1/trial=1",
+        "flip?p=0.4/rep=1/trial=1",
+        "truth/rep=1/trial=2",
     ]
     assert len({sample.id for sample in task.dataset}) == 8
     for sample in task.dataset:
@@ -57,7 +57,7 @@ def test_parameters_are_the_options_of_run(given):
 def test_modalities_has_the_extent_of_the_paper():
     ids = [sample.id for sample in tasks.modalities().dataset]
     assert len(ids) == 30
-    assert {name.split("/")[0] for name in ids} == {"rgb", "rgbd", "symbolic?tell=state"}
+    assert {name.split("/")[0] for name in ids} == {"rgb", "rgbd", "truth"}
 
 
 @pytest.mark.parametrize(

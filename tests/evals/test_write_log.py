@@ -38,7 +38,7 @@ def test_a_directory_gets_one_log_of_each_agent(tmp_path, trials):
     assert [file.name for file in files] == ["flips_random.eval", "flips_human-inspired.eval"]
     logs = [read_eval_log(str(file)) for file in files]
     assert [log.eval.model for log in logs] == ["random", "human-inspired"]
-    assert "p=0.3/rep=2/trial=4" in {sample.id for sample in logs[0].samples}
+    assert "flip?p=0.3/rep=2/trial=4" in {sample.id for sample in logs[0].samples}
     assert {trial.key: trial for trial in trials_in(tmp_path / "logs")} == {trial.key: trial for trial in trials}
 
 
@@ -47,9 +47,9 @@ def test_metrics_are_means_over_trials_and_over_those_of_a_condition(trials):
     results = writing.log_of(of_one, STUDY).results
     (success,) = (score for score in results.scores if score.name == "success")
     assert success.metrics["mean"].value == statistics.mean(trial.solved for trial in of_one)
-    for p in STUDY.p:
-        share = statistics.mean(trial.solved for trial in of_one if trial.p == p)
-        assert success.metrics[f"grouped_p={p:g}"].value == share
+    for condition in STUDY.conditions:
+        share = statistics.mean(trial.solved for trial in of_one if trial.condition == condition.label)
+        assert success.metrics[f"grouped_{condition.label}"].value == share
     sums = [sum(t.solved - success.metrics["mean"].value for t in of_one if t.repetition == r) for r in (1, 2)]
     assert success.metrics["stderr"].value == pytest.approx((2 * sum(s**2 for s in sums)) ** 0.5 / len(of_one))
 

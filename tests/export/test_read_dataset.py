@@ -135,18 +135,6 @@ def test_a_table_that_is_missing_or_no_text_is_refused(dataset):
         source_of_dataset(dataset)
 
 
-def test_an_older_dataset_has_no_trials_and_fewer_columns_of_participants(dataset):
-    table(dataset, "trials").unlink()
-    path = table(dataset, "participants")
-    rows = list(csv.reader(path.read_text("utf-8").splitlines()))
-    kept = [at for at, name in enumerate(rows[0]) if name not in ("conditions", "finished", "pointers")]
-    path.write_text("".join(",".join(row[at] for at in kept) + "\n" for row in rows), "utf-8")
-    assert len(source_of_dataset(dataset).trials) == 3
-    path.write_text(path.read_text("utf-8").replace("checks_right", "right"), "utf-8")
-    with pytest.raises(BadFile, match="has no column checks_right"):
-        source_of_dataset(dataset)
-
-
 @pytest.mark.parametrize("name", ["records/trials.jsonl", "records/people", "data"])
 def test_no_link_is_followed(dataset, tmp_path, name):
     kept = (dataset / name).rename(tmp_path / "elsewhere")

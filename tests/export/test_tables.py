@@ -90,7 +90,7 @@ def test_checks_and_answers_stand_with_their_questions(directory):
     (check,), (answer,) = found["checks"].rows, found["answers"].rows
     assert (check["check"], check["question"], check["answer"], check["right"]) == ("1", "Blue, please.", "red", 0)
     assert (answer["name"], answer["question"], answer["answer"]) == ("why", "Why?", "because")
-    assert PeopleRecords.read(directory).experiment == Experiment.model_validate({**asked, "device": False})
+    assert PeopleRecords.read(directory).experiment == Experiment.model_validate(asked)
 
 
 def test_trials_are_those_of_the_export_with_who_played_them(directory):
@@ -116,9 +116,10 @@ def test_a_participant_has_conditions_a_device_and_an_end(directory):
     with_right_checksums(path)
     rows = {row["participant"]: row for row in tables(directory)["participants"].rows}
     assert [row["conditions"] for row in rows.values()] == [
-        "symbolic?tell=state p=0.4; symbolic?tell=state p=0", "symbolic?tell=state p=0",
-        "symbolic?tell=state p=0; symbolic?tell=state p=0.4",
-    ]  # fmt: skip
+        "flip?p=0.4; truth",
+        "truth",
+        "truth; flip?p=0.4",
+    ]
     assert {name: row["finished"] for name, row in rows.items()} == {ANN: 1, BOB: 1, CEM: 0}
     device = ("pointers", "window_width", "window_height")
     assert [rows[ANN][name] for name in device] == ["mouse touch", 390, 844]
@@ -145,6 +146,7 @@ def test_a_box_that_broke_is_neither_finished_nor_left(directory):
     with path.open("a") as file:
         file.write(f'{{"kind":"broken","at":1790000900.0,"turn":{turn},"box":2}}\n')
         file.write('{"kind":"released","at":1790000999.0}\n')
+    with_right_checksums(path)
     found = tables(directory)
     (row,) = found["participants"].rows
     assert (row["boxes_finished"], row["boxes_broken"], row["released"], "left_in_box" in row) == (1, 1, 1, False)

@@ -9,7 +9,7 @@ from lockprobe.figures import fork_drawing, fork_panels, render
 from lockprobe.figures.forks import draw_forks
 
 
-def effect(where, arm, value, condition="p=0", outcome="solved"):
+def effect(where, arm, value, condition="truth", outcome="solved"):
     change = BlockMean(value=value, low=value - 0.1, high=value + 0.1, p_value=0.5, pairs=20, blocks=20)
     about = {"agent": "random", "condition": condition, "where": where, "arm": arm, "truthful": False}
     return BranchEffect(**about, outcome=outcome, after_truth=0.5, change=change, forks=20)
@@ -19,7 +19,7 @@ FOUND = [
     *(effect(str(at), arm, at / 50) for at in (4, 8, 12) for arm in ("lie", "retracted")),
     effect("onset", "lie", 0.5),
     effect("4", "lie", 2.0, outcome="steps"),
-    effect("4", "lie", -0.3, condition="p=0.4"),
+    effect("4", "lie", -0.3, condition="flip?p=0.4"),
 ]
 
 
@@ -28,7 +28,7 @@ def test_panels_hold_success_at_numbered_steps_alone():
     assert [(one.where, one.arm) for one in first] == [
         (str(at), arm) for at in (4, 8, 12) for arm in ("lie", "retracted")
     ]
-    assert [one.condition for one in second] == ["p=0.4"]
+    assert [one.condition for one in second] == ["flip?p=0.4"]
 
 
 def test_every_arm_is_a_line_over_the_steps_with_its_intervals():

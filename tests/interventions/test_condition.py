@@ -56,7 +56,10 @@ def test_dose_0_does_nothing_unless_positions_are_left_out(spec, nothing):
 def test_the_paper_s_conditions_run_over_flip_rates_and_then_modalities():
     found = flips((0, 0.4), "sticky", ("symbolic", "rgb"))
     assert [(one.p, one.modality) for one in found] == [(0, "symbolic"), (0.4, "symbolic"), (0, "rgb"), (0.4, "rgb")]
-    assert {one.flip.persistence for one in found} == {"sticky"}
+    assert [one.spec for one in found] == [
+        "symbolic", "flip?p=0.4&persistence=sticky + symbolic", "rgb",
+        "flip?p=0.4&persistence=sticky + rgb",
+    ]  # fmt: skip
 
 
 def test_a_sweep_is_one_condition_for_each_dose():
@@ -103,7 +106,20 @@ def test_what_does_not_exist_is_refused_with_what_does():
         read_condition("trembel?p=0.1")
 
 
-@pytest.mark.parametrize("name", ["a/b", " a", "a\nb", "x" * 201])
+@pytest.mark.parametrize(
+    ("kind", "modality", "spec"),
+    [
+        ("transient", "rgb", "rgb"), ("sticky", "rgb", "rgb"), ("sticky", "rgb?p=0", "rgb?p=0"),
+        ("transient", "rgb?p=0.4", "rgb?p=0.4"), ("sticky", "rgb?p=0.4", "flip?p=0&persistence=sticky + rgb?p=0.4"),
+        ("sticky", "rgb?blur=2", "rgb?blur=2"), ("outcome-only", "symbolic", "flip?p=0&persistence=outcome-only"),
+    ],
+)  # fmt: skip
+def test_a_flip_at_rate_0_is_the_truth_unless_it_says_more(kind, modality, spec):
+    (found,) = flips((0,), kind, (modality,))
+    assert found.spec == spec
+
+
+@pytest.mark.parametrize("name", [" a", "a\nb", "x" * 201])
 def test_a_name_can_stand_in_the_key_of_a_record(name):
     with pytest.raises(BadValue, match="condition"):
         Condition(interventions=(Nudge(),), name=name)
@@ -111,7 +127,8 @@ def test_a_name_can_stand_in_the_key_of_a_record(name):
 
 def test_settings_import_nothing_until_a_trial_is_played():
     stranger = Condition(interventions=(Recorded(spec="python:mine:Hush?x=1", dose="x"),))
-    assert (stranger.label, stranger.doses) == ("python:mine:Hush?x=1", ("x",))
+    assert (stranger.label, stranger.dose_names) == ("python:mine:Hush?x=1", ("x",))
+    assert stranger.doses == {"python:mine:Hush.x": 1.0}
     with pytest.raises(BadValue, match="what a file or a directory names is data, and is not run"):
         stranger.made()
     known = Condition(interventions=(Recorded(spec="tremble?p=0.1", dose="p"),))

@@ -142,9 +142,10 @@ def test_while_looping_every_report_is_true_until_the_first_loop_is_complete(see
         assert (step in every) == any(before[i : i + 3] == last for i in range(len(before) - 2))
 
 
-def test_an_option_at_its_default_is_not_in_the_record():
+def test_every_option_is_in_the_record():
     plain, set_ = (lies(spec)[1].channels[0] for spec in ("flip?p=0.4", "flip?p=0.4&from=2&at=4;8&while=looping"))
-    assert plain == {"channel": "OutcomeFlip", "p": 0.4, "persistence": "transient"}
+    acting = {"channel": "OutcomeFlip", "p": 0.4, "persistence": "transient"}
+    assert plain == acting | {"only": "any", "from": None, "until": None, "at": "", "while": "always"}
     assert set_ == {**plain, "from": 2, "at": "4;8", "while": "looping"}
 
 

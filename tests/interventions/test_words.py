@@ -149,7 +149,7 @@ def panel(form, text):
 def test_places_are_told_once_as_the_panel_has_them():
     trial = run_trial(agent="random", modality="symbolic?places=yes", layout="shuffled", trial=4)
     plan = Plan(
-        key="k", study="s", agent="random", box=box(), condition=flips((0,))[0], repetition=1, trial=4,
+        study="s", agent="random", box=box(), condition=flips((0,))[0], repetition=1, trial=4,
         seed=1,
     )  # fmt: skip
     assert (
@@ -217,12 +217,12 @@ def test_a_lie_about_a_state_is_taken_back_by_the_next_report_of_that_joint():
                 lied[step.joint] = report.told_falsely
 
 
-def test_the_record_says_what_is_told_and_is_as_before_where_all_is():
+def test_the_record_says_what_is_told_and_how():
     channels = {
         m: run_trial(agent="random", modality=m).channels[-1] for m in ("symbolic", "symbolic?tell=state&form=json")
     }
-    assert channels["symbolic"] == {"channel": "TextChannel"}
-    assert channels["symbolic?tell=state&form=json"] == {"channel": "TextChannel", "tell": "state", "form": "json"}
+    both = {"channel": "TextChannel", "tell": "both", "form": "words", "places": False}
+    assert channels == {"symbolic": both, "symbolic?tell=state&form=json": {**both, "tell": "state", "form": "json"}}
 
 
 @pytest.mark.parametrize(("setting", "value"), [("tell", "all"), ("form", "song")])

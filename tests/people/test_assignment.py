@@ -37,7 +37,7 @@ def joining(study, experiment, people=None):
 def slots_of(study):
     """All trials that people play."""
     for plan in study.plans("participant"):
-        yield Slot(p=plan.p, modality=plan.modality, repetition=plan.repetition, trial=plan.trial)
+        yield Slot(condition=plan.label, repetition=plan.repetition, trial=plan.trial)
 
 
 def leaving(study, experiment, people, leave):
@@ -50,10 +50,6 @@ def leaving(study, experiment, people, leave):
         given.append(assigned(study, experiment, given, {slot for slots in kept for slot in slots}, kept))
         kept.append(leave(number, given[-1]))
     return given, kept
-
-
-def condition(slot):
-    return slot.p, slot.modality
 
 
 def study_of(conditions, repetitions=1, trials=4, seed=7):
@@ -72,7 +68,7 @@ def test_every_trial_is_given_out_once_and_nobody_meets_a_luck_twice(conditions,
     assert sorted(given_out, key=str) == sorted(slots_of(study), key=str)
     for slots in people:
         assert len({(slot.repetition, slot.trial) for slot in slots}) == len(slots) <= boxes_each(study, experiment)
-        assert design == "within" or len({condition(slot) for slot in slots}) == 1
+        assert design == "within" or len({slot.condition for slot in slots}) == 1
 
 
 @settings(max_examples=60, deadline=None)
@@ -83,7 +79,7 @@ def test_no_condition_is_played_by_more_than_one_more(conditions, repetitions, t
     played = Counter(dict.fromkeys(conditions_of(study), 0))
     for slots in people:
         if len(slots) == length:  # after that not enough is left
-            played.update(map(condition, slots))
+            played.update(slot.condition for slot in slots)
             assert max(played.values()) - min(played.values()) <= 1
 
 
@@ -93,7 +89,7 @@ def test_between_people_no_condition_has_more_than_one_more(conditions, repetiti
     study, experiment = study_of(conditions, repetitions, trials), short(design="between")
     has = Counter(dict.fromkeys(conditions_of(study), 0))
     for slots in joining(study, experiment):
-        has[condition(slots[0])] += 1
+        has[slots[0].condition] += 1
         assert max(has.values()) - min(has.values()) <= 1
 
 
@@ -102,7 +98,7 @@ def test_between_people_no_condition_has_more_than_one_more(conditions, repetiti
 def test_each_condition_stands_equally_often_in_each_place(conditions, seed, rounds):
     study = study_of(conditions, trials=2 * conditions, seed=seed)
     people = joining(study, short(), rounds * conditions)
-    stood = Counter((place, condition(slot)) for slots in people for place, slot in enumerate(slots))
+    stood = Counter((place, slot.condition) for slots in people for place, slot in enumerate(slots))
     assert set(stood.values()) == {rounds}
     assert len(stood) == conditions**2
 
@@ -112,7 +108,7 @@ def test_each_condition_stands_equally_often_in_each_place(conditions, seed, rou
 def test_where_not_all_are_played_places_are_balanced_too(conditions, each):
     study, experiment = study_of(conditions, trials=10), short(trials_each=each)
     people = joining(study, experiment, conditions)
-    stood = Counter((place, condition(slot)) for slots in people for place, slot in enumerate(slots))
+    stood = Counter((place, slot.condition) for slots in people for place, slot in enumerate(slots))
     assert max(stood.values()) <= 2
 
 
@@ -147,11 +143,12 @@ def test_who_withdraws_leaves_a_hole_that_is_filled_first():
     people = joining(study, short(), 3)
     stays = [people[0], people[2]]
     again = assigned(study, short(), stays, {slot for slots in stays for slot in slots})
-    assert [condition(slot) for slot in again] == [condition(slot) for slot in people[1]]
+    assert [slot.condition for slot in again] == [slot.condition for slot in people[1]]
 
 
 def test_another_seed_gives_other_orders():
-    orders = {tuple(map(condition, joining(study_of(5, trials=9, seed=seed), short(), 1)[0])) for seed in range(12)}
+    first = [joining(study_of(5, trials=9, seed=seed), short(), 1)[0] for seed in range(12)]
+    orders = {tuple(slot.condition for slot in slots) for slots in first}
     assert len(orders) > 6
 
 
@@ -162,14 +159,16 @@ def leaves_early(number, slots):
 @pytest.mark.parametrize("leave", [lambda number, slots: slots[:1], leaves_early], ids=["all", "every second"])
 def test_orders_stay_balanced_when_people_leave_early(leave):
     given, kept = leaving(study_of(4, trials=40), short(), 24, leave)
-    assert set(Counter(tuple(map(condition, slots)) for slots in given).values()) == {6}
-    assert set(Counter(condition(slots[0]) for slots in kept).values()) == {6}
+    assert set(Counter(tuple(slot.condition for slot in slots) for slots in given).values()) == {6}
+    assert set(Counter(slots[0].condition for slots in kept).values()) == {6}
 
 
 def test_a_condition_whose_boxes_always_break_leaves_the_orders_of_the_others_balanced():
     study = study_of(4, trials=40)
-    given, _ = leaving(study, short(), 24, lambda _, slots: tuple(slot for slot in slots if slot.p != 0.125))
-    assert set(Counter(tuple(map(condition, slots)) for slots in given).values()) == {6}
+    given, _ = leaving(
+        study, short(), 24, lambda _, slots: tuple(slot for slot in slots if slot.condition != "flip?p=0.125")
+    )
+    assert set(Counter(tuple(slot.condition for slot in slots) for slots in given).values()) == {6}
 
 
 @settings(max_examples=40, deadline=None)
@@ -178,23 +177,23 @@ def test_what_people_leave_is_made_up_for_where_each_plays_only_some(conditions,
     each = min(each, conditions - 1)
     study = study_of(conditions, trials=60)
     given, kept = leaving(study, short(trials_each=each), 20, lambda _, slots: slots[: luck.randint(1, each)])
-    assert all(len({condition(slot) for slot in slots}) == each for slots in given)
+    assert all(len({slot.condition for slot in slots}) == each for slots in given)
     played = Counter(dict.fromkeys(conditions_of(study), 0))
-    played.update(condition(slot) for slots in kept for slot in slots)
+    played.update(slot.condition for slots in kept for slot in slots)
     assert max(played.values()) - min(played.values()) <= each + 1
 
 
 def test_between_people_what_is_left_is_made_up_for():
     study, experiment = study_of(2, trials=60), short(design="between", trials_each=3)
     _, kept = leaving(study, experiment, 12, leaves_early)
-    played = Counter(condition(slot) for slots in kept for slot in slots)
+    played = Counter(slot.condition for slots in kept for slot in slots)
     assert max(played.values()) - min(played.values()) <= 3
-    whole = Counter(condition(slots[0]) for slots in kept if len(slots) == 3)
+    whole = Counter(slots[0].condition for slots in kept if len(slots) == 3)
     assert len(whole) == 2
 
 
 @pytest.mark.parametrize(("conditions", "each"), [(4, 2), (5, 2), (6, 2), (4, 3), (6, 3)])
 def test_where_not_all_are_played_every_combination_is(conditions, each):
     people = joining(study_of(conditions, trials=60), short(trials_each=each), 60)
-    sets = Counter(frozenset(map(condition, slots)) for slots in people)
+    sets = Counter(frozenset(slot.condition for slot in slots) for slots in people)
     assert len(sets) == comb(conditions, each)

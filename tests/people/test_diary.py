@@ -21,19 +21,20 @@ from lockprobe.people.diary import (
 )
 from lockprobe.people.journey import Journey
 from lockprobe.people.responses import Attempt, Next
-from lockprobe.storage.jsonl import without_checksum
+from lockprobe.storage.jsonl import with_checksum, without_checksum
 
 JOINED = Joined(
     identity="3f9a01bc",
     token="0" * 64,
     at=10.5,
     platform={"PROLIFIC_PID": "abc"},
-    slots=(Slot(p=0.4, modality="symbolic", repetition=1, trial=3),),
+    slots=(Slot(condition="flip?p=0.4", repetition=1, trial=3),),
     words="en 0",
 )
 STEP = Did(at=12.0, turn=2, scene="box", act=Attempt(joint="B", rt=412.5), box=1, step=1, told="B moved. At 1: B.")
 STUDY = small_study(["participant"], p=[0.0, 0.4], trials=2)
 ANN, BOB = "aaaa01", "bbbb02"
+RELEASED = with_checksum(b'{"kind":"released","at":1790000900.0}') + b"\n"
 
 
 @pytest.fixture
@@ -71,12 +72,13 @@ def test_a_damaged_line_is_refused(tmp_path):
         read_diary(path)
 
 
-def test_a_changed_line_is_refused_and_one_of_an_earlier_release_is_read(tmp_path):
+def test_a_line_that_was_changed_or_has_no_checksum_is_refused(tmp_path):
     diary = DiaryFile(tmp_path / "people" / "3f9a01bc.jsonl")
     diary.write(JOINED)
     line = diary.path.read_bytes()
     diary.path.write_bytes(without_checksum(line) + b"\n")
-    assert read_diary(diary.path) == [JOINED]
+    with pytest.raises(BadFile, match="line 1: checksum: got 'none'"):
+        read_diary(diary.path)
     diary.path.write_bytes(line.replace(b'"trial":3', b'"trial":2'))
     with pytest.raises(BadFile, match="line 1: checksum: .* the line was changed"):
         read_diary(diary.path)
@@ -109,9 +111,9 @@ def test_over_is_every_box_of_which_nothing_comes_any_more(there):
     path = there / "people" / f"{ANN}.jsonl"
     whole = path.read_bytes()
     turn = len(ann.lines) + 2
-    path.write_bytes(whole + b'{"kind":"broken","at":1790000900.0,"turn":%d,"box":2}\n' % turn)
+    path.write_bytes(whole + with_checksum(b'{"kind":"broken","at":1790000900.0,"turn":%d,"box":2}' % turn) + b"\n")
     assert Journey.of(read_diaries(there)[0]).closed_boxes == {1, 2}
-    path.write_bytes(whole + b'{"kind":"released","at":1790000900.0}\n')
+    path.write_bytes(whole + RELEASED)
     assert Journey.of(read_diaries(there)[0]).closed_boxes == {1, 2}
 
 
@@ -177,7 +179,7 @@ def test_without_traces_no_token_no_platform_and_no_time_of_day_is_left(there):
 def test_a_place_that_was_given_away_stays_given_away(there, tmp_path):
     path = there / "people" / f"{ANN}.jsonl"
     with path.open("ab") as file:
-        file.write(b'{"kind":"released","at":1790000900.0}\n')
+        file.write(RELEASED)
     ann = read_diaries(there)[0]
     write_diaries(tmp_path / "new", [without_identity(ann)])
     (again,) = read_diaries(tmp_path / "new")

@@ -10,6 +10,7 @@ from lockprobe.errors import BadFile
 from lockprobe.people.diary import read_diaries, without_identity, write_diaries
 from lockprobe.people.experiment import kept_experiment
 from lockprobe.people.import_diaries import DiaryImport
+from lockprobe.storage.jsonl import with_checksum
 from lockprobe.studies.journal import load
 
 STUDY = small_study(["participant"], p=[0.0, 0.4], trials=2)
@@ -134,5 +135,5 @@ def test_boxes_of_people_here_that_were_played_by_those_who_came_are_counted(the
     diaries.take(now)
     assert diaries.lost(now) == 2
     with (here / "people" / "eeee05.jsonl").open("ab") as file:
-        file.write(b'{"kind":"released","at":1790000900.0}\n')
+        file.write(with_checksum(b'{"kind":"released","at":1790000900.0}') + b"\n")
     assert arriving(here, there).lost(now) == 1

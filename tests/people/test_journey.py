@@ -12,7 +12,7 @@ EXPERIMENT = Experiment(
     checks=[CHECK | {"after": 1}, CHECK | {"after": 0}, CHECK | {"after": 1}],
     questions=[{"name": "how", "question": "How?"}],
 )
-SLOTS = tuple(Slot(p=p, modality="symbolic", repetition=1, trial=n) for n, p in enumerate((0.0, 0.4), 1))
+SLOTS = tuple(Slot(condition=label, repetition=1, trial=n) for n, label in enumerate(("truth", "flip?p=0.4"), 1))
 JOINED = Joined(identity="3f9a01bc", token="0" * 64, at=10.0, platform={}, slots=SLOTS, words="en 0")
 
 

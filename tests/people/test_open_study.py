@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+from collections import Counter
 from dataclasses import replace
 
 import pytest
@@ -195,7 +196,7 @@ def test_everybody_goes_on_after_a_restart_and_balance_is_kept(tmp_path):
         assert as_played(trial) == as_played(without_page(study, trial, "ideal-observer"))
     slots = [diary_of(tmp_path, path.stem)[0].slots for path in (tmp_path / "people").glob("*.jsonl")]
     for place in range(3):
-        assert sorted(person[place].p for person in slots) == [0.0, 0.0, 0.2, 0.2, 0.4, 0.4]
+        assert Counter(person[place].condition for person in slots) == {one.label: 2 for one in study.conditions}
 
 
 def with_words(directory, words, page="1", **settings):
@@ -271,7 +272,7 @@ def test_who_plays_a_trial_that_came_from_elsewhere_finished_goes_on_with_the_ne
     take_part(there, STUDY, short())
     comes = load(there)[0]
     slot = diary_of(here, left.identity)[0].slots[0]
-    assert (comes.p, comes.repetition, comes.trial) == (slot.p, slot.repetition, slot.trial)
+    assert (comes.condition, comes.repetition, comes.trial) == (slot.condition, slot.repetition, slot.trial)
     with Journal.open(here, STUDY) as journal:
         journal.append(comes, Timing(key=comes.key, seconds=1.0, steps=len(comes.steps)))
 

@@ -13,15 +13,14 @@ from lockprobe.people.progress import flow_of, progress_of
 from lockprobe.people.responses import Answer, Attempt, Next
 from lockprobe.people.texts import read_words
 from lockprobe.people.withdrawal import put, withdrawn
-from lockprobe.record import STATES
 
 STUDY = people_study(trials=3)
 CHECK = {"after": 1, "question": "Blue?", "options": ["blue", "red"], "right": "blue"}
 EXPERIMENT = short(checks=[CHECK], questions=[{"name": "how", "question": "How?"}])
 
 
-def slot(p, trial):
-    return Slot(p=p, modality=STATES, repetition=1, trial=trial)
+def slot(condition, trial):
+    return Slot(condition=condition, repetition=1, trial=trial)
 
 
 def person(identity, slots, *lines):
@@ -41,20 +40,25 @@ def check(right):
 
 @pytest.fixture
 def progress():
-    ann = person("aaaa", (slot(0.0, 1), slot(0.4, 2)), box(1, "solved"), check(True), box(2, "budget"))
+    ann = person("aaaa", (slot("truth", 1), slot("flip?p=0.4", 2)), box(1, "solved"), check(True), box(2, "budget"))
     answered = Did(at=30.0, turn=9, scene="ask", act=Answer(answer="secret", rt=1.0), item="how")
     over = Did(at=25.0, turn=9, scene="over", act=Next(), box=1)
-    bob = person("bbbb", (slot(0.4, 1),), box(1, "error"), over, check(False), answered)
-    eve = person("eeee", (slot(0.0, 2), slot(0.4, 3)), box(1, "solved"), Released(at=50.0))
-    finished = {slot(0.0, 1), slot(0.4, 2), slot(0.0, 2), slot(0.0, 3)}  # the last one was played elsewhere
+    bob = person("bbbb", (slot("flip?p=0.4", 1),), box(1, "error"), over, check(False), answered)
+    eve = person("eeee", (slot("truth", 2), slot("flip?p=0.4", 3)), box(1, "solved"), Released(at=50.0))
+    finished = {
+        slot("truth", 1),
+        slot("flip?p=0.4", 2),
+        slot("truth", 2),
+        slot("truth", 3),
+    }  # the last one was played elsewhere
     return progress_of(STUDY, [ann, bob, eve], finished, 4)
 
 
 def test_by_condition_every_trial_is_counted_once(progress):
-    assert [(one.p, one.slots, one.finished, one.under_way, one.free) for one in progress.conditions] == [
-        (0.0, 3, 3, 0, 0), (0.4, 3, 1, 0, 2),
+    assert [(one.condition, one.slots, one.finished, one.under_way, one.free) for one in progress.conditions] == [
+        ("truth", 3, 3, 0, 0), ("flip?p=0.4", 3, 1, 0, 2),
     ]  # fmt: skip
-    (begun,) = progress_of(people_study(p=(0.0,)), [person("aaaa", (slot(0.0, 1),))], set(), 0).conditions
+    (begun,) = progress_of(people_study(p=(0.0,)), [person("aaaa", (slot("truth", 1),))], set(), 0).conditions
     assert (begun.slots, begun.finished, begun.under_way, begun.free) == (4, 0, 1, 3)
 
 
@@ -91,7 +95,7 @@ def ends_with(directory, line):
 
 
 def flow_in(directory):
-    return flow_of(read_diaries(directory), withdrawn(directory))
+    return flow_of(TWO_EACH, read_diaries(directory), withdrawn(directory))
 
 
 def counts(directory):
@@ -106,9 +110,9 @@ def test_where_nobody_took_part_there_is_none(tmp_path):
 def test_boxes_are_counted_by_condition(directory):
     assert counts(directory) == (2, 1, 1, 0)
     boxes = flow_in(directory).boxes
-    assert [(one.modality, one.p, one.given, one.left_open) for one in boxes] == [
-        ("symbolic?tell=state", 0.0, 2, 0),
-        ("symbolic?tell=state", 0.4, 2, 1),
+    assert [(one.condition, one.given, one.left_open) for one in boxes] == [
+        ("truth", 2, 0),
+        ("flip?p=0.4", 2, 1),
     ]
     assert (flow_in(directory).checks, flow_in(directory).right) == (1, 1)
 

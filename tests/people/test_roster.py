@@ -228,9 +228,9 @@ def test_orders_stay_balanced_when_everybody_leaves_after_a_box(tmp_path):
         take_part(tmp_path, study, short(participants=1), until=lambda one: one.scene.kind == "over", clock=clock)
         clock.now += 48 * HOURS
     joined = [diary_of(tmp_path, path.stem)[0] for path in (tmp_path / "people").glob("*.jsonl")]
-    assert Counter(one.slots[0].p for one in joined) == dict.fromkeys(study.p, 2)
+    assert Counter(one.slots[0].condition for one in joined) == {one.label: 2 for one in study.conditions}
     assert Counter(trial.p for trial in load(tmp_path)) == dict.fromkeys(study.p, 2)
-    assert set(Counter(tuple(slot.p for slot in one.slots) for one in joined).values()) == {2}
+    assert set(Counter(tuple(slot.condition for slot in one.slots) for one in joined).values()) == {2}
 
 
 def test_joining_looks_at_nobody_else_however_many_have_joined(tmp_path, monkeypatch):

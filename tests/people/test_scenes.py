@@ -40,7 +40,7 @@ def test_the_page_is_sent_nothing_but_what_is_told(tmp_path):
     settings = {"flip": "sticky", "trials": 2, "max_steps": 3}
     true = people_study(box=free, p=(0.0,), **settings)
     false = people_study(box=stuck, p=(1.0,), name="another", **settings)
-    labels = Names(plan := true.plan("participant", true.condition(0.0), 1, 1)).listing
+    labels = Names(plan := true.plan("participant", true.conditions[0], 1, 1)).listing
     target = Names(plan).task(plan).target
     others = [place for place, label in enumerate(labels) if label != target]
     sent = [everything_sent(tmp_path / study.box.name, study, others) for study in (true, false)]

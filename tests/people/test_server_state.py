@@ -57,7 +57,7 @@ def test_somebody_who_looks_at_pictures_plays_as_without_a_page(tmp_path):
 
 def test_a_record_says_on_what_it_was_played_and_nothing_of_who(tmp_path):
     study = people_study()
-    (shown,) = take_part(tmp_path, study, short(view="text"), platform={"PROLIFIC_PID": "abc", "STUDY_ID": "x"})
+    (shown,) = take_part(tmp_path, study, short(view="text"), platform={"PROLIFIC_PID": "xyz", "STUDY_ID": "x"})
     trials = load(tmp_path)
     assert {trial.agent for trial in trials} == {f"participant:{shown.identity}"}
     assert [trial.facts["position"] for trial in trials] == [1, 2]
@@ -66,7 +66,7 @@ def test_a_record_says_on_what_it_was_played_and_nothing_of_who(tmp_path):
         "view": "text", "words": words, "page": "1", "position": 1, "design": "within", "history": True,
         "history_open": True, "feedback": False,
     }  # fmt: skip
-    assert "abc" not in (tmp_path / "trials.jsonl").read_text()
+    assert "xyz" not in (tmp_path / "trials.jsonl").read_text()
     assert read_study(tmp_path).agents == ("participant",)
     assert all(map(read_study(tmp_path).asks_for, trials))
 

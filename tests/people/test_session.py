@@ -251,7 +251,7 @@ def test_what_is_finished_on_record_is_never_written_over(tmp_path, monkeypatch)
 
     shown = sitting(tmp_path / "here", STUDY, plays)
     slots = diary_of(tmp_path / "here", shown.identity)[0].slots
-    assert (comes.p, comes.repetition, comes.trial) == (slots[0].p, slots[0].repetition, slots[0].trial)
+    assert (comes.condition, comes.repetition, comes.trial) == (slots[0].condition, slots[0].repetition, slots[0].trial)
     assert [trial.agent for trial in load(tmp_path / "here")] == [comes.agent, f"participant:{shown.identity}"]
     assert left_out(tmp_path / "here").repeated == 0
 

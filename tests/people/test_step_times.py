@@ -81,7 +81,7 @@ def test_a_diary_that_says_something_else_than_the_record_is_refused(directory, 
         acts(directory)
 
 
-@pytest.mark.parametrize("slot", [{"repetition": -1}, {"trial": 3}, {"p": 0.5}, {"modality": "rgb"}])
+@pytest.mark.parametrize("slot", [{"repetition": -1}, {"trial": 3}, {"condition": "flip?p=0.5"}])
 def test_a_diary_of_another_study_is_refused(directory, slot):
     path = directory / "people" / f"{BOB}.jsonl"
     joined, *rest = path.read_text().splitlines()

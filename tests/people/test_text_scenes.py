@@ -11,8 +11,9 @@ from lockprobe.people.journey import Journey, stations
 from lockprobe.people.practice import examples_of
 from lockprobe.people.responses import Attempt, Next
 from lockprobe.people.text_scenes import TextScenes
+from lockprobe.record import STATES
 
-SLOTS = tuple(Slot(p=0.0, modality="symbolic", repetition=1, trial=n) for n in (1, 2))
+SLOTS = tuple(Slot(condition="truth", repetition=1, trial=n) for n in (1, 2))
 JOINED = Joined(identity="3f9a01bc", token="0" * 64, at=10.0, platform={}, slots=SLOTS, words="en 0")
 QUESTIONS = {
     "checks": [{"after": 2, "question": "Blue?", "options": ["blue", "red"], "right": "blue"}],
@@ -109,7 +110,9 @@ def test_the_instructions_show_the_box_and_a_step_and_announce_the_question_wher
     assert texts_page(1, study, {}).examples == ()
 
 
-def texts_page(number, study, examples, words=WORDS, joined=JOINED):
+def texts_page(number, study, examples, words=WORDS):
+    slots = tuple(Slot(condition=one.label, repetition=1, trial=1) for one in study.conditions)
+    joined = JOINED.model_copy(update={"slots": slots})
     way = [done("page", 1 + page, item=str(page)) for page in range(1, number)]
     return TextScenes(words, study, Experiment(), examples).at(journey(joined, [*way], Experiment(), words))
 
@@ -117,10 +120,10 @@ def texts_page(number, study, examples, words=WORDS, joined=JOINED):
 def test_examples_are_shown_of_what_the_participant_will_see_where_the_texts_say():
     study = people_study()
     (shown,) = asyncio.run(examples_of(study, Experiment())).values()
-    examples = {"symbolic": shown, "rgb": shown}
-    pictures = JOINED.model_copy(update={"slots": (SLOTS[0].model_copy(update={"modality": "rgb"}), SLOTS[1])})
+    examples = {STATES: shown, "rgb": shown}
+    pictures = people_study(modalities=(STATES, "rgb"), plant="fast-twin")
     assert len(texts_page(1, study, examples).examples) == 1
-    assert len(texts_page(1, study, examples, joined=pictures).examples) == 2
+    assert len(texts_page(1, pictures, examples).examples) == 2
     pages = [
         page.model_copy(update={"example": what})
         for page, what in zip(WORDS.instructions, ("none", "box"), strict=True)

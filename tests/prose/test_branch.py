@@ -12,13 +12,20 @@ from lockprobe.prose.branch import branch_said, found_said, place_said, size_sai
 
 def effect(value=0.1, low=0.02, high=0.18, p_value=0.01, **others):
     change = BlockMean(value=value, low=low, high=high, p_value=p_value, pairs=300, blocks=150)
-    about = {"agent": "random", "condition": "p=0", "where": "8", "arm": "lie", "truthful": False, "outcome": "solved"}
+    about = {
+        "agent": "random",
+        "condition": "truth",
+        "where": "8",
+        "arm": "lie",
+        "truthful": False,
+        "outcome": "solved",
+    }
     return BranchEffect(**(about | others), after_truth=0.4, change=change, forks=300)
 
 
 def test_an_effect_is_said_with_its_interval_and_its_size():
     assert branch_said(effect()) == (
-        "At the report of step 8, one inverted report raises the success of random (p=0): 40 % after a true report, "
+        "At the report of step 8, one inverted report raises the success of random (truth): 40 % after a true report, "
         "+10 points, 95 % interval +2 to +18; P = 0.01, 150 trials, 300 forks."
     )
     assert "later reports are true" in branch_said(effect(truthful=True))

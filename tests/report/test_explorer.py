@@ -105,7 +105,8 @@ def test_the_report_of_the_first_command_shows_at_most_400_words_before_the_firs
     first = study(StudyOptions())  # lockprobe run flips
     trials = play_study(replace(first, agents=tuple(agent for agent in first.agents if agent != "llm:local")))
     novice = [trial for trial in trials if trial.agent == LEARNER and trial.trial <= first.trials]
-    model = [replace(trial, agent="llm:local") for trial in novice]  # as many trials as a model has
+    renamed = [replace(trial, agent="llm:local") for trial in novice]  # as many trials as a model has
+    model = [replace(trial, key=str(trial.name)) for trial in renamed]
     directory = write_study(tmp_path / "out", first, [*trials, *model])
     write_report(directory)
     with sync_playwright() as playwright:

@@ -32,7 +32,7 @@ def forked(request, tmp_path_factory):
 def test_rows_are_effects_of_the_forks_on_record(forked):
     name, _, found = forked
     rows = found["forks"]
-    conditions = {"flips": {"p=0", "p=0.4"}, "why": {"truth"}}[name]
+    conditions = {"flips": {"truth", "flip?p=0.4"}, "why": {"truth"}}[name]
     assert {row["condition"] for row in rows} == conditions
     assert {row["arm"] for row in rows} == {"lie", "retracted"}
     assert {row["where"] for row in rows} >= {"4", "8"}

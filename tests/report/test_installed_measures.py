@@ -21,14 +21,14 @@ def test_every_condition_has_the_mean_of_each_and_of_one_that_breaks_the_reason(
     trials = play_study(STUDY)
     rows = measure_rows(open_study(write_study(tmp_path / "study", STUDY, trials)))
     assert [(row.agent, row.condition, row.measure) for row in rows] == [
-        ("random", condition, name) for condition in ("p=0", "p=0.6") for name in ("breaks", "hasty", "untold")
+        ("random", condition, name) for condition in ("truth", "flip?p=0.6") for name in ("breaks", "hasty", "untold")
     ]
     for row in rows:
         if row.measure == "breaks":
             assert (row.kind, row.trials, row.value, row.low, row.high) == ("broken", 0, None, None, None)
             assert "does not work (ZeroDivisionError: by nothing)" in row.what
             continue
-        (found,) = measured([trial for trial in trials if trial.cell.endswith(row.condition)], [row.measure])
+        (found,) = measured([trial for trial in trials if trial.condition == row.condition], [row.measure])
         assert (row.value, row.low, row.high, row.trials) == (found.value, found.low, found.high, 4)
 
 
@@ -38,10 +38,10 @@ def test_the_table_writes_a_mean_with_its_interval_and_a_dash_without_one(tmp_pa
     head, *lines = measure_table(rows)
     assert head[-1] == "mean [95 % interval]"
     said = {(line[1], line[2]): line[-1] for line in lines}
-    assert {said["p=0", "breaks"], said["p=0.6", "breaks"]} == {NONE}
-    assert {said["p=0", "untold"], said["p=0.6", "untold"]} == {"0"}  # the same in every trial: no interval
+    assert {said["truth", "breaks"], said["flip?p=0.6", "breaks"]} == {NONE}
+    assert {said["truth", "untold"], said["flip?p=0.6", "untold"]} == {"0"}  # the same in every trial: no interval
     hasty = next(row for row in rows if row.measure == "hasty")
-    assert said["p=0", "hasty"] == f"{hasty.value:.3g} [{hasty.low:.3g}, {hasty.high:.3g}]"
+    assert said["truth", "hasty"] == f"{hasty.value:.3g} [{hasty.low:.3g}, {hasty.high:.3g}]"
 
 
 def test_a_report_shows_them(tmp_path, monkeypatch):

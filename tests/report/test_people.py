@@ -192,7 +192,7 @@ def test_a_study_of_people_is_partial_until_every_place_is_filled(tmp_path):
 def test_a_place_that_two_people_played_is_filled_once():
     study = small_study(("participant",), (0.0,), 1, 3)
     first, second, *_ = played_by_people(study, 2)
-    again = replace(first, agent="participant:zzzz99", key=f"{first.key}/again")
+    again = replace(first, agent="participant:zzzz99")
     assert study.places_filled([first, again, second]) == 2
     broken = replace(second, ending="error", error=TrialError(boundary="plant", message="gone", step=1))
     assert study.places_filled([first, broken]) == 1
@@ -217,13 +217,16 @@ def test_the_page_says_who_came_to_the_end_and_how_long_choices_took(tmp_path):
     people = json.loads((path / "results.json").read_text("utf-8"))["people"]
     flow = people["flow"]
     assert (flow["joined"], flow["finished"], flow["left_open"], flow["withdrawn"]) == (2, 1, 1, 1)
-    assert [(row["p"], row["given"], row["left_open"]) for row in flow["boxes"]] == [(0.0, 2, 0), (0.4, 2, 1)]
+    assert flow["boxes"] == [
+        {"condition": "truth", "given": 2, "left_open": 0},
+        {"condition": "flip?p=0.4", "given": 2, "left_open": 1},
+    ]
     page = (path / "report.html").read_text("utf-8")
     assert (
         "2 people joined: 1 finished all their boxes, 1 left boxes unfinished or are still playing; "
         "1 more withdrew, and their data are deleted." in page
     )
-    assert "Unfinished boxes, by condition: 0 of 2 at a flip rate of 0, 1 of 2 at a flip rate of 0.4." in page
+    assert "Unfinished boxes, by condition: 0 of 2 under truth, 1 of 2 under flip?p=0.4." in page
     assert f"Attention checks: {flow['right']} of {flow['checks']} answered correctly." in page
     took = {row["p"]: row for row in people["response_times"]}
     steps = [step.step for trial in load(path) for step in trial.steps if trial.p == 0.4]

@@ -16,6 +16,7 @@ from lockprobe.studies.branch import FORKS, branching, play_forks
 from lockprobe.studies.journal import Journal, load
 from lockprobe.studies.next_choice import write_choices
 from lockprobe.studies.play import play_timed
+from lockprobe.trial_name import ForkName, TrialName
 
 LOCAL = "llm:local"
 
@@ -154,17 +155,44 @@ def chosen_otherwise(files):
     files.records[0]["steps"][3]["decision"]["hypothesis"] = "made up"
 
 
+def renamed(record, arm, **place):
+    """Make a record of a fork one of another arm or of another trial, with the key that it then has."""
+    name = TrialName(
+        study=record["study"],
+        agent=record["agent"],
+        condition=record["condition"],
+        repetition=record["repetition"],
+        trial=place.get("trial", record["trial"]),
+    )
+    record |= place
+    record["fork"] |= {"parent": str(name), "arm": arm}
+    record["key"] = str(ForkName(**record["fork"]))
+
+
 def of_no_trial(files):
-    files.records[0]["key"] = files.records[0]["key"].replace("trial=1", "trial=9")
+    renamed(files.records[0], files.records[0]["fork"]["arm"], trial=9)
 
 
 def another_arm(files):
     for record in files.records:
-        record["key"] = record["key"].replace("/truth/", "/x/").replace("/lie/", "/truth/").replace("/x/", "/lie/")
+        renamed(record, {"truth": "lie", "lie": "truth"}[record["fork"]["arm"]])
 
 
 def an_arm_that_is_not_there(files):
-    files.records[0]["key"] = files.records[0]["key"].replace("/truth/", "/force=nothing/").replace("/lie/", "/hint/")
+    renamed(files.records[0], {"truth": "force=nothing", "lie": "hint"}[files.records[0]["fork"]["arm"]])
+
+
+def another_key(files):
+    files.records[0]["key"] = files.records[0]["key"].replace("trial=1", "trial=9")
+
+
+def test_a_fork_whose_key_is_not_that_of_its_fields_is_no_record(with_forks):
+    edit = Evidence(with_forks / FORKS)
+    another_key(edit)
+    edit.save()
+    (check,) = verify(with_forks)
+    assert (check.name, check.holds) == ("records", False)
+    assert "line 1: trial record, key: got " in check.said
 
 
 @pytest.mark.parametrize(
@@ -195,9 +223,7 @@ def test_a_plant_and_an_intervention_of_the_directory_run_nothing(with_forks, tm
 
 def test_lines_without_checksums_are_found_in_every_log(with_forks):
     path = with_forks / FORKS / "trials.jsonl"
-    write(
-        path,
-        [{name: value for name, value in one.items() if name != "identity"} for one in lines(path)],
-        checksums=False,
-    )
-    assert all(line.startswith("forks/trials.jsonl, line ") for line in failing(with_forks)["records"])
+    write(path, lines(path), checksums=False)
+    (check,) = verify(with_forks)
+    assert (check.name, check.holds) == ("records", False)
+    assert check.said.startswith(f"{path}: line 1: checksum: got 'none'")

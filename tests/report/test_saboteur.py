@@ -107,8 +107,7 @@ def an_error_as_a_success(files):
 
 def perfect(record):
     """The trial as the best player plays it."""
-    condition = PLANNED.condition_said(f"p={record['p']:g}")
-    plan = PLANNED.plan(MODEL, condition, record["repetition"], record["trial"])
+    plan = PLANNED.plan(MODEL, PLANNED.labelled(record["condition"]), record["repetition"], record["trial"])
     trial, _ = asyncio.run(play_timed(plan, resolve("ideal-observer").make(), lambda key, step: None))
     return json.loads(trial_to_json(trial))
 
@@ -293,7 +292,8 @@ def dropped(*files_too, lowered=True):
 def left_out(agent, *files_too):
     def edit(files):
         files.settings["agents"].remove(agent)
-        files.drop(lambda key: f"/{agent}/" not in key, "records", *files_too)
+        of = {record["key"] for record in files.of(agent)}
+        files.drop(lambda key: key not in of, "records", *files_too)
 
     return edit
 

@@ -4,9 +4,8 @@ from collections import Counter
 from dataclasses import replace
 
 import pytest
-from lockprobe.fork_name import ForkName
+from builders import make_trial
 
-import lockprobe
 from lockprobe.analysis.branch import branch_effects
 from lockprobe.analysis.excursion import flipped
 from lockprobe.errors import BadValue, UnknownName
@@ -39,7 +38,7 @@ def strategies(tmp_path_factory):
 
 
 def by_name(forks):
-    return {ForkName.parse(fork.key): fork for fork in forks}
+    return {fork.fork: fork for fork in forks}
 
 
 def test_told_what_was_told_a_fork_is_the_trial_on_record(strategies):
@@ -176,11 +175,9 @@ def test_what_cannot_be_forked_is_refused_in_one_line(tmp_path):
 
 def test_people_cannot_be_forked():
     planned = study("flips", agent="participant", p=[0.4], trials=1, repetitions=1)
-    (like,) = [lockprobe.run_trial(agent="random", p=0.4)]
-    key = "flips/participant/flip?p=0.4/rep=1/trial=1"
-    person = replace(like, key=key, agent="participant:anna", study="flips", seed=planned.seed)
+    person = make_trial([0, 0], agent="participant:anna", p=0.4)
     with pytest.raises(BadValue, match="people cannot be asked"):
-        branching(planned, [person], keys=[key])
+        branching(planned, [person], keys=[person.key])
 
 
 def test_pictures_tell_truth_and_lies_and_cannot_be_corrected():

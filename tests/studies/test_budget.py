@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from made_up_prices import CHEAP, DEAR, FREE, call, planned, prices, usage
+from made_up_prices import CHEAP, DEAR, FREE, call, plan, planned, prices, usage
 
 from lockprobe.agents.llm.model_facts import Price
 from lockprobe.errors import BadValue, BudgetReached
@@ -20,6 +20,12 @@ from lockprobe.studies.spending import Ledger, price_of
 __all__ = ["prices"]
 
 
+async def reserve(calls, most, agent=DEAR, trial=1, unanswered=0):
+    """Announce the next call of a trial, as its agent does."""
+    announced = call(agent, trial, reply=None, most=most, unanswered=unanswered)
+    await calls.of(plan(agent, trial)).reserve(announced)
+
+
 def test_a_call_that_is_made_again_needs_the_money_once_more(tmp_path):
     worst = usage(wrote=100_000)  # $1
 
@@ -27,14 +33,13 @@ def test_a_call_that_is_made_again_needs_the_money_once_more(tmp_path):
         with Calls.open(tmp_path) as calls:
             budget = Budget(planned(DEAR), 2.5)
             calls.limit(budget)
-            page = calls.of(call().key)
-            await page.reserve(worst)
-            await page.reserve(worst, 1)
+            await reserve(calls, worst)
+            await reserve(calls, worst, unanswered=1)
             with pytest.raises(
                 BudgetReached, match=r"\$2\.0000 of \$2\.5000 spent; the next call could cost \$1\.0000"
             ):
-                await page.reserve(worst, 2)
-            page.write(call(reply=None, error=BROKEN_OFF))
+                await reserve(calls, worst, unanswered=2)
+            calls.write(call(reply=None, error=BROKEN_OFF))
             return budget.spent
 
     assert asyncio.run(made_again()) == pytest.approx(2)
@@ -47,11 +52,10 @@ def test_calls_that_are_made_again_do_not_wait_for_each_other(tmp_path, allowed,
     worst, done = usage(wrote=100_000), []  # $1
 
     async def one(calls, trial, both):
-        page = calls.of(call(trial=trial).key)
-        await page.reserve(worst)
+        await reserve(calls, worst, trial=trial)
         await both.wait()
         try:
-            await page.reserve(worst, 1)
+            await reserve(calls, worst, trial=trial, unanswered=1)
         except BudgetReached:
             calls.write(call(trial=trial, reply=None, error=BROKEN_OFF))
             return
@@ -86,7 +90,7 @@ def test_a_call_waits_for_those_on_their_way_and_is_refused_only_if_it_would_not
     began = []
 
     async def one(calls, trial):
-        await calls.of(call(trial=trial).key).reserve(worst)
+        await reserve(calls, worst, trial=trial)
         began.append(trial)
         for _ in range(3):
             await asyncio.sleep(0)
@@ -125,13 +129,13 @@ def test_spending_never_passes_the_budget_whatever_is_replied_and_when(seed, all
         for step in range(1, 15):
             worst = usage(luck.randint(0, 60_000), luck.randint(0, 60_000))
             try:
-                await calls.of(call(agent, number).key).reserve(worst)
+                await reserve(calls, worst, agent, number)
             except BudgetReached:
                 return
             used, again = charge(worst, price_of(agent)), 0
             while luck.random() < 0.3:  # it is charged for and never comes
                 try:
-                    await calls.of(call(agent, number).key).reserve(worst, again + 1)
+                    await reserve(calls, worst, agent, number, unanswered=again + 1)
                 except BudgetReached:
                     calls.write(call(agent, number, step, reply=None, error=BROKEN_OFF))
                     return
@@ -147,7 +151,7 @@ def test_spending_never_passes_the_budget_whatever_is_replied_and_when(seed, all
     async def run(directory):
         with Calls.open(directory) as calls:
             calls.limit(Budget(agents, allowed))
-            await asyncio.gather(*(lane(calls, number) for number in range(lanes)))
+            await asyncio.gather(*(lane(calls, number) for number in range(1, lanes + 1)))
 
     with tempfile.TemporaryDirectory() as directory:
         for _ in range(2):  # a second run has what the first left, and no more
@@ -157,8 +161,7 @@ def test_spending_never_passes_the_budget_whatever_is_replied_and_when(seed, all
 
 
 def opened(budget, *trials, agent=DEAR):
-    plans = list(planned(DEAR, CHEAP).plans(agent))
-    return [budget.admit(plans[trial - 1]) for trial in trials]
+    return [budget.admit(plan(agent, trial)) for trial in trials]
 
 
 def steps(agent=DEAR, trial=1, until=20, **counts):
@@ -228,28 +231,27 @@ def test_later_trials_wait_while_earlier_ones_could_need_what_is_left():
 
 
 def test_agents_that_cost_nothing_are_always_admitted():
-    plan = next(planned(DEAR, "random").plans("random"))
-    assert Budget(planned(DEAR, "random"), 1e-9).admit(plan)
+    assert Budget(planned(DEAR, "random"), 1e-9).admit(plan("random"))
     assert Budget(planned("random"), 1.0).least == (0.0, "")
 
 
 def test_waiting_calls_go_on_when_an_earlier_trial_ends(tmp_path):
     worst, order = usage(read=1000, wrote=100), []
 
-    async def later(calls, key):
-        await calls.of(key).turn(worst)
+    async def later(calls, second):
+        await calls.of(second).turn(worst)
         order.append("later")
 
     async def both():
         with Calls.open(tmp_path) as calls:
             one = Budget(planned(DEAR), 1.0).least[0]
             calls.limit(Budget(planned(DEAR), 2.5 * one))
-            first, second = list(planned(DEAR).plans(DEAR))[:2]
+            first, second = plan(trial=1), plan(trial=2)
             assert calls.admit(first)
             assert calls.admit(second)
             for each in steps(until=3, read=9000, wrote=900):
                 calls.write(each)
-            waiting = asyncio.ensure_future(later(calls, second.key))
+            waiting = asyncio.ensure_future(later(calls, second))
             await asyncio.sleep(0.01)
             order.append("earlier")
             calls.end(first.key)

@@ -6,10 +6,9 @@ import shutil
 from contextlib import closing
 
 import pytest
-from builders import make_trial
+from builders import call_of, make_trial
 
 from lockprobe.errors import BadFile, DirectoryBusy
-from lockprobe.model_call import Call, Usage
 from lockprobe.people.diary import DiaryFile, Did, Joined, read_diary
 from lockprobe.people.responses import Next
 from lockprobe.storage.jsonl import LineFile
@@ -87,7 +86,7 @@ def test_records_that_are_changed_where_they_lie_end_the_run(tmp_path, change):
 
 @pytest.mark.parametrize("name", [CALLS, "timings.jsonl"])
 def test_calls_and_clock_readings_too(tmp_path, name):
-    call = Call(key=TRIALS[1].key, step=1, turn=1, request="r", reply="said")
+    call = call_of(TRIALS[1])
     with Journal.open(tmp_path, STUDY) as journal:
         journal.calls.write(call)
         append(journal, TRIALS[0])
@@ -100,11 +99,11 @@ def test_calls_and_clock_readings_too(tmp_path, name):
 
 def test_what_is_asked_is_not_asked_where_it_cannot_be_written_down(tmp_path):
     with Journal.open(tmp_path, STUDY) as journal:
-        page = journal.calls.of(TRIALS[0].key)
-        asyncio.run(page.reserve(Usage()))
+        page, call = journal.calls.of(next(STUDY.plans("random"))), call_of(TRIALS[0], reply=None)
+        asyncio.run(page.reserve(call))
         deleted(tmp_path / ASKED)
         with pytest.raises(BadFile, match=f"{ASKED}: deleted by somebody else"):
-            asyncio.run(page.reserve(Usage()))
+            asyncio.run(page.reserve(call))
     assert list(read_calls(tmp_path)) == []
 
 

@@ -2,14 +2,15 @@
 
 import json
 import re
+from dataclasses import replace
 
 import pytest
-from builders import SOLUTION, make_trial
+from builders import SOLUTION, call_of, make_trial
 from provider_server import here, joints, names, truthful
 
 from lockprobe.agents.llm.model_facts import OWN_FACTS
 from lockprobe.lockbox.solve import random_curve
-from lockprobe.model_call import Call, Usage
+from lockprobe.model_call import Usage
 from lockprobe.studies.call_log import read_calls
 from lockprobe.studies.estimate import estimates
 from lockprobe.studies.request_sizes import SMALLEST_CACHED
@@ -29,6 +30,7 @@ match = ["openai-api/fake/thinks"]
 reasons = true
 picture_tokens = 500
 """
+USED = Usage(calls=1, input_tokens=1000, output_tokens=70)
 WITHIN = 1.5
 """By which factor an estimate may be off, either way, for a model that plays blindly and writes a sentence a step."""
 
@@ -110,11 +112,11 @@ def test_one_that_has_played_is_taken_to_go_on_like_that():
     plan = planned()
     done = {t.key: t for t in [make_trial(SOLUTION, agent=SPEC, trial=n) for n in (1, 2, 3)]}
     replies = [
-        Call(key=key, step=step, turn=turn, request="r", reply="said", usage=Usage(calls=1, input_tokens=1000, output_tokens=70))
-        for key in done
+        call_of(trial, step, turn=turn, usage=USED)
+        for trial in done.values()
         for step in (1, 2, 3, 4)
         for turn in ((1, 2) if step == 1 else (1,))
-    ]  # fmt: skip
+    ]
     found = estimates(plan, done, replies)[0]
     assert (found.trials, found.rests_on) == (7, 15)
     assert found.expected.calls == 7 * 5  # four steps and a repair each
@@ -124,8 +126,8 @@ def test_one_that_has_played_is_taken_to_go_on_like_that():
 
 def test_a_trial_that_was_broken_off_costs_what_is_left_of_it():
     plan = planned(trials=1, p=[0])
-    key = next(plan.plans(SPEC)).key
-    made = [Call(key=key, step=step, turn=1, request="r", reply="said", usage=Usage(calls=1)) for step in range(1, 16)]
+    trial = next(plan.plans(SPEC))
+    made = [call_of(trial, step, usage=Usage(calls=1)) for step in range(1, 16)]
     whole, rest = estimates(plan, {})[0], estimates(plan, {}, made)[0]
     assert (whole.full.calls, rest.full.calls, rest.most.calls) == (20, 5, 5)
     assert rest.full.input_tokens > whole.full.input_tokens / 4  # the last requests are the longest
@@ -138,9 +140,8 @@ def lasting(trial, steps):
 
 def replied(trial, steps):
     """The calls of a trial that was broken off."""
-    key = f"flips/{SPEC}/truth/rep=1/trial={trial}"
-    usage = Usage(calls=1, input_tokens=1000, output_tokens=70)
-    return [Call(key=key, step=n, turn=1, request="r", reply="said", usage=usage) for n in range(1, steps + 1)]
+    broken = make_trial([], agent=SPEC, trial=trial, broken="model")
+    return [call_of(broken, step, usage=USED) for step in range(1, steps + 1)]
 
 
 def test_trials_that_were_broken_off_late_go_on_from_there():
@@ -168,7 +169,7 @@ def test_a_call_that_failed_says_that_its_trial_came_so_far():
     plan = planned(trials=2, p=[0])
     done = {trial.key: trial for trial in [lasting(1, 4)]}
     kept = replied(2, 4)
-    failed = Call(key=kept[0].key, step=5, turn=1, request="r", reply=None, error="500")
+    failed = replace(kept[0], step=5, reply=None, error="500", usage=Usage())
     blind = [1 - solved for solved in random_curve(plan.box, 20)]
     found = estimates(plan, done, [*kept, failed])[0]
     assert found.expected.calls == round(sum(blind[step - 1] / blind[4] for step in range(5, 21)))

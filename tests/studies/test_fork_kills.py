@@ -13,7 +13,6 @@ from provider_server import Manner, account, elsewhere
 
 from lockprobe.agents.model_access import Access
 from lockprobe.errors import BudgetReached
-from lockprobe.fork_name import ForkName
 from lockprobe.studies.branch import FORKS, branching, play_forks
 from lockprobe.studies.budget import Budget
 from lockprobe.studies.call_log import CALLS, read_calls, unanswered
@@ -79,9 +78,9 @@ def test_no_request_on_record_is_sent_again_and_what_was_told_costs_nothing(reco
     assert not known & seen["conversations"].keys()
     parents = {trial.key: trial for trial in load(directory)}
     asked = {call.key for call in read_calls(directory / FORKS)}
-    as_recorded = 0
-    for fork in load(directory / FORKS):
-        name = ForkName.parse(fork.key)
+    as_recorded, forks = 0, {fork.key: fork for fork in load(directory / FORKS)}
+    for fork in forks.values():
+        name = fork.fork
         if fork.steps == parents[name.parent].steps:
             as_recorded += 1
             assert fork.key not in asked
@@ -89,7 +88,7 @@ def test_no_request_on_record_is_sent_again_and_what_was_told_costs_nothing(reco
         else:
             assert fork.key in asked
     assert as_recorded
-    assert all(call.step > ForkName.parse(call.key).at for call in read_calls(directory / FORKS))
+    assert all(call.step > forks[call.key].fork.at for call in read_calls(directory / FORKS))
 
 
 def test_killed_at_random_moments_forks_are_not_lost_and_nothing_is_asked_twice(recorded, tmp_path, monkeypatch):

@@ -12,23 +12,21 @@ from pathlib import Path
 
 import forked
 import pytest
-from builders import SOLUTION, make_trial, play_study, small_study, write_study
+from builders import SOLUTION, call_of, make_trial, small_study, write_study
 
 from lockprobe.errors import BadFile, DirectoryBusy, SettingsChanged
 from lockprobe.interventions.condition import flips
-from lockprobe.model_call import Call, Usage
-from lockprobe.spec import group_of
-from lockprobe.storage.jsonl import LineFile
+from lockprobe.storage.jsonl import LineFile, with_checksum
 from lockprobe.studies.call_log import ASKED, CALLS, read_calls
 from lockprobe.studies.directory import read_settings
 from lockprobe.studies.journal import Journal, LeftOut, Timing, left_out, load, read_timings, rewritten, without
 from lockprobe.studies.records import read_records
 from lockprobe.studies.runner import run
-from lockprobe.studies.settings import read_study
 from lockprobe.studies.study_options import StudyOptions
 from lockprobe.studies.studyfile import study
 
 STUDY = study(StudyOptions(agent=["random"], trials=3, repetitions=2, p=[0, 0.4]))
+PLANS = list(STUDY.plans("random"))
 
 # Plays STUDY and dies by SIGKILL at the given write: after `part` of its bytes have reached the file.
 DIES = """
@@ -73,8 +71,8 @@ def test_what_was_paid_for_is_on_the_disk_no_later_than_its_trial(tmp_path, monk
     trial = make_trial([0])
     with Journal.open(tmp_path, STUDY) as journal:
         monkeypatch.setattr("os.fsync", noted)
-        asyncio.run(journal.calls.of(trial.key).reserve(Usage()))
-        journal.calls.write(Call(key=trial.key, step=1, turn=1, request="r", reply="said"))
+        asyncio.run(journal.calls.of(PLANS[0]).reserve(call_of(trial, reply=None)))
+        journal.calls.write(call_of(trial))
         journal.append(trial, Timing(key=trial.key, seconds=1, steps=1))
     assert synced == [ASKED, CALLS, "trials.jsonl"]
 
@@ -93,7 +91,7 @@ def full_disk(path):
 @pytest.mark.parametrize("name", ["trials.jsonl", CALLS])
 def test_a_full_disk_is_one_line_that_names_the_file_and_tears_nothing(tmp_path, name):
     first, second = make_trial(SOLUTION), make_trial(SOLUTION, trial=2)
-    call = Call(key=second.key, step=1, turn=1, request="r", reply="said" * 100)
+    call = call_of(second, reply="said" * 100)
 
     def one_more(journal):
         if name == CALLS:
@@ -103,7 +101,7 @@ def test_a_full_disk_is_one_line_that_names_the_file_and_tears_nothing(tmp_path,
 
     with Journal.open(tmp_path, STUDY) as journal:
         journal.append(first, Timing(key=first.key, seconds=1, steps=1))
-        journal.calls.write(replace(call, key=first.key, reply="said"))
+        journal.calls.write(call_of(first))
     before = (tmp_path / name).read_bytes()
     with pytest.raises(BadFile) as full, full_disk(tmp_path / name), Journal.open(tmp_path, STUDY) as journal:
         one_more(journal)
@@ -189,22 +187,6 @@ def test_changed_settings_are_refused_with_both_ways_out(tmp_path):
     )
 
 
-def test_a_modality_study_of_when_panels_were_not_dealt_goes_on_as_such(tmp_path):
-    """Its settings say nothing of a layout, which then was fixed."""
-    asked = StudyOptions(study="modalities", agent=["random"], plant="symbolic", trials=2)
-    fixed = study(asked.model_copy(update={"layout": "fixed"}))
-    write_study(tmp_path, fixed, play_study(fixed)[:1])
-    assert "layout" not in read_settings(tmp_path)
-    with (
-        pytest.raises(SettingsChanged, match=r"\(layout is 'fixed' there, 'shuffled' asked\): repeat its settings"),
-        Journal.open(tmp_path, study(asked)),
-    ):
-        pass
-    with Journal.open(tmp_path, fixed) as journal:
-        assert [journal.owes(plan.key) for plan in fixed.plans("random")] == [False, True]
-    assert read_study(tmp_path) == fixed
-
-
 def test_settings_can_be_mended_while_nothing_was_played(tmp_path):
     with Journal.open(tmp_path, study(StudyOptions(agent=["random"], trials=4, p=[0]))):
         pass
@@ -218,7 +200,7 @@ def test_settings_cannot_change_once_somebody_has_joined(tmp_path):
     (tmp_path / "people").mkdir()
     (tmp_path / "people" / "aaaa01.jsonl").touch()
     with (
-        pytest.raises(SettingsChanged, match=r"\(p is \[0.0\] there, \[0.4\] asked\)"),
+        pytest.raises(SettingsChanged, match=r"\(conditions is 'truth' there, 'flip\?p=0.4' asked\)"),
         Journal.open(tmp_path, replace(people, agents=("random",), conditions=flips((0.4,)))),
     ):
         pass
@@ -228,20 +210,25 @@ def test_settings_cannot_change_once_somebody_has_joined(tmp_path):
 
 
 def test_calls_are_held_until_their_trial_is_finished_and_no_longer(tmp_path):
-    finished, broken = make_trial([0, 1], budget=2), make_trial([0], broken="model", trial=2)
-    calls = [Call(key=trial.key, step=1, turn=1, request="0f", reply="A") for trial in (finished, broken)]
+    trials = make_trial([0, 1], budget=2), make_trial([0], broken="model", trial=2)
+    plans = [next(plan for plan in PLANS if plan.key == trial.key) for trial in trials]
+    calls = [call_of(trial) for trial in trials]
+
+    def held(journal):
+        return [journal.calls.of(plan).recall(1, 1, "r") for plan in plans]
+
     with Journal.open(tmp_path, STUDY) as journal:
-        for trial, call in zip((finished, broken), calls, strict=True):
+        for i, (trial, call) in enumerate(zip(trials, calls, strict=True)):
             journal.calls.write(call)
-            assert journal.calls.of(trial.key).recall(1, 1, "0f") == call
+            assert held(journal)[i] == call
             journal.append(trial, Timing(key=trial.key, seconds=1, steps=1))
-        assert [journal.calls.of(call.key).recall(1, 1, "0f") for call in calls] == [None, calls[1]]
+        assert held(journal) == [None, calls[1]]
     with Journal.open(tmp_path, STUDY) as journal:
-        assert [journal.calls.of(call.key).recall(1, 1, "0f") for call in calls] == [None, calls[1]]
+        assert held(journal) == [None, calls[1]]
 
 
 def test_settings_cannot_change_once_a_call_was_paid_for(tmp_path):
-    call = Call(key="flips/x/truth/rep=1/trial=1", step=1, turn=1, request="0f", reply="A")
+    call = call_of(PLANS[0])
     with Journal.open(tmp_path, STUDY) as journal:
         journal.calls.write(call)
     with (
@@ -291,9 +278,12 @@ def test_damage_within_the_journal_is_named_and_kept(tmp_path):
     resume(tmp_path)
     path = tmp_path / "trials.jsonl"
     lines = path.read_bytes().splitlines(keepends=True)
-    lines[2] = b"{}\n"
+    lines[2] = with_checksum(b'{"key":"k","identity":"0123456789ab"}') + b"\n"
     path.write_bytes(b"".join(lines))
-    with pytest.raises(BadFile, match=r"trials.jsonl: line 3: trial record: "), Journal.open(tmp_path, STUDY):
+    with (
+        pytest.raises(BadFile, match=r"trials.jsonl: line 3: trial record: got 'study'"),
+        Journal.open(tmp_path, STUDY),
+    ):
         pass
     assert path.read_bytes() == b"".join(lines)
 
@@ -347,7 +337,7 @@ def test_a_second_record_of_a_finished_trial_is_counted_apart(tmp_path):
 def test_a_damaged_line_is_named_by_its_number_in_the_file(tmp_path):
     directory = write_study(tmp_path / "study", small_study(["random"]), [make_trial([0, 1], budget=2)])
     with (directory / "trials.jsonl").open("ab") as file:
-        file.write(b"\n\nrubbish\n")
+        file.write(b"\n\n" + with_checksum(b'{"rubbish":1}') + b"\n")
     with pytest.raises(BadFile, match="line 4: trial record"):
         load(directory)
 
@@ -365,8 +355,7 @@ def journal_of(directory, *trials):
 
 def trial(agent, number, **more):
     """One of people's trials: its key is the same whoever plays it."""
-    made = make_trial([0, 1, 2], agent=agent, trial=number, budget=3, **more)
-    return replace(made, key=made.key.replace(agent, group_of(agent)))
+    return make_trial([0, 1, 2], agent=agent, trial=number, budget=3, **more)
 
 
 def test_what_stays_stands_there_as_it_did(tmp_path):

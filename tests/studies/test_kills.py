@@ -18,6 +18,7 @@ from provider_server import Manner, account, elsewhere
 
 from lockprobe.agents.model_access import Access
 from lockprobe.errors import BadFile
+from lockprobe.storage.jsonl import with_checksum
 from lockprobe.studies.call_log import ASKED, CALLS, read_calls, unanswered
 from lockprobe.studies.journal import Journal, left_out, load
 from lockprobe.studies.runner import Limits, run_study
@@ -122,6 +123,7 @@ run_study(study(StudyOptions(**json.loads(request))), directory)
 # An agent that pays for its replies, and notes beside them what it was asked.
 PAID = """
 import os
+from dataclasses import replace
 from lockprobe.model_call import Call, Usage
 from lockprobe.record import Decision
 class Agent:
@@ -138,11 +140,12 @@ class InTrial:
         step = len(situation.past) + 1
         call = self.book.recall(step, 1, "request")
         if call is None:
-            await self.book.reserve(Usage(calls=1))
+            asked = Call(key=self.key, step=step, turn=1, request="request", reply=None, most=Usage(calls=1))
+            await self.book.reserve(asked)
             with open(os.environ["PAID"], "a") as account:
                 account.write(f"{self.key} {step}\\n")
             joints = situation.task.joints
-            call = Call(key=self.key, step=step, turn=1, request="request", reply=joints[step % len(joints)])
+            call = replace(asked, most=None, reply=joints[step % len(joints)])
             self.book.write(call)
         return Decision(joint=call.reply, replies=(call.reply,))
 """
@@ -217,7 +220,7 @@ REAL = {"key": "flips/x/truth/rep=1/trial=1", "step": 1, "turn": 1, "request": "
         b"null",
         b'{"key":"k","ending":"solved"}',
         b"\xff\xfe",
-        b"[" * 100_000,
+        b'{"key":' + b"[" * 100_000 + b"}",
         *(
             json.dumps(REAL | change).encode()
             for change in (
@@ -242,7 +245,9 @@ REAL = {"key": "flips/x/truth/rep=1/trial=1", "step": 1, "turn": 1, "request": "
     ids=lambda line: line.decode("latin-1").removeprefix(json.dumps(REAL)[:-1])[-60:],
 )
 def test_a_damaged_line_is_named_and_nothing_is_overwritten(tmp_path, damage):
-    whole = json.dumps(REAL).encode()
+    """Those that are objects have the checksum that they would have."""
+    whole = with_checksum(json.dumps(REAL).encode())
+    damage = with_checksum(damage) if damage.startswith(b"{") else damage
     planned = study(StudyOptions(agent=["random"], p=[0], trials=1, repetitions=1))
     run_study(planned, tmp_path)
     content = whole + b"\n\n" + damage + b"\n" + whole + b"\n"
@@ -263,7 +268,7 @@ def test_calls_of_another_study_are_neither_used_nor_lost(tmp_path, monkeypatch)
     planned = study(StudyOptions(agent=["python:paid:Agent"], p=[0], trials=1, repetitions=1))
     with Journal.open(tmp_path / "d", planned):
         pass
-    foreign = json.dumps(REAL).encode() + b"\n"
+    foreign = with_checksum(json.dumps(REAL).encode()) + b"\n"
     (tmp_path / "d" / CALLS).write_bytes(foreign)
     (trial,) = run_study(planned, tmp_path / "d")
     assert len((tmp_path / "paid.txt").read_text().splitlines()) == len(trial.steps)

@@ -1,17 +1,15 @@
 """What was played elsewhere is taken in once, and only if it is of the same study."""
 
-import json
 from dataclasses import replace
 
 import pytest
-from builders import make_trial, play_study, small_study, strip_checksums, write_study
+from builders import call_of, make_trial, play_study, small_study, with_right_checksums, write_study
 from taking_part import take_part
 
 from lockprobe.errors import BadFile, BadValue, DirectoryBusy
 from lockprobe.interventions.condition import flips
-from lockprobe.model_call import Call
 from lockprobe.pictures.picture import Picture
-from lockprobe.studies.call_log import read_calls
+from lockprobe.studies.call_log import Calls, read_calls
 from lockprobe.studies.directory import read_settings
 from lockprobe.studies.journal import Journal, load, read_timings
 from lockprobe.studies.merge import gather, source_of_directory
@@ -23,6 +21,14 @@ ALL = small_study(p=[0.0, 0.4], trials=2)
 
 def only(*agents):
     return replace(ALL, agents=agents)
+
+
+def write_calls(directory, calls):
+    """A study directory with these calls."""
+    with Calls.open(directory) as log:
+        for call in calls:
+            log.write(call)
+    return directory
 
 
 def test_two_agents_that_were_played_apart_are_one_study(tmp_path):
@@ -101,8 +107,12 @@ def test_the_rest_of_a_study_can_be_played_afterwards(tmp_path):
     ("other", "said"),
     [
         ({"seed": 2}, "seed is 2, not 1"),
-        ({"conditions": flips((0.0, 0.5))}, r"p is \[0.0, 0.5\], not \[0.0, 0.4\]"),
-        ({"layout": "shuffled"}, "layout"),
+        ({"conditions": flips((0.0, 0.5))}, r"conditions is 'truth; flip\?p=0.5', not 'truth; flip\?p=0.4'"),
+        ({"layout": "shuffled"}, "layout is 'shuffled', not 'fixed'"),
+        (
+            {"box": replace(ALL.box, target="slider-1")},
+            "box is {'target': 'slider-1'}, not {'target': 'revolute-left'}",
+        ),
     ],
 )
 def test_trials_of_another_study_are_refused_in_one_line(tmp_path, other, said):
@@ -137,10 +147,8 @@ def test_pictures_and_calls_come_along(tmp_path):
     there = write_study(tmp_path / "there", only("random"), [trial])
     (there / "pictures").mkdir()
     (there / "pictures" / png.name).write_bytes(png.png)
-    call = Call(key=trial.key, step=1, turn=1, request="r", reply="{}")
-    (there / "calls.jsonl").write_text(
-        json.dumps({"key": call.key, "step": 1, "turn": 1, "request": "r", "reply": "{}"}) + "\n"
-    )
+    call = call_of(trial)
+    write_calls(there, [call])
     gathered = gather(tmp_path / "here", [source_of_directory(there)])
     assert gathered.pictures_missing == 1
     assert (tmp_path / "here" / "pictures" / png.name).read_bytes() == png.png
@@ -168,25 +176,18 @@ def test_no_source_is_a_mistake(tmp_path):
         gather(tmp_path, [])
 
 
-KEY = "flips/random/truth/rep=1/trial={}"
+PLANS = [plan for plan in only("random").plans("random") if plan.label == "truth"]
 
 
 def asked(trial, step=1, reply="{}"):
-    return Call(
-        key=KEY.format(trial), step=step, turn=1, request=f"of {step}", reply=reply, error="" if reply else "no"
-    )
+    plan = next(plan for plan in PLANS if (plan.repetition, plan.trial) == (1, trial))
+    return call_of(plan, step, reply, request=f"of {step}", error="" if reply else "no")
 
 
 def with_calls(directory, calls, trials=()):
     """A study directory in which this was asked."""
     write_study(directory, only("random"), trials)
-    (directory / "calls.jsonl").write_text("".join(json.dumps(line) + "\n" for line in map(_line, calls)))
-    return directory
-
-
-def _line(call):
-    wanted = ("key", "step", "turn", "request", "reply", "error")
-    return {name: getattr(call, name) for name in wanted}
+    return write_calls(directory, calls)
 
 
 def test_an_import_that_is_broken_off_and_repeated_counts_no_call_twice(tmp_path, monkeypatch):
@@ -204,13 +205,13 @@ def test_an_import_that_is_broken_off_and_repeated_counts_no_call_twice(tmp_path
         broken.setattr(Journal, "append", kill)
         with pytest.raises(KeyboardInterrupt):
             gather(tmp_path / "here", [there])
-    assert [call.key for call in read_calls(tmp_path / "here")] == [KEY.format(1)] * 3 + [KEY.format(2)] * 2
+    assert [call.key for call in read_calls(tmp_path / "here")] == [PLANS[0].key] * 3 + [PLANS[1].key] * 2
     assert gather(tmp_path / "here", [there]).taken == 1
     assert sorted(map(repr, read_calls(tmp_path / "here"))) == sorted(map(repr, calls))
 
 
 def test_what_was_paid_for_a_trial_that_is_not_finished_comes_along_and_is_gone_on_from(tmp_path):
-    foreign = replace(asked(9), key="flips/random/truth/rep=1/trial=9")
+    foreign = call_of(make_trial([], trial=9), request="of 1")
     broken = make_trial([0], trial=2, broken="model")
     calls = [asked(1), asked(1, 2), asked(2), asked(2, 2, reply=None), foreign]
     there = source_of_directory(with_calls(tmp_path / "there", calls, [broken]))
@@ -219,7 +220,7 @@ def test_what_was_paid_for_a_trial_that_is_not_finished_comes_along_and_is_gone_
     assert (gathered.taken, gathered.unfinished, gathered.replies, gathered.agents) == (0, 2, 3, ("random",))
     assert list(read_calls(here)) == calls[:4]
     with Journal.open(here, read_study(here)) as journal:
-        assert journal.calls.of(KEY.format(1)).recall(2, 1, "of 2") == calls[1]
+        assert journal.calls.of(PLANS[0]).recall(2, 1, "of 2") == calls[1]
     assert gather(here, [there]).replies == 0
     assert list(read_calls(here)) == calls[:4]
 
@@ -284,8 +285,9 @@ def test_models_come_to_people(tmp_path):
 def test_nobody_comes_in_under_an_id_that_is_none(tmp_path):
     there = tmp_path / "there"
     take_part(there, PEOPLE, "aaaa01", [(0.4, 1, 1)])
-    path = strip_checksums(there)
+    path = there / "trials.jsonl"
     path.write_bytes(path.read_bytes().replace(b"participant:aaaa01", b"participant:../../x"))
+    with_right_checksums(path)
     with pytest.raises(BadFile, match="participant:ID with 4 to 32"):
         gather(tmp_path / "here", [source_of_directory(there)])
     assert not (tmp_path / "here").exists()

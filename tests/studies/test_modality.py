@@ -41,6 +41,7 @@ def test_false_pictures_are_made_by_a_flip_before_the_camera():
     flipped = (OutcomeFlip(p=0.3, persistence="sticky"), CameraChannel())
     assert interventions_for(flips((0.3,), "sticky", ("rgb",))[0]) == flipped
     assert interventions_for(flips((0.0,), "sticky", ("rgb?p=0.3",))[0]) == flipped
+    assert interventions_for(flips((0.0,), "transient", ("rgb?p=0.3",))[0]) == (OutcomeFlip(p=0.3), CameraChannel())
     under = Condition(interventions=(Delay(lag=1),), modality="rgb")
     assert interventions_for(under) == (Delay(lag=1), CameraChannel())
 

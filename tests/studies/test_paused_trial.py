@@ -15,7 +15,7 @@ from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.studies.paused_trial import PausedTrial, RecordedAttempt
 
 STUDY = people_study(layout="shuffled")
-PLAN = STUDY.plan(participant_spec("3f9a01bc"), STUDY.condition(0.4), 1, 2)
+PLAN = STUDY.plan(participant_spec("3f9a01bc"), STUDY.labelled("flip?p=0.4"), 1, 2)
 
 
 def steps_of(trial):

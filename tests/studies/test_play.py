@@ -211,7 +211,7 @@ def test_all_plants_of_a_run_act_in_one_thread_and_hold_nobody_up(monkeypatch):
         loop = asyncio.get_running_loop()
         with play.own_thread() as place:
             planned = study(StudyOptions(agent=["random"], p=[0], trials=3))
-            plans = [planned.plan("random", planned.condition(0.0), 1, trial) for trial in (1, 2, 3)]
+            plans = list(planned.plans("random"))[:3]
             timed = (play.play_timed(plan, InTurn(), lambda key, step: None, place=place) for plan in plans)
             return await asyncio.gather(*timed)
 

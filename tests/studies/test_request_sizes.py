@@ -42,7 +42,7 @@ def test_pictures_count_by_size_as_long_as_they_stay_in_the_conversation(images,
             plant=f"fast-twin?{size}",
         )
     )
-    first, both = (plan.plan(plan.agents[0], plan.condition(0.0, modality), 1, 1) for modality in ("rgb", "rgbd"))
+    first, both = plan.plans(plan.agents[0])
     for shown, pictures in ((first, 1), (both, 2)):
         prompt = PromptSizes(shown, ModelSettings(images=images), ModelFacts(picture_tokens=500))
         text = PromptSizes(shown, ModelSettings(images=images), ModelFacts(picture_tokens=1))
@@ -54,7 +54,7 @@ def test_pictures_count_by_size_as_long_as_they_stay_in_the_conversation(images,
 def test_the_share_sent_before_is_that_of_the_conversations_themselves(modality, images):
     settings = ModelSettings(images=images)
     plan = study(StudyOptions(study="modalities", agent=[SPEC], modality=["symbolic", "rgb"], trials=1))
-    shown = plan.plan(SPEC, plan.condition(0.0, modality), 1, 1)
+    (shown,) = (one for one in plan.plans(SPEC) if one.modality == modality)
     said = '{"last_action": "did not move", "hypothesis": "It waits for another one.", "joint": "A"}'
     whole = made_up_steps(shown, said)[-1]
     talks = requests(whole, images)
@@ -68,7 +68,7 @@ def test_the_share_sent_before_is_that_of_the_conversations_themselves(modality,
 def test_the_most_that_trials_can_take_bounds_every_request_of_theirs(modality, images):
     settings, facts = ModelSettings(images=images), ModelFacts(picture_tokens=1600)
     plan = study(StudyOptions(study="modalities", agent=[SPEC], modality=["symbolic", "rgbd"], trials=1))
-    shown = plan.plan(SPEC, plan.condition(0.0, modality), 1, 1)
+    (shown,) = (one for one in plan.plans(SPEC) if one.modality == modality)
     asked = [at_most(talk, settings, facts) for talk in requests(made_up_steps(shown, reply("x" * 4000))[-1], images)]
     most = PromptSizes(shown, settings, facts).most(11, 5)
     assert most.calls == 5 * 10
@@ -86,10 +86,7 @@ def test_larger_pictures_can_take_more():
     )
     usual = study(StudyOptions(study="modalities", agent=[SPEC], modality=["rgb"], trials=1))
     facts = ModelFacts(picture_tokens=1600)
-    most, less = (
-        PromptSizes(one.plan(SPEC, one.condition(0.0, "rgb"), 1, 1), ModelSettings(), facts).most(1, 1)
-        for one in (plan, usual)
-    )
+    most, less = (PromptSizes(next(one.plans(SPEC)), ModelSettings(), facts).most(1, 1) for one in (plan, usual))
     assert most.input_tokens - less.input_tokens == 1600 * sum(range(1, 21))
 
 

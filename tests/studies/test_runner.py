@@ -10,13 +10,12 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
-from builders import make_trial, strip_checksums
+from builders import call_of, make_trial, with_right_checksums
 from provider_server import Manner, failure, here, truthful
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.model_access import Access
 from lockprobe.errors import AgentsGivenUp, BadFile, BadValue, BudgetReached, Missing, SettingsChanged, UserMistake
-from lockprobe.model_call import Call
 from lockprobe.plugins import allow
 from lockprobe.studies import play, runner
 from lockprobe.studies.call_log import Calls, read_calls
@@ -25,7 +24,6 @@ from lockprobe.studies.runner import Limits, Silent, _lanes, owe_anew, run
 from lockprobe.studies.spending import Ledger
 from lockprobe.studies.study_options import StudyOptions
 from lockprobe.studies.studyfile import study
-from lockprobe.trial_json import trial_from_json
 
 
 def played(directory, **settings):
@@ -103,10 +101,10 @@ def test_two_engines_or_renderers_are_not_mixed(tmp_path, name, other):
     asked = {"agent": ["viewer"], "plant": "fast-twin?width=64&height=64", "p": [0], "trials": 2, "max_steps": 1}
     study = {"study": "modalities", "modality": ["rgb"], **asked}
     played(tmp_path / "d", **study)
-    path = strip_checksums(tmp_path / "d")
+    path, was = tmp_path / "d" / "trials.jsonl", load(tmp_path / "d")[0].plant[name]
     first = path.read_bytes().splitlines(keepends=True)[0]
-    was = trial_from_json(first).plant[name]
     path.write_bytes(first.replace(f'"{name}":"{was}"'.encode(), f'"{name}":"{other}"'.encode()))
+    with_right_checksums(path)
     with pytest.raises(SettingsChanged, match=re.escape(f"width=64&height=64, {name} is '{other}' there")):
         played(tmp_path / "d", **study)
     assert len(load(tmp_path / "d")) == 1
@@ -293,10 +291,10 @@ def test_where_the_money_ends_what_is_on_its_way_is_written_and_the_next_run_goe
 def test_where_the_money_ends_whoever_costs_none_still_plays(tmp_path, monkeypatch):
     """Of four: one here, two that ask a provider, and listed last one that takes a processor."""
     pytest.importorskip("inspect_ai")
-    asked = []
+    asked = set()
 
     async def broke(calls, call):
-        asked.append(call.key)
+        asked.add(call.agent)
         raise BudgetReached(1.0, 1.0, 0.1)
 
     def elsewhere(spec, access):
@@ -315,7 +313,7 @@ def test_where_the_money_ends_whoever_costs_none_still_plays(tmp_path, monkeypat
         ("round-robin", "solved"),
     ]
     assert {trial.agent for trial in load(tmp_path)} == {"random", "round-robin"}
-    assert {key.split("/")[3] for key in asked} == {"one", "two"}  # what one has left may be enough for another
+    assert asked == set(hosted_ones)  # what one has left may be enough for another
 
 
 @pytest.mark.parametrize("plant", ["symbolic", "fast-twin?width=64&height=64"])
@@ -361,6 +359,7 @@ def test_pictures_and_physical_plants_are_open_no_more_than_there_are_connection
 
 
 STUDY = study(StudyOptions(agent=["random"], trials=3, p=[0], repetitions=1, max_steps=2))
+UNUSABLE_PLAN = next(STUDY.plans("random"))
 UNUSABLE, BROKEN, SOLVED = (
     make_trial([0], budget=2, broken="reply"),
     make_trial([0], budget=2, broken="model", trial=2),
@@ -369,7 +368,7 @@ UNUSABLE, BROKEN, SOLVED = (
 
 
 def written(directory):
-    call = Call(key=UNUSABLE.key, step=1, turn=1, request="r", reply="nonsense")
+    call = call_of(UNUSABLE, reply="nonsense")
     with Journal.open(directory, STUDY) as journal:
         journal.calls.write(call)
         for trial in (UNUSABLE, BROKEN, SOLVED):
@@ -406,13 +405,13 @@ def test_the_new_trial_makes_calls_of_its_own_and_those_of_the_old_one_count_as_
     call = written(tmp_path)
     with Journal.open(tmp_path, STUDY) as journal:
         owe_anew(journal, STUDY, "reply")
-        assert journal.calls.of(UNUSABLE.key).recall(1, 1, "r") is None
+        assert journal.calls.of(UNUSABLE_PLAN).recall(1, 1, "r") is None
         journal.append(make_trial([0], budget=2, broken="model"), Timing(key=UNUSABLE.key, seconds=1.0, steps=1))
     with Journal.open(tmp_path, STUDY) as journal:  # the replay was broken off
-        assert journal.calls.of(UNUSABLE.key).recall(1, 1, "r") is None
+        assert journal.calls.of(UNUSABLE_PLAN).recall(1, 1, "r") is None
         journal.calls.write(replace(call, reply="usable"))
     with Journal.open(tmp_path, STUDY) as journal:
-        assert journal.calls.of(UNUSABLE.key).recall(1, 1, "r").reply == "usable"
+        assert journal.calls.of(UNUSABLE_PLAN).recall(1, 1, "r").reply == "usable"
     spent = Ledger(STUDY, read_calls(tmp_path)).total
     assert (spent.usage.calls, spent.failed, spent.broken_off) == (2, 0, 0)
 

@@ -7,6 +7,7 @@ import pytest
 from builders import modality_study, play_study, small_study, write_study
 
 from lockprobe.errors import BadFile, BadValue
+from lockprobe.record import STATES
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.study_options import StudyOptions
 from lockprobe.studies.studyfile import study
@@ -31,14 +32,27 @@ def test_a_study_of_modalities_is_read_back(tmp_path):
     assert read_study(write_study(tmp_path / "study", planned, [])) == planned
 
 
+SAID = {"name": "", "interventions": [], "modality": STATES}
+
+
+def acting(p):
+    """A flip as settings hold it."""
+    return SAID | {"interventions": [{"spec": f"flip?p={p}", "dose": "p"}]}
+
+
 @pytest.mark.parametrize(
     ("name", "value", "message"),
     [
-        ("p", ["0"], "p.0"),
-        ("p", [0, None], "p.1"),
-        ("p", [0, 5], "p.1"),
-        ("p", [], "at least one"),
-        ("p", [0.0, 1e-300], "differ by 0.000001"),
+        ("conditions", None, "not the settings of a study"),
+        ("conditions", [], "at least one"),
+        ("conditions", ["truth"], "conditions.0"),
+        ("conditions", [SAID, SAID], "every one once"),
+        ("conditions", [SAID | {"name": 3}], "conditions.0.name"),
+        ("conditions", [SAID | {"name": "a\nb"}], "control characters"),
+        ("conditions", [SAID | {"p": 0.4}], "conditions.0.p"),
+        ("conditions", [acting(0.0), acting(1e-300)], "differ by 0.000001"),
+        ("conditions", [acting(1.5)], "flip rate p: got 1.5"),
+        ("conditions", [acting("often")], "often"),
         ("agents", [["random"]], "agents.0"),
         ("agents", ["random", "random"], "every one once"),
         ("trials", -3, "trials"),
@@ -47,12 +61,12 @@ def test_a_study_of_modalities_is_read_back(tmp_path):
         ("trials", 10**30, "trials"),
         ("box", None, "box"),
         ("box", {}, "name"),
-        ("identity", 99, "settings of version 99"),
-        ("flip", "often", "flip"),
+        ("agents", ["x" * 1001], "agents.0: expected at most 1000 characters"),
         ("layout", "round", "layout"),
-        ("modalities", ["rgb"], "a plant with a camera"),
-        ("modalities", ["smell"], "no modality"),
-        ("modalities", "rgb", "modalities"),
+        ("assessment", 1, "assessment"),
+        ("strategy_trials", 0, "strategy_trials"),
+        ("conditions", [SAID | {"modality": "rgb"}], "a plant with a camera"),
+        ("conditions", [SAID | {"modality": "smell"}], "no modality"),
         ("plant", "steam", "no plant"),
         ("colour", "red", "colour"),
     ],
@@ -61,6 +75,14 @@ def test_settings_that_are_none_are_refused(directory, name, value, message):
     path = directory / "study.json"
     path.write_text(json.dumps(json.loads(path.read_text()) | {name: value}))
     with pytest.raises(BadFile, match=message):
+        read_study(directory)
+
+
+@pytest.mark.parametrize("name", [*small_study().settings()])
+def test_every_setting_is_there(directory, name):
+    path = directory / "study.json"
+    path.write_text(json.dumps({key: value for key, value in json.loads(path.read_text()).items() if key != name}))
+    with pytest.raises(BadFile, match=rf"{name}|study.json: not the settings of a study"):
         read_study(directory)
 
 
@@ -75,11 +97,13 @@ def test_damaged_settings_are_refused(directory, content):
     "change",
     [
         {"seed": 9},
-        {"flip": "sticky"},
+        {"doses": {"flip.p": 0.3}},
+        {"modality": "symbolic"},
         {"budget": 19},
         {"study": "other"},
-        {"p": 0.6},
+        {"condition": "flip?p=0.3"},
         {"trial": 3},
+        {"trial": 5},
         {"agent": "random"},
     ],
 )
@@ -90,12 +114,9 @@ def test_a_trial_of_other_settings_is_not_one_of_the_study(change):
     assert not study.asks_for(replace(trial, **change))
 
 
-def test_a_long_spec_is_refused_where_it_is_asked_for_and_read_where_it_was_taken(directory):
+def test_a_long_spec_is_refused():
     long = "llm:openai-api/fake/" + "x" * 1000
     with pytest.raises(BadValue, match="^agent: got 'llm:.*…', expected at most 1000 characters; these are 1020$"):
         study(StudyOptions(agent=[long]))
     with pytest.raises(BadValue, match="^plant: "):
         study(StudyOptions(plant="twin?" + "x" * 1000))
-    path = directory / "study.json"
-    path.write_text(json.dumps(json.loads(path.read_text()) | {"agents": [long]}))
-    assert read_study(directory).agents == (long,)

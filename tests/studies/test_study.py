@@ -132,9 +132,7 @@ def test_unknown_names_list_what_exists():
 
 def test_a_study_file(tmp_path):
     path = tmp_path / "mine.toml"
-    path.write_text(
-        'study = "flips"\nagent = ["random"]\np = [0, 0.4]\ntrials = 2\nrepetitions = 2\n'
-    )
+    path.write_text('study = "flips"\nagent = ["random"]\np = [0, 0.4]\ntrials = 2\nrepetitions = 2\n')
     assert study(read_options_file(path)).identity == STUDY.identity
 
 

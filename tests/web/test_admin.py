@@ -31,9 +31,9 @@ def test_progress_says_how_far_they_are_and_not_what_they_wrote(tmp_path):
     answer, one, other = asyncio.run(visit())
     progress = answer.json()
     assert (progress["joined"], progress["finished"], progress["checks_wrong"]) == (2, 1, 1)
-    assert {(c["p"], c["slots"], c["finished"], c["under_way"], c["free"]) for c in progress["conditions"]} == {
-        (0.0, 3, 1, 1, 1),
-        (0.4, 3, 1, 1, 1),
+    assert {(c["condition"], c["slots"], c["finished"], c["under_way"], c["free"]) for c in progress["conditions"]} == {
+        ("truth", 3, 1, 1, 1),
+        ("flip?p=0.4", 3, 1, 1, 1),
     }
     assert {p["identity"]: (p["stage"], p["boxes_done"]) for p in progress["participants"]} == {
         one: ("finished", 2),

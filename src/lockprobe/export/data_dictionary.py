@@ -143,7 +143,7 @@ COLUMN: Mapping[str, Column] = {
     "checks_right": _count("Attention checks answered correctly.", 0),
     "checks_wrong": _count("Attention checks answered incorrectly.", 0),
     "conditions": Column(
-        "The participant's boxes in order, each as modality and flip rate (symbolic p=0.4), separated by semicolons."
+        "The conditions of the participant's boxes in order (truth; flip?p=0.4), separated by semicolons."
     ),
     "finished": _mark("whether the participant reached the end: every box is over and every question was asked."),
     "pointers": Column(

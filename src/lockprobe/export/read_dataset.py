@@ -12,7 +12,6 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from lockprobe.errors import BadFile
-from lockprobe.export.data_dictionary import PLATFORM, as_bits, column
 from lockprobe.export.tables import PeopleRecords, Table, tables_of
 from lockprobe.export.write_dataset import DATA, DESCRIPTION, RECORDS, data_file
 from lockprobe.inputs import check_regular
@@ -23,10 +22,6 @@ __all__ = ["LARGEST_FILE", "is_dataset", "source_of_dataset"]
 
 LARGEST_FILE = 1 << 28
 """The largest file of a dataset, in bytes."""
-
-_LATER_TABLES = {"trials"}
-_LATER_COLUMNS = {"conditions", "finished", "pointers", "window_width", "window_height"}
-"""Columns that older datasets lack; if present, they are checked against the records like all others."""
 
 
 def is_dataset(directory: Path) -> bool:
@@ -49,9 +44,7 @@ def source_of_dataset(directory: Path) -> MergeSource:
             raise BadFile(path, f"larger than {LARGEST_FILE >> 20} MiB")
     records = PeopleRecords.read(directory / RECORDS)
     for table in tables_of(records):
-        path = directory / DATA / data_file(records.study, table.name)
-        if path.exists() or table.name not in _LATER_TABLES:
-            _hold_together(path, table)
+        _hold_together(directory / DATA / data_file(records.study, table.name), table)
     return source_of_directory(directory / RECORDS)
 
 
@@ -73,20 +66,16 @@ def _hold_together(path: Path, table: Table) -> None:
         raise BadFile(path, f"cannot be read ({getattr(error, 'strerror', None) or error})") from None
     if repeated := [name for name in table.columns if columns.count(name) > 1]:
         raise BadFile(path, f"has two columns {repeated[0]}")
-    of_now = _LATER_COLUMNS if table.name == "participants" else set[str]()
-    if missing := [name for name in table.columns if name not in columns and name not in of_now]:
+    if missing := [name for name in table.columns if name not in columns]:
         raise BadFile(path, f"has no column {missing[0]}")
     if len(there) != len(table.rows):
         raise BadFile(path, f"has {len(there)} rows, and the records have {len(table.rows)}")
     for number, (found, row) in enumerate(zip(there, table.rows, strict=True), 1):
-        for name in (name for name in table.columns if name in columns):
-            if not _same(name, found[name], recorded := str(row.get(name, ""))):
+        for name in table.columns:
+            if not _same(found[name], recorded := str(row.get(name, ""))):
                 raise BadFile(path, f"row {number}: {name} is {found[name]!r}, and {recorded!r} in the records")
 
 
-def _same(name: str, found: str | None, recorded: str) -> bool:
-    """Whether a cell agrees with the records; older datasets have configurations without ``b``."""
-    if found is None:  # the row is too short
-        return False
-    bits = not name.startswith(PLATFORM) and column(name).kind == "bits"
-    return readable(found) == recorded or (bits and as_bits(found) == recorded)
+def _same(found: str | None, recorded: str) -> bool:
+    """Whether a cell agrees with the records; one that a short row lacks does not."""
+    return found is not None and readable(found) == recorded

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from itertools import product
 from math import prod
 
-from lockprobe.doses import MODALITY_DOSES, doses_of, flip_rate
+from lockprobe.doses import MODALITY_DOSES, doses_of, flip_rate, modality_doses
 from lockprobe.errors import BadValue
 from lockprobe.interventions.catalogue import TRUTH, interventions_of, spec_of
 from lockprobe.interventions.flip import FlipKind, OutcomeFlip
@@ -148,14 +148,23 @@ def flips(
 ) -> tuple[Condition, ...]:
     """The conditions of the paper's studies: every flip rate in every modality, modalities outermost.
 
-    A flip at rate 0 is left out, which leaves the truth, unless its reports tell no positions.
+    A flip at rate 0 is left out, which leaves the truth, unless its reports tell no positions, or it says how long the
+    false pictures of a modality last (``rgb?p=0.4``).
 
     ``p`` holds flip probabilities, [0, 1], and ``modalities`` specs; :func:`default_modality` if none are given.
     """
     made = [OutcomeFlip(p=rate, persistence=persistence) for rate in p]
-    acting = [() if flip.p == 0 and persistence != "outcome-only" else (flip,) for flip in made]
-    modalities = modalities or (default_modality(persistence),)
-    return tuple(Condition(interventions=one, modality=modality) for modality in modalities for one in acting)
+    return tuple(
+        Condition(interventions=() if flip.p == 0 and not _says_more(flip, modality) else (flip,), modality=modality)
+        for modality in modalities or (default_modality(persistence),)
+        for flip in made
+    )
+
+
+def _says_more(flip: OutcomeFlip, modality: str) -> bool:
+    """Whether a flip at rate 0 is more than the truth."""
+    has_own_rate = "p" in modality_doses(_without_zeros(modality))[1]
+    return flip.persistence == "outcome-only" or (flip.persistence == "sticky" and has_own_rate)
 
 
 def default_modality(*acting: str) -> str:

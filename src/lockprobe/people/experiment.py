@@ -239,4 +239,4 @@ def kept_experiment(directory: Path) -> Experiment | None:
     settings = parse_json(read_input(path), path)
     if not isinstance(settings, dict):
         raise BadFile(path, "not the settings of an experiment")
-    return experiment_from({"device": False, **settings}, path)  # who joined before was told that it is not kept
+    return experiment_from(settings, path)

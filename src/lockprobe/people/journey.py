@@ -50,7 +50,7 @@ def stations(experiment: Experiment, words: Words, boxes: int) -> tuple[Station,
 
 def fingerprint(words: Words) -> str:
     """Language and fingerprint of texts, for example ``en 3f9a01bc22d1``."""
-    known = words.model_dump_json(exclude_none=True)  # texts that came with later releases change none without them
+    known = words.model_dump_json(exclude_none=True)
     return f"{words.language} {hashlib.sha256(known.encode()).hexdigest()[:12]}"
 
 

@@ -35,6 +35,7 @@ __all__ = [
     "added_agents",
     "claim",
     "read_settings",
+    "told_apart",
     "write_settings",
 ]
 
@@ -191,7 +192,7 @@ def claim(directory: Path, study: Study) -> None:
         return
     there, asked = read_settings(directory), json.loads(json.dumps(study.settings()))
     different = {
-        name: _told_apart(name, there.get(name), asked.get(name))
+        name: told_apart(name, there.get(name), asked.get(name))
         for name in sorted({*there, *asked} - {"agents", "added"})
         if there.get(name) != asked.get(name)
     }
@@ -202,7 +203,7 @@ def claim(directory: Path, study: Study) -> None:
         write_settings(directory, replace(study, agents=agents))
 
 
-def _told_apart(name: str, there: object, asked: object) -> tuple[object, object]:
+def told_apart(name: str, there: object, asked: object) -> tuple[object, object]:
     """Two values of a setting for a message: boxes by name, or by the parts that differ if their names are equal."""
     if name == "conditions":
         return _conditions_said(there), _conditions_said(asked)

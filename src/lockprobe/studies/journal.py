@@ -52,7 +52,7 @@ class Timing:
         key: Key of the trial.
         seconds: Wall time from its first observation to its end.
         steps: Steps played in that time.
-        cpu: Model of the processor; empty if it is not known.
+        cpu: Model of the processor; empty if not known.
         from_log: Whether the trial came from an Inspect log, which holds no calls.
     """
 
@@ -201,7 +201,7 @@ class Journal:
 
 
 def _lock(records: LineFile, directory: Path) -> None:
-    """Lock the file against other writers while it is open; earlier releases lock this file alone."""
+    """Lock the file against other writers while it is open."""
     try:
         fcntl.flock(records, fcntl.LOCK_EX | fcntl.LOCK_NB)
         now = (directory / RECORDS).stat().st_ino

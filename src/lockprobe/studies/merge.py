@@ -7,7 +7,6 @@ it resumes from paid replies.
 
 from __future__ import annotations
 
-import json
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -23,7 +22,7 @@ from lockprobe.record import Fact, Trial
 from lockprobe.spec import MCP, spec_kind
 from lockprobe.studies.attempt_log import AttemptLog
 from lockprobe.studies.call_log import read_calls
-from lockprobe.studies.directory import write_settings
+from lockprobe.studies.directory import told_apart, write_settings
 from lockprobe.studies.journal import Journal, Timing, load, read_timings
 from lockprobe.studies.paused_trial import RecordedAttempt
 from lockprobe.studies.picture_store import ALBUM, Album
@@ -192,7 +191,7 @@ def _refuse_another_study(source: MergeSource, joined: Study, directory: Path) -
     theirs, ours = ({**study.settings(), "agents": []} for study in (source.study, joined))
     for name in sorted({*theirs, *ours}):
         if theirs.get(name) != ours.get(name):
-            there, here = _short(theirs.get(name)), _short(ours.get(name))
+            there, here = map(_short, told_apart(name, theirs.get(name), ours.get(name)))
             raise BadFile(source.path, f"trials of another study than {directory} ({name} is {there}, not {here})")
     for trial in source.trials:
         try:
@@ -206,9 +205,7 @@ def _refuse_another_study(source: MergeSource, joined: Study, directory: Path) -
 
 
 def _short(value: object) -> str:
-    if isinstance(value, dict):
-        value = value.get("name", value)
-    return json.dumps(value)[:60]
+    return repr(value)[:200]
 
 
 class _IdentityCheck:

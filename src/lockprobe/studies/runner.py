@@ -349,7 +349,7 @@ class _TrialWriter:
 
 
 def _differences(what: str, known: Mapping[str, Fact], found: Mapping[str, Fact]) -> dict[str, tuple[object, object]]:
-    """The facts that both sides have with different values; releases may differ in which facts they record."""
+    """The facts that both sides have with different values; a renderer, for one, is known only after a picture."""
     return {
         f"{what}, {name}": (known[name], found[name])
         for name in sorted({*known} & {*found})

@@ -277,7 +277,7 @@ class Study:
         raise UnknownName("condition", label, [one.label for one in self.conditions])
 
     def asks_for(self, trial: Trial) -> bool:
-        """Whether a trial on record is one of this study: its key, its place, its settings and its panel agree."""
+        """Whether a trial on record is one of this study: key, place, doses, settings and panel agree."""
         agent = trial.group
         return agent in self.agents and self._is_own(trial, self.modalities_of(agent), self.trials_of(agent))
 
@@ -300,6 +300,7 @@ class Study:
         return (
             trial.key == plan.key
             and (trial.study, trial.seed, trial.budget) == (self.name, self.seed, self.max_steps)
+            and trial.doses == condition.doses
             and trial.joints == plan.box.names
             and trial.assessment == self.assessment
         )

@@ -199,7 +199,6 @@ class Photographs:
 def shown(monkeypatch, answer, channel, spec=SPEC):
     """One trial of a model that is shown pictures: the trial and the requests that arrived."""
     plan = Plan(
-        key="k",
         study="s",
         agent=spec,
         box=box(),
