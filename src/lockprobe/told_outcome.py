@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from lockprobe.record import Moment, Task
+from lockprobe.record import Moment, Task, Trial
 
-__all__ = ["told_moved", "told_positions"]
+__all__ = ["flipped", "told_moved", "told_positions"]
 
 
 def told_moved(now: Moment, before: Sequence[Moment], task: Task, *, really: bool) -> bool | None:
@@ -34,3 +34,16 @@ def told_positions(moment: Moment) -> tuple[bool, ...] | None:
     if moment.told.positions is None and moment.shown == moment.was.positions:
         return None
     return moment.shown
+
+
+def flipped(trial: Trial, i: int) -> bool:
+    """Whether the report of step ``i + 1`` was inverted; the trial goes on after it.
+
+    An agent that is told only positions compares two reports, and the earlier one may be false too. Then the report
+    itself counts: it is false if it shows the attempted joint in the wrong position.
+    """
+    step = trial.steps[i]
+    if not trial.states_only:
+        return step.told_falsely
+    place = trial.joints.index(step.joint)
+    return step.told_state is not None and step.told_state[place] != trial.steps[i + 1].state[place]

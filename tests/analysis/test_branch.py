@@ -6,8 +6,9 @@ import pytest
 
 import lockprobe
 from lockprobe.analysis.branch import RULES, branch_effects, check_rule, fork_steps
-from lockprobe.analysis.excursion import continuation, flipped
+from lockprobe.analysis.excursion import continuation
 from lockprobe.errors import BadValue
+from lockprobe.told_outcome import flipped
 from lockprobe.trial_name import ForkName
 
 

@@ -10,7 +10,8 @@ from scipy.stats import ttest_1samp
 import lockprobe
 from lockprobe.analysis.agent_comparison.paired import block_mean
 from lockprobe.analysis.series import SeriesArm
-from lockprobe.analysis.why import ARMS, MARGIN, ON_REQUEST, arms_of, verdict, verdict_of, why
+from lockprobe.analysis.why import MARGIN, arms_of, verdict, verdict_of, why
+from lockprobe.analysis.why_arms import ARMS, ON_REQUEST
 from lockprobe.interventions.condition import read_condition
 from lockprobe.spec import Spec
 

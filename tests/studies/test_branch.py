@@ -7,7 +7,6 @@ import pytest
 from builders import make_trial
 
 from lockprobe.analysis.branch import branch_effects
-from lockprobe.analysis.excursion import flipped
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.montecarlo.excursions import one_lie
@@ -17,6 +16,7 @@ from lockprobe.studies.branch import FORKS, TOLD, arm_interventions, branching, 
 from lockprobe.studies.journal import Journal, load
 from lockprobe.studies.runner import run_study
 from lockprobe.studies.studyfile import study
+from lockprobe.told_outcome import flipped
 
 ASKED = {"p": [0.0, 0.4], "trials": 6, "repetitions": 1}
 

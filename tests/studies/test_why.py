@@ -3,7 +3,7 @@
 import pytest
 
 import lockprobe
-from lockprobe.analysis.why import ARMS
+from lockprobe.analysis.why_arms import ARMS
 from lockprobe.errors import BadValue, UserMistake
 from lockprobe.studies.studyfile import study
 from lockprobe.studies.why import AGENTS, EXTENT

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import pytest
 
-from lockprobe.analysis.excursion import flipped
 from lockprobe.errors import BadValue, TrialFault
 from lockprobe.interventions.yoked import Yoked
 from lockprobe.report.verification import verify
@@ -14,6 +13,7 @@ from lockprobe.studies.runner import run, run_study
 from lockprobe.studies.single import run_trial
 from lockprobe.studies.studyfile import study
 from lockprobe.studies.yoking import as_recorded, bound, is_yoked
+from lockprobe.told_outcome import flipped
 
 LOOPING, YOKED = "flip?p=0.8&while=looping", "yoked?p=0.8&how=looping"
 STUDY = study(

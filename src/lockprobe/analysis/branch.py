@@ -16,13 +16,14 @@ from typing import Literal, get_args
 import numpy as np
 
 from lockprobe.analysis.agent_comparison.paired import Array, BlockMean, block_mean
-from lockprobe.analysis.excursion import continuation, flipped
+from lockprobe.analysis.excursion import continuation
 from lockprobe.analysis.inference.logrank import holm
 from lockprobe.analysis.rare_long_trials import rare_block
 from lockprobe.analysis.summary import is_reference
 from lockprobe.errors import BadValue
 from lockprobe.record import Trial
 from lockprobe.seeds import trial_stream
+from lockprobe.told_outcome import flipped
 
 __all__ = ["RULES", "TRUTH", "BranchEffect", "BranchOutcome", "branch_effects", "check_rule", "fork_steps"]
 

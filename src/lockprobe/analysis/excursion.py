@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from lockprobe.analysis.proportions import ALPHA
 from lockprobe.analysis.rationality import judge, prior_for
 from lockprobe.record import Trial
+from lockprobe.told_outcome import flipped
 
 __all__ = [
     "FEWEST",
@@ -34,7 +35,6 @@ __all__ = [
     "decision_points",
     "excursion",
     "excursions",
-    "flipped",
 ]
 
 Array = NDArray[np.float64]
@@ -202,19 +202,6 @@ def _optimal(trial: Trial) -> list[float]:
     if prior is None or not trial.steps or not trial.ordinary:
         return [np.nan] * len(trial.steps)
     return [float(step.optimal) for step in judge(trial, prior=prior).steps]
-
-
-def flipped(trial: Trial, i: int) -> bool:
-    """Whether the report of step ``i + 1`` was inverted; the trial goes on after it.
-
-    An agent that is told only positions compares two reports, and the earlier one may be false too. Then the report
-    itself counts: it is false if it shows the attempted joint in the wrong position.
-    """
-    step = trial.steps[i]
-    if not trial.states_only:
-        return step.told_falsely
-    place = trial.joints.index(step.joint)
-    return step.told_state is not None and step.told_state[place] != trial.steps[i + 1].state[place]
 
 
 def continuation(actions: tuple[str, ...]) -> str | None:

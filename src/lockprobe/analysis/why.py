@@ -24,31 +24,11 @@ from lockprobe.analysis.outcomes import Outcomes, outcomes
 from lockprobe.analysis.paired_proportions import equivalence
 from lockprobe.analysis.proportions import ALPHA, Proportion, proportion
 from lockprobe.analysis.series import SeriesArm
+from lockprobe.analysis.why_arms import ARMS, ON_REQUEST
 from lockprobe.record import Trial
 from lockprobe.spec import Spec, split_specs
 
-__all__ = ["ARMS", "MARGIN", "ON_REQUEST", "ArmEffect", "Verdict", "Why", "arms_of", "verdict", "verdict_of", "why"]
-
-ARMS: Mapping[str, str] = {
-    "truth": "truth",
-    "lie": "flip?p={p:g}",
-    "retracted": "correction?p={p:g}",
-    "confirmed": "correction?p={p:g}&of=truth",
-    "remark": "distract?p={p:g}&luck=flip",
-    "lie + remark": "flip?p={p:g} + distract?p={p:g}&luck=flip",
-    "withheld": "drop?p={p:g}&luck=flip",
-    "tremble": "tremble?p={p:g}&luck=flip",
-    "nudge": "nudge",
-}
-"""Arm -> its condition at the rate p: a report is inverted; inverted and corrected; told twice, truly; followed by an
-irrelevant sentence; missing; another joint is attempted than chosen; a sentence names an action loop."""
-
-ON_REQUEST: Mapping[str, str] = {
-    "lie in loops": "flip?p={p:g}&while=looping",
-    "self-yoked": "yoked?p={p:g}&how=looping",
-}
-"""Two more arms, which are named as conditions: a report is inverted only where the agent is in an action loop; as many
-reports of the same agent are inverted at random steps. They tell the least of all arms (``docs/why.md``)."""
+__all__ = ["MARGIN", "ArmEffect", "Verdict", "Why", "arms_of", "verdict", "verdict_of", "why"]
 
 _Acting = tuple[tuple[str, tuple[tuple[str, str], ...]], ...]
 """Interventions, each as its name and its options by name."""
@@ -69,7 +49,7 @@ class ArmEffect:
     """Success in one arm, and its change from the arm with true reports.
 
     Attributes:
-        arm: As in :data:`ARMS` and :data:`ON_REQUEST`.
+        arm: As in :data:`~lockprobe.analysis.why_arms.ARMS` and :data:`~lockprobe.analysis.why_arms.ON_REQUEST`.
         condition: The name of the condition in the study.
         success: Share solved.
         change: Success minus success under true reports, over blocks, [-1, 1]; None for the arm of true reports. Its

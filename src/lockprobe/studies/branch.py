@@ -13,7 +13,6 @@ from pathlib import Path
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.analysis.branch import TRUTH, check_rule, fork_steps
-from lockprobe.analysis.excursion import flipped
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.inputs import is_there
 from lockprobe.interventions.catalogue import interventions_of
@@ -31,6 +30,7 @@ from lockprobe.studies.records import load
 from lockprobe.studies.runner import Limits, Observer, run
 from lockprobe.studies.study import Study
 from lockprobe.studies.yoking import as_recorded
+from lockprobe.told_outcome import flipped
 from lockprobe.trial_name import ForkName
 
 __all__ = [

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from lockprobe.analysis.why import ARMS
+from lockprobe.analysis.why_arms import ARMS
 from lockprobe.errors import BadValue
 from lockprobe.interventions.condition import Condition, read_condition
 from lockprobe.spec import spec_name

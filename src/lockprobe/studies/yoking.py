@@ -11,7 +11,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from lockprobe.analysis.excursion import flipped
 from lockprobe.errors import BadValue
 from lockprobe.interventions.condition import Condition
 from lockprobe.interventions.yoked import Yoked
@@ -19,6 +18,7 @@ from lockprobe.plan import Plan
 from lockprobe.record import Trial
 from lockprobe.spec import Spec
 from lockprobe.studies.study import Study
+from lockprobe.told_outcome import flipped
 
 __all__ = ["as_recorded", "bound", "check_sources", "is_yoked"]
 
