@@ -9,6 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from lockprobe.agents.catalogue import resolve
+from lockprobe.analysis.condition_study import ConditionStudySummary, summarise_conditions
+from lockprobe.analysis.summary import summarise
 from lockprobe.errors import Boundary
 from lockprobe.interventions.condition import Condition, flips
 from lockprobe.interventions.flip import FlipKind
@@ -17,6 +19,7 @@ from lockprobe.lockbox.families import box
 from lockprobe.model_call import Call
 from lockprobe.plan import Plan
 from lockprobe.record import STATES, Decision, Fact, Outcome, Step, Trial, TrialError
+from lockprobe.report.condition_results import arms_of
 from lockprobe.spec import group_of
 from lockprobe.storage.jsonl import with_checksum
 from lockprobe.studies.journal import Journal, Timing
@@ -190,6 +193,14 @@ def _played(study: Study) -> list[tuple[Trial, Timing]]:
         ]
 
     return asyncio.run(play_all())
+
+
+def numbers_of(trials: Sequence[Trial], planned: Study) -> ConditionStudySummary:
+    """The numbers of the conditions of a study that are no flip rates, beside those of its flip rates."""
+    rates = {one.label for one in planned.flip_axis}
+    flips = summarise([trial for trial in trials if trial.condition in rates], planned.box)
+    arms = arms_of(planned.conditions)
+    return summarise_conditions(trials, arms, flips, agents=planned.agents, box=planned.box, budget=planned.max_steps)
 
 
 def played_by_people(study: Study, boxes_each: int = 4, strategy: str = "human-inspired", **facts: Fact) -> list[Trial]:

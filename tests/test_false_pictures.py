@@ -22,7 +22,6 @@ from lockprobe.trial_json import trial_from_json, trial_to_json
 
 SMALL = "fast-twin?renderer=rays&width=160&height=120"
 PLAN = Plan(
-    key="k",
     study="s",
     agent="random",
     box=box(),

@@ -276,7 +276,7 @@ class Falls(Plain):
 @pytest.mark.parametrize(
     ("options", "status", "said"),
     [
-        (("--agent", "python:strange:Ends"), 2, "agent 'python:strange:Ends' does not work (SystemExit: 0)"),
+        (("--agent", "python:strange:Ends"), 1, "agent 'python:strange:Ends' does not work (SystemExit: 0)"),
         (("--agent", "python:strange:Said"), 2, "agent 'python:strange:Said' does not work (SystemExit: 0)"),
         (("--agent", "first", "--plant", "python:strange:Shut"), 2, "plant 'python:strange:Shut' does not work (SystemExit: 0)"),
         (("--agent", "first", "--plant", "python:strange:Falls"), 1, "BaseException: it falls"),
@@ -323,7 +323,7 @@ def test_a_study_is_run_with_what_a_module_here_has(tmp_path):
     for _ in range(2):
         done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120)
         assert done.returncode == 0, done.stderr
-    records = [trial_from_json(line) for line in (tmp_path / "d" / "trials.jsonl").read_bytes().splitlines()]
+    records = [trial_from_line(line)[0] for line in (tmp_path / "d" / "trials.jsonl").read_bytes().splitlines()]
     assert {(trial.agent, trial.box) for trial in records} == {("python:mine:First", "gate-5"), ("random", "gate-5")}
     assert len(records) == 4
     assert all(trial.plant["force"] == 1.5 and trial.steps[0].sensed == {"force": 1.5} for trial in records)

@@ -44,7 +44,6 @@ def test_a_line_that_is_no_trial_is_refused_with_the_place(old, new, where):
     [
         ({"specs": ("flip?p=2",), "doses": {"flip.p": 2.0}}, "flip.p: got 2.0"),
         ({"doses": {"flip.p": math.nan}}, "doses.flip.p"),
-        ({"placed": 0.4}, "placed', expected no dose on an axis"),
         ({"replays": -1}, "replays', expected a trial .* at least 0|replays', expected a trial .*equal to 0"),
     ],
 )

@@ -90,13 +90,7 @@ class Plan:
     @property
     def name(self) -> TrialName:
         """Its place in the study; of a fork that of its parent."""
-        return TrialName(
-            study=self.study,
-            agent=self.group,
-            condition=self.label,
-            repetition=self.repetition,
-            trial=self.trial,
-        )
+        return TrialName(self.study, self.group, self.label, self.repetition, self.trial)
 
     @property
     def label(self) -> str:

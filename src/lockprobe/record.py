@@ -322,8 +322,7 @@ class Trial:
     """One finished trial.
 
     Attributes:
-        key: Its readable name in the study, for example ``flips/random/flip?p=0.4/rep=2/trial=7``
-            (:class:`~lockprobe.trial_name.TrialName`).
+        key: Its :class:`~lockprobe.trial_name.TrialName`, for example ``flips/random/flip?p=0.4/rep=2/trial=7``.
         study: Name of the study.
         agent: Agent spec; of a person ``participant:ID``.
         facts: The facts of the agent: model name, file hash, runtime, sampling settings.
@@ -437,19 +436,13 @@ class Trial:
 
     @property
     def cell(self) -> str:
-        """The name of its agent under its condition, for example ``flips/random/flip?p=0.4``."""
+        """Its agent under its condition, for example ``flips/random/flip?p=0.4``."""
         return self.name.cell
 
     @property
     def name(self) -> TrialName:
         """Its place in the study; of a fork that of its parent."""
-        return TrialName(
-            study=self.study,
-            agent=self.group,
-            condition=self.condition,
-            repetition=self.repetition,
-            trial=self.trial,
-        )
+        return TrialName(self.study, self.group, self.condition, self.repetition, self.trial)
 
     @property
     def owed_again(self) -> bool:

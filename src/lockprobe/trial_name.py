@@ -7,11 +7,11 @@ from dataclasses import dataclass
 __all__ = ["ForkName", "TrialName"]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class TrialName:
     """A trial of a study, as its record and its calls name it.
 
-    >>> str(TrialName(study="flips", agent="llm:openai/gpt-4o", condition="flip?p=0.4", repetition=2, trial=7))
+    >>> str(TrialName("flips", "llm:openai/gpt-4o", "flip?p=0.4", repetition=2, trial=7))
     'flips/llm:openai%2Fgpt-4o/flip?p=0.4/rep=2/trial=7'
 
     The text has five parts between slashes, whatever the names hold.

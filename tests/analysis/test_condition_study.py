@@ -1,10 +1,10 @@
 """The numbers of a study of conditions: each cell, each change from the control, each dose, and no pooling."""
 
-import pytest
-from builders import play_study
+from dataclasses import replace
 
-from lockprobe.analysis.condition_study import summarise_conditions
-from lockprobe.report.condition_results import arms_of
+import pytest
+from builders import numbers_of, play_study
+
 from lockprobe.studies.studyfile import study
 
 PLAYED = study(
@@ -25,9 +25,7 @@ def trials():
 
 
 def numbers(trials, agents=PLAYED.agents):
-    return summarise_conditions(
-        trials, arms_of(PLAYED.conditions), agents=agents, box=PLAYED.box, budget=PLAYED.max_steps
-    )
+    return numbers_of(trials, replace(PLAYED, agents=agents))
 
 
 def solved(trials, agent, label):
@@ -44,11 +42,13 @@ def test_every_agent_has_numbers_under_every_condition(trials):
 
 
 def test_effects_are_changes_from_the_control(trials):
-    for one in numbers(trials).effects:
+    found = numbers(trials)
+    others = ["nudge", "tremble?p=0.1", "tremble?p=0.2"]
+    assert [one.agent for one in found.axis] == ["cognitive:perseverant"]  # a random agent hears no report
+    assert [effect.condition for one in found.axis for effect in one.effects] == ["flip?p=0.3"]
+    assert [[effect.condition for effect in one.effects] for one in found.effects] == [others, others]
+    for one in (*found.axis, *found.effects):
         assert one.control == "truth"
-        assert [effect.condition for effect in one.effects] == [
-            c.label for c in PLAYED.conditions if c.label != "truth"
-        ]
         for effect in one.effects:
             change = sum(solved(trials, one.agent, effect.condition)) - sum(solved(trials, one.agent, "truth"))
             assert effect.difference.value == pytest.approx(change / 12)
@@ -77,9 +77,7 @@ def test_agents_that_differ_in_one_number_are_a_series_under_the_control():
     agents = [f"human-inspired?lapse={lapse}" for lapse in (0.3, 0, 0.1)]
     planned = study("flips", agent=agents, condition=["truth", "nudge"], trials=4, repetitions=1, strategy_trials=4)
     played = play_study(planned)
-    found = summarise_conditions(
-        played, arms_of(planned.conditions), agents=planned.agents, box=planned.box, budget=planned.max_steps
-    )
+    found = numbers_of(played, planned)
     ((series, summary),) = found.series
     assert (series.agent, series.axis.dose, list(series.doses.values())) == ("human-inspired", "lapse", [0.0, 0.1, 0.3])
     (agent,) = summary.agents
@@ -91,10 +89,9 @@ def test_agents_that_differ_in_one_number_are_a_series_under_the_control():
 def test_effects_of_several_agents_are_one_family_and_baselines_another():
     agents = ("cognitive:careful", "cognitive:insistent", "human-inspired")
     planned = study("flips", agent=list(agents), condition=["flip?p=0.5", "tremble?p=0.3"], trials=4, repetitions=1)
-    together = summarise_conditions(
-        play_study(planned), arms_of(planned.conditions), agents=agents, box=planned.box, budget=20
-    )
-    assert {one.agent: one.agents for one in together.effects} == dict(zip(agents, (2, 2, 1), strict=True))
+    found = numbers_of(play_study(planned), planned)
+    assert {one.agent: one.agents for one in found.axis} == dict(zip(agents, (2, 2, 1), strict=True))
+    assert {one.agent: one.agents for one in found.effects} == dict(zip(agents, (2, 2, 1), strict=True))
 
 
 def test_verdicts_on_several_agents_are_one_family_and_those_on_baselines_another():
@@ -105,7 +102,7 @@ def test_verdicts_on_several_agents_are_one_family_and_those_on_baselines_anothe
 
     def sizes(agents):
         chosen = [trial for trial in trials if trial.agent in agents]
-        whys = summarise_conditions(chosen, arms_of(planned.conditions), agents=agents, box=planned.box, budget=20).whys
+        whys = numbers_of(chosen, replace(planned, agents=agents)).whys
         return {one.agent: one.agents for one in whys}
 
     assert sizes(agents) == dict(zip(agents, (3, 1, 3, 3), strict=True))

@@ -3,12 +3,11 @@
 from dataclasses import replace
 
 import pytest
+from builders import numbers_of
 
-from lockprobe.analysis.condition_study import summarise_conditions
 from lockprobe.analysis.idle import Idle, idle_interventions, steps_changed, unheeded
 from lockprobe.analysis.summary import summarise
 from lockprobe.lockbox.families import box
-from lockprobe.report.condition_results import arms_of
 from lockprobe.studies.studyfile import study
 from lockprobe.testing import play_trials
 
@@ -16,7 +15,7 @@ CHAIN = box("chain-4")
 
 
 def played(*conditions, agents=("human-inspired",), trials=12, **options):
-    """The arms and trials of a study of these conditions."""
+    """A study of these conditions and its trials."""
     planned = study("flips", agent=list(agents), condition=list(conditions), p=[0], trials=trials, **options)
     named = [
         replace(trial, condition=condition.label)
@@ -24,12 +23,12 @@ def played(*conditions, agents=("human-inspired",), trials=12, **options):
         for condition in planned.conditions
         for trial in play_trials(agent, trials, condition=list(condition.made()), modality=condition.modality)
     ]
-    return arms_of(planned.conditions), named
+    return planned, named
 
 
 def summary(*conditions, agents=("human-inspired",), **options):
-    arms, trials = played(*conditions, agents=agents, **options)
-    return summarise_conditions(trials, arms, agents=agents, box=CHAIN, budget=20)
+    planned, trials = played(*conditions, agents=agents, **options)
+    return numbers_of(trials, planned)
 
 
 @pytest.mark.parametrize(
@@ -39,7 +38,7 @@ def test_a_condition_that_changed_nothing_is_compared_with_nothing(acts):
     found = summary(acts, "flip?p=0.4")
     assert [(one.condition, one.intervention) for one in found.idle] == [(acts, "")]
     assert found.conditions["human-inspired", acts].never_acted
-    (effects,) = found.effects
+    (effects,) = found.together
     assert [one.condition for one in effects.effects] == ["flip?p=0.4"]
 
 
@@ -59,7 +58,8 @@ def test_an_intervention_that_changed_nothing_beside_others_is_in_no_interaction
         in crossed.idle
     )
     (effects,) = crossed.effects
-    assert [one.condition for one in effects.effects] == ["flip?p=0.4", "flip?p=0.4 + history?last=50"]
+    assert [one.condition for one in effects.effects] == ["flip?p=0.4 + history?last=50"]
+    assert [one.condition for own in crossed.axis for one in own.effects] == ["flip?p=0.4"]
     assert effects.interplays == ()
     (acting,) = summary("flip?p=0.4", "tremble?p=0.2", "flip?p=0.4 + tremble?p=0.2").effects
     assert acting.interplays == ()

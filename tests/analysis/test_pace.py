@@ -3,12 +3,18 @@
 import pytest
 from builders import SOLUTION, make_trial, play_study, small_study
 
+from lockprobe.analysis.axis_trials import on_axis
 from lockprobe.analysis.pace import pace
 
 
 def trials(agent, count=8):
     played = play_study(small_study([agent], (0.0,), 1, count))
-    return [trial for trial in played if trial.p == 0]
+    return of([trial for trial in played if trial.p == 0])
+
+
+def of(members):
+    (found,) = on_axis(members)
+    return found
 
 
 def test_the_faster_agent_is_found_whichever_comes_first():
@@ -28,7 +34,7 @@ def test_an_agent_is_as_fast_as_itself():
 
 
 def test_without_trials_there_is_no_comparison():
-    assert pace([make_trial([0], broken="model")], [make_trial(SOLUTION)]) is None
-    none = pace([make_trial([0] * 20)], [make_trial([0] * 20, agent="other")])
+    assert pace(of([make_trial([0], broken="model")]), of([make_trial(SOLUTION)])) is None
+    none = pace(of([make_trial([0] * 20)]), of([make_trial([0] * 20, agent="other")]))
     assert none.hazard_ratio is None
     assert none.independent is None

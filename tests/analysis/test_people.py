@@ -6,6 +6,7 @@ from dataclasses import replace
 import pytest
 from builders import SOLUTION, make_trial, play_study, played_by_people, small_study
 
+from lockprobe.analysis.axis_trials import on_axis
 from lockprobe.analysis.outcomes import joined, outcomes
 from lockprobe.analysis.pace import pace
 from lockprobe.analysis.people import people
@@ -104,8 +105,10 @@ def test_beside_people_an_agents_trials_count_to_who_played_their_luck():
     """Both groups solve all that one person met and nothing else: two people, however many boxes, are no evidence."""
     own = [person(f"000{i // 6}", solved=i < 6, trial=i + 1) for i in range(12)]
     agent = [make_trial(SOLUTION if i >= 6 else (0,) * 20, trial=i + 1) for i in range(12)]
-    assert pace(own, agent).p_value is None
-    assert pace([person(f"{i:04d}", solved=i < 6, trial=i + 1) for i in range(12)], agent).p_value is not None
+    many = [person(f"{i:04d}", solved=i < 6, trial=i + 1) for i in range(12)]
+    few_people, many_people, beside = (on_axis(members)[0] for members in (own, many, agent))
+    assert pace(few_people, beside).p_value is None
+    assert pace(many_people, beside).p_value is not None
 
 
 def test_where_everybody_plays_at_one_p_whole_people_are_exchanged():

@@ -15,11 +15,10 @@ from lockprobe.analysis.condition import ConditionSummary, Contrast
 from lockprobe.analysis.effects import Effects
 from lockprobe.analysis.inference.course import CourseKind
 from lockprobe.analysis.inference.difference import DifferenceAt
-from lockprobe.analysis.inference.logrank import holm
 from lockprobe.analysis.modalities import ModalityEffect, spoken
 from lockprobe.analysis.proportions import ALPHA, Paired, Proportion, proportion
 from lockprobe.analysis.summary import AgentSummary, StudySummary
-from lockprobe.formatting import p_cell, p_value, percent, points, range_said
+from lockprobe.formatting import p_value, percent, points, range_said
 from lockprobe.prose.doses import at_dose, cause, cause_first
 from lockprobe.prose.subject import Subject, subject_of
 from lockprobe.prose.success import alike_said
@@ -418,33 +417,6 @@ def effects_answer(found: Sequence[Effects], *, idle: bool = False) -> str:
     rest = sum(not one.detectable for one in only.effects)
     others = f"; no effect of {rest} other{'s' * (rest > 1)} was detected" if rest else ""
     return f"{' and '.join(parts)} the success of {only.agent}{others}."
-
-
-def both_answers(flips: StudySummary, found: Sequence[Effects]) -> str:
-    """What false reports and what other conditions did: two questions, each with a family of tests of its own.
-
-    One screen that answers both is false if one answer is. So a change is said here if it is detected after correction
-    for both questions (Holm); the sections keep the P values of their own family.
-    """
-    agents = [agent.contrast.difference.p_value for agent in flips.subjects if agent.contrast]
-    conditions = [one.difference.p_value for own in found for one in own.effects]
-    values = [min(own, default=None) for own in (agents, conditions)]
-    said = []
-    for answer, of, value, corrected in zip(
-        (flips_answer(flips), effects_answer(found)),
-        ("false reports", "other conditions"),
-        values,
-        holm(values),
-        strict=True,
-    ):
-        lost = value is not None and corrected is not None and value < ALPHA <= corrected
-        said.append(
-            f"An effect of {of} was detected in its own section (P = {p_cell(value)}), but not after correction for "
-            "both questions of this page."
-            if lost
-            else answer
-        )
-    return " ".join(said)
 
 
 def effects_needed(found: Sequence[Effects]) -> str:

@@ -14,10 +14,10 @@ from lockprobe.analysis.summary import AgentSummary, StudySummary
 from lockprobe.analysis.why import Why
 from lockprobe.formatting import NONE, bracketed, percent, share
 from lockprobe.interventions.catalogue import TRUTH
+from lockprobe.prose.both_answers import both_answers
 from lockprobe.prose.doses import at_dose
 from lockprobe.prose.idle import idle_doses_said, idle_said, unheeded_said
 from lockprobe.prose.overview import (
-    both_answers,
     effects_answer,
     effects_needed,
     flips_answer,

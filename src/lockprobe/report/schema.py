@@ -41,6 +41,7 @@ __all__ = [
     "ConditionResult",
     "CrossingResult",
     "EffectResult",
+    "FlipDesign",
     "GridAxis",
     "GridCellResult",
     "GridResult",

@@ -175,6 +175,8 @@ def run(
         except (BadFile, SettingsChanged):
             raise
         except UserMistake as why:
+            if study.attended:  # whoever answers at the terminal answers for all agents
+                raise
             given_up[source.spec] = why
             observer.given_up(source, len(_owed(owed[source.spec], journal)), why)
     if spent is not None:
