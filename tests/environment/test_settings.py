@@ -53,7 +53,7 @@ def test_what_is_seen_comes_from_the_plant_as_it_is_asked_for():
     plan = seen[2].plan(1, 1, 2)
     assert (plan.plant, plan.modality) == (asked["plant"], "rgbd")
     assert (plan.key, seen[0].plan(1, 1, 2).key) == (
-        "lockbox/gymnasium/rgbd/rep=1/trial=2", "lockbox/gymnasium/truth/rep=1/trial=2",
+        "lockbox/gymnasium/rgbd/rep=1/trial=2", "lockbox/gymnasium/symbolic/rep=1/trial=2",
     )  # fmt: skip
 
 

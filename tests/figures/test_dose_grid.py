@@ -14,7 +14,9 @@ from lockprobe.spec import Spec
 
 def summary(rows, columns, *, without=()):
     spec = f"flip?p={','.join(map(str, rows))} + tremble?p={','.join(map(str, columns))}"
-    arms = [SeriesArm(label=one.label, specs=tuple(map(Spec.parse, one.specs)), doses=one.dose_names) for one in sweep(spec)]
+    arms = [
+        SeriesArm(label=one.label, specs=tuple(map(Spec.parse, one.specs)), doses=one.dose_names) for one in sweep(spec)
+    ]
     (grid,) = grids(arms)
     cells = tuple(
         GridCell(row=row, column=column, condition=name, success=proportion(min(i, 20), 20))

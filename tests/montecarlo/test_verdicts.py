@@ -22,7 +22,8 @@ def test_the_pool_is_the_trials_of_a_study_and_its_verdict_that_of_the_report():
     pool = _batch(_BlockRange(world="world:loop-breaker", p=0.4, seed=5, first=0, end=30))
     assert pool.tolist() == np.transpose([[trial.solved for trial in trials[one.name]] for one in arms]).tolist()
     found = why(
-        trials, [SeriesArm(label=one.label, specs=tuple(map(Spec.parse, one.specs)), doses=one.dose_names) for one in arms]
+        trials,
+        [SeriesArm(label=one.label, specs=tuple(map(Spec.parse, one.specs)), doses=one.dose_names) for one in arms],
     )
     assert verdict_of(*pool.T.astype(float)) == found.verdict
 

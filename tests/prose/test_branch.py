@@ -9,7 +9,14 @@ from lockprobe.prose.branch import branch_said, found_said, place_said, size_sai
 
 def effect(value=0.1, low=0.02, high=0.18, p_value=0.01, **others):
     change = BlockMean(value=value, low=low, high=high, p_value=p_value, pairs=300, blocks=150)
-    about = {"agent": "random", "condition": "truth", "where": "8", "arm": "lie", "truthful": False, "outcome": "solved"}
+    about = {
+        "agent": "random",
+        "condition": "truth",
+        "where": "8",
+        "arm": "lie",
+        "truthful": False,
+        "outcome": "solved",
+    }
     return BranchEffect(**(about | others), after_truth=0.4, change=change, forks=300)
 
 

@@ -192,7 +192,7 @@ def _shown(asked: Mapping[str, Any], channels: Sequence[Channel]) -> dict[str, A
     if _says_condition(asked):
         raise Conflict("channels=", "condition=, p=, flip= or modality=", "both say what acts")
     acting = tuple(one for one in channels if not getattr(one, "shows", False))
-    return {"condition": Condition(interventions=acting or (OutcomeFlip(),), modality=observation or "symbolic")}
+    return {"condition": Condition(interventions=acting, modality=observation or "symbolic")}
 
 
 def _says_modality(condition: object) -> bool:
