@@ -10,11 +10,11 @@ from lockprobe.storage.jsonl import with_checksum, without_checksum
 from lockprobe.studies.settings import read_study
 
 
-def lines(path):
-    """The lines of a file as objects, without checksums."""
+def lines(path, *, checksums=True):
+    """The lines of a file as objects, without their checksums if they have any."""
     if not path.exists():
         return []
-    return [json.loads(without_checksum(line)) for line in path.read_bytes().splitlines() if line.strip()]
+    return [json.loads(without_checksum(line) if checksums else line) for line in path.read_bytes().splitlines()]
 
 
 def write(path, objects, *, checksums=True):
@@ -32,9 +32,10 @@ class Evidence:
 
     def __init__(self, directory):
         self.directory = Path(directory)
-        self.records, self.calls, self.asked, self.timings = (
-            lines(self.directory / f"{name}.jsonl") for name in ("trials", "calls", "asked", "timings")
+        self.records, self.calls, self.asked = (
+            lines(self.directory / f"{name}.jsonl") for name in ("trials", "calls", "asked")
         )
+        self.timings = lines(self.directory / "timings.jsonl", checksums=False)
         self.settings = json.loads((self.directory / "study.json").read_text("utf-8"))
 
     def save(self):
@@ -48,7 +49,7 @@ class Evidence:
         for name in ("calls", "asked"):
             if (objects := getattr(self, name)) or (self.directory / f"{name}.jsonl").exists():
                 write(self.directory / f"{name}.jsonl", objects)
-        write(self.directory / "timings.jsonl", self.timings)
+        write(self.directory / "timings.jsonl", self.timings, checksums=False)
 
     def of(self, agent, ending=None):
         """The records of an agent, those that ended so if that is given."""

@@ -82,7 +82,8 @@ def test_an_episode_is_the_trial_of_the_study(kind, seed, repetition, trial, shu
         shuffle=shuffle,
         modality="symbolic",
     )
-    env = LockboxEnv(box=name, channels=[flip(p, kind), {"channel": "TextChannel"}], shuffle=shuffle)
+    acting = [flip(p, kind)] if p or kind == "outcome-only" else []
+    env = LockboxEnv(box=name, channels=[*acting, {"channel": "TextChannel"}], shuffle=shuffle)
     first, _ = env.reset(seed=seed, options={"repetition": repetition, "trial": trial})
     assert first[0] == there.listing.index(there.labels[0])
     for step in there.steps:

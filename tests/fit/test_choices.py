@@ -133,7 +133,8 @@ def test_labels_are_told_apart_from_places():
 
 
 def test_a_cluster_is_one_luck_and_of_people_one_person():
-    agent, person = make_trial(SOLUTION, repetition=2, trial=3), make_trial(SOLUTION, agent="participant:aaaa")
-    assert cluster_of(agent) == cluster_of(replace(agent, p=0.4)) != cluster_of(replace(agent, trial=4))
+    agent, lied_to = (make_trial(SOLUTION, p=p, repetition=2, trial=3) for p in (0, 0.4))
+    person = make_trial(SOLUTION, agent="participant:aaaa")
+    assert cluster_of(agent) == cluster_of(lied_to) != cluster_of(replace(agent, trial=4))
     assert cluster_of(person) == cluster_of(replace(person, trial=4, repetition=3))
     assert cluster_of(person) != cluster_of(replace(person, agent="participant:bbbb"))

@@ -234,9 +234,28 @@ def one_more_call(files):
     files.calls.append(last | {"reply": '{"last_action": "moved", "hypothesis": "", "joint": "A"}'})
 
 
+PLACE = ("key", "agent", "condition", "repetition", "trial")
+
+
+def place_of(line):
+    """What names its trial in a call or a record."""
+    return {name: line[name] for name in PLACE}
+
+
 def a_call_of_another_trial(files):
     one, other = files.of(MODEL)[:2]
-    files.calls_of(one)[0]["key"] = other["key"]
+    call = files.calls_of(one)[0]
+    call |= place_of(other)
+
+
+def calls_of_another(agent=MODEL, **place):
+    """Calls that are said to be of another agent, whose costs they then are, or of another place."""
+
+    def edit(files):
+        for call in (*files.calls, *files.asked):
+            call.update({"agent": agent} | place)
+
+    return edit
 
 
 def edited_calls(files):
@@ -251,7 +270,7 @@ def a_call_that_was_never_asked(files):
 
 def fewer_lost_attempts(files):
     last = files.calls_of(files.of(MODEL)[0])[-1]
-    lost = {name: last[name] for name in ("key", "step", "turn", "request")} | {"reply": None, "unanswered": 2}
+    lost = {name: last[name] for name in (*PLACE, "step", "turn", "request")} | {"reply": None, "unanswered": 2}
     files.asked.append(lost)
 
 
@@ -262,12 +281,12 @@ def a_cheaper_bound(files):
 
 
 def a_request_without_a_call(files):
-    files.asked.append(files.asked[-1] | {"key": files.of(MODEL)[0]["key"]})
+    files.asked.append(files.asked[-1] | place_of(files.of(MODEL)[0]))
 
 
 def replies_to_be_forgotten(files):
     record = files.of(MODEL, "budget")[0]
-    mark = {"key": record["key"], "step": 0, "turn": 0, "request": "", "reply": None, "error": "owed anew"}
+    mark = place_of(record) | {"step": 0, "turn": 0, "request": "", "reply": None, "error": "owed anew"}
     own = files.calls_of(record)
     files.calls += [mark, *own]
 
@@ -340,6 +359,10 @@ FOUND = {
     "a call dropped": (without_a_call, "replies"),
     "one more call": (one_more_call, "replies"),
     "a call of another trial": (a_call_of_another_trial, "replies"),
+    "calls of another agent": (calls_of_another("llm:openai-api/fake/cheap"), "replies"),
+    "calls of another condition": (calls_of_another(condition="truth"), "replies"),
+    "calls of another repetition": (calls_of_another(repetition=2), "replies"),
+    "calls of another place": (calls_of_another(trial=1), "replies"),
     "edited calls": (edited_calls, "replies"),
     "a call that was never asked": (a_call_that_was_never_asked, "replies"),
     "fewer lost attempts": (fewer_lost_attempts, "replies"),

@@ -46,7 +46,7 @@ def fork_checks(opened: OpenedStudy, evidence: CallEvidence) -> Iterator[Check]:
     ]
     holds = f"all {len(again)} forks follow from their trials, their choices and the seed"
     yield check_of("forks", failed, holds, "forks do not follow from their trials, their choices and the seed")
-    if check := replies_check(directory, opened.forks, own, again, (), "fork replies"):
+    if check := replies_check(directory, opened.forks, own, again, {}, "fork replies"):
         yield check
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from lockprobe.agents.llm.settings import read_settings
 from lockprobe.errors import UserMistake
 from lockprobe.model_call import Call
+from lockprobe.plan import Plan
 from lockprobe.record import Trial
 from lockprobe.report.check import Check, check_of
 from lockprobe.report.replayed_trials import ReplayedTrial, is_hosted
@@ -56,7 +57,7 @@ def replies_check(
     trials: Iterable[Trial],
     evidence: CallEvidence,
     replayed: Sequence[ReplayedTrial],
-    owed: Collection[str],
+    owed: Mapping[str, Plan],
     name: str = "replies",
 ) -> Check | None:
     """Whether the decisions of hosted models are the replies in ``calls.jsonl``, and these all decisions.
@@ -66,7 +67,7 @@ def replies_check(
         trials: The trials on record.
         evidence: The calls.
         replayed: What follows of each trial.
-        owed: Keys of trials that are planned and not finished.
+        owed: Trials that are planned and not finished, by key.
         name: Name of the check.
 
     Returns:
@@ -84,6 +85,7 @@ def replies_check(
             if one.unused and not one.choices
         ),
         *(f"{key}: calls of no trial on record" for key in _of_nobody(evidence, on_record, owed)),
+        *(f"{key}: its calls name another trial or agent" for key in _named_otherwise(evidence, {**owed, **on_record})),
         *(
             f"{key}: a request in asked.jsonl has no call"
             for key in dict.fromkeys(evidence.unanswered)
@@ -117,6 +119,17 @@ def _of_nobody(evidence: CallEvidence, trials: Collection[str], owed: Collection
     """Keys of calls and requests that belong to no trial on record and to none that is still to be played."""
     found = dict.fromkeys(call.key for call in (*evidence.calls, *evidence.asked))
     return [key for key in found if key not in trials and key not in owed]
+
+
+def _named_otherwise(evidence: CallEvidence, trials: Mapping[str, Trial | Plan]) -> list[str]:
+    """Keys of calls and requests whose agent and place are not those of their trial: costs are counted by agent."""
+    found = dict[str, None]()
+    for call in (*evidence.calls, *evidence.asked):
+        one = trials.get(call.key)
+        said = call.agent, call.condition, call.repetition, call.trial
+        if one is not None and said != (one.agent, one.name.condition, one.repetition, one.trial):
+            found[call.key] = None
+    return list(found)
 
 
 def _not_asked(evidence: CallEvidence) -> Iterator[str]:

@@ -90,7 +90,8 @@ def _checks(
         again = tuple(_by_words(opened, evidence, _replayed(opened, evidence, tell)))
         checks[0] = _with_logs(checks[0], sum(one.from_log for one in again))
         checks += [_luck(again), _choices(again), agent_check(opened.trials)]
-        owed = frozenset(_planned(opened) - {trial.key for trial in opened.trials if not trial.owed_again})
+        there = {trial.key for trial in opened.trials if not trial.owed_again}
+        owed = {key: plan for key, plan in _planned(opened).items() if key not in there}
         found = [
             replies_check(directory, opened.trials, evidence, again, owed),
             attempts_check(opened),
@@ -153,9 +154,9 @@ def _dose_of(spec: str, recorded: str) -> str:
     return str(getattr(made, "dose", ""))
 
 
-def _planned(opened: OpenedStudy) -> set[str]:
-    """Keys of all trials of agents that are run."""
-    return {plan.key for agent in opened.study.run_agents for plan in opened.study.plans(agent)}
+def _planned(opened: OpenedStudy) -> dict[str, Plan]:
+    """All trials of agents that are run, by key."""
+    return {plan.key: plan for agent in opened.study.run_agents for plan in opened.study.plans(agent)}
 
 
 def _complete(opened: OpenedStudy) -> Check:
