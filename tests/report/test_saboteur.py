@@ -258,6 +258,14 @@ def calls_of_another(agent=MODEL, **place):
     return edit
 
 
+def calls_of_another_agent_for_an_owed_trial(files):
+    key = files.of(MODEL)[0]["key"]
+    files.drop(lambda one: one != key, "records", "timings")
+    for call in (*files.calls, *files.asked):
+        if call["key"] == key:
+            call["agent"] = "llm:openai-api/fake/cheap"
+
+
 def edited_calls(files):
     for call in files.calls:
         call["reply"] = call["reply"] and call["reply"].replace("in turn", "I see the plan")
@@ -360,6 +368,7 @@ FOUND = {
     "one more call": (one_more_call, "replies"),
     "a call of another trial": (a_call_of_another_trial, "replies"),
     "calls of another agent": (calls_of_another("llm:openai-api/fake/cheap"), "replies"),
+    "calls of another agent for an owed trial": (calls_of_another_agent_for_an_owed_trial, "replies"),
     "calls of another condition": (calls_of_another(condition="truth"), "replies"),
     "calls of another repetition": (calls_of_another(repetition=2), "replies"),
     "calls of another place": (calls_of_another(trial=1), "replies"),
