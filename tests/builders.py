@@ -197,10 +197,10 @@ def _played(study: Study) -> list[tuple[Trial, Timing]]:
 
 def numbers_of(trials: Sequence[Trial], planned: Study) -> ConditionStudySummary:
     """The numbers of the conditions of a study that are no flip rates, beside those of its flip rates."""
-    rates = {one.label for one in planned.flip_axis}
-    flips = summarise([trial for trial in trials if trial.condition in rates], planned.box)
-    arms = arms_of(planned.conditions)
-    return summarise_conditions(trials, arms, flips, agents=planned.agents, box=planned.box, budget=planned.max_steps)
+    axis, arms = frozenset(one.label for one in planned.flip_axis), arms_of(planned.conditions)
+    flips = summarise([trial for trial in trials if trial.condition in axis], planned.box)
+    rest = {"agents": planned.agents, "box": planned.box, "budget": planned.max_steps}
+    return summarise_conditions(trials, arms, flips, axis, **rest)  # type: ignore[arg-type]
 
 
 def played_by_people(study: Study, boxes_each: int = 4, strategy: str = "human-inspired", **facts: Fact) -> list[Trial]:

@@ -18,7 +18,7 @@ from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.plugins import GROUPS, allow, allowed, find_plugin, no_foreign_code, plugin_name_of, plugin_names
 from lockprobe.studies.single import run_trial
 from lockprobe.studies.study_options import read_options_file
-from lockprobe.trial_json import trial_from_json, trial_to_json
+from lockprobe.trial_json import trial_from_json, trial_from_line, trial_to_json
 
 USES = {
     "agent": lambda spec: resolve(spec).make(),

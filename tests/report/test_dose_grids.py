@@ -40,10 +40,10 @@ def test_cells_are_the_counts_of_the_records(reported):
 def test_the_interaction_is_told_once_and_not_pair_by_pair(reported):
     _, page, content = reported
     assert content["crossings"] == []  # each interaction is tested once, in its grid
-    said = [one for one in content["findings"] if "flip rate" in one]
+    said = [one for one in content["condition_findings"] if "linear trends" in one]
     assert len(said) == len(content["subjects"])
     assert all("linear trends over 9 conditions" in one for one in said)
-    assert not any("where" in one for one in content["findings"])
+    assert not any("where" in one for one in content["condition_findings"])
     assert "Interactions of doses" in page
 
 

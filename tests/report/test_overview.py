@@ -14,7 +14,7 @@ SOLVED, UNSOLVED = [3, 2, 1, 0], [0, 1, 0, 1]
 def solving(condition, many, of=40):
     """Trials of which the first ``many`` are solved."""
     trials = [make_trial(SOLVED if i < many else UNSOLVED, trial=i + 1) for i in range(of)]
-    return [replace(trial, condition=condition, placed=0.0) for trial in trials]
+    return [replace(trial, condition=condition) for trial in trials]
 
 
 def test_of_equal_p_values_the_largest_effect_is_the_clearest():

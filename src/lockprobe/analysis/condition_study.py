@@ -83,6 +83,7 @@ def summarise_conditions(
     trials: Sequence[Trial],
     arms: Sequence[SeriesArm],
     flips: StudySummary,
+    axis: frozenset[str],
     *,
     agents: tuple[str, ...],
     box: Lockbox,
@@ -95,6 +96,7 @@ def summarise_conditions(
         trials: All trials of the study.
         arms: All its conditions.
         flips: The numbers of its flip axis.
+        axis: The conditions on that axis.
         agents: Its agents.
         box: Its box.
         budget: Most steps of a trial.
@@ -102,12 +104,11 @@ def summarise_conditions(
     """
     reference = reference_of(box, budget)
     known = {(one.agent, one.name): one for one in flips.conditions}
-    axis = frozenset(name for _, name in known)
     cells = _cells(trials)
     jobs = {
         name: partial(_condition_if_possible, members, reference, box)
         for name, members in cells.items()
-        if name not in known
+        if name[1] not in axis
     }
     found = dict(zip(jobs, each(call, jobs.values()), strict=True))
     conditions = {name: one for name in cells if (one := known.get(name) or found.get(name)) is not None}
@@ -125,7 +126,7 @@ def summarise_conditions(
         whys=section("Why false reports change success", lambda: _whys(acting, arms, agents), tuple),
         reference=reference,
         idle=idle,
-        unheeded=_unheeded({name: own for name, own in acting.items() if name not in known}, acting, arms),
+        unheeded=_unheeded({name: own for name, own in acting.items() if name[1] not in axis}, acting, arms),
     )
 
 

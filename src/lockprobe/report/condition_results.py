@@ -42,6 +42,9 @@ from lockprobe.studies.study import Study
 
 __all__ = ["arms_of", "condition_parts"]
 
+_ON_FLIPS = ("findings", "loop_findings", "conclusions")
+"""Sentences on the flip rates, of which a study with the truth alone has none."""
+
 _EXAMPLES = 6
 """Trials that are told step by step, of different conditions."""
 
@@ -86,7 +89,8 @@ def condition_parts(opened: OpenedStudy, flips: StudySummary, found: ConditionSt
     study, trials = opened.study, opened.trials
     rates = {one.label for one in study.flip_axis}
     others = [one for (_, label), one in found.conditions.items() if label not in rates]
-    return {
+    alone = {} if len({one.p for one in flips.conditions}) > 1 else dict.fromkeys(_ON_FLIPS, ("Findings", list[str]))
+    return alone | {
         "overview": ("First screen", lambda: condition_overview(flips, found, study)),
         "condition_findings": ("Findings on conditions", lambda: _findings(found)),
         "conditions": ("All conditions", lambda: _condition_rows(study, flips, found)),

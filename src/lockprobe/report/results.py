@@ -93,8 +93,9 @@ def _of_others(opened: OpenedStudy, flips: StudySummary, each: Each) -> Conditio
 
     def of(trials: Sequence[Trial]) -> ConditionStudySummary:
         arms = arms_of(study.conditions)
+        axis = frozenset(one.label for one in study.flip_axis)
         return summarise_conditions(
-            trials, arms, flips, agents=study.agents, box=study.box, budget=study.max_steps, each=each
+            trials, arms, flips, axis, agents=study.agents, box=study.box, budget=study.max_steps, each=each
         )
 
     return section("All numbers of conditions", lambda: of(opened.trials), lambda: of(()))
