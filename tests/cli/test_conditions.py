@@ -4,6 +4,8 @@ import json
 
 import pytest
 
+from lockprobe.studies.journal import load
+
 ASKED = ("run", "flips", "--agent", "random", "--trials", "2", "--repetitions", "1", "--no-report")
 ACTING = ("--condition", "flip?p=0.4 + nudge", "--sweep", "tremble?p=0,0.2", "--name", "lab")
 
@@ -36,6 +38,10 @@ def test_conditions_are_played_beside_the_truth_and_resumed(lockprobe, tmp_path)
         (("--condition", "nudge + rgb"), "a plant with a camera"),
         (("--name", "a/b", "--condition", "nudge"), "without slashes"),
         (("--condition", "python:nowhere:Nothing"), "python:nowhere:Nothing"),
+        (("--condition", "lies="), "condition: got 'lies=', expected NAME=SPEC, for example lies=flip?p=0.4"),
+        (("--condition", "=nudge"), "condition: got '=nudge', expected NAME=SPEC"),
+        (("--condition", "x=python:nowhere:Nothing"), "python:nowhere:Nothing"),
+        (("--condition", "x=nudge", "--condition", "y=nudge"), "another condition than x, which is the same"),
     ],
 )
 def test_what_cannot_be_played_is_refused_in_one_line(lockprobe, tmp_path, asked, expected):
@@ -44,6 +50,15 @@ def test_what_cannot_be_played_is_refused_in_one_line(lockprobe, tmp_path, asked
     assert expected in said
     assert len(said.splitlines()) == 1
     assert not (tmp_path / "study").exists()
+
+
+def test_a_condition_has_a_name_of_one_s_own(lockprobe, tmp_path):
+    named = ("--condition", "told twice=flip?p=0.4 + nudge", "--condition", "symbolic?tell=outcome")
+    assert lockprobe(*ASKED, *named, "--out", tmp_path / "study")[0] == 0
+    trials = load(tmp_path / "study")
+    assert {trial.condition for trial in trials} == {"truth", "told twice", "symbolic?tell=outcome"}
+    (mine,) = {(trial.specs, tuple(trial.doses.items())) for trial in trials if trial.condition == "told twice"}
+    assert mine == (("flip?p=0.4", "nudge"), (("flip.p", 0.4),))
 
 
 NAMED = """

@@ -142,7 +142,8 @@ class StudyOptions(BaseModel):
     condition: Annotated[
         Conditions | None,
         _about(
-            "Interventions, with plus signs between: 'flip?p=0.4 + nudge'; may be repeated (truth is always played)."
+            "Interventions, with plus signs between: 'flip?p=0.4 + nudge'; 'NAME=SPEC' names them; may be repeated "
+            "(truth is always played)."
         ),
     ] = None
     sweep: Annotated[
@@ -167,7 +168,7 @@ class StudyOptions(BaseModel):
     @property
     def acting(self) -> list[str]:
         """The specs of its conditions."""
-        return [one if isinstance(one, str) else one.spec for one in self.condition or ()]
+        return [one.spec for one in self.conditions_named]
 
     @property
     def specs(self) -> dict[str, list[str]]:
@@ -181,7 +182,21 @@ class StudyOptions(BaseModel):
     @property
     def conditions_named(self) -> list[NamedCondition]:
         """Its conditions, those without a name too."""
-        return [NamedCondition(spec=one) if isinstance(one, str) else one for one in self.condition or ()]
+        return [_named_condition(one) if isinstance(one, str) else one for one in self.condition or ()]
+
+
+def _named_condition(text: str) -> NamedCondition:
+    """A condition from ``SPEC`` or ``NAME=SPEC``; a name has no question mark, colon, slash or plus sign.
+
+    >>> _named_condition("lies=flip?p=0.4").name, _named_condition("flip?p=0.4").name
+    ('lies', '')
+    """
+    name, equals, spec = text.partition("=")
+    if not equals or any(mark in name for mark in "?:/+"):
+        return NamedCondition(spec=text)
+    if not name.strip() or not spec.strip():
+        raise BadValue("condition", text, "NAME=SPEC, for example lies=flip?p=0.4")
+    return NamedCondition(spec=spec.strip(), name=name.strip())
 
 
 def study_options(given: Mapping[str, Any]) -> StudyOptions:
