@@ -96,7 +96,11 @@ def condition_parts(opened: OpenedStudy, flips: StudySummary, found: ConditionSt
         "conditions": ("All conditions", lambda: _condition_rows(study, flips, found)),
         "effects": (
             "Every condition against the control",
-            lambda: [row for one in (*found.axis, *found.effects) for row in _effect_rows(one)],
+            lambda: [
+                row
+                for one in sorted((*found.axis, *found.effects), key=lambda one: study.agents.index(one.agent))
+                for row in _effect_rows(one)
+            ],
         ),
         "crossings": (
             "Interactions of interventions",
