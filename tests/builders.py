@@ -19,12 +19,12 @@ from lockprobe.lockbox.families import box
 from lockprobe.model_call import Call
 from lockprobe.plan import Plan
 from lockprobe.record import STATES, Decision, Fact, Outcome, Step, Trial, TrialError
-from lockprobe.report.condition_results import arms_of
 from lockprobe.spec import group_of
 from lockprobe.storage.jsonl import with_checksum
 from lockprobe.studies.journal import Journal, Timing
 from lockprobe.studies.play import play_timed
 from lockprobe.studies.study import Study
+from lockprobe.studies.study_design import design_of
 from lockprobe.trial_name import TrialName
 
 SOLUTION = (3, 2, 1, 0)
@@ -197,10 +197,9 @@ def _played(study: Study) -> list[tuple[Trial, Timing]]:
 
 def numbers_of(trials: Sequence[Trial], planned: Study) -> ConditionStudySummary:
     """The numbers of the conditions of a study that are no flip rates, beside those of its flip rates."""
-    axis, arms = frozenset(one.label for one in planned.flip_axis), arms_of(planned.conditions)
-    flips = summarise([trial for trial in trials if trial.condition in axis], planned.box)
-    rest = {"agents": planned.agents, "box": planned.box, "budget": planned.max_steps}
-    return summarise_conditions(trials, arms, flips, axis, **rest)  # type: ignore[arg-type]
+    design = design_of(planned)
+    flips = summarise([trial for trial in trials if trial.condition in design.axis], planned.box)
+    return summarise_conditions(trials, design, flips, box=planned.box, budget=planned.max_steps)
 
 
 def played_by_people(study: Study, boxes_each: int = 4, strategy: str = "human-inspired", **facts: Fact) -> list[Trial]:

@@ -12,7 +12,7 @@ from lockprobe.analysis.proportions import proportion
 from lockprobe.analysis.series import Crossing
 from lockprobe.interventions.condition import read_condition
 from lockprobe.prose.effects import effects_said, grid_said
-from lockprobe.report.condition_results import arms_of
+from lockprobe.studies.study_design import arms_of
 
 NAMES = ("truth", "nudge", "warn", "nudge + warn")
 CROSSING = Crossing(neither="truth", first="nudge", second="warn", both="nudge + warn")

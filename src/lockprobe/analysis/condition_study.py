@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from operator import call
@@ -12,11 +12,11 @@ from operator import call
 from lockprobe.analysis.axis_trials import Place
 from lockprobe.analysis.behaviour import heeded_at_most
 from lockprobe.analysis.condition import ConditionSummary, condition_summary
-from lockprobe.analysis.dose_grid import grids
+from lockprobe.analysis.design import Comparison, Design
 from lockprobe.analysis.effects import Effect, Effects, effects
 from lockprobe.analysis.idle import Idle, Unheeded, idle_interventions, unheeded
 from lockprobe.analysis.reference import Reference, reference_of
-from lockprobe.analysis.series import Series, SeriesArm, control_of, crossings, series_of, series_of_agents
+from lockprobe.analysis.series import Series
 from lockprobe.analysis.summary import AgentSummary, StudySummary, is_reference, summarise
 from lockprobe.analysis.why import Why, why
 from lockprobe.lockbox.box import Lockbox
@@ -39,8 +39,7 @@ class ConditionStudySummary:
     conditions beside flips change no P value of flips, and flips none of theirs.
 
     Attributes:
-        agents: Its agents.
-        arms: All conditions of the study as their specs tell them.
+        design: What differs between the conditions of the study.
         conditions: Every agent under every condition -> its numbers, under (agent, condition).
         effects: Every agent's other conditions against their control.
         axis: The same of the flip axis, as the axis has tested them.
@@ -52,8 +51,7 @@ class ConditionStudySummary:
         unheeded: Conditions under which an agent chose as under the control, although steps were changed.
     """
 
-    agents: tuple[str, ...]
-    arms: tuple[SeriesArm, ...]
+    design: Design
     conditions: Mapping[tuple[str, str], ConditionSummary]
     effects: tuple[Effects, ...]
     axis: tuple[Effects, ...]
@@ -62,6 +60,11 @@ class ConditionStudySummary:
     reference: Reference
     idle: tuple[Idle, ...] = ()
     unheeded: tuple[Unheeded, ...] = ()
+
+    @property
+    def agents(self) -> tuple[str, ...]:
+        """The agents of the study."""
+        return self.design.agents
 
     @property
     def together(self) -> tuple[Effects, ...]:
@@ -81,11 +84,9 @@ class ConditionStudySummary:
 
 def summarise_conditions(
     trials: Sequence[Trial],
-    arms: Sequence[SeriesArm],
+    design: Design,
     flips: StudySummary,
-    axis: frozenset[str],
     *,
-    agents: tuple[str, ...],
     box: Lockbox,
     budget: int,
     each: Each = map,
@@ -94,10 +95,8 @@ def summarise_conditions(
 
     Args:
         trials: All trials of the study.
-        arms: All its conditions.
+        design: Its design.
         flips: The numbers of its flip axis.
-        axis: The conditions on that axis.
-        agents: Its agents.
         box: Its box.
         budget: Most steps of a trial.
         each: A map function over agents, sequential or parallel.
@@ -108,25 +107,22 @@ def summarise_conditions(
     jobs = {
         name: partial(_condition_if_possible, members, reference, box)
         for name, members in cells.items()
-        if name[1] not in axis
+        if name[1] not in design.axis
     }
     found = dict(zip(jobs, each(call, jobs.values()), strict=True))
     conditions = {name: one for name in cells if (one := known.get(name) or found.get(name)) is not None}
-    idle = _idle(found, arms)
+    idle = _idle(conditions, design)
     acting = {name: cells[name] for name in conditions if name not in _names(idle, whole=True)}
     return ConditionStudySummary(
-        agents=agents,
-        arms=tuple(arms),
+        design=design,
         conditions=conditions,
-        effects=section(
-            "Every condition against the control", lambda: _effects(acting, arms, agents, _names(idle), axis), tuple
-        ),
+        effects=section("Every condition against the control", lambda: _effects(acting, design, _names(idle)), tuple),
         axis=tuple(one for agent in flips.agents if (one := _axis_effects(agent))),
-        series=section("Doses", lambda: _series(trials, arms, agents, box, each, _names(idle), axis), tuple),
-        whys=section("Why false reports change success", lambda: _whys(acting, arms, agents), tuple),
+        series=section("Doses", lambda: _series(trials, design, box, each, _names(idle)), tuple),
+        whys=section("Why false reports change success", lambda: _whys(acting, design), tuple),
         reference=reference,
-        idle=idle,
-        unheeded=_unheeded({name: own for name, own in acting.items() if name[1] not in axis}, acting, arms),
+        idle=tuple(one for one in idle if one.condition not in design.axis),
+        unheeded=_unheeded(acting, design),
     )
 
 
@@ -144,26 +140,24 @@ _Names = frozenset[tuple[str, str]]
 """Agents and conditions."""
 
 
-def _idle(conditions: Mapping[tuple[str, str], ConditionSummary | None], arms: Sequence[SeriesArm]) -> tuple[Idle, ...]:
+def _idle(conditions: Mapping[tuple[str, str], ConditionSummary], design: Design) -> tuple[Idle, ...]:
     """What changed nothing, in the order of the conditions; a control is to change nothing."""
-    controls = {control.label for arm in arms if (control := control_of(arms, arm.modality))}
-    acting = {arm.label: [str(arm.specs[place]) for place in arm.acting] for arm in arms}
+    acting = {arm.label: [str(arm.specs[place]) for place in arm.acting] for arm in design.arms}
     return tuple(
         one
         for (agent, label), summary in conditions.items()
-        if summary is not None and label not in controls
+        if label not in design.controls
         for one in idle_interventions(agent, label, summary.changed, acting.get(label, []))
     )
 
 
-def _unheeded(cells: _Cells, beside: _Cells, arms: Sequence[SeriesArm]) -> tuple[Unheeded, ...]:
-    """Conditions under which an agent played as under its control, which is one of those beside them."""
-    controls = {arm.label: control for arm in arms if (control := control_of(arms, arm.modality))}
+def _unheeded(cells: _Cells, design: Design) -> tuple[Unheeded, ...]:
+    """Conditions beside flip rates under which an agent played as under its control."""
+    known = {arm.label for arm in design.arms} - design.axis - design.controls
     return tuple(
         one
         for (agent, label), members in cells.items()
-        if label in controls and label != controls[label].label
-        if (one := unheeded(members, beside.get((agent, controls[label].label), ())))
+        if label in known and (one := unheeded(members, cells.get((agent, design.control(label)), ())))
     )
 
 
@@ -186,14 +180,7 @@ class _Compared:
 
     agent: str
     trials: Mapping[str, Sequence[Trial]]
-    control: str
-    shown: Sequence[SeriesArm]
-    axis: frozenset[str]
-
-    @property
-    def compared(self) -> Mapping[str, Sequence[Trial]]:
-        """Those that are no dose of an axis, with the control."""
-        return {name: own for name, own in self.trials.items() if name == self.control or name not in self.axis}
+    of: Comparison
 
     @property
     def baseline(self) -> bool:
@@ -203,35 +190,38 @@ class _Compared:
     @property
     def counts(self) -> bool:
         """Whether a difference can be found: it heeds something, and another condition has trials too."""
-        return (
-            self.control in self.compared
-            and len(self.compared) > 1
-            and heeded_at_most([trial for members in self.compared.values() for trial in members]) is None
-        )
+        others = [self.trials[name] for name in self.of.others if name in self.trials]
+        if not others or self.of.control not in self.trials:
+            return False
+        members = [self.trials[self.of.control], *others]
+        return heeded_at_most([trial for own in members for trial in own]) is None
 
 
-def _effects(
-    cells: _Cells, arms: Sequence[SeriesArm], agents: Sequence[str], idle: _Names, axis: frozenset[str]
-) -> tuple[Effects, ...]:
-    """Each modality's conditions against its control; the first modality is also compared with the others' controls.
+def _effects(cells: _Cells, design: Design, idle: _Names) -> tuple[Effects, ...]:
+    """Each modality's other conditions against its control.
 
     What the report says of the agents that the study is about is one family, and of baselines another.
     """
-    compared = [one for agent in agents for one in _compared(cells, arms, agent, axis)]
+    compared = [_compared(cells, design.comparison(m), agent) for agent in design.agents for m in design.modalities]
     sizes = Counter(one.baseline for one in compared if one.counts)
     found = (
         effects(
             one.trials,
-            one.control,
-            crossings(one.shown),
-            grids(one.shown),
+            one.of.control,
+            one.of.crossings,
+            one.of.grids,
             {label for name, label in idle if name == one.agent},
-            axis=one.axis,
+            axis=one.of.flips,
             agents=max(1, sizes[one.baseline]),
         )
         for one in compared
     )
     return tuple(one for one in found if one)
+
+
+def _compared(cells: _Cells, of: Comparison, agent: str) -> _Compared:
+    trials = {label: cells[agent, label] for label in of.labels if (agent, label) in cells}
+    return _Compared(agent=agent, trials=trials, of=of)
 
 
 def _axis_effects(found: AgentSummary) -> Effects | None:
@@ -250,32 +240,15 @@ def _axis_effects(found: AgentSummary) -> Effects | None:
     )
 
 
-def _compared(cells: _Cells, arms: Sequence[SeriesArm], agent: str, axis: frozenset[str]) -> Iterator[_Compared]:
-    modalities = list(dict.fromkeys(arm.modality for arm in arms))
-    controls = [control_of(arms, modality) for modality in modalities[1:]]
-    for modality in modalities:
-        beside = controls if modality == modalities[0] else []
-        own = {
-            arm.label: cells[agent, arm.label]
-            for arm in arms
-            if (arm.modality == modality or arm in beside) and (agent, arm.label) in cells
-        }
-        shown = [arm for arm in arms if arm.modality == modality]
-        if (control := control_of(arms, modality)) is not None:
-            others = axis - {arm.label for arm in beside if arm is not None}
-            yield _Compared(agent=agent, trials=own, control=control.label, shown=shown, axis=others)
-
-
-def _whys(cells: _Cells, arms: Sequence[SeriesArm], agents: Sequence[str]) -> tuple[Why, ...]:
+def _whys(cells: _Cells, design: Design) -> tuple[Why, ...]:
     """Why false reports change each agent's success, in each modality that has the arms for it.
 
     The agents that the study is about are one family, and baselines another. Those that play alike count too: that
     reports change their success by less than the margin is a conclusion.
     """
     asked: list[Callable[..., Why | None]] = []
-    for agent in agents:
-        for modality in dict.fromkeys(arm.modality for arm in arms):
-            shown = [arm for arm in arms if arm.modality == modality]
+    for agent in design.agents:
+        for shown in map(design.shown, design.modalities):
             own = {arm.label: cells[agent, arm.label] for arm in shown if (agent, arm.label) in cells}
             asked.append(partial(why, own, shown))
     answered = [(make, is_reference(one.agent)) for make in asked if (one := make())]
@@ -284,17 +257,15 @@ def _whys(cells: _Cells, arms: Sequence[SeriesArm], agents: Sequence[str]) -> tu
 
 
 def _series(
-    trials: Sequence[Trial],
-    arms: Sequence[SeriesArm],
-    agents: Sequence[str],
-    box: Lockbox,
-    each: Each,
-    idle: _Names,
-    axis: frozenset[str],
+    trials: Sequence[Trial], design: Design, box: Lockbox, each: Each, idle: _Names
 ) -> tuple[tuple[Series, StudySummary], ...]:
-    """The numbers over every other dose, and over options of agents."""
-    found = []
-    for series in (one for one in series_of(arms) if not one.doses.keys() <= axis):
+    """The numbers over every other dose, and over options of agents under the first control."""
+    first, found = design.control(design.arms[0].label), []
+    for series in design.series:
+        if series.agent:
+            members = [trial for trial in trials if trial.agent in series.doses and trial.condition == first]
+            found.append((series, members, partial(_by_option, series)))
+            continue
         members = [
             trial
             for trial in trials
@@ -302,10 +273,6 @@ def _series(
             and not (series.doses[trial.condition] and (trial.group, trial.condition) in idle)
         ]
         found.append((series, members, partial(_by_condition, series)))
-    control = control_of(arms, arms[0].modality)
-    for series in series_of_agents(agents):
-        own = [t for t in trials if t.agent in series.doses and control is not None and t.condition == control.label]
-        found.append((series, own, partial(_by_option, series)))
     return tuple(
         (series, summarise(members, box, each=each, axis=series.axis, place=place))
         for series, members, place in found

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from itertools import product
 
 from lockprobe.analysis.condition_study import ConditionStudySummary
 from lockprobe.analysis.effects import Effects
-from lockprobe.analysis.series import Series, SeriesArm
+from lockprobe.analysis.series import Series
 from lockprobe.analysis.summary import StudySummary
-from lockprobe.doses import modality_doses
-from lockprobe.interventions.condition import Condition
 from lockprobe.prose.effects import effects_said
 from lockprobe.prose.hypothesis_tests import conclusions
 from lockprobe.prose.idle import idle_said, unheeded_said
@@ -37,33 +35,15 @@ from lockprobe.report.rows import (
 from lockprobe.report.schema import ConditionResult, CrossingResult, EffectResult, SeriesResult
 from lockprobe.report.study_rows import not_judged_of, rules_said_of
 from lockprobe.report.why import WhyResult, why_row
-from lockprobe.spec import Spec, spec_name
 from lockprobe.studies.study import Study
 
-__all__ = ["arms_of", "condition_parts"]
+__all__ = ["condition_parts"]
 
 _ON_FLIPS = ("findings", "loop_findings", "conclusions")
 """Sentences on the flip rates, of which a study with the truth alone has none."""
 
 _EXAMPLES = 6
 """Trials that are told step by step, of different conditions."""
-
-
-def arms_of(conditions: Iterable[Condition]) -> tuple[SeriesArm, ...]:
-    """Conditions as their specs tell them."""
-    return tuple(map(_arm, conditions))
-
-
-def _arm(condition: Condition) -> SeriesArm:
-    """A condition as its specs tell it; the doses of pictures stand among those of interventions."""
-    shown, doses = modality_doses(condition.modality)
-    pictured = (Spec(spec_name(shown), options={option: value}) for option, value in doses.items())
-    return SeriesArm(
-        label=condition.label,
-        specs=(*map(Spec.parse, condition.specs), *pictured),
-        doses=(*condition.dose_names, *doses),
-        modality=shown,
-    )
 
 
 def _why_rows(found: ConditionStudySummary, trials: Sequence[Trial]) -> list[WhyResult]:
@@ -135,7 +115,7 @@ def condition_parts(opened: OpenedStudy, flips: StudySummary, found: ConditionSt
 
 def _condition_rows(study: Study, flips: StudySummary, found: ConditionStudySummary) -> list[ConditionResult]:
     """Every agent under every condition, in the order of the study; those of the flip axis as it has them."""
-    said = {arm.label: " + ".join(map(str, arm.specs)) for arm in found.arms}
+    said = {arm.label: " + ".join(map(str, arm.specs)) for arm in found.design.arms}
     axis = {
         (one.agent, one.name): condition_row(one, of.name, blind=of.blind)
         for of in flips.agents

@@ -16,7 +16,7 @@ from lockprobe.parallel import Each
 from lockprobe.prose.branch import found_said
 from lockprobe.record import Trial
 from lockprobe.report.assembled import assembled
-from lockprobe.report.condition_results import arms_of, condition_parts
+from lockprobe.report.condition_results import condition_parts
 from lockprobe.report.flip_results import flip_design, flip_parts
 from lockprobe.report.forks import ForkResult, fork_rows
 from lockprobe.report.judging_nobody import judging_nobody
@@ -27,6 +27,7 @@ from lockprobe.report.study_rows import study_progress
 from lockprobe.sections import LeftOutSection, collecting, leaving_out, section
 from lockprobe.studies.directory import RECORDS
 from lockprobe.studies.results_hash import results_hash
+from lockprobe.studies.study_design import design_of
 
 __all__ = ["StudyNumbers", "results", "results_of", "study_numbers", "with_left_out"]
 
@@ -92,11 +93,7 @@ def _of_others(opened: OpenedStudy, flips: StudySummary, each: Each) -> Conditio
         return None
 
     def of(trials: Sequence[Trial]) -> ConditionStudySummary:
-        arms = arms_of(study.conditions)
-        axis = frozenset(one.label for one in study.flip_axis)
-        return summarise_conditions(
-            trials, arms, flips, axis, agents=study.agents, box=study.box, budget=study.max_steps, each=each
-        )
+        return summarise_conditions(trials, design_of(study), flips, box=study.box, budget=study.max_steps, each=each)
 
     return section("All numbers of conditions", lambda: of(opened.trials), lambda: of(()))
 

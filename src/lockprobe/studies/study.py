@@ -338,7 +338,7 @@ class Study:
 
 
 def _flip_axis(conditions: Sequence[Condition]) -> tuple[Condition, ...]:
-    """Flips of one kind, the first that acts, and the truth: each rate once in each modality."""
+    """Flips of one kind and the truth: each rate once in each modality. Of several kinds, the first of ``FlipKind``."""
     flips = [one for one in conditions if one.p is not None]
     kind = _flip_kind(flips)
     found: dict[tuple[str, float | None], Condition] = {}
@@ -349,7 +349,8 @@ def _flip_axis(conditions: Sequence[Condition]) -> tuple[Condition, ...]:
 
 
 def _flip_kind(flips: Sequence[Condition]) -> FlipKind:
-    return next((one.flip.persistence for one in flips if one.specs and one.flip is not None), "transient")
+    found = {one.flip.persistence for one in flips if one.specs and one.flip is not None}
+    return next((kind for kind in get_args(FlipKind) if kind in found), "transient")
 
 
 def _settings_of(condition: Condition) -> dict[str, object]:

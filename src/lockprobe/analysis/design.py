@@ -1,0 +1,103 @@
+"""The design of a study, from its conditions alone: controls, axes, crossings, and the families of its contrasts.
+
+Every contrast belongs to one family. The flip rates of a modality against the truth are one; all other conditions of a
+modality against its control are one; the interactions of all crossings and grids are one. So what is said of one family
+does not depend on the conditions of another.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from lockprobe.analysis.dose_grid import Grid, grids
+from lockprobe.analysis.series import Crossing, Series, SeriesArm, control_of, crossings, series_of, series_of_agents
+
+__all__ = ["Comparison", "Design"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Comparison:
+    """The conditions of one modality and what they are compared with.
+
+    Attributes:
+        control: Label of the control.
+        flips: Labels of the flip rates that act: the family of the flip axis.
+        others: Labels of all other conditions: another family. In the first modality the controls of the other
+            modalities are among them.
+        crossings: Two interventions alone, together and not at all.
+        grids: Crossed doses of two interventions.
+    """
+
+    control: str
+    flips: tuple[str, ...]
+    others: tuple[str, ...]
+    crossings: tuple[Crossing, ...]
+    grids: tuple[Grid, ...]
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """All its conditions, the control first."""
+        return (self.control, *self.flips, *self.others)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Design:
+    """What differs between the conditions of a study.
+
+    Attributes:
+        agents: Agent specs.
+        arms: The conditions as their specs tell them, in the order of the study.
+        axis: Labels of the conditions that differ in flip rate and modality alone, the truth among them.
+    """
+
+    agents: tuple[str, ...]
+    arms: tuple[SeriesArm, ...]
+    axis: frozenset[str]
+    _controls: dict[str, SeriesArm] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        found = {modality: control_of(self.arms, modality) for modality in dict.fromkeys(a.modality for a in self.arms)}
+        object.__setattr__(self, "_controls", {name: one for name, one in found.items() if one is not None})
+
+    @property
+    def modalities(self) -> tuple[str, ...]:
+        """How the box is shown, without doses, each way once."""
+        return tuple(self._controls)
+
+    def shown(self, modality: str) -> tuple[SeriesArm, ...]:
+        """The conditions of a modality."""
+        return tuple(arm for arm in self.arms if arm.modality == modality)
+
+    def control(self, label: str) -> str:
+        """The label of the control of a condition."""
+        arm = next(arm for arm in self.arms if arm.label == label)
+        return self._controls[arm.modality].label
+
+    @property
+    def controls(self) -> frozenset[str]:
+        """The labels of all controls."""
+        return frozenset(arm.label for arm in self._controls.values())
+
+    def comparison(self, modality: str) -> Comparison:
+        """The conditions of a modality and the families of their contrasts with its control."""
+        own, control = self.shown(modality), self._controls[modality].label
+        beside = [self._controls[name].label for name in self.modalities[1:]] if modality == self.modalities[0] else []
+        rest = [arm.label for arm in own if arm.label != control]
+        kept = {arm.label for arm in own} | {*beside}
+        return Comparison(
+            control=control,
+            flips=tuple(label for label in rest if label in self.axis),
+            others=tuple(
+                arm.label
+                for arm in self.arms
+                if arm.label in kept and arm.label != control and (arm.label in beside or arm.label not in self.axis)
+            ),
+            crossings=crossings(own),
+            grids=grids(own),
+        )
+
+    @property
+    def series(self) -> tuple[Series, ...]:
+        """Other doses than flip rates, of three levels or more, and options of agents."""
+        doses = (one for one in series_of(self.arms) if not one.doses.keys() <= self.axis)
+        return (*doses, *series_of_agents(self.agents))

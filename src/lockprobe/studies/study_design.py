@@ -1,0 +1,37 @@
+"""The design of a study, for its analysis."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from lockprobe.analysis.design import Design
+from lockprobe.analysis.series import SeriesArm
+from lockprobe.doses import modality_doses
+from lockprobe.interventions.condition import Condition
+from lockprobe.spec import Spec, spec_name
+from lockprobe.studies.study import Study
+
+__all__ = ["arms_of", "design_of"]
+
+
+def design_of(study: Study) -> Design:
+    """What differs between the conditions of a study."""
+    axis = frozenset(one.label for one in study.flip_axis)
+    return Design(agents=study.agents, arms=arms_of(study.conditions), axis=axis)
+
+
+def arms_of(conditions: Iterable[Condition]) -> tuple[SeriesArm, ...]:
+    """Conditions as their specs tell them."""
+    return tuple(map(_arm, conditions))
+
+
+def _arm(condition: Condition) -> SeriesArm:
+    """A condition as its specs tell it; the doses of pictures stand among those of interventions."""
+    shown, doses = modality_doses(condition.modality)
+    pictured = (Spec(spec_name(shown), options={option: value}) for option, value in doses.items())
+    return SeriesArm(
+        label=condition.label,
+        specs=(*map(Spec.parse, condition.specs), *pictured),
+        doses=(*condition.dose_names, *doses),
+        modality=shown,
+    )
