@@ -191,6 +191,11 @@ class Briefing:
         """The briefing with one more remark."""
         return replace(self, remark=f"{self.remark} {text}".lstrip())
 
+    @property
+    def beyond_words(self) -> bool:
+        """Whether it asks for more than a remark or a warning can say: another instruction, or further answers."""
+        return self != Briefing(remark=self.remark, warning=self.warning)
+
     def warning_of(self, text: str) -> Briefing:
         """The briefing with one more warning."""
         return replace(self, warning=f"{self.warning} {text}".lstrip())

@@ -1,7 +1,5 @@
 """The settings of an experiment are read back from where they are kept."""
 
-import json
-
 import pytest
 from pydantic import ValidationError
 
@@ -19,13 +17,6 @@ def test_what_is_kept_reads_back_and_where_nothing_is_kept_there_are_none(tmp_pa
     settings = Experiment(view="text", trials_each=3)
     keep(tmp_path, settings.model_dump_json())
     assert kept_experiment(tmp_path) == settings
-
-
-def test_who_joined_before_devices_were_kept_was_told_that_they_are_not(tmp_path):
-    settings = Experiment().model_dump(mode="json")
-    del settings["device"]
-    keep(tmp_path, json.dumps(settings))
-    assert kept_experiment(tmp_path).device is False
 
 
 @pytest.mark.parametrize(

@@ -91,7 +91,17 @@ def people_said(summary: StudySummary) -> list[str]:
         return []
     judging_nobody = not_judged(together(one.rules for one in summary.conditions))
     compared = [judging_nobody] if judging_nobody else _compared(summary, found)
-    return [_solved(found), *_steps(found), *compared, _limits(found)]
+    return [*_of_flips(found), _solved(found), *_steps(found), *compared, _limits(found)]
+
+
+def _of_flips(found: People) -> Iterator[str]:
+    """That these numbers leave out trials, where they do."""
+    if found.others:
+        left = "1 box" if found.others == 1 else f"{found.others} boxes"
+        yield (
+            f"This section counts the boxes that people played under flip rates. It leaves out {left} under other "
+            "conditions, which the sections on all conditions and all agents count as they count those of agents."
+        )
 
 
 def _solved(found: People) -> str:
