@@ -4,6 +4,8 @@ import asyncio
 import os
 import re
 import time
+from collections import defaultdict
+from dataclasses import replace
 
 import pytest
 from browser import (
@@ -20,11 +22,13 @@ from browser import (
     served,
     serving,
     trials_of,
+    violations,
     without_the_page,
 )
 from builders import study_of
 from seated import diaries_of
 
+from lockprobe.interventions.condition import read_condition
 from lockprobe.lockbox.families import box
 
 pytestmark = needs_a_browser
@@ -94,6 +98,53 @@ def test_a_strategy_at_the_page_plays_as_without_it(case, tmp_path):
     assert answers["how"].act.answer == "words"
     times = [line.act.rt for line in diary[1:] if line.scene == "box"]
     assert all(0 < rt < 60_000 for rt in times)
+
+
+@pytest.mark.parametrize("view", ["text", "panel"])
+def test_every_condition_is_shown_as_it_acts(view, tmp_path):
+    """What agents read beside a report stands on the page; who plays at random plays as without it."""
+    study = a_study(box=box("random-6-4"), max_steps=20, trials=5, seed=2)
+    specs = ("flip?p=0.4 + nudge", "reword?p=1", "correction?p=1", "drop?p=1", "distract?p=0.5 + warn?rate=0.4")
+    study = replace(study, conditions=tuple(map(read_condition, specs)))
+    looks = run(_sees(tmp_path, study, "random", view=view))
+    trials = check_equal(tmp_path, study, "random", "w1", 5, claims=False)
+    by = {trial.condition: trial for trial in trials.values()}
+    for trial in by.values():
+        seen = looks[trial.facts["position"]]
+        assert [look.remark for look in seen] == [step.remark for step in trial.steps]
+        assert all(look.remark in look.spoken for look in seen)
+        assert [bool(look.warning) for look in seen] == ["warn" in trial.condition] * len(seen)
+        told = [step.told for step in trial.steps[:-1]]
+        shown = [look.report for look in seen[1:]]
+        if trial.condition in ("reword?p=1", "correction?p=1"):
+            assert shown == told
+            assert [line[: len(text)] for line, text in zip(seen[-1].history, told, strict=True)] == told
+        if trial.condition == "drop?p=1":
+            assert set(shown) == {"Nothing was reported."}
+    assert by["flip?p=0.4 + nudge"].changed["nudge"] == 1
+    assert any(
+        "Note: you are repeating" in line for line in looks[by["flip?p=0.4 + nudge"].facts["position"]][-1].history
+    )
+
+
+async def _sees(directory, study, strategy, **experiment):
+    """What the page shows at every step, by box."""
+    looks = defaultdict(list)
+
+    def note(look):
+        if look.scene == "box":
+            looks[look.box].append(look)
+        return False
+
+    async with browser() as chromium, served(directory, study, **experiment) as url:
+        tab = await new_tab(chromium)
+        look, _, _ = await attend(
+            tab, await tab.open(f"{url}?PROLIFIC_PID=w1"), directory, study, strategy, "w1", until=note
+        )
+        assert look.scene == "debrief"
+        assert await tab.page.get_by_text("something was changed on purpose").count() == 1
+        assert await violations(tab.page) == []
+    return looks
 
 
 async def _takes_part(directory, study, strategy, how, **experiment):

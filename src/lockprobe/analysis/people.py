@@ -60,7 +60,6 @@ class People:
     Attributes:
         people: People with such a trial that ended.
         trials: Those trials.
-        others: Trials of people under other conditions that ended; nothing here counts them.
         fewest, most: Fewest and most trials of one person.
         success: Share solved over all conditions.
         alike: Mean over people of the share that each solved, [0, 1]; it equals ``success`` if all have as many trials.
@@ -74,7 +73,6 @@ class People:
 
     people: int
     trials: int
-    others: int
     fewest: int
     most: int
     success: ClusteredProportion
@@ -104,7 +102,6 @@ def people(trials: Sequence[Trial]) -> People | None:
     return People(
         people=len(sizes),
         trials=len(own),
-        others=sum(bool(trial.player) for trial in counted) - len(own),
         fewest=min(sizes.values()),
         most=max(sizes.values()),
         success=_success(own),
