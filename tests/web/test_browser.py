@@ -144,6 +144,11 @@ async def _sees(directory, study, strategy, **experiment):
         assert look.scene == "debrief"
         assert await tab.page.get_by_text("something was changed on purpose").count() == 1
         assert await violations(tab.page) == []
+        admin = await tab.page.context.new_page()
+        await admin.goto(f"{url}admin#token={ADMIN_TOKEN}")
+        await admin.wait_for_selector("#conditions tbody th")
+        named = await admin.locator("#conditions tbody th").all_inner_texts()
+        assert named == [one.label for one in study.conditions]
     return looks
 
 

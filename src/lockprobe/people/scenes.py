@@ -1,7 +1,7 @@
 """Scenes: everything that a participant's page can show.
 
-A scene never contains the truth behind a false report, the interlock, how often reports are false, or the number of
-the trial. It is made from the ``Situation`` that every agent gets.
+A scene never contains the truth behind a false report, the interlock, how often reports are false (unless a condition
+warns of it), the condition, or the number of the trial. It is made from the ``Situation`` that every agent gets.
 """
 
 from __future__ import annotations
