@@ -5,7 +5,7 @@ import os
 import re
 import time
 from collections import defaultdict
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import pytest
 from browser import (
@@ -28,7 +28,7 @@ from browser import (
 from builders import study_of
 from seated import diaries_of
 
-from lockprobe.interventions.condition import read_condition
+from lockprobe.interventions.condition import Condition, read_condition
 from lockprobe.lockbox.families import box
 
 pytestmark = needs_a_browser
@@ -407,19 +407,43 @@ async def _withdraws(directory, study):
         assert (identity.encode() in kept, b"w1" in kept) == (False, False)
 
 
+SCRIPT = '<img src=x onerror="window.hurt = 1"><script>window.hurt = 1</script>'
+
+
+@dataclass(frozen=True, kw_only=True)
+class Shouting:
+    """Somebody's own intervention."""
+
+    def brief(self, briefing, past, task, rng):
+        return briefing.remarking(SCRIPT).warning_of(SCRIPT)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Painting:
+    """Somebody's own words."""
+
+    after_words = True
+
+    def perceive(self, percept, past, task, rng):
+        return replace(percept, text=SCRIPT)
+
+
 def test_what_somebody_writes_is_text_wherever_it_is_shown(tmp_path):
-    study = a_study(p=(0.0,), trials=1)
+    acting = Condition(interventions=(Shouting(), Painting()), name="<img src=x>")
+    study = replace(a_study(trials=1), conditions=(acting,))
     run(_writes(tmp_path, study))
     assert re.search(rb"<img src=x onerror=", b"".join(path.read_bytes() for path in tmp_path.rglob("*.jsonl")))
 
 
 async def _writes(directory, study):
-    script = '<img src=x onerror="window.hurt = 1"><script>window.hurt = 1</script>'
     async with browser() as chromium, served(directory, study, questions=[ASK]) as url:
         tab = await new_tab(chromium)
-        tab.answers = {ASK["question"]: script}
-        look = await tab.open(f"{url}?PROLIFIC_PID=w1&x={script}")
-        await attend(tab, look, directory, study, "random", "w1")
+        tab.answers = {ASK["question"]: SCRIPT}
+        look = await tab.open(f"{url}?PROLIFIC_PID=w1&x={SCRIPT}")
+        look, *kept = await attend(tab, look, directory, study, "random", "w1", until=at_step(1, 2))
+        assert [look.remark, look.warning, look.report] == [SCRIPT] * 3
+        assert look.history == [f"{SCRIPT} {SCRIPT}"]
+        await attend(tab, look, directory, study, "random", "w1", reader=kept[0], rng=kept[1])
         admin = await tab.page.context.new_page()
         await admin.goto(f"{url}admin#token={ADMIN_TOKEN}")
         await admin.wait_for_selector("table")
