@@ -4,8 +4,6 @@ import asyncio
 import os
 import re
 import time
-from collections import defaultdict
-from dataclasses import dataclass, replace
 
 import pytest
 from browser import (
@@ -22,13 +20,11 @@ from browser import (
     served,
     serving,
     trials_of,
-    violations,
     without_the_page,
 )
 from builders import study_of
 from seated import diaries_of
 
-from lockprobe.interventions.condition import Condition, read_condition
 from lockprobe.lockbox.families import box
 
 pytestmark = needs_a_browser
@@ -98,58 +94,6 @@ def test_a_strategy_at_the_page_plays_as_without_it(case, tmp_path):
     assert answers["how"].act.answer == "words"
     times = [line.act.rt for line in diary[1:] if line.scene == "box"]
     assert all(0 < rt < 60_000 for rt in times)
-
-
-@pytest.mark.parametrize("view", ["text", "panel"])
-def test_every_condition_is_shown_as_it_acts(view, tmp_path):
-    """What agents read beside a report stands on the page; who plays at random plays as without it."""
-    study = a_study(box=box("random-6-4"), max_steps=20, trials=5, seed=2)
-    specs = ("flip?p=0.4 + nudge", "reword?p=1", "correction?p=1", "drop?p=1", "distract?p=0.5 + warn?rate=0.4")
-    study = replace(study, conditions=tuple(map(read_condition, specs)))
-    looks = run(_sees(tmp_path, study, "random", view=view))
-    trials = check_equal(tmp_path, study, "random", "w1", 5, claims=False)
-    by = {trial.condition: trial for trial in trials.values()}
-    for trial in by.values():
-        seen = looks[trial.facts["position"]]
-        assert [look.remark for look in seen] == [step.remark for step in trial.steps]
-        assert all(look.remark in look.spoken for look in seen)
-        assert [bool(look.warning) for look in seen] == ["warn" in trial.condition] * len(seen)
-        told = [step.told for step in trial.steps[:-1]]
-        shown = [look.report for look in seen[1:]]
-        if trial.condition in ("reword?p=1", "correction?p=1"):
-            assert shown == told
-            assert [line[: len(text)] for line, text in zip(seen[-1].history, told, strict=True)] == told
-        if trial.condition == "drop?p=1":
-            assert set(shown) == {"Nothing was reported."}
-    assert by["flip?p=0.4 + nudge"].changed["nudge"] == 1
-    assert any(
-        "Note: you are repeating" in line for line in looks[by["flip?p=0.4 + nudge"].facts["position"]][-1].history
-    )
-
-
-async def _sees(directory, study, strategy, **experiment):
-    """What the page shows at every step, by box."""
-    looks = defaultdict(list)
-
-    def note(look):
-        if look.scene == "box":
-            looks[look.box].append(look)
-        return False
-
-    async with browser() as chromium, served(directory, study, **experiment) as url:
-        tab = await new_tab(chromium)
-        look, _, _ = await attend(
-            tab, await tab.open(f"{url}?PROLIFIC_PID=w1"), directory, study, strategy, "w1", until=note
-        )
-        assert look.scene == "debrief"
-        assert await tab.page.get_by_text("something was changed on purpose").count() == 1
-        assert await violations(tab.page) == []
-        admin = await tab.page.context.new_page()
-        await admin.goto(f"{url}admin#token={ADMIN_TOKEN}")
-        await admin.wait_for_selector("#conditions tbody th")
-        named = await admin.locator("#conditions tbody th").all_inner_texts()
-        assert named == [one.label for one in study.conditions]
-    return looks
 
 
 async def _takes_part(directory, study, strategy, how, **experiment):
@@ -407,43 +351,19 @@ async def _withdraws(directory, study):
         assert (identity.encode() in kept, b"w1" in kept) == (False, False)
 
 
-SCRIPT = '<img src=x onerror="window.hurt = 1"><script>window.hurt = 1</script>'
-
-
-@dataclass(frozen=True, kw_only=True)
-class Shouting:
-    """Somebody's own intervention."""
-
-    def brief(self, briefing, past, task, rng):
-        return briefing.remarking(SCRIPT).warning_of(SCRIPT)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Painting:
-    """Somebody's own words."""
-
-    after_words = True
-
-    def perceive(self, percept, past, task, rng):
-        return replace(percept, text=SCRIPT)
-
-
 def test_what_somebody_writes_is_text_wherever_it_is_shown(tmp_path):
-    acting = Condition(interventions=(Shouting(), Painting()), name="<img src=x>")
-    study = replace(a_study(trials=1), conditions=(acting,))
+    study = a_study(p=(0.0,), trials=1)
     run(_writes(tmp_path, study))
     assert re.search(rb"<img src=x onerror=", b"".join(path.read_bytes() for path in tmp_path.rglob("*.jsonl")))
 
 
 async def _writes(directory, study):
+    script = '<img src=x onerror="window.hurt = 1"><script>window.hurt = 1</script>'
     async with browser() as chromium, served(directory, study, questions=[ASK]) as url:
         tab = await new_tab(chromium)
-        tab.answers = {ASK["question"]: SCRIPT}
-        look = await tab.open(f"{url}?PROLIFIC_PID=w1&x={SCRIPT}")
-        look, *kept = await attend(tab, look, directory, study, "random", "w1", until=at_step(1, 2))
-        assert [look.remark, look.warning, look.report] == [SCRIPT] * 3
-        assert look.history == [f"{SCRIPT} {SCRIPT}"]
-        await attend(tab, look, directory, study, "random", "w1", reader=kept[0], rng=kept[1])
+        tab.answers = {ASK["question"]: script}
+        look = await tab.open(f"{url}?PROLIFIC_PID=w1&x={script}")
+        await attend(tab, look, directory, study, "random", "w1")
         admin = await tab.page.context.new_page()
         await admin.goto(f"{url}admin#token={ADMIN_TOKEN}")
         await admin.wait_for_selector("table")
