@@ -3,12 +3,14 @@
 import asyncio
 import base64
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from builders import study_of
 
 from lockprobe.agents.catalogue import resolve
+from lockprobe.interventions.condition import read_condition
 from lockprobe.lockbox.families import box
 from lockprobe.people.diary import PEOPLE_DIRECTORY, Joined, read_diaries, read_diary
 from lockprobe.people.experiment import Experiment
@@ -32,6 +34,11 @@ def people_study(**settings) -> Study:
         "trials": 4, "max_steps": 12, "seed": 7,
     }  # fmt: skip
     return study_of(**{**defaults, **settings})
+
+
+def under(*specs: str, **settings) -> Study:
+    """The same under any conditions."""
+    return replace(people_study(**settings), conditions=tuple(map(read_condition, specs)))
 
 
 def short(**settings) -> Experiment:

@@ -14,7 +14,7 @@ from lockprobe.doses import flip_rate
 from lockprobe.errors import FINAL, Boundary
 from lockprobe.model_call import Count, Finite, Usage, Whole
 from lockprobe.pictures.picture import Picture, PictureKind
-from lockprobe.spec import PEOPLE, group_of, spec_kind
+from lockprobe.spec import PEOPLE, group_of
 from lockprobe.trial_name import ForkName, TrialName
 
 if TYPE_CHECKING:
@@ -190,6 +190,11 @@ class Briefing:
     def remarking(self, text: str) -> Briefing:
         """The briefing with one more remark."""
         return replace(self, remark=f"{self.remark} {text}".lstrip())
+
+    @property
+    def beyond_words(self) -> bool:
+        """Whether it asks for more than a remark or a warning can say: another instruction, or further answers."""
+        return self != Briefing(remark=self.remark, warning=self.warning)
 
     def warning_of(self, text: str) -> Briefing:
         """The briefing with one more warning."""
@@ -398,11 +403,6 @@ class Trial:
     def group(self) -> str:
         """The agent that the trial counts for: itself, or ``participant`` for any person."""
         return group_of(self.agent)
-
-    @property
-    def kind(self) -> str:
-        """The kind of its agent: ``random``, ``llm``, ``participant``."""
-        return spec_kind(self.agent)
 
     @property
     def player(self) -> str:

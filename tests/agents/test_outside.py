@@ -1,10 +1,14 @@
 """An agent outside of the loop decides when it is told to, in order, and says how it was reached."""
 
 import asyncio
+from dataclasses import replace
+
+import pytest
 
 from lockprobe.agents.outside import OutsideAgent
 from lockprobe.agents.prompt import example
-from lockprobe.record import Decision
+from lockprobe.errors import ChannelFault
+from lockprobe.record import Briefing, Decision
 
 
 def test_a_decision_waits_until_it_is_said():
@@ -19,3 +23,17 @@ def test_a_decision_waits_until_it_is_said():
         return agent.facts
 
     assert asyncio.run(play()) == {"transport": "stdio"}
+
+
+@pytest.mark.parametrize("asked", [{"confidence": True}, {"instruction": "{joints}"}, {"hypothesis": "off"}])
+def test_who_reads_words_alone_is_asked_for_nothing_else(asked):
+    async def decides(briefing, **settings):
+        agent = OutsideAgent(**settings)
+        agent.say("A")
+        return await agent.decide(replace(example(), briefing=briefing), None)
+
+    words = Briefing(remark="Look.", warning="Mind.")
+    for briefing, settings in ((words, {"words_alone": True}), (replace(words, **asked), {})):
+        assert asyncio.run(decides(briefing, **settings)).joint == "A"
+    with pytest.raises(ChannelFault, match="more than a remark or a warning"):
+        asyncio.run(decides(replace(words, **asked), words_alone=True))

@@ -142,6 +142,13 @@ def test_the_example_has_every_setting_as_it_is_by_default():
         (("flips", "--p", "0,0.4", "--trials", "1", "--repetitions", "1"), "give --trials 2"),
         (("flips", "--people", "40", "--trials", "18", "--repetitions", "1"), "give --trials 40"),
         (("flips", "--join-code", "a b"), "join_code"),
+        (
+            ("flips", "--condition", "flip?p=0.4 + history?last=3"),
+            "condition: got 'history?last=3', expected what is told",
+        ),
+        (("flips", "--condition", "confidence"), "the page asks for a joint and what the last action did"),
+        (("flips", "--sweep", "tremble?p=0,0.1,0.2", "--trials", "2", "--repetitions", "1"), "give --trials 3"),
+        (("flips", "--condition", "nudge", "--texts", "de"), "texts: got 'de', expected English ones with nudge"),
         (("flips", "--host", "0.0.0.0"), "export LOCKPROBE_ADMIN_TOKEN"),
         (("flips", "--host", "192.0.2.1"), "export LOCKPROBE_ADMIN_TOKEN"),
         (("flips", "--host", "no such"), "export LOCKPROBE_ADMIN_TOKEN"),
@@ -168,6 +175,26 @@ def test_a_number_of_people_is_enough_and_the_same_command_goes_on(tmp_path, mon
     assert _study_and_people("flips", {}, None, {"participants": 40}, None)[1] == directory
     planned, _, _ = _study_and_people("flips", {"p": [0.0, 0.4], "repetitions": 3}, None, {"participants": 40}, None)
     assert (len(planned.p), planned.trials, planned.repetitions) == (2, 14, 3)
+
+
+def test_a_number_of_people_is_enough_for_every_condition(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+    def planned(name="flips", people=12, **asked):
+        found, _, _ = _study_and_people(name, asked, None, {"participants": people}, None)
+        return [one.label for one in found.conditions], found.trials, found.repetitions
+
+    asked = {"condition": ["flip?p=0.4 + nudge"], "sweep": ["tremble?p=0,0.1,0.2"]}
+    four = ["truth", "flip?p=0.4 + nudge", "tremble?p=0.1", "tremble?p=0.2"]
+    assert planned(**asked) == (four, 12, 1)
+    assert planned(people=2, **asked) == (four, 4, 1)
+    assert planned(**asked, p=[0.0, 0.4]) == (["truth", "flip?p=0.4", *four[1:]], 12, 1)
+    (tmp_path / "mine.toml").write_text(
+        'study = "flips"\n[[condition]]\nname = "plain"\nspec = "truth"\n[[condition]]\nname = "nudged"\n'
+        'spec = "flip?p=0.4 + nudge"\n'
+    )
+    assert planned("mine.toml") == (["plain", "nudged"], 12, 1)
+    assert planned("why")[0][0] == "truth"
 
 
 def test_a_public_address_needs_a_name_and_a_token_that_is_none_to_guess(tmp_path):

@@ -9,6 +9,7 @@ from dataclasses import replace
 import pytest
 import seated
 from builders import play_study, small_study, write_study
+from seated import under
 from taking_part import START, take_part
 
 from lockprobe.errors import BadFile
@@ -61,6 +62,21 @@ def test_out_and_in_and_out_again_is_the_same(dataset, tmp_path):
     assert all(seconds[timing.key] == timing for timing in read_timings(tmp_path / "people"))
     write_dataset(here, tmp_path / "again")
     assert contents(tmp_path / "again") == contents(dataset)
+
+
+def test_a_dataset_of_any_conditions_comes_back_and_names_them(tmp_path):
+    study = under("truth", "flip?p=0.4 + nudge", "tremble?p=0.3", trials=3)
+    seated.take_part(tmp_path / "study", study, seated.short(), people=2)
+    write_dataset(tmp_path / "study", tmp_path / "dataset")
+    for name in ("trials", "steps"):
+        with table(tmp_path / "dataset", name).open(encoding="utf-8", newline="") as file:
+            rows = list(csv.DictReader(file))
+        assert {row["condition"] for row in rows} == {one.label for one in study.conditions}
+        assert {row["p"] for row in rows} == {"0.0", ""}
+    here = write_study(tmp_path / "here", replace(study, agents=("random",)), [])
+    assert take_in(here, tmp_path / "dataset").taken == 6
+    write_dataset(here, tmp_path / "again")
+    assert contents(tmp_path / "again") == contents(tmp_path / "dataset")
 
 
 def test_what_is_taken_twice_is_there_once(dataset, tmp_path):

@@ -132,6 +132,7 @@ def test_settings_import_nothing_until_a_trial_is_played():
     with pytest.raises(BadValue, match="what a file or a directory names is data, and is not run"):
         stranger.made()
     known = Condition(interventions=(Recorded(spec="tremble?p=0.1", dose="p"),))
+    assert (known.is_recorded, read_condition("tremble?p=0.1").is_recorded) == (True, False)
     assert known == Condition(interventions=(Tremble(p=0.1),))
     assert known.made() == (Tremble(p=0.1),)
 

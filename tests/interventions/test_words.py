@@ -39,6 +39,16 @@ def test_outcome_and_positions():
     assert text(blocked) == "A did not move. At 1: B."
 
 
+def test_told_facts_are_written_again_as_they_were():
+    before = Percept(joint="A", outcome="moved", positions=(False, True))
+    for told in (Percept(positions=(False, False)), before, replace(before, corrects=before), Percept(joint="A")):
+        for channel in (TextChannel(), TextChannel(tell="state"), TextChannel(form="json", places=True)):
+            for past in ((), (Moment(was=told, told=told),)):
+                made = channel.perceive(told, past, TASK, np.random.default_rng(1))
+                again = channel.written(made, TASK, first=not past)
+                assert (again == made.text) is (told.corrects is None)
+
+
 def test_without_positions_only_the_outcome_is_told():
     assert text(Percept(joint="B", outcome="blocked")) == "B did not move."
     assert text(Percept()) == ""

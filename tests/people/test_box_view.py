@@ -4,7 +4,7 @@ import asyncio
 from dataclasses import replace
 
 import pytest
-from seated import people_study, percept_of
+from seated import people_study, percept_of, under
 from seen import PhotographedPlant
 
 from lockprobe.interventions.condition import flips
@@ -121,3 +121,84 @@ def test_a_modality_with_pictures_shows_pictures_whatever_reports_look_like():
     assert [view_of_modality(m, "text") for m in ("symbolic", "rgb", "rgbd?depth=height")] == [
         "text", "pictures", "pictures",
     ]  # fmt: skip
+
+
+def under_one(spec, joints, **settings):
+    """The scene, and its situation, after these attempts under a condition."""
+    study = under(spec, **settings)
+    plan = study.plan("participant", study.conditions[0], 1, 3)
+    situation = after(joints, plan)
+    return shown(situation, plan), situation
+
+
+def test_a_remark_stands_beside_the_report_and_stays_in_view():
+    box, situation = under_one("remark?after=0", [0, 1])
+    assert box.remark.startswith("Note: this panel is made of wood")
+    assert [line.remark for line in box.history] == [situation.past[1].remark, box.remark] == [box.remark] * 2
+    assert box.remark not in box.panel.told
+    assert under_one("remark?after=0", [])[0].remark == ""
+
+
+def test_a_nudge_comes_where_a_loop_is_completed():
+    box, _ = under_one("nudge", [1, 2, 0, 1, 2, 0])
+    assert box.remark.startswith("Note: you are repeating")
+    assert [bool(line.remark) for line in box.history] == [False] * 5 + [True]
+    assert under_one("nudge", [1, 2, 0])[0].remark == ""
+
+
+def test_a_warning_stands_above_every_step():
+    for joints in ([], [0, 1]):
+        box, _ = under_one("warn?rate=0.4", joints)
+        assert box.warning == "What you are told of your last action is with probability 0.4 false."
+    assert under_one("truth", [0])[0].warning == ""
+
+
+@pytest.mark.parametrize("spec", ["reword?p=1", "reword?p=1 + symbolic", "correction?p=1", "correction?p=1 + symbolic"])
+def test_words_that_say_something_else_than_the_facts_are_shown_as_they_are(spec):
+    box, situation = under_one(spec, [0, 1])
+    assert box.panel.verbatim
+    assert box.panel.told == situation.percept.text
+    assert [(line.verbatim, line.told) for line in box.history] == [
+        (True, situation.past[1].percept.text), (True, situation.percept.text)
+    ]  # fmt: skip
+    assert under_one(spec, [])[0].panel.verbatim is spec.startswith("reword")  # there is nothing to correct yet
+
+
+@pytest.mark.parametrize(
+    "spec", ["truth", "flip?p=1", "reword?p=0", "drop?p=1", "delay", "flip?p=1 + symbolic?form=json"]
+)
+def test_all_other_words_are_those_of_the_page(spec):
+    for joints in ([], [0, 1]):
+        box, _ = under_one(spec, joints)
+        assert not box.panel.verbatim
+        assert not any(line.verbatim for line in box.history)
+
+
+def test_where_nothing_is_reported_nothing_is_shown():
+    box, situation = under_one("drop?p=1", [0, 1])
+    assert (box.panel.told, box.panel.outcome, box.panel.last) == ("", None, situation.task.joints[1])
+    assert {joint.position for joint in box.panel.joints} == {None}
+    assert [(line.told, line.outcome, line.ones) for line in box.history] == [("", None, None)] * 2
+
+
+def test_a_late_report_is_of_the_joint_that_it_names():
+    box, situation = under_one("delay?lag=1 + symbolic", [0, 1])
+    first, second = situation.task.joints[:2]
+    assert [(line.joint, line.about) for line in box.history] == [(first, None), (second, first)]
+    assert (box.panel.last, box.step, box.ask) == (first, 3, True)
+    before, _ = under_one("delay?lag=1 + symbolic", [0])
+    assert (before.panel.last, before.step, before.ask) == (None, 2, False)
+
+
+def test_where_another_joint_was_attempted_the_report_is_of_that():
+    box, situation = under_one("force?at=1 + symbolic", [0])
+    (line,) = box.history
+    assert line.joint == situation.task.joints[0] == situation.past[0].decision.joint
+    assert line.about == box.panel.last == situation.percept.joint
+
+
+def test_a_picture_that_is_left_out_is_no_picture(camera):
+    box, _ = under_one("drop?p=1 + rgb", [0, 1], plant="fast-twin")
+    assert (box.panel.view, box.panel.pictures, box.panel.told) == ("pictures", (), "")
+    assert {joint.handle for joint in box.panel.joints} == {None}
+    assert len(under_one("nudge + rgb", [0, 1], plant="fast-twin")[0].panel.pictures) == 1

@@ -18,18 +18,19 @@ from seated import (
     people_study,
     short,
     take_part,
+    under,
     without_page,
 )
 
 from lockprobe.errors import BadFile, BadValue, DirectoryBusy, SettingsChanged, UserMistake
-from lockprobe.interventions.condition import flips
+from lockprobe.interventions.condition import Condition, flips, read_condition
 from lockprobe.people.diary import Did
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.open_study import LOG, words_to_read
 from lockprobe.people.responses import Agree
 from lockprobe.people.scenes import Box
 from lockprobe.people.server_state import ServerState
-from lockprobe.people.texts import TEXTS
+from lockprobe.people.texts import TEXTS, read_words
 from lockprobe.studies.journal import Journal, LeftOut, Timing, left_out, load, read_timings
 from lockprobe.studies.runner import run_study
 from lockprobe.studies.settings import read_study
@@ -113,6 +114,24 @@ def test_what_cannot_be_had_is_said_before_anybody_comes(tmp_path, study, settin
     with pytest.raises(error):
         begun(tmp_path / "new", study, Experiment(**settings))
     assert not (tmp_path / "new" / "people").exists()
+
+
+def test_what_people_cannot_play_is_refused_however_it_is_on_disk(tmp_path):
+    run_study(replace(STUDY, agents=("random",), conditions=(Condition(), read_condition("forget?p=0.2"))), tmp_path)
+    kept = replace(read_study(tmp_path), agents=("random", "participant"))
+    assert kept.conditions[1].is_recorded
+    with pytest.raises(BadValue, match="condition: got 'forget.p=0.2', expected what is told or done"):
+        begun(tmp_path, kept)
+    assert not (tmp_path / "people").exists()
+
+
+def test_english_words_are_refused_beside_texts_in_another_language(tmp_path):
+    german = read_words("de")
+    for spec in ("nudge", "warn", "flip?p=0.4 + reword?p=1", "correction?p=1"):
+        with pytest.raises(BadValue, match="texts: got 'de', expected English ones with"):
+            asyncio.run(opens(with_words(tmp_path, german, study=under("truth", spec))))
+    assert list(tmp_path.iterdir()) == []
+    asyncio.run(opens(with_words(tmp_path, german, study=under("truth", "drop?p=0.3 + tremble?p=0.1"))))
 
 
 def forgotten(directory, lines=1):
@@ -199,9 +218,9 @@ def test_everybody_goes_on_after_a_restart_and_balance_is_kept(tmp_path):
         assert Counter(person[place].condition for person in slots) == {one.label: 2 for one in study.conditions}
 
 
-def with_words(directory, words, page="1", **settings):
+def with_words(directory, words, page="1", study=STUDY, **settings):
     """Opened with other texts or another page."""
-    return ServerState.open(directory, STUDY, short(**settings), words, clock=Clock(), page=page)
+    return ServerState.open(directory, study, short(**settings), words, clock=Clock(), page=page)
 
 
 async def opens(context):

@@ -3,7 +3,7 @@
 import asyncio
 
 import pytest
-from seated import people_study, short
+from seated import people_study, short, under
 from seen import PhotographedPlant
 
 from lockprobe.errors import PlantFault
@@ -82,3 +82,22 @@ def test_where_the_plant_breaks_there_is_none(monkeypatch):
 
     camera(monkeypatch, broken)
     assert shown(people_study(p=(0.0,), modalities=("rgb",), plant="fast-twin")) == {}
+
+
+CONDITIONS = ("flip?p=1", "nudge + tremble?p=1", "warn", "reword?p=1", "delay?lag=2", "drop?p=1")
+
+
+def test_nothing_of_a_study_s_conditions_acts_in_practice_and_example():
+    study = under(*CONDITIONS)
+    plan = practice_plan(study, Experiment())
+    assert (plan.condition.specs, plan.modality) == ((), STATES)
+    assert shown(study) == shown(under("truth"))
+
+
+def test_no_picture_of_practice_and_example_is_false_or_degraded(monkeypatch):
+    camera(monkeypatch, PhotographedPlant)
+    study = under("rgb", "rgb?p=1", "nudge + rgb?blur=4&occlude=0.3", plant="fast-twin")
+    assert practice_plan(study, Experiment()).modality == "rgb"
+    assert practice_plan(under("rgb?p=1", plant="fast-twin"), Experiment()).modality == "rgb"
+    assert list(shown(study)) == ["rgb"]
+    assert shown(study) == shown(under("rgb", plant="fast-twin"))

@@ -16,6 +16,7 @@ from seated import (
     short,
     take_part,
     to_first,
+    under,
     without_page,
 )
 
@@ -44,6 +45,29 @@ def test_a_strategy_at_the_page_plays_as_without_it(tmp_path, spec, flip):
         assert (trial.ending, trial.opening, trial.channels, trial.labels, trial.listing, trial.key) == (
             alone.ending, alone.opening, alone.channels, alone.labels, alone.listing, alone.key,
         )  # fmt: skip
+
+
+@pytest.mark.parametrize("spec", ["human-inspired", "ideal-observer"])
+def test_under_any_condition_the_record_is_that_of_an_agent(tmp_path, spec):
+    study = under(
+        "truth", "flip?p=0.4 + nudge", "remark?after=0", "distract?p=0.5 + warn", "reword?p=0.5", "correction?p=0.4",
+        "drop?p=0.3", "delay?lag=2", "burst?p=0.4", "yoked?p=0.4", "tremble?p=0.3", "force?at=3",
+        "flip?p=0.4&only=blocked + symbolic", trials=13,
+    )  # fmt: skip
+    take_part(tmp_path, study, short(view="text"), spec)
+    trials = load(tmp_path)
+    assert {trial.condition for trial in trials} == {one.label for one in study.conditions}
+    for trial in trials:
+        alone = without_page(study, trial, spec)
+        says_nothing = trial.condition.startswith(("drop", "delay"))  # of what it is not told, and here it is asked
+        assert as_played(trial, claims=not says_nothing) == as_played(alone, claims=not says_nothing)
+        assert [(step.remark, step.chosen) for step in trial.steps] == [(one.remark, one.chosen) for one in alone.steps]
+        same = ("specs", "doses", "interventions", "channels", "changed", "changed_steps", "opening", "ending", "key")
+        assert {name: getattr(trial, name) for name in same} == {name: getattr(alone, name) for name in same}
+    by = {trial.condition: trial for trial in trials}
+    assert sum(bool(step.remark) for step in by["remark?after=0"].steps) == len(by["remark?after=0"].steps) - 1
+    assert by["distract?p=0.5 + warn"].changed["warn"] == len(by["distract?p=0.5 + warn"].steps)
+    assert any(step.chosen for step in by["tremble?p=0.3"].steps)
 
 
 def test_somebody_who_looks_at_pictures_plays_as_without_a_page(tmp_path):
@@ -82,13 +106,18 @@ def test_times_are_those_of_the_person_and_not_of_playing_it_again(tmp_path):
 
 
 @pytest.mark.parametrize("restart", ["reload", "restart"])
-def test_it_goes_on_where_it_stood_after_every_single_act(tmp_path, restart):
-    study, experiment = (
+@pytest.mark.parametrize(
+    "study",
+    [
         people_study(max_steps=6),
-        Experiment(
-            checks=[{"after": 0, "question": "Blue?", "options": ["blue", "red"], "right": "blue"}],
-            questions=[{"name": "how", "question": "How?"}],
-        ),
+        under("distract?p=0.5 + reword?p=0.5 + tremble?p=0.3", "remark?after=0 + correction?p=0.5", max_steps=6),
+    ],
+    ids=["flips", "others"],
+)
+def test_it_goes_on_where_it_stood_after_every_single_act(tmp_path, restart, study):
+    experiment = Experiment(
+        checks=[{"after": 0, "question": "Blue?", "options": ["blue", "red"], "right": "blue"}],
+        questions=[{"name": "how", "question": "How?"}],
     )
     take_part(tmp_path / "once", study, experiment, "ideal-observer")
 

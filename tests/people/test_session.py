@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+from dataclasses import dataclass, replace
 
 import pytest
 from builders import with_right_checksums
@@ -24,6 +25,7 @@ from seated import (
 from seen import PhotographedPlant
 
 from lockprobe.errors import BadFile
+from lockprobe.interventions.condition import Condition
 from lockprobe.people.diary import Broken, Did
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.responses import Answer, Attempt, Next
@@ -322,6 +324,23 @@ def test_a_box_that_cannot_be_shown_is_passed_over(tmp_path, plant):
     ]
     turns = [line.turn for line in diary_of(tmp_path, shown.identity)[1:]]
     assert turns == list(range(2, 2 + len(turns)))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Insisting:
+    """Somebody's own intervention, which asks from the second step on for what no page asks."""
+
+    def brief(self, briefing, past, task, rng):
+        return replace(briefing.remarking("Look."), confidence=len(past) > 1)
+
+
+def test_a_box_in_which_more_is_asked_than_the_page_can_ask_breaks_and_the_next_one_comes(tmp_path):
+    study = replace(STUDY, conditions=(Condition(interventions=(Insisting(),), name="insisting"), Condition()))
+    take_part(tmp_path, study, short())
+    insisting, true = sorted(load(tmp_path), key=lambda trial: trial.condition)
+    assert (insisting.ending, insisting.error.boundary, len(insisting.steps)) == ("error", "channel", 1)
+    assert (insisting.steps[0].remark, insisting.owed_again) == ("Look.", True)
+    assert true.ending in ("solved", "budget")
 
 
 def test_a_page_that_shows_a_box_which_broke_in_the_meantime_has_to_ask_anew(tmp_path, plant):

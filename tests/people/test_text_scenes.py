@@ -3,7 +3,7 @@
 import asyncio
 
 import pytest
-from seated import WORDS, people_study
+from seated import WORDS, people_study, under
 
 from lockprobe.people.diary import Diary, Did, Joined, Slot
 from lockprobe.people.experiment import Experiment
@@ -149,3 +149,30 @@ def test_who_leaves_or_ends_is_told_that_reports_were_false_where_they_were(p):
     for why in ("late", "withdrawn"):
         assert (WORDS.closed.false_reports[0] in texts.closed(why).paragraphs) is false
     assert WORDS.closed.false_reports[0] not in texts.closed("full").paragraphs
+
+
+@pytest.mark.parametrize(("spec", "false"), [("tremble?p=0.1", True), ("warn", True), ("nudge + drop?p=0.5", False)])
+def test_under_any_condition_it_is_admitted_what_can_be_false(spec, false):
+    texts = TextScenes(WORDS, under("truth", spec), Experiment())
+    for why in ("late", "withdrawn"):
+        assert (WORDS.closed.false_reports[0] in texts.closed(why).paragraphs) is false
+
+
+@pytest.mark.parametrize("spec", ["nudge", "warn?rate=0.4", "flip?p=0.4 + reword?p=1", "tremble?p=1", "drop?p=0.5"])
+def test_before_the_end_texts_say_nothing_of_conditions(spec):
+    study, true = under("truth", spec), under("truth")
+    found = [
+        [TextScenes(WORDS, one, Experiment()).consent(2), *(paragraphs_of(number, one) for number in (1, 2))]
+        for one in (study, true)
+    ]
+    assert found[0] == found[1]
+
+
+def paragraphs_of(number, study):
+    return texts_page(number, study, {}).paragraphs
+
+
+def test_a_degraded_modality_has_the_example_of_the_undegraded_one():
+    study = under("rgb", "rgb?blur=8", plant="fast-twin")
+    (drawn,) = asyncio.run(examples_of(people_study(), Experiment())).values()
+    assert len(texts_page(1, study, {"rgb": drawn}).examples) == 1

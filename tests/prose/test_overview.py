@@ -177,6 +177,12 @@ def test_conditions_are_named_by_what_they_do(found, said):
     assert effects_answer(found) == said
 
 
+def test_people_are_named_as_such():
+    people = replace(effects(("x", 0.3, True)), agent="participant")
+    assert effects_answer([people]) == "x raises the success of people."
+    assert effects_answer([people] * 2) == "Conditions change the success of people; see the sections below."
+
+
 def test_beside_conditions_that_changed_nothing_the_others_are_meant():
     assert effects_answer([effects(("x", 0.01, False, 0.05))] * 2, idle=True) == (
         "No effect of any other condition on success was detected."

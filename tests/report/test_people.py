@@ -8,9 +8,11 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
+import seated
 import strangers
 from builders import play_study, played_by_people, small_study, write_study
 from captions import too_long
+from seated import under
 from taking_part import take_part
 
 from lockprobe.analysis.relative_steps import RelativeSteps
@@ -22,6 +24,7 @@ from lockprobe.record import TrialError
 from lockprobe.report import write_report
 from lockprobe.report.people import flow_said, people_said, people_steps_table
 from lockprobe.studies.journal import load
+from lockprobe.studies.runner import run_study
 
 STUDY = small_study(("participant", "random", "round-robin"), (0.0, 0.4), 2, 5)
 PLAYED = 14
@@ -159,7 +162,7 @@ def test_before_anybody_came_the_report_says_so(tmp_path):
     write_report(path)
     found = json.loads((path / "results.json").read_text("utf-8"))["people"]
     nothing = {"flow": None, "response_times": [], "found": None, "said": []}
-    assert found == {"planned": 3, "finished": 0, "owed": 3, **nothing}
+    assert found == {"planned": 3, "finished": 0, "owed": 3, "others": 0, **nothing}
     assert "0 of 3 boxes for people were played" in (path / "report.html").read_text("utf-8")
     assert not (path / "figures" / "people.png").exists()
     assert not (path / "tables" / "people.csv").exists()
@@ -242,6 +245,29 @@ def test_the_page_says_who_came_to_the_end_and_how_long_choices_took(tmp_path):
 def test_what_is_not_known_of_times_is_not_in_the_table(directory):
     assert "ms per choice" not in table(directory, "people")[0]
     assert "performance.now" not in (directory / "report.html").read_text("utf-8")
+
+
+def test_people_stand_beside_agents_under_every_condition(tmp_path):
+    """Effects, conditions, speed and loops have them; the section on people counts flip rates and says so."""
+    conditions = ("truth", "flip?p=0.4", "flip?p=0.4 + nudge", "reword?p=1", "tremble?p=0.3")
+    study = under(*conditions, agents=("random", "participant"), trials=5)
+    run_study(study, tmp_path)
+    seated.take_part(tmp_path, study, seated.short(), people=5)
+    write_report(tmp_path)
+    found = json.loads((tmp_path / "results.json").read_text("utf-8"))
+    assert (found["people"]["finished"], found["people"]["others"], found["people"]["found"]["trials"]) == (25, 15, 10)
+    (said,) = [one for one in found["people"]["said"] if "other conditions" in one]
+    assert said.startswith("What follows counts boxes under flip rates alone. People finished 15 boxes under other")
+    times = {row["p"]: row["choices"] for row in found["people"]["response_times"]}
+    steps = {p: sum(len(trial.steps) for trial in load(tmp_path) if trial.player and trial.p == p) for p in (0.0, 0.4)}
+    assert times == steps | {None: sum(steps.values())}
+    for part in ("conditions", "effects", "speed", "loops"):
+        rows = [row for row in table(tmp_path, part) if row["agent"] == "participant"]
+        theirs = {row["condition"] for row in rows}
+        assert theirs == set(conditions) - ({"truth"} if part == "effects" else set()), part
+        assert len(rows) == len(theirs)
+    assert {row["agent"] for row in found["effects"]} == {"random", "participant"}
+    assert "the success of people was detected" in found["overview"]["answer"]
 
 
 def test_nobody_who_is_left_is_said_so():

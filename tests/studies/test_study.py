@@ -456,9 +456,14 @@ def test_records_of_conditions_are_those_of_the_study_and_no_others():
     assert [(trial.p, trial.doses) for trial in renamed] == [(0.0, {}), (None, {"tremble.p": 0.1})]
 
 
-def test_people_play_flip_rates_alone():
-    with pytest.raises(BadValue, match="flip rates alone where people take part"):
-        study("flips", agent="participant", condition="nudge")
+def test_people_play_every_condition_that_reaches_them():
+    planned = study("flips", agent="participant", condition="flip?p=0.4 + nudge", sweep="tremble?p=0,0.1")
+    assert [one.label for one in planned.conditions_of("participant")] == [
+        "truth", "flip?p=0.4 + nudge", "tremble?p=0.1"
+    ]  # fmt: skip
+    with pytest.raises(BadValue, match="condition: got 'forget.p=0.2', expected what is told or done, or nudge"):
+        study("flips", agent=["random", "participant"], condition="forget?p=0.2")
+    study("flips", agent="random", condition="forget?p=0.2")
 
 
 def test_options_in_python_are_those_of_the_command_line():

@@ -17,13 +17,13 @@ function sentences({ joint, outcome, ones }, words) {
   return found;
 }
 
-function now({ last, outcome, joints }) {
-  const told = joints.some(({ position }) => position !== null);
-  return {
-    joint: last,
-    outcome,
-    ones: told ? joints.filter(({ position }) => position).map(({ label }) => label) : null,
-  };
+/** What the panel says of the last attempt, in sentences; nothing where nothing was reported, and with pictures. */
+function now({ view, last, outcome, joints, told, verbatim }, words) {
+  if (view === "pictures") return [];
+  if (verbatim) return [told];
+  const known = joints.some(({ position }) => position !== null);
+  const ones = known ? joints.filter(({ position }) => position).map(({ label }) => label) : null;
+  return sentences({ joint: last, outcome, ones }, words);
 }
 
 /**
@@ -34,23 +34,32 @@ function now({ last, outcome, joints }) {
  * @returns {string[]}
  */
 export function reportOf(scene, words) {
-  const { view, last } = scene.panel;
-  const said = view === "pictures" ? [] : sentences(now(scene.panel), words);
-  if (last === null) return view === "text" ? [words.first, ...said] : [words.first];
-  if (view === "pictures") return [filled(words.seen, { label: last })];
-  return view === "text" ? said : said.slice(0, 1);
+  const { view, last, verbatim, pictures } = scene.panel;
+  const said = now(scene.panel, words);
+  const whole = view === "text" || verbatim;
+  if (isFirst(scene)) return whole ? [words.first, ...said] : [words.first];
+  if (view === "pictures" && pictures.length) return [filled(words.seen, { label: last })];
+  if (!said.length) return [words.no_report];
+  return whole ? said : said.slice(0, 1);
+}
+
+/** Whether nothing was attempted. An example has no step, and a late report names no joint. */
+function isFirst({ step, panel }) {
+  return panel.last === null && !(step > 1);
 }
 
 /**
- * The same for those who hear it: also what the panel shows.
+ * The same for those who hear it: also what the panel shows, and what is said beside the report.
  *
  * @param {object} scene
  * @param {Record<string, string>} words
  */
 export function spokenReport(scene, words) {
-  const { view, last } = scene.panel;
-  const told = last !== null && view === "panel" ? sentences(now(scene.panel), words) : reportOf(scene, words);
-  return [...told, `${filled(words.step, { step: scene.step, budget: scene.budget })}.`].join(" ");
+  const { view } = scene.panel;
+  const drawn = view === "panel" && !isFirst(scene) ? now(scene.panel, words) : [];
+  const told = drawn.length ? drawn : reportOf(scene, words);
+  const step = `${filled(words.step, { step: scene.step, budget: scene.budget })}.`;
+  return [...told, scene.remark, scene.step === 1 ? scene.warning : "", step].filter(Boolean).join(" ");
 }
 
 let open = null; // as somebody set it; before that as the study has it, on every screen
@@ -65,8 +74,9 @@ let open = null; // as somebody set it; before that as the study has it, on ever
 export function historyOf(scene, words) {
   if (!scene.history.length) return null;
   const rows = [...scene.history].reverse().map((report) => {
-    const told = sentences(report, words).join(" ");
-    return element("li", { value: report.step }, told || filled(words.joint, { label: report.joint }));
+    const told = report.verbatim ? report.told : sentences({ ...report, joint: report.about }, words).join(" ");
+    const said = [told || filled(words.joint, { label: report.joint }), report.remark].filter(Boolean).join(" ");
+    return element("li", { value: report.step }, said);
   });
   const list = element(
     "details",

@@ -85,7 +85,7 @@ class Step {
   }
 
   #made() {
-    const { practice, number, of, step, budget, panel } = this.#scene;
+    const { practice, number, of, step, budget, panel, remark, warning } = this.#scene;
     const words = this.#words;
     const choose = (label, event) => this.#choose(label, event);
     const shown = VIEWS[panel.view](this.#scene, words, choose);
@@ -109,7 +109,16 @@ class Step {
         heading(practice ? words.practice : filled(words.box, { number, of })),
         element("p", { class: "where", "data-step": step }, filled(words.step, { step, budget })),
       ),
-      element("div", { class: "now" }, report, this.#claim, element("h2", { id: "choose" }, words.choose), shown),
+      element(
+        "div",
+        { class: "now" },
+        warning ? element("p", { class: "warning" }, warning) : null,
+        report,
+        remark ? element("p", { class: "remark" }, remark) : null,
+        this.#claim,
+        element("h2", { id: "choose" }, words.choose),
+        shown,
+      ),
       historyOf(this.#scene, words),
     );
   }

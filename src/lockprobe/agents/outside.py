@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+from lockprobe.errors import ChannelFault
 from lockprobe.record import Decision, Fact, Outcome, Situation
 
 if TYPE_CHECKING:
@@ -20,12 +21,13 @@ class OutsideAgent:
 
     Args:
         facts: How the agent was reached, for the record: a page, a connection. Nothing personal.
+        words_alone: Whether remarks and warnings are all that reaches it of what it is asked.
     """
 
-    def __init__(self, facts: Mapping[str, Fact] | None = None) -> None:
+    def __init__(self, facts: Mapping[str, Fact] | None = None, *, words_alone: bool = False) -> None:
         import asyncio  # listing the agents needs none, and it takes long
 
-        self._facts = dict(facts or {})
+        self._facts, self._words_alone = dict(facts or {}), words_alone
         self._asked: asyncio.Queue[Situation] = asyncio.Queue()
         self._said: asyncio.Queue[Decision] = asyncio.Queue()
 
@@ -35,7 +37,13 @@ class OutsideAgent:
         return self._facts
 
     async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
-        """Wait for the decision."""
+        """Wait for the decision.
+
+        Raises:
+            ChannelFault: If an intervention asks for what does not reach the agent.
+        """
+        if self._words_alone and situation.briefing.beyond_words:
+            raise ChannelFault("an intervention asks for more than a remark or a warning, which is all that is shown")
         self._asked.put_nowait(situation)
         return await self._said.get()
 

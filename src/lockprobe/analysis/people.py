@@ -55,11 +55,11 @@ class AtPosition:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class People:
-    """All people of a study.
+    """All people of a study, in their trials under flip rates.
 
     Attributes:
-        people: People with a trial that ended.
-        trials: Trials that ended.
+        people: People with such a trial that ended.
+        trials: Those trials.
         fewest, most: Fewest and most trials of one person.
         success: Share solved over all conditions.
         alike: Mean over people of the share that each solved, [0, 1]; it equals ``success`` if all have as many trials.
@@ -90,7 +90,7 @@ _SAW = ("view", "history", "feedback", "design", "words", "page")
 
 
 def people(trials: Sequence[Trial]) -> People | None:
-    """The results of people in the trials of one study; None if none of their trials has ended."""
+    """The results of people in the trials of one study; None if none of their trials under flip rates has ended."""
     counted = ended(trials)
     own = [trial for trial in counted if trial.player and trial.p is not None]
     if not own:

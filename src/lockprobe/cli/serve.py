@@ -17,6 +17,7 @@ from lockprobe.cli import options
 from lockprobe.errors import BadFile, BadValue, Conflict, Missing
 from lockprobe.export.downloads import downloads
 from lockprobe.inputs import read_input
+from lockprobe.interventions.condition import flips
 from lockprobe.people.assignment import conditions_of
 from lockprobe.people.capacity import check_capacity, trials_for, what_each_plays
 from lockprobe.people.consent import CODE
@@ -78,7 +79,7 @@ WritePeople = Annotated[
 AsJson = Annotated[bool, typer.Option("--json", help="One JSON object: url, admin_url, directory.")]
 
 
-@options.with_study_options(without=("agent", "condition", "sweep"))
+@options.with_study_options(without=("agent",))
 def serve(
     asked: Mapping[str, object],
     what: Name = None,
@@ -257,12 +258,17 @@ def _people(given: list[str]) -> tuple[Path | None, int | None]:
 def _enough_trials(
     planned: Study, asked: Mapping[str, object], experiment: Experiment, people: int
 ) -> Mapping[str, object]:
-    """Trials and repetitions with places for this many people, unless the user set trials; p stays as it is."""
+    """Trials and repetitions with places for this many people, unless the user set trials; conditions stay as they are.
+
+    The default flip rates of a study depend on whether trials are set, so they are set too.
+    """
     if "trials" in asked:
         return {}
     repetitions = planned.repetitions if "repetitions" in asked else 1
     trials = trials_for(people, len(conditions_of(planned)), repetitions, experiment)
-    return {"p": list(planned.p), "trials": trials, "repetitions": repetitions}
+    enough = {"trials": trials, "repetitions": repetitions}
+    by_rate = planned.conditions == flips(planned.p, planned.flip_kind, planned.modalities)
+    return enough | ({"p": list(planned.p)} if by_rate else {})
 
 
 def _with_people(agents: tuple[str, ...]) -> tuple[str, ...]:
@@ -271,10 +277,7 @@ def _with_people(agents: tuple[str, ...]) -> tuple[str, ...]:
 
 def _experiment(path: Path | None, asked: Mapping[str, object], directory: Path) -> Experiment:
     """The settings for people: as given, or as stored in this directory."""
-    kept = kept_experiment(directory)
-    given = (kept or Experiment()) if path is None else read_experiment(path)
-    if kept is not None and "device" not in given.model_fields_set:  # the file is of before there was this setting
-        given = given.model_copy(update={"device": kept.device})
+    given = (kept_experiment(directory) or Experiment()) if path is None else read_experiment(path)
     return experiment_with(given, asked)
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from lockprobe.agents.participant import participant_spec
 from lockprobe.export.data_dictionary import PLATFORM, as_bits, column
-from lockprobe.export.tidy import COLUMNS, TRIAL_COLUMNS, TidyCell, tidy_columns, tidy_rows, trial_rows
+from lockprobe.export.tidy import COLUMNS, TidyCell, tidy_columns, tidy_rows, trial_columns, trial_rows
 from lockprobe.people.diary import Broken, Diary, Did, Released, read_diaries
 from lockprobe.people.experiment import Experiment, kept_experiment
 from lockprobe.people.journey import Journey
@@ -97,10 +97,11 @@ def tables_of(records: PeopleRecords, names: Collection[str] = tuple(TABLES)) ->
     trials = {trial.key: trial for trial in records.trials}
     acts = acts_of_steps(records.study, trials, records.diaries, records.directory)
     platform = sorted({name for kept in records.diaries for name in kept.joined.platform})
+    of_trials = ("participant", *trial_columns(records.trials), "position", "view")
     participants = (*_PARTICIPANT, *(f"{PLATFORM}{name}" for name in platform))
     made: Mapping[str, Callable[[], Table]] = {
         "steps": lambda: _table("steps", _step_columns(records), _steps(records, acts)),
-        "trials": lambda: _table("trials", ("participant", *TRIAL_COLUMNS, "position", "view"), _trials(records)),
+        "trials": lambda: _table("trials", of_trials, _trials(records)),
         "participants": lambda: _table(
             "participants", participants, (_participant(kept, records.experiment) for kept in records.diaries)
         ),

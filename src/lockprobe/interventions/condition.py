@@ -89,6 +89,11 @@ class Condition:
         return self.name or self.spec
 
     @property
+    def is_recorded(self) -> bool:
+        """Whether an intervention of it is only named, so that its code is not loaded."""
+        return any(isinstance(one, Recorded) for one in self.interventions)
+
+    @property
     def dose_names(self) -> tuple[str, ...]:
         """For every intervention the name of its dose option; empty if it has no dose."""
         return tuple(one.dose if isinstance(one, Recorded) else getattr(one, "dose", "") for one in self.interventions)

@@ -64,13 +64,17 @@ class TextChannel:
             positions=None if self.tell == "outcome" else percept.positions,
             states_only=self.tell == "state",
         )
-        rows = rows_of(task) if self.places and not past else []
-        write = {"words": _words, "json": _json, "table": _table}[self.form]
-        text = write(told, task, rows)
+        text = self.written(told, task, first=not past)
         if percept.corrects is not None:
             first = self.perceive(percept.corrects, past, task, rng).text
             text = f"{first}{_BETWEEN[self.form]}{CORRECTION} {text}"
         return replace(told, text=text)
+
+    def written(self, told: Percept, task: Task, *, first: bool) -> str:
+        """The text of the facts that a percept tells; the ``first`` report of a trial may also say where joints lie."""
+        rows = rows_of(task) if self.places and first else []
+        write = {"words": _words, "json": _json, "table": _table}[self.form]
+        return write(told, task, rows)
 
     def shown(self, percept: Percept) -> object:
         """What agents get of a percept: the joint, the facts that are told, and pictures that were there before."""

@@ -18,7 +18,6 @@ from lockprobe.agents.mcp_client import SAME_IN_ALL_TRIALS
 from lockprobe.errors import BadFile, BadValue, LockprobeError, SettingsChanged
 from lockprobe.mcp_server.connection import Connection, Transport, facts_of
 from lockprobe.mcp_server.isolation import Isolation
-from lockprobe.mcp_server.playable import check_playable
 from lockprobe.mcp_server.wording import CLAIMS, LONGEST_HYPOTHESIS, OVER, begun, observation, wording
 from lockprobe.pictures.picture import Picture
 from lockprobe.plan import Plan
@@ -30,6 +29,7 @@ from lockprobe.studies.journal import Journal
 from lockprobe.studies.paused_trial import PausedTrial, RecordedAttempt
 from lockprobe.studies.picture_store import ALBUM
 from lockprobe.studies.play import own_thread
+from lockprobe.studies.playable import CLIENT, check_playable
 from lockprobe.studies.study import Study
 from lockprobe.trial import Executor, here
 
@@ -99,7 +99,7 @@ class ToolSession:
             BadValue: If a client cannot play a condition.
             BadFile: If a file in it is damaged.
         """
-        check_playable(study)
+        check_playable(study.conditions, CLIENT)
         resolve_plant(study.plant).check(study.box)
         with (
             Journal.open(directory, study) as journal,

@@ -8,12 +8,13 @@ from __future__ import annotations
 import base64
 from typing import Literal
 
+from lockprobe.interventions.words import TextChannel
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.scenes import Box, BoxJoint, BoxPanel, PastStep
 from lockprobe.pictures.picture import Picture
 from lockprobe.plan import Names, Plan
 from lockprobe.record import Percept, Situation, Task
-from lockprobe.studies.modality import is_pictured
+from lockprobe.studies.modality import is_pictured, shown
 
 __all__ = ["View", "box_to_show", "is_asked", "panel_to_show", "view_of_modality"]
 
@@ -35,55 +36,64 @@ def box_to_show(plan: Plan, situation: Situation, *, experiment: Experiment, num
         budget=situation.task.budget,
         ask=is_asked(situation),
         panel=panel_to_show(plan, situation, experiment.view),
-        history=_history(situation) if experiment.history else (),
+        remark=situation.briefing.remark,
+        warning=situation.briefing.warning,
+        history=_history(plan, situation) if experiment.history else (),
         history_open=experiment.history_open,
         device=experiment.device,
     )
 
 
 def is_asked(situation: Situation) -> bool:
-    """Whether the participant has to say what the last action did."""
-    return situation.task.assessment and bool(situation.past)
+    """Whether the participant has to say what the last action did; models cannot either where no action is named."""
+    return situation.task.assessment and situation.percept.joint is not None
 
 
 def panel_to_show(plan: Plan, situation: Situation, view: Literal["text", "panel"]) -> BoxPanel:
     """What the agent's channel shows now."""
     task, percept = situation.task, situation.percept
-    shown = view_of_modality(plan.modality, view)
+    seen = view_of_modality(plan.modality, view)
     kinds = [plan.box.joints[i].kind for i in Names(plan).order]
-    handles = _handles(percept) if shown == "pictures" else {}
+    handles = _handles(percept) if seen == "pictures" else {}
     joints = tuple(
         BoxJoint(
             label=label,
             target=label == task.target,
-            kind=kinds[i] if shown == "panel" else None,
-            place=task.places[i] if shown == "panel" else None,
+            kind=kinds[i] if seen == "panel" else None,
+            place=task.places[i] if seen == "panel" else None,
             position=None if percept.positions is None else (1 if percept.positions[i] else 0),
             handle=handles.get(i),
         )
         for i, label in enumerate(task.joints)
     )
     return BoxPanel(
-        view=shown,
+        view=seen,
         joints=joints,
         told=_told(percept),
+        verbatim=_is_verbatim(plan, task, percept, first=not situation.past),
         last=percept.joint,
         outcome=percept.outcome,
         pictures=tuple(_url(picture) for picture in percept.pictures if picture.shown),
     )
 
 
-def _history(situation: Situation) -> tuple[PastStep, ...]:
-    after = [*(turn.percept for turn in situation.past[1:]), situation.percept]
+def _history(plan: Plan, situation: Situation) -> tuple[PastStep, ...]:
+    after = [
+        *((turn.percept, turn.remark) for turn in situation.past[1:]),
+        (situation.percept, situation.briefing.remark),
+    ]
     return tuple(
         PastStep(
             step=number,
             joint=turn.decision.joint,
+            about=percept.joint,
             told=_told(percept),
+            verbatim=_is_verbatim(plan, situation.task, percept),
             outcome=percept.outcome,
             ones=_ones(situation.task, percept),
+            remark=remark,
         )
-        for number, (turn, percept) in enumerate(zip(situation.past, after, strict=False), 1)
+        for number, (turn, (percept, remark)) in enumerate(zip(situation.past, after, strict=False), 1)
     )
 
 
@@ -97,12 +107,23 @@ def _told(percept: Percept) -> str:
     return "" if percept.pictures else percept.text
 
 
+def _is_verbatim(plan: Plan, task: Task, percept: Percept, *, first: bool = False) -> bool:
+    """Whether the words of a report say something else than its facts do in the sentences of its modality.
+
+    So it is where an intervention acts on words, and where a report corrects another one.
+    """
+    channel = shown(plan.modality)
+    return isinstance(channel, TextChannel) and percept.text != channel.written(percept, task, first=first)
+
+
 def _url(picture: Picture) -> str:
     return "data:image/png;base64," + base64.b64encode(picture.png).decode("ascii")
 
 
 def _handles(percept: Percept) -> dict[int, tuple[tuple[float, float], tuple[float, float]]]:
     """Where handles lie, as shares of the pictures; a place in pixels counts from the middle of the first pixel."""
+    if not percept.pictures:
+        return {}
     width, height = _size(percept.pictures[0])
 
     def share(place: tuple[float, float]) -> tuple[float, float]:

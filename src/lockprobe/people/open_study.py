@@ -26,11 +26,12 @@ from lockprobe.people.tokens import TOKENS
 from lockprobe.people.withdrawal import finish_withdrawal, put
 from lockprobe.plan import Plan
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.spec import PEOPLE
+from lockprobe.spec import PEOPLE, spec_name
 from lockprobe.storage.atomic_file import remove_file, write_private
 from lockprobe.studies.directory import write_settings
 from lockprobe.studies.journal import Journal
 from lockprobe.studies.play import own_thread
+from lockprobe.studies.playable import PERSON, check_playable
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.study import Study
 from lockprobe.trial import Executor, here
@@ -45,6 +46,9 @@ _SETTINGS = (EXPERIMENT, TEXTS)
 
 _MADE = (*_SETTINGS, TOKENS, LOG)
 """Files that a start creates."""
+
+_ENGLISH = frozenset({"nudge", "remark", "distract", "warn", "reword", "correction"})
+"""Interventions whose words reach the page as they are."""
 
 _MAY_CHANGE = {"participants", "away_hours", "language", "require_id", "joins_per_minute", *SECRET}
 """Settings that change nothing of what a participant sees in a box. Texts count by content, not by language."""
@@ -110,12 +114,14 @@ async def open_study(
         SettingsChanged: If the directory holds another study, or people have joined under other settings.
         DirectoryBusy: If another process is writing there.
         BadFile: If a file in it is damaged.
-        UserMistake: If the plant is not available, or there is no such practice box.
+        UserMistake: If the plant is not available, there is no such practice box, or people cannot play a condition.
     """
     known = read_study(directory).agents if (directory / "study.json").exists() else study.agents
     study = replace(study, agents=tuple(dict.fromkeys((*known, PEOPLE))))
     study.check_agents()
+    check_playable(study.conditions, PERSON)
     _check(study, experiment)
+    _check_language(study, words)
     practice = practice_plan(study, experiment)
     plant = resolve_plant(study.plant)
     for box in (study.box, *([practice.box] if practice else [])):
@@ -184,6 +190,16 @@ def _check(study: Study, experiment: Experiment) -> None:
     for check in experiment.checks:
         if check.after > boxes:
             raise BadValue("checks, after", check.after, f"at most {boxes}, the boxes of a participant")
+
+
+def _check_language(study: Study, words: Words) -> None:
+    """Refuse interventions that ship with English sentences on a page in another language."""
+    if words.language.partition("-")[0].lower() == "en":
+        return
+    for condition in study.conditions_of(PEOPLE):
+        for spec in condition.specs:
+            if spec_name(spec) in _ENGLISH:
+                raise BadValue("texts", words.language, f"English ones with {spec}, whose words are English")
 
 
 def _settle(directory: Path, experiment: Experiment, words: Words) -> None:

@@ -1,4 +1,4 @@
-"""The practice box and the example box of the instructions. Neither belongs to the study."""
+"""The practice box and the example box of the instructions. Neither belongs to the study, and nothing acts in them."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import NamedTuple
 
+from lockprobe.doses import modality_doses
 from lockprobe.interventions.condition import Condition
 from lockprobe.lockbox.box import Joint, JointKind, Lockbox
 from lockprobe.lockbox.families import box as named_box
@@ -19,7 +20,7 @@ from lockprobe.studies.paused_trial import PausedTrial
 from lockprobe.studies.study import Study
 from lockprobe.trial import Executor, here
 
-__all__ = ["ExamplePanels", "example_box", "examples_of", "practice_plan"]
+__all__ = ["ExamplePanels", "example_box", "examples_of", "practice_plan", "true_modality"]
 
 _KINDS: tuple[JointKind, ...] = ("prismatic", "revolute", "prismatic")
 
@@ -39,7 +40,7 @@ def practice_plan(study: Study, experiment: Experiment) -> Plan | None:
     """
     if not experiment.practice:
         return None
-    return _extra_plan(study, "practice", named_box(experiment.practice), study.modalities_of(PEOPLE)[0])
+    return _extra_plan(study, "practice", named_box(experiment.practice), _true_modalities(study)[0])
 
 
 def example_box(study: Study) -> Lockbox:
@@ -60,7 +61,7 @@ def example_box(study: Study) -> Lockbox:
 
 
 async def examples_of(study: Study, experiment: Experiment, place: Executor = here) -> Mapping[str, ExamplePanels]:
-    """The example in each modality in which people see the study's boxes; none where the plant breaks.
+    """The example in each modality of people, without its doses; none where the plant breaks.
 
     It is a trial like any other in which one joint was attempted, so it looks as the study's boxes do.
 
@@ -70,7 +71,7 @@ async def examples_of(study: Study, experiment: Experiment, place: Executor = he
         place: Where plants run.
     """
     found: dict[str, ExamplePanels] = {}
-    for modality in study.modalities_of(PEOPLE):
+    for modality in _true_modalities(study):
         plan = _extra_plan(study, "example", example_box(study), modality)
         trial = await PausedTrial.begin(plan, place=place)
         try:
@@ -83,6 +84,19 @@ async def examples_of(study: Study, experiment: Experiment, place: Executor = he
         finally:
             await trial.close()
     return found
+
+
+def true_modality(modality: str) -> str:
+    """A modality that shows the truth: no picture in it is false or degraded.
+
+    >>> true_modality("rgb?p=0.4&blur=8"), true_modality("symbolic?tell=state")
+    ('rgb', 'symbolic?tell=state')
+    """
+    return modality_doses(modality)[0]
+
+
+def _true_modalities(study: Study) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(map(true_modality, study.modalities_of(PEOPLE))))
 
 
 def _extra_plan(study: Study, name: str, box: Lockbox, modality: str) -> Plan:
@@ -106,6 +120,6 @@ def _extra_plan(study: Study, name: str, box: Lockbox, modality: str) -> Plan:
 
 def _true_reports(study: Study, modality: str) -> Condition:
     """True reports that hold as much as those of the study in a modality: a flip can leave the positions out."""
-    shown = (one for one in study.conditions_of(PEOPLE) if one.modality == modality)
+    shown = (one for one in study.conditions_of(PEOPLE) if true_modality(one.modality) == modality)
     flip = next((one.flip for one in shown if one.flip is not None and not one.tells_positions), None)
     return Condition(interventions=() if flip is None else (replace(flip, p=0.0),), modality=modality)

@@ -1,7 +1,7 @@
 """Scenes: everything that a participant's page can show.
 
-A scene never contains the truth behind a false report, the interlock, how often reports are false, or the number of
-the trial. It is made from the ``Situation`` that every agent gets.
+A scene never contains the truth behind a false report, the interlock, how often reports are false (unless a condition
+warns of it), the condition, or the number of the trial. It is made from the ``Situation`` that every agent gets.
 """
 
 from __future__ import annotations
@@ -70,16 +70,25 @@ class BoxJoint(StrictModel):
 
 
 class PastStep(StrictModel):
-    """One finished step: the joint attempted and the report, which is empty with pictures.
+    """One finished step: the joint chosen and the report, which is empty with pictures.
 
-    ``ones`` are the labels of the joints reported at position 1; None where positions are not reported.
+    Attributes:
+        joint: Label of the joint that the participant chose.
+        about: Label of the joint that the report is about; None if it names none.
+        told: The report in words.
+        verbatim: Whether ``told`` is shown as it is.
+        ones: Labels of the joints reported at position 1; None where positions are not reported.
+        remark: The remark with the report; often empty.
     """
 
     step: int
     joint: str
+    about: str | None
     told: str
+    verbatim: bool = False
     outcome: Literal["moved", "blocked"] | None = None
     ones: tuple[str, ...] | None = None
+    remark: str = ""
 
 
 class BoxPanel(StrictModel):
@@ -88,15 +97,18 @@ class BoxPanel(StrictModel):
     Attributes:
         view: ``text`` shows the report in words, ``panel`` draws it, ``pictures`` shows camera pictures.
         joints: The joints in listed order.
-        told: The report in words; empty with pictures.
-        last: Label of the joint attempted last; None before the first attempt.
-        outcome: The reported outcome; None with pictures and before the first attempt.
+        told: The report in words; empty with pictures, and where nothing is reported.
+        verbatim: Whether ``told`` is shown as it is, because the sentences of the page do not say the same.
+        last: Label of the joint that the report is about, by default the one attempted last; None before the first
+            attempt.
+        outcome: The reported outcome; None with pictures, before the first attempt, and where none is reported.
         pictures: PNG files as data URLs, colours first.
     """
 
     view: Literal["text", "panel", "pictures"]
     joints: tuple[BoxJoint, ...]
     told: str
+    verbatim: bool = False
     last: str | None = None
     outcome: Literal["moved", "blocked"] | None = None
     pictures: tuple[str, ...] = ()
@@ -129,6 +141,8 @@ class Box(StrictModel):
         step: The step to take, from 1.
         budget: Steps of the trial.
         ask: Whether the page asks what the last action did before a joint can be chosen.
+        remark: A remark with the report; often empty.
+        warning: A warning about reports; often empty.
         history: All steps of this trial so far, oldest first; empty where the experimenter shows none.
         history_open: Whether the history is unfolded when a box begins.
         device: Whether the page sends the pointer device and the window size with each choice.
@@ -142,6 +156,8 @@ class Box(StrictModel):
     budget: int
     ask: bool
     panel: BoxPanel
+    remark: str = ""
+    warning: str = ""
     history: tuple[PastStep, ...] = ()
     history_open: bool = True
     device: bool = False

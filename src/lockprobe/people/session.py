@@ -222,7 +222,9 @@ class Session:
             RecordedAttempt(did.act.joint, did.act.claimed, did.told) for did in played if isinstance(did.act, Attempt)
         ]
         try:
-            return await PausedTrial.begin(plan, steps, facts=facts, pictures=pictures, place=self._opened.place)
+            return await PausedTrial.begin(
+                plan, steps, facts=facts, words_alone=True, pictures=pictures, place=self._opened.place
+            )
         except BadValue as error:
             raise BadFile(self.path, str(error)) from None
 

@@ -7,10 +7,12 @@ from typing import Literal
 
 from lockprobe.people.diary import Joined
 from lockprobe.people.experiment import Experiment
+from lockprobe.people.false_reports import can_be_false
 from lockprobe.people.journey import Journey, Station
-from lockprobe.people.practice import ExamplePanels
+from lockprobe.people.practice import ExamplePanels, true_modality
 from lockprobe.people.scenes import Ask, Check, Closed, Consent, Debrief, Example, InstructionPage, TrialOver
 from lockprobe.people.texts import Longer, Words, example_on, filled
+from lockprobe.spec import PEOPLE
 from lockprobe.studies.study import Study
 
 __all__ = ["TextScenes"]
@@ -26,8 +28,8 @@ class TextScenes:
     ) -> None:
         self._words = words
         self._experiment = experiment
-        self._are_false = any(study.p)
-        self._modalities = {one.label: one.modality for one in study.conditions}
+        self._are_false = any(map(can_be_false, study.conditions_of(PEOPLE)))
+        self._modalities = {one.label: true_modality(one.modality) for one in study.conditions}
         self._asks = study.assessment
         self._examples = examples or {}
         self._facts = {"joints": len(study.box.joints), "budget": study.max_steps}

@@ -97,6 +97,7 @@ class _OfThePage(_Part):
     blocked: Text
     positions: Text
     none: Text
+    no_report: Text
     seen: Text
     colours: Text
     depth: Text

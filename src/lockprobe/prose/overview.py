@@ -392,13 +392,13 @@ def effects_answer(found: Sequence[Effects], *, idle: bool = False) -> str:
     if not found:
         return "No two conditions have a trial in common yet."
     if len(found) > 1:
-        changed = [one.agent for one in found if any(effect.detectable for effect in one.effects)]
+        changed = [Subject.of(one.agent).name for one in found if any(effect.detectable for effect in one.effects)]
         if not changed:
             left_open = _reach(effect.difference for one in found for effect in one.effects) > NARROW
             no_effect = f"o effect of any {'other ' * idle}condition on success was detected."
             return f"Inconclusive: n{no_effect}" if left_open else f"N{no_effect}"
         return f"Conditions change the success of {_listed(list(dict.fromkeys(changed)))}; see the sections below."
-    only = found[0]
+    only, who = found[0], Subject.of(found[0].agent).name
     parts = [
         f"{_listed([one.condition for one in own])} {way}{'s' * (len(own) == 1)}"
         for way, own in (
@@ -409,14 +409,14 @@ def effects_answer(found: Sequence[Effects], *, idle: bool = False) -> str:
     ]
     if not parts:
         no_effect = (
-            f"o effect of {_listed([one.condition for one in only.effects], 'or')} on the success of {only.agent} "
+            f"o effect of {_listed([one.condition for one in only.effects], 'or')} on the success of {who} "
             "was detected."
         )
         left_open = _reach(one.difference for one in only.effects) > NARROW
         return f"Inconclusive: n{no_effect}" if left_open else f"N{no_effect}"
     rest = sum(not one.detectable for one in only.effects)
     others = f"; no effect of {rest} other{'s' * (rest > 1)} was detected" if rest else ""
-    return f"{' and '.join(parts)} the success of {only.agent}{others}."
+    return f"{' and '.join(parts)} the success of {who}{others}."
 
 
 def effects_needed(found: Sequence[Effects]) -> str:

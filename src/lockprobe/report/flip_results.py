@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from lockprobe.analysis.outcomes import ended
 from lockprobe.analysis.response_times import response_times
 from lockprobe.analysis.summary import StudySummary
 from lockprobe.people.progress import flow_of
@@ -177,8 +178,15 @@ def _people(opened: OpenedStudy, summary: StudySummary) -> PeopleResult | None:
     """What people did."""
     flow = flow_of(opened.study, opened.diaries, opened.withdrawn)
     times = times_of_steps(opened.study, opened.trials, opened.diaries, opened.directory)
+    on_axis = _of_the_axis(opened)
+    theirs = [sum(bool(trial.player) for trial in ended(trials)) for trials in (opened.trials, on_axis)]
     return people_row(
-        summary, opened.study.invited, opened.finished_by_people, flow, response_times(opened.trials, times)
+        summary,
+        opened.study.invited,
+        opened.finished_by_people,
+        flow,
+        response_times(on_axis, times),
+        theirs[0] - theirs[1],
     )
 
 

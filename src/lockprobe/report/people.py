@@ -29,11 +29,15 @@ __all__ = [
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PeopleResult:
-    """People: how many boxes they played, what they opened, how long they took, and sentences about it."""
+    """People: how many boxes they played, what they opened, how long they took, and sentences about it.
+
+    ``others`` boxes ended under conditions that are no flip rates; ``found`` and ``response_times`` leave them out.
+    """
 
     planned: int
     finished: int
     owed: int
+    others: int
     found: People | None
     flow: Flow | None
     response_times: Sequence[ResponseTimes]
@@ -46,6 +50,7 @@ def people_row(
     finished: int,
     flow: Flow | None = None,
     times: Sequence[ResponseTimes] = (),
+    others: int = 0,
 ) -> PeopleResult | None:
     """What ``results.json`` says of people; None where a study has none.
 
@@ -55,6 +60,7 @@ def people_row(
         finished: Those that were played, each place once.
         flow: Who came to the end, where people took part here.
         times: How long they took for a choice.
+        others: Boxes that ended under conditions that are no flip rates.
     """
     found = summary.people
     if not planned and found is None:
@@ -63,10 +69,11 @@ def people_row(
         planned=planned,
         finished=finished,
         owed=planned - finished,
+        others=others,
         found=found,
         flow=flow,
         response_times=times,
-        said=[*(flow_said(flow) if flow else ()), *people_said(summary)],
+        said=[*(flow_said(flow) if flow else ()), *_left_out(others), *people_said(summary)],
     )
 
 
@@ -92,6 +99,16 @@ def people_said(summary: StudySummary) -> list[str]:
     judging_nobody = not_judged(together(one.rules for one in summary.conditions))
     compared = [judging_nobody] if judging_nobody else _compared(summary, found)
     return [_solved(found), *_steps(found), *compared, _limits(found)]
+
+
+def _left_out(others: int) -> Iterator[str]:
+    """That the numbers of this section leave out boxes, where they do."""
+    if others:
+        left = "1 box" if others == 1 else f"{others} boxes"
+        yield (
+            f"What follows counts boxes under flip rates alone. People finished {left} under other conditions, which "
+            "the sections on conditions, speed, loops and optimal actions count beside those of agents."
+        )
 
 
 def _solved(found: People) -> str:

@@ -16,7 +16,7 @@ from lockprobe.agents.catalogue import resolve
 from lockprobe.errors import BadValue, Missing, UnknownName, UserMistake
 from lockprobe.interventions.camera import CameraChannel
 from lockprobe.interventions.catalogue import with_words
-from lockprobe.interventions.condition import MODALITIES, Condition, Recorded
+from lockprobe.interventions.condition import MODALITIES, Condition
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.words import TextChannel
 from lockprobe.plants.catalogue import PlantSource
@@ -97,7 +97,7 @@ def check_shown(conditions: Sequence[Condition], plant: PlantSource) -> None:
         if is_pictured(modality) and not plant.has_camera:
             raise BadValue("modality", modality, f"a plant with a camera, fast-twin or twin, not {plant.spec}")
     for condition in conditions:
-        if not any(isinstance(one, Recorded) for one in condition.interventions):
+        if not condition.is_recorded:
             interventions_for(condition)
     check_distinct(modalities)
 

@@ -48,13 +48,13 @@ class PausedTrial:
         timing: The duration from :meth:`begin` once the trial is over, else None.
     """
 
-    def __init__(self, plan: Plan, facts: Mapping[str, Fact], pictures: Path | None, place: Executor) -> None:
+    def __init__(self, plan: Plan, agent: OutsideAgent, pictures: Path | None, place: Executor) -> None:
         self.plan = plan
         self.situation: Situation | None = None
         self.trial: Trial | None = None
         self.timing: Timing | None = None
         self._told: list[str] = []
-        self._agent = OutsideAgent(facts)
+        self._agent = agent
         keep = None if pictures is None else Album(pictures).keep
         self._loop = asyncio.create_task(play_timed(plan, self._agent, self._note, keep, place=place))
 
@@ -65,6 +65,7 @@ class PausedTrial:
         played: Iterable[RecordedAttempt] = (),
         *,
         facts: Mapping[str, Fact] | None = None,
+        words_alone: bool = False,
         pictures: Path | None = None,
         place: Executor = here,
     ) -> PausedTrial:
@@ -74,6 +75,7 @@ class PausedTrial:
             plan: The plan of the trial.
             played: Its attempts so far.
             facts: Facts about the agent's connection, for the record.
+            words_alone: Whether remarks and warnings are all that the agent is shown of what it is asked.
             pictures: Directory for pictures; None stores none.
             place: The executor that runs the plant.
 
@@ -81,7 +83,7 @@ class PausedTrial:
             BadValue: If a report differs from the one that was shown, or the steps do not fit the trial.
             LockprobeError: If a file cannot be written.
         """
-        paused = cls(plan, facts or {}, pictures, place)
+        paused = cls(plan, OutsideAgent(facts, words_alone=words_alone), pictures, place)
         async with AsyncExitStack() as undo:
             undo.push_async_callback(paused.close)
             await paused._wait()

@@ -21,6 +21,7 @@ from lockprobe.record import Trial
 from lockprobe.seeds import trial_stream
 from lockprobe.spec import PEOPLE, spec_name
 from lockprobe.studies.modality import check_shown, is_pictured, refuse_blind, taken_in
+from lockprobe.studies.playable import PERSON, check_playable
 
 __all__ = ["LARGEST_SEED", "Study", "joined_agents"]
 
@@ -58,7 +59,8 @@ class Study:
 
     Raises:
         UnknownName: If there is no such plant or modality.
-        BadValue: If a setting is out of range, two conditions are the same, or its plant cannot show them.
+        BadValue: If a setting is out of range, two conditions are the same, its plant cannot show them, or people take
+            part who cannot play them.
     """
 
     name: str
@@ -96,9 +98,8 @@ class Study:
             raise BadValue("seed", self.seed, f"a whole number from 0 to {LARGEST_SEED}")
         if "/" in self.name or not self.name.strip() or len(self.name) > LONGEST_NAME:
             raise BadValue("name", self.name, f"a name of at most {LONGEST_NAME} characters without slashes")
-        if PEOPLE in self.agents and not self.of_flips:
-            other = next((one.label for one in self.conditions if one.p is None), self.conditions[-1].label)
-            raise BadValue("condition", other, "flip rates alone where people take part")
+        if PEOPLE in self.agents:
+            check_playable((one for one in self.conditions if not one.is_recorded), PERSON)
         self._check_plant()
 
     def _check_plant(self) -> None:
