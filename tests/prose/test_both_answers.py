@@ -13,7 +13,7 @@ LOST = "was detected in its own section (P = {}), but not after correction for b
 def answered(monkeypatch, flips, conditions):
     """The sentence for studies with these P values in their two families."""
     monkeypatch.setattr(module, "flips_answer", lambda summary: "Flips.")
-    monkeypatch.setattr(module, "effects_answer", lambda found: "Conditions.")
+    monkeypatch.setattr(module, "effects_answer", lambda found, other: "Conditions." if other else "")
 
     def one(p_value):
         return SimpleNamespace(difference=SimpleNamespace(p_value=p_value))

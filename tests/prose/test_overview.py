@@ -184,10 +184,10 @@ def test_people_are_named_as_such():
 
 
 def test_beside_conditions_that_changed_nothing_the_others_are_meant():
-    assert effects_answer([effects(("x", 0.01, False, 0.05))] * 2, idle=True) == (
+    assert effects_answer([effects(("x", 0.01, False, 0.05))] * 2, other=True) == (
         "No effect of any other condition on success was detected."
     )
-    assert effects_answer([effects(("x", 0.01, False, 0.05))], idle=True) == (
+    assert effects_answer([effects(("x", 0.01, False, 0.05))], other=True) == (
         "No effect of x on the success of a was detected."
     )
 

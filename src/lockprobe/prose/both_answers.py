@@ -25,7 +25,7 @@ def both_answers(flips: StudySummary, found: Sequence[Effects]) -> str:
     values = [min(own, default=None) for own in (agents, conditions)]
     said = []
     for answer, of, value, corrected in zip(
-        (flips_answer(flips), effects_answer(found)),
+        (flips_answer(flips), effects_answer(found, other=True)),
         ("false reports", "other conditions"),
         values,
         holm(values),

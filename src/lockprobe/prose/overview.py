@@ -382,12 +382,12 @@ def modality_answer(effect: ModalityEffect, summary: StudySummary) -> str:
     return f"Inconclusive: n{no_effect}" if left_open else f"N{no_effect}"
 
 
-def effects_answer(found: Sequence[Effects], *, idle: bool = False) -> str:
+def effects_answer(found: Sequence[Effects], *, other: bool = False) -> str:
     """What conditions did to the success of the agents that the study is about, against their control.
 
     Args:
         found: Their effects.
-        idle: Whether some conditions changed nothing for some of these agents, so that there is no effect of them.
+        other: Whether there are conditions that these effects leave out: flip rates, or some that changed nothing.
     """
     if not found:
         return "No two conditions have a trial in common yet."
@@ -395,7 +395,7 @@ def effects_answer(found: Sequence[Effects], *, idle: bool = False) -> str:
         changed = [Subject.of(one.agent).name for one in found if any(effect.detectable for effect in one.effects)]
         if not changed:
             left_open = _reach(effect.difference for one in found for effect in one.effects) > NARROW
-            no_effect = f"o effect of any {'other ' * idle}condition on success was detected."
+            no_effect = f"o effect of any {'other ' * other}condition on success was detected."
             return f"Inconclusive: n{no_effect}" if left_open else f"N{no_effect}"
         return f"Conditions change the success of {_listed(list(dict.fromkeys(changed)))}; see the sections below."
     only, who = found[0], Subject.of(found[0].agent).name

@@ -168,7 +168,7 @@ def condition_overview(flips: StudySummary, found: ConditionStudySummary, study:
     said = Overview(
         question=question,
         trial=trial_said(study.max_steps, "conditions"),
-        answer=answer or effects_answer(effects, idle=any(not one.intervention for one in named)),
+        answer=answer or effects_answer(effects, other=any(not one.intervention for one in named)),
         changed_nothing=" ".join(idle),
         chance=_no_advantage(found, effects),
         needed="" if found.whys else effects_needed(effects),
