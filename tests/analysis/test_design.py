@@ -58,7 +58,11 @@ def test_a_condition_more_changes_no_other_family(both, more):
         assert now.others == (*before.others, more.label)
 
 
-@given(chosen, st.randoms())
+TRANSIENT = [one for one in OTHERS if "sticky" not in one.label]
+"""Of two kinds of flips the first one is the axis, so the order says which."""
+
+
+@given(st.tuples(chosen.map(lambda both: both[0]), st.lists(st.sampled_from(TRANSIENT), unique=True)), st.randoms())
 def test_the_order_of_conditions_and_their_names_make_no_family(both, random):
     flips, others = both
     conditions = [TRUTH, *flips, *others]

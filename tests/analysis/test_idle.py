@@ -94,7 +94,7 @@ def test_it_is_idle_for_the_agent_for_which_nothing_was_changed():
 
 
 def test_the_control_is_meant_to_change_nothing():
-    found = summary("tremble?p=0", "tremble?p=0.2")
+    found = summary("tremble?p=0.2")
     assert found.idle == ()
     assert [one.control for one in found.effects] == ["truth"]
 

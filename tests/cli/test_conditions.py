@@ -41,6 +41,16 @@ def test_conditions_are_played_beside_the_truth_and_resumed(lockprobe, tmp_path)
         (("--condition", "lies="), "condition: got 'lies=', expected NAME=SPEC, for example lies=flip?p=0.4"),
         (("--condition", "=nudge"), "condition: got '=nudge', expected NAME=SPEC"),
         (("--condition", "x=python:nowhere:Nothing"), "python:nowhere:Nothing"),
+        (
+            ("--condition", "off=tremble?p=0"),
+            "condition: got 'tremble?p=0', expected one that does something; at dose 0",
+        ),
+        (
+            ("--condition", "distract"),
+            "got 'distract?p=0', expected one that does something; at dose 0 it is the truth",
+        ),
+        (("--condition", "truth=nudge"), "got 'truth=nudge', expected another name: truth is the control"),
+        (("--condition", "nudge=flip?p=0.4"), "expected another name: nudge is an intervention"),
         (("--condition", "x=nudge", "--condition", "y=nudge"), "another condition than x, which is the same"),
     ],
 )

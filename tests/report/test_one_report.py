@@ -93,3 +93,28 @@ def test_conditions_without_flips_have_speed_loops_and_agents_compared(tmp_path)
     }  # a trembling hand is not the choice
     for name in ("speed", "loops", "detectors"):
         assert "tremble?p=0.5" in (directory / "tables" / f"{name}.csv").read_text()
+
+
+def test_an_idle_condition_takes_no_answer_on_flips_away(tmp_path):
+    beside = results(played(tmp_path / "study", **FLIPS, condition=["history?last=50"])).plain()
+    alone = results(played(tmp_path / "alone", **FLIPS)).plain()
+    assert beside["overview"]["answer"] == alone["overview"]["answer"]
+    assert "history?last=50 changed nothing" in beside["overview"]["changed_nothing"]
+
+
+def test_flips_of_another_kind_are_told_apart_in_every_table(tmp_path):
+    directory = played(tmp_path / "study", p=[0, 0.4], flip="sticky", condition=["flip?p=0.4", "flip?p=0.1"])
+    write_report(directory)
+    found = json.loads((directory / "results.json").read_text())
+    assert found["flips"]["kind"] == "sticky"
+    assert {row["other_p"] for row in found["contrasts"]} == {0.4}
+    for name in ("speed", "loops", "detectors"):
+        rows = [line.split(",")[:2] for line in (directory / "tables" / f"{name}.csv").read_text().splitlines()]
+        assert len({tuple(row) for row in rows}) == len(rows), name
+
+
+def test_no_other_condition_is_spoken_of_where_agents_play_alike(tmp_path):
+    planned = study("flips", agent=["round-robin"], p=[0, 0.4], condition=["tremble?p=0.9"], trials=6, repetitions=1)
+    answer = results(write_study(tmp_path / "study", planned)).plain()["overview"]["answer"]
+    assert "at every flip rate" in answer
+    assert "under every condition" not in answer

@@ -2,13 +2,14 @@
 
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from builders import modality_study, play_study, small_study, write_study
 
 from lockprobe.errors import BadFile, BadValue
 from lockprobe.record import STATES
-from lockprobe.studies.settings import read_study
+from lockprobe.studies.settings import read_study, study_from
 from lockprobe.studies.study_options import StudyOptions
 from lockprobe.studies.studyfile import study
 
@@ -120,3 +121,18 @@ def test_a_long_spec_is_refused():
         study(StudyOptions(agent=[long]))
     with pytest.raises(BadValue, match="^plant: "):
         study(StudyOptions(plant="twin?" + "x" * 1000))
+
+
+@pytest.mark.parametrize(
+    ("acting", "message"),
+    [
+        ({"spec": "nudge + flip?p=0.4"}, "intervention: got 'nudge \\+ flip.p=0.4', expected one"),
+        ({"spec": "flip?p=0.4", "dose": "q"}, "dose q of flip.p=0.4: got '', expected a number among its options"),
+        ({"spec": "flip?p=0.4&persistence=sticky", "dose": "persistence"}, "dose persistence of .*: got 'sticky'"),
+    ],
+)
+def test_an_intervention_of_settings_is_one_with_a_number_for_its_dose(acting, message):
+    condition = {"name": "", "interventions": [acting], "modality": "symbolic?tell=state"}
+    settings = study("flips", agent="random", p=[0]).settings() | {"conditions": [condition]}
+    with pytest.raises(BadFile, match=message):
+        study_from(settings, Path("study.json"))

@@ -453,6 +453,7 @@ def test_records_of_conditions_are_those_of_the_study_and_no_others():
     assert [planned.condition_of(trial) for trial in renamed] == list(planned.conditions)
     assert not planned.asks_for(replace(renamed[1], condition="tremble?p=0.2"))
     assert not STUDY.asks_for(renamed[1])
+    assert not planned.asks_for(replace(renamed[0], specs=("nudge",)))
     assert [(trial.p, trial.doses) for trial in renamed] == [(0.0, {}), (None, {"tremble.p": 0.1})]
 
 

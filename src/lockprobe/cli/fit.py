@@ -5,7 +5,7 @@ from __future__ import annotations
 import json as json_
 import sys
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import IO, Annotated
@@ -24,6 +24,7 @@ from lockprobe.formatting import percent
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.families import box
 from lockprobe.prose.model_fit import CAUTION, finding, fit_row
+from lockprobe.record import Trial
 from lockprobe.storage.atomic_file import atomic_file
 from lockprobe.studies.journal import load
 from lockprobe.studies.settings import read_study
@@ -55,10 +56,11 @@ def fit(
     out = None if str(out) == "-" else out
     if out is not None:
         refuse_study_file(out, directory)
-    trials = load(directory)
-    if others := sum(trial.p is None for trial in trials):
-        said = "conditions other than flip rates, which no model here describes"
-        print(f"{others} of {len(trials)} trials are left out: they are under {said}.", file=sys.stderr)
+    everything = load(directory)
+    trials = _under_flips(directory, everything)
+    if others := len(everything) - len(trials):
+        said = "conditions other than flip rates of one kind, which no model here describes"
+        print(f"{others} of {len(everything)} trials are left out: they are under {said}.", file=sys.stderr)
     report = fit_agents(
         trials,
         agents=agent or None,
@@ -74,6 +76,14 @@ def fit(
         return
     with atomic_file(out) as draft, draft.open("w", encoding="utf-8") as file:
         _write(report, file, json=json)
+
+
+def _under_flips(directory: Path, trials: Sequence[Trial]) -> list[Trial]:
+    """The trials under flip rates of one kind, those of the study's axis if its settings are here."""
+    with suppress(UserMistake):
+        rates = {one.label for one in read_study(directory).flip_axis}
+        return [trial for trial in trials if trial.condition in rates]
+    return [trial for trial in trials if trial.p is not None]
 
 
 def _boxes(directory: Path, names: Iterable[str]) -> dict[str, Lockbox]:

@@ -113,7 +113,7 @@ def _single(agent: AgentSummary) -> str:
     first = next(one for one in agent.conditions if one.success.n)
     who = subject_of(agent)
     if agent.blind:
-        return f"{alike_said(agent)}: it solved {_rate(first)} under every condition."
+        return f"{alike_said(agent)}: it solved {_rate(first)} at every {agent.axis.name}."
     contrast = agent.contrast
     if contrast is None:
         return f"{who.first} solved {_rate(first)}."

@@ -54,9 +54,9 @@ def _blind_said(agent: AgentSummary, counted: list[ConditionSummary]) -> str:
     first = counted[0]
     said = f"{alike_said(agent)}: it solved {of_trials(first.success)}"
     if all(condition.success.n == first.success.n for condition in counted):
-        return f"{said} under every condition."
+        return f"{said} at every {agent.axis.name}."
     where = at_dose(first.p, agent.axis)
-    return f"{said} {where}, and the results of these trials are the same under every other condition."
+    return f"{said} {where}, and the results of these trials are the same at every other {agent.axis.name}."
 
 
 def alike_said(agent: AgentSummary) -> str:

@@ -156,7 +156,7 @@ def condition_overview(flips: StudySummary, found: ConditionStudySummary, study:
     elif first is not None:
         number = len(study.conditions) - len(study.flip_axis)
         question = f"Do false reports and {number} other condition{'s' * (number > 1)} change how agents open {box}?"
-        answer = both_answers(flips, effects) if effects else ""
+        answer = both_answers(flips, effects) if effects else first.answer
     else:
         question, answer = f"How do {len(study.conditions)} conditions affect success on {box}?", ""
     named = [one for one in found.idle if one.agent in found.subjects]

@@ -284,11 +284,14 @@ class _Row(Protocol):
     def condition(self) -> str: ...
     @property
     def p(self) -> float | None: ...
+    @property
+    def label(self) -> str: ...
 
 
 def _of_conditions(rows: Sequence[_Row]) -> bool:
-    """Whether some rows are of conditions that are no flip rates: then all go by the names of their conditions."""
-    return any(row.p is None for row in rows)
+    """Whether flip rates do not tell the rows apart: then all go by the names of their conditions."""
+    rates = {(row.label, row.p) for row in rows}
+    return None in {p for _, p in rates} or len(rates) < len({(row.label, row.condition) for row in rows})
 
 
 def _varied(rows: Sequence[_Row]) -> str:

@@ -228,7 +228,8 @@ def _condition_said(condition: Mapping[str, object]) -> str:
     specs = [str(one.get("spec")) for one in acting if isinstance(one, dict)] if isinstance(acting, list) else []
     shown = str(condition.get("modality", default_modality(*specs)))
     said = specs if shown == default_modality(*specs) else [*specs, shown]
-    return str(condition.get("name") or " + ".join(said) or TRUTH)
+    acts, name = " + ".join(said) or TRUTH, str(condition.get("name", ""))
+    return f"{name}={acts}" if name else acts
 
 
 def _texts(values: object) -> list[str]:

@@ -9,9 +9,10 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from lockprobe.errors import BadFile, UserMistake
+from lockprobe.errors import BadFile, BadValue, UserMistake
 from lockprobe.interventions.condition import Condition, Recorded
 from lockprobe.lockbox.boxfile import box_from_data
+from lockprobe.spec import Spec, split_specs
 from lockprobe.studies.directory import read_settings
 from lockprobe.studies.study import LARGEST_SEED, Study
 from lockprobe.validation import plain
@@ -22,7 +23,7 @@ Text = Annotated[str, Field(min_length=1, max_length=1000)]
 LONGEST_SPEC = 1000
 """Characters of the spec of an agent, a condition or a plant."""
 
-Spec = Annotated[str, Field(min_length=1, max_length=LONGEST_SPEC)]
+AgentSpec = Annotated[str, Field(min_length=1, max_length=LONGEST_SPEC)]
 
 Count = Annotated[int, Field(ge=0, le=LARGEST_SEED)]
 
@@ -43,7 +44,7 @@ class _Condition(BaseModel):
 class _Settings(BaseModel):
     model_config = ConfigDict(strict=True, extra="forbid")
     study: Text
-    agents: list[Spec]
+    agents: list[AgentSpec]
     box: dict[str, Any]
     conditions: list[_Condition]
     repetitions: Count
@@ -96,6 +97,8 @@ def study_from(settings: Mapping[str, object], path: Path) -> Study:
 
 def _conditions(found: _Settings) -> tuple[Condition, ...]:
     """Its conditions, of which nothing is imported."""
+    for act in (act for one in found.conditions for act in one.interventions):
+        _check(act)
     return tuple(
         Condition(
             interventions=tuple(Recorded(spec=act.spec, dose=act.dose) for act in one.interventions),
@@ -104,3 +107,14 @@ def _conditions(found: _Settings) -> tuple[Condition, ...]:
         )
         for one in found.conditions
     )
+
+
+def _check(act: _Intervention) -> None:
+    """Refuse several interventions in one spec, and a dose that is no number of it."""
+    if len(split_specs(act.spec)) != 1:
+        raise BadValue("intervention", act.spec, "one")
+    said = Spec.parse(act.spec, "intervention").options.get(act.dose, "") if act.dose else "0"
+    try:
+        float(said)
+    except ValueError:
+        raise BadValue(f"dose {act.dose} of {act.spec}", said, "a number among its options") from None

@@ -19,7 +19,7 @@ from lockprobe.plan import Plan
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.record import Trial
 from lockprobe.seeds import trial_stream
-from lockprobe.spec import PEOPLE, spec_name
+from lockprobe.spec import PEOPLE, Spec, spec_name
 from lockprobe.studies.modality import check_shown, is_pictured, refuse_blind, taken_in
 from lockprobe.studies.playable import PERSON, check_playable
 
@@ -302,6 +302,7 @@ class Study:
             trial.key == plan.key
             and (trial.study, trial.seed, trial.budget) == (self.name, self.seed, self.max_steps)
             and trial.doses == condition.doses
+            and _acted(trial.specs) == _acted(condition.specs)
             and trial.joints == plan.box.names
             and trial.assessment == self.assessment
         )
@@ -338,8 +339,14 @@ class Study:
         return len(self.conditions_of(agent)) * self.repetitions * self.trials_of(agent)
 
 
+def _acted(specs: Sequence[str]) -> list[str]:
+    """What acted, without the steps of yoked reports, which are drawn for each trial."""
+    parsed = [Spec.parse(spec, "intervention") for spec in specs]
+    return [str(one.without(["at"])) if one.full_name == "yoked" else str(one) for one in parsed]
+
+
 def _flip_axis(conditions: Sequence[Condition]) -> tuple[Condition, ...]:
-    """Flips of one kind and the truth: each rate once in each modality. Of several kinds, the first of ``FlipKind``."""
+    """Flips of one kind and the truth: each rate once in each modality. Of several kinds, that of the first flip."""
     flips = [one for one in conditions if one.p is not None]
     kind = _flip_kind(flips)
     found: dict[tuple[str, float | None], Condition] = {}
@@ -350,8 +357,7 @@ def _flip_axis(conditions: Sequence[Condition]) -> tuple[Condition, ...]:
 
 
 def _flip_kind(flips: Sequence[Condition]) -> FlipKind:
-    found = {one.flip.persistence for one in flips if one.specs and one.flip is not None}
-    return next((kind for kind in get_args(FlipKind) if kind in found), "transient")
+    return next((one.flip.persistence for one in flips if one.specs and one.flip is not None), "transient")
 
 
 def _settings_of(condition: Condition) -> dict[str, object]:

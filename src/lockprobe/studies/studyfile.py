@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 from lockprobe.agents.catalogue import resolve
 from lockprobe.doses import modality_doses
 from lockprobe.errors import BadValue, UnknownName, UserMistake
-from lockprobe.interventions.catalogue import spec_of
+from lockprobe.interventions.catalogue import TRUTH, shipped, spec_of
 from lockprobe.interventions.condition import (
     Condition,
     default_modality,
@@ -192,9 +192,26 @@ def _conditions(request: StudyOptions, extent: paper.Extent, modalities: Sequenc
 def _asked(request: StudyOptions) -> list[Condition]:
     """The conditions and sweeps that are named."""
     return [
-        *(read_condition(one.spec, one.name) for one in request.conditions_named),
+        *(_acting(read_condition(one.spec, one.name)) for one in request.conditions_named),
         *(one for spec in request.sweep or () if not spec.startswith(AGENT_SWEEP) for one in sweep(spec)),
     ]
+
+
+def _acting(asked: Condition) -> Condition:
+    """A condition that was named, if it does what its name says.
+
+    Raises:
+        BadValue: If its doses are 0, or it is called what another condition is.
+    """
+    if asked.specs and asked.does_nothing and asked.p is None:
+        raise BadValue("condition", asked.spec, "one that does something; at dose 0 it is the truth")
+    if asked.name == TRUTH and not asked.does_nothing:
+        raise BadValue("condition", f"{TRUTH}={asked.spec}", "another name: truth is the control")
+    if asked.name in shipped() and asked.specs and spec_name(asked.specs[0]) != asked.name:
+        raise BadValue("condition", f"{asked.name}={asked.spec}", f"another name: {asked.name} is an intervention")
+    if any(mark in asked.name for mark in "?+"):
+        raise BadValue("condition", asked.name, "a name without ? and +, which are of specs")
+    return asked
 
 
 def _arms(request: StudyOptions, p: Sequence[float], modalities: Sequence[str]) -> tuple[Condition, ...]:
