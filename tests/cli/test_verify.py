@@ -78,7 +78,7 @@ def hosted(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     "given",
     [
-        {"condition": ["forget", "flip?p=0.4"]},
+        {"condition": ["forget?p=0.5", "flip?p=0.4"]},
         {"condition": ["nudge?after=2", "confidence", "tremble?p=0.5"]},
         {"p": [0, 0.4], "assessment": False, "layout": "shuffled"},
         {"p": [0], "modality": ["rgb"], "plant": "fast-twin", "agent": "llm:openai-api/fake/model?images=1"},

@@ -192,18 +192,19 @@ def _conditions(request: StudyOptions, extent: paper.Extent, modalities: Sequenc
 def _asked(request: StudyOptions) -> list[Condition]:
     """The conditions and sweeps that are named."""
     return [
-        *(_acting(read_condition(one.spec, one.name)) for one in request.conditions_named),
+        *(_acting(read_condition(one.spec, one.name), one.spec) for one in request.conditions_named),
         *(one for spec in request.sweep or () if not spec.startswith(AGENT_SWEEP) for one in sweep(spec)),
     ]
 
 
-def _acting(asked: Condition) -> Condition:
-    """A condition that was named, if it does what its name says.
+def _acting(asked: Condition, text: str) -> Condition:
+    """A condition that was asked for, if it does what it says.
 
     Raises:
-        BadValue: If its doses are 0, or it is called what another condition is.
+        BadValue: If its dose is 0 although it has a name, or because none was given; or if it is called what another
+            condition is.
     """
-    if asked.specs and asked.does_nothing and asked.p is None:
+    if asked.specs and asked.does_nothing and asked.p is None and (asked.name or "?" not in text):
         raise BadValue("condition", asked.spec, "one that does something; at dose 0 it is the truth")
     if asked.name == TRUTH and not asked.does_nothing:
         raise BadValue("condition", f"{TRUTH}={asked.spec}", "another name: truth is the control")
