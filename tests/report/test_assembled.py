@@ -90,13 +90,21 @@ def without(monkeypatch, opened, name):
     return html.unescape(files["report.html"]), json.loads(files["results.json"]), told
 
 
-def test_each_section_in_turn_raises_and_the_report_is_written(monkeypatch, undrawn, directory):
-    opened = open_study(directory)
+def test_each_section_in_turn_raises_and_the_report_is_written(monkeypatch, undrawn, tmp_path):
+    """In a study of conditions with two agents, and what one of flip rates has beside it."""
+    asked = {name: value | {"trials": 3, "repetitions": 1} for name, value in ASKED.items()}
+    both = {**asked["conditions"], "agent": asked["flips"]["agent"], "p": [0, 0.6]}
+    opened, flips = (
+        open_study(write_study(tmp_path / name, study("flips", **given)))
+        for name, given in (("conditions", both), ("flips", asked["flips"]))
+    )
     everything = names(monkeypatch, opened)
     assert len(everything) > 40
+    more = [name for name in names(monkeypatch, flips) if name not in everything]
+    assert len(more) < 5
     assert {"First screen", "Findings", "Loops", "Hypothesis tests", "Design", "Trial explorer"} <= {*everything}
-    for name in everything:
-        text, content, told = without(monkeypatch, opened, name)
+    for of, name in [*((opened, name) for name in everything), *((flips, name) for name in more)]:
+        text, content, told = without(monkeypatch, of, name)
         ours = [one for one in told if one.section.startswith(name) and one.reason == f"RuntimeError: {SAID}"]
         assert ours, name
         for one in told:

@@ -219,7 +219,7 @@ def test_a_study_with_a_fifth_of_all_calls_faulty_ends_with_the_right_records(tm
     assert planned.size == TRIALS
     with here() as server:
         right = played(tmp_path / "right", monkeypatch, server, planned, Access(connections=8))
-    impatient = Access(connections=8, retries=0, timeout=1, pause=0.02)
+    impatient = Access(connections=8, retries=0, timeout=2, pause=0.02)
     runs = [impatient, *[replace(impatient, retries=3)] * 20]  # without patience first, so that trials break
     with here(manner=Manner(median=0.005, faults=mixed(0.2))) as server:
         for made, access in enumerate(runs, 1):
