@@ -117,19 +117,22 @@ def results_of(opened: OpenedStudy, numbers: StudyNumbers) -> Results:
         subjects=list(dict.fromkeys(agent.agent for agent in flips.subjects))
         or list(numbers.others.subjects if numbers.others else ()),
     )
-    if not numbers.forks:
-        return judging_nobody(content)
-    forks = {
-        "forks": section("Effect of one report", lambda: fork_rows(numbers.forks), list[ForkResult]),
+    return judging_nobody(content.model_copy(update=_of_forks(opened, numbers.forks)))
+
+
+def _of_forks(opened: OpenedStudy, forks: Sequence[BranchEffect]) -> dict[str, object]:
+    if not forks:
+        return {}
+    return {
+        "forks": section("Effect of one report", lambda: fork_rows(forks), list[ForkResult]),
         "forks_said": section(
             "Effect of one report",
             lambda: found_said(
-                [one for one in numbers.forks if one.outcome == "solved"], rule_breaks(opened.forks, opened.study.box)
+                [one for one in forks if one.outcome == "solved"], rule_breaks(opened.forks, opened.study.box)
             ),
             list[str],
         ),
     }
-    return judging_nobody(content.model_copy(update=forks))
 
 
 def with_left_out(content: Results, left_out: Sequence[LeftOutSection]) -> Results:
