@@ -205,6 +205,12 @@ class Tab:
         return await self.look(after=look.turn)
 
 
+async def assert_no_script_ran(page):
+    """No script came to life in it, of those that set ``window.hurt``, and no picture of theirs."""
+    assert await page.evaluate("() => window.hurt") is None
+    assert not await page.locator("img[src=x]").count()
+
+
 async def violations(page, rules=()):
     """What axe finds, in one line each; by these rules alone where they are given."""
     if not await page.evaluate("'axe' in window"):

@@ -3,17 +3,15 @@
 import json
 import re
 from dataclasses import dataclass, replace
-from typing import ClassVar
 
 import pytest
 from builders import play_study, write_study
 from captions import too_long
+from clumsy import CLUMSY
 
 from lockprobe.export import tidy_rows
 from lockprobe.fit.fitting import fit_agents
 from lockprobe.formatting import share
-from lockprobe.plants.symbolic import SymbolicPlant
-from lockprobe.record import Snapshot
 from lockprobe.report import write_report
 from lockprobe.studies.journal import load
 from lockprobe.studies.studyfile import study
@@ -213,27 +211,10 @@ def test_a_condition_that_changed_nothing_for_a_baseline_alone_is_named(tmp_path
     assert said.startswith(f"{acts} changed nothing for human-inspired (0 of ")
 
 
-class Clumsy(SymbolicPlant):
-    """The rules, except that the first attempts move nothing."""
-
-    facts: ClassVar = {"misses": 3}
-
-    def __init__(self, *, box, labels, rng):
-        super().__init__(box)
-        self._attempts = 0
-
-    def attempt(self, joint):
-        self._attempts += 1
-        if self._attempts <= self.facts["misses"]:
-            return Snapshot(configuration=self._configuration, joint=joint, outcome="blocked")
-        return super().attempt(joint)
-
-
 @pytest.mark.parametrize("acts", [None, "tremble?p=0.5"])
 def test_attempts_against_the_rules_stand_in_the_first_sentence(tmp_path, acts):
     more = {"condition": acts} if acts else {}
-    clumsy = f"python:{__name__}:Clumsy"
-    planned = study("flips", agent="round-robin", p=[0], trials=4, repetitions=1, plant=clumsy, max_steps=4, **more)
+    planned = study("flips", agent="round-robin", p=[0], trials=4, repetitions=1, plant=CLUMSY, max_steps=4, **more)
     directory = write_study(tmp_path / "study", planned)
     page, content = write_report(directory).read_text(), json.loads((directory / "results.json").read_text())
     against = sum(row["against_rules"] for row in content["conditions"])

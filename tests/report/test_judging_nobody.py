@@ -2,13 +2,11 @@
 
 import json
 import re
-from typing import ClassVar
 
 import pytest
 from builders import write_study
+from clumsy import CLUMSY
 
-from lockprobe.plants.symbolic import SymbolicPlant
-from lockprobe.record import Snapshot
 from lockprobe.report import write_report
 from lockprobe.report.compare import compare_studies
 from lockprobe.report.compare_page import difference_table
@@ -34,28 +32,12 @@ _NEUTRAL = {"not judged", "not measured"}
 """Verdicts that are none."""
 
 
-class Clumsy(SymbolicPlant):
-    """The rules, except that the third attempt moves nothing."""
-
-    facts: ClassVar = {"misses": 1}
-
-    def __init__(self, *, box, labels, rng):
-        super().__init__(box)
-        self._attempts = 0
-
-    def attempt(self, joint):
-        self._attempts += 1
-        if self._attempts == 3:
-            return Snapshot(configuration=self._configuration, joint=joint, outcome="blocked")
-        return super().attempt(joint)
-
-
 @pytest.fixture(scope="module", params=list(ASKED))
 def missed(request, tmp_path_factory):
     """A report of several agents whose attempts broke the rules, and the same with a hand that misses nothing."""
     name, more = ASKED[request.param]
     found = []
-    for plant in (f"python:{__name__}:Clumsy", "symbolic"):
+    for plant in (CLUMSY, "symbolic"):
         planned = study(name, agent=AGENTS, trials=15, repetitions=2, plant=plant, **more)
         directory = write_study(tmp_path_factory.mktemp(request.param) / "study", planned)
         write_report(directory)
@@ -115,7 +97,7 @@ def test_pages_say_it_in_headings_and_captions(missed):
 
 @pytest.mark.parametrize("clumsy", [True, False])
 def test_studies_are_compared_only_where_the_rules_held(tmp_path, clumsy):
-    plant = f"python:{__name__}:Clumsy" if clumsy else "symbolic"
+    plant = CLUMSY if clumsy else "symbolic"
     for seed in (1, 2):
         planned = study("flips", agent="cognitive:careful", p=[0], trials=4, repetitions=1, plant=plant, seed=seed)
         write_study(tmp_path / str(seed), planned)

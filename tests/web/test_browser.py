@@ -9,6 +9,7 @@ import pytest
 from browser import (
     ADMIN_TOKEN,
     Tab,
+    assert_no_script_ran,
     attend,
     bare,
     browser,
@@ -368,8 +369,7 @@ async def _writes(directory, study):
         await admin.goto(f"{url}admin#token={ADMIN_TOKEN}")
         await admin.wait_for_selector("table")
         for page in (tab.page, admin):
-            assert await page.evaluate("() => window.hurt") is None
-            assert not await page.locator("img[src=x]").count()
+            await assert_no_script_ran(page)
 
 
 def test_whoever_took_part_in_another_study_under_this_name_begins_without_trouble(tmp_path):
