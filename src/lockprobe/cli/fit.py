@@ -81,7 +81,7 @@ def fit(
 def _under_flips(directory: Path, trials: Sequence[Trial]) -> list[Trial]:
     """The trials under flip rates of one kind, those of the study's axis if its settings are here."""
     with suppress(UserMistake):
-        rates = {one.label for one in read_study(directory).flip_axis}
+        rates = read_study(directory).flip_labels
         return [trial for trial in trials if trial.condition in rates]
     return [trial for trial in trials if trial.p is not None]
 

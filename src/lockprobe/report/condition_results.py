@@ -67,7 +67,7 @@ def condition_parts(opened: OpenedStudy, flips: StudySummary, found: ConditionSt
         found: The numbers of its other conditions.
     """
     study, trials = opened.study, opened.trials
-    rates = {one.label for one in study.flip_axis}
+    rates = study.flip_labels
     others = [one for (_, label), one in found.conditions.items() if label not in rates]
     alone = {} if len({one.p for one in flips.conditions}) > 1 else dict.fromkeys(_ON_FLIPS, ("Findings", list[str]))
     return alone | {

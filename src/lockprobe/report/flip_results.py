@@ -69,7 +69,7 @@ def flip_parts(opened: OpenedStudy, summary: StudySummary) -> dict[str, Part]:
     """
     study, trials, agents = opened.study, opened.trials, summary.agents
     names = {(agent.agent, agent.modality): agent.name for agent in agents}
-    flips = _of_the_axis(opened)
+    flips = opened.flip_trials
     lies = section("Effect of one false report", lambda: _lies(summary, flips), list[LieResult])
     return {
         "overview": ("First screen", lambda: flip_overview(summary, opened.study)),
@@ -105,7 +105,7 @@ def _success(summary: StudySummary, opened: OpenedStudy, names: Mapping[tuple[st
             "All conditions",
             lambda: [condition_row(c, a.name, blind=a.blind) for a in agents for c in a.conditions],
         ),
-        "leaderboard": ("Leaderboard", lambda: leaderboard_rows(summary, _of_the_axis(opened), opened.prices)),
+        "leaderboard": ("Leaderboard", lambda: leaderboard_rows(summary, opened.flip_trials, opened.prices)),
         "comparisons": ("Agents compared", lambda: comparison_rows(summary.comparisons, names)),
         "interactions": ("Interactions", lambda: interaction_rows(summary.comparisons, names)),
         "paces": ("Speed of every two agents", lambda: [pace_row(compared, names) for compared in summary.paces]),
@@ -133,15 +133,9 @@ def _behaviour(summary: StudySummary, trials: Sequence[Trial]) -> dict[str, Part
     }
 
 
-def _of_the_axis(opened: OpenedStudy) -> list[Trial]:
-    """The trials under flip rates."""
-    rates = {one.label for one in opened.study.flip_axis}
-    return [trial for trial in opened.trials if trial.condition in rates]
-
-
 def flip_examples(opened: OpenedStudy, summary: StudySummary) -> list[ExampleTrial]:
     """Examples under flip rates."""
-    return examples(summary, _of_the_axis(opened))
+    return examples(summary, opened.flip_trials)
 
 
 def rationality_of(summary: StudySummary) -> list[RationalityResult]:
@@ -178,7 +172,7 @@ def _people(opened: OpenedStudy, summary: StudySummary) -> PeopleResult | None:
     """What people did."""
     flow = flow_of(opened.study, opened.diaries, opened.withdrawn)
     times = times_of_steps(opened.study, opened.trials, opened.diaries, opened.directory)
-    on_axis = _of_the_axis(opened)
+    on_axis = opened.flip_trials
     theirs = [sum(bool(trial.player) for trial in ended(trials)) for trials in (opened.trials, on_axis)]
     return people_row(
         summary,

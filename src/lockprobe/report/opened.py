@@ -55,6 +55,12 @@ class OpenedStudy:
     prices: Prices | None = None
 
     @property
+    def flip_trials(self) -> tuple[Trial, ...]:
+        """Its trials under flip rates alone, the truth among them."""
+        rates = self.study.flip_labels
+        return tuple(trial for trial in self.trials if trial.condition in rates)
+
+    @property
     def finished(self) -> int:
         """Places of the plan whose trial is not owed (any more); two people who played the same place fill one."""
         return self.study.places_filled(self.trials)

@@ -72,9 +72,7 @@ def study_numbers(opened: OpenedStudy, *, each: Each = map) -> StudyNumbers:
 
 def _of_flips(opened: OpenedStudy, each: Each) -> StudySummary:
     """The numbers over the flip rates; those of no trial if none can be computed."""
-    study = opened.study
-    rates = {one.label for one in study.flip_axis}
-    trials = [trial for trial in opened.trials if trial.condition in rates]
+    study, trials = opened.study, opened.flip_trials
     try:
         check_trials(trials, study.box)
     except BadValue as error:

@@ -115,6 +115,11 @@ class Study:
         return tuple(dict.fromkeys(one.p for one in self.flip_axis if one.p is not None))
 
     @property
+    def flip_labels(self) -> frozenset[str]:
+        """The labels of :attr:`flip_axis`."""
+        return frozenset(one.label for one in self.flip_axis)
+
+    @property
     def of_flips(self) -> bool:
         """Whether nothing but flip rates and modalities differs between its conditions."""
         return len(self.flip_axis) == len(self.conditions)

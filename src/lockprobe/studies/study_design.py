@@ -16,8 +16,7 @@ __all__ = ["arms_of", "design_of"]
 
 def design_of(study: Study) -> Design:
     """What differs between the conditions of a study."""
-    axis = frozenset(one.label for one in study.flip_axis)
-    return Design(agents=study.agents, arms=arms_of(study.conditions), axis=axis)
+    return Design(agents=study.agents, arms=arms_of(study.conditions), axis=study.flip_labels)
 
 
 def arms_of(conditions: Iterable[Condition]) -> tuple[SeriesArm, ...]:
