@@ -21,8 +21,8 @@ os.environ.pop("UV_RUN_RECURSION_DEPTH", None)
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
-# How long an example takes says how busy the machine is; twenty-five examples keep the whole suite to minutes.
-settings.register_profile("any machine", deadline=None, database=None, max_examples=25)
+# How long an example takes says how busy the machine is.
+settings.register_profile("any machine", deadline=None, database=None)
 settings.load_profile("any machine")
 
 # Several workers share the cores: threads of each that wait for more work by spinning only take them away.

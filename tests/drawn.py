@@ -1,7 +1,13 @@
-"""Reads back what stands on axes."""
+"""Agents to draw, and what stands on axes, read back."""
+
+from importlib import import_module
 
 import numpy as np
 from matplotlib.collections import PathCollection, PolyCollection
+
+from lockprobe.record import STATES
+from lockprobe.report.sections import own_sections
+from lockprobe.rows import Course, Player
 
 
 def lines(axes):
@@ -51,3 +57,19 @@ def bars(axes):
         for x, y, segment in zip(*marks.get_data(), ends.get_segments(), strict=True):
             found.append((float(x), float(y), *map(float, segment[:, 1])))
     return found
+
+
+def course(agent, modality=STATES, *, found=None, cells=(), **player):
+    """An agent over flip rates, without numbers unless cells are given."""
+    player = Player(agent=agent, modality=modality, **{"subject": True, **player})
+    return Course(found=found, player=player, axis="flip rate", name="flip rate", cells=tuple(cells))
+
+
+def pictures(found):
+    """Every figure of a report on these results by its name."""
+    made = {}
+    for one in (figure for section in own_sections() for figure in section.figures if figure.applies(found)):
+        module, _, function = one.draw.partition(":")
+        if (figure := getattr(import_module(module), function)(found, *one.arguments)) is not None:
+            made[one.name] = figure
+    return made

@@ -11,7 +11,7 @@ import re
 import shutil
 import sys
 import tempfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
@@ -20,10 +20,10 @@ from typing import Any
 import pytest
 import strangers
 from builders import play_study, played_by_people, write_study
+from placeholders import undrawn
 
-from lockprobe.analysis import habit_baseline
-from lockprobe.report import figures, write_report
-from lockprobe.report.results import results
+from lockprobe.report import write_report
+from lockprobe.rows import Curve, Estimate, Results
 from lockprobe.studies.branch import FORKS, branching, play_forks
 from lockprobe.studies.journal import Journal, load
 from lockprobe.studies.studyfile import study
@@ -34,16 +34,6 @@ READER = "cognitive:perseverant"
 SMALL: Mapping[str, Any] = {"agent": [READER, "random"], "trials": 8, "repetitions": 2, "seed": 5}
 
 PAGES = ("report", "claims", "why", "forks")
-
-IDENTITY = (
-    "agent", "first_agent", "second_agent", "modality", "condition", "control", "first", "second", "both", "arm", "axis",
-    "p", "dose", "outcome", "where", "truthful", "question", "test", "name", "kind", "null", "measure", "detector",
-    "quantity", "unit", "quote", "observer", "step", "repetition", "position", "boundary",
-)  # fmt: skip
-"""What tells rows of the results apart, by the names that they have."""
-
-SAID_ELSEWHERE = {"audit", "answers", "overview", "examples", "seen", "twice", "schema_version", "lockprobe"}
-"""Top fields without numbers of the study's own, or whose sentences the pages hold."""
 
 
 def flip_study(under: Path, name: str, patch: pytest.MonkeyPatch) -> Path:
@@ -146,42 +136,31 @@ STUDIES: Mapping[str, Callable[[Path, str, pytest.MonkeyPatch], Path]] = {
 }
 
 
-def rough(patch: pytest.MonkeyPatch) -> None:
-    """Draw placeholders instead of pictures, and simulate less."""
-    empty = {"png": b"\x89PNG\r\n\x1a\n", "svg": b'<svg xmlns="http://www.w3.org/2000/svg"/>'}
-    for name in ("_draw", "_draw_condition"):
-        patch.setattr(figures, name, lambda *asked: empty)
-    patch.setattr(habit_baseline, "SIMULATED", 2_000)
-
-
 def numbers(directory: Path) -> list[str]:
-    """Every number of the results, a line each: quantity, what it is of, value with nine digits."""
-    lines: list[str] = []
-    for field, value in results(directory).plain().items():
-        if field not in SAID_ELSEWHERE:
-            lines += _numbers(field, value, {})
-    return lines
+    """Every number of the results, a line each: what it is of, then its columns with seven digits."""
+    found = Results.model_validate_json((directory / "results.json").read_bytes())
+    return [*map(_line, found.rows), *map(_curve, found.curves)]
 
 
-def _numbers(quantity: str, value: Any, of: Mapping[str, Any]) -> Iterator[str]:
-    if isinstance(value, Mapping):
-        own = {name: value[name] for name in IDENTITY if isinstance(value.get(name), str | float | int)}
-        for name, inner in value.items():
-            if name not in own:
-                yield from _numbers(f"{quantity}.{name}", inner, {**of, **own})
-    elif isinstance(value, Sequence) and not isinstance(value, str):
-        if all(isinstance(inner, int | float | None) for inner in value):
-            yield _line(quantity, of, value)
-        for inner in value:
-            if isinstance(inner, Mapping | Sequence):
-                yield from _numbers(quantity, inner, of)
-    elif isinstance(value, int | float) or value is None:
-        yield _line(quantity, of, [value])
+NUMBERS = ("value", "low", "high", "p_value", "n", "count", "clusters", "corrected_for")
 
 
-def _line(quantity: str, of: Mapping[str, Any], values: Sequence[float | None]) -> str:
-    said = " ".join("none" if value is None else f"{value:.7g}" for value in values)
-    return "\t".join((quantity, ", ".join(f"{k}={v}" for k, v in of.items()), said))
+def _line(row: Estimate) -> str:
+    return "\t".join((*_of(row), _said(getattr(row, name) for name in NUMBERS)))
+
+
+def _curve(row: Curve) -> str:
+    return "\t".join((*_of(row), _said((*row.x, *row.value, *row.low, *row.high))))
+
+
+def _of(row: Estimate | Curve) -> tuple[str, str]:
+    words = row.model_dump(exclude={*NUMBERS, "quantity", "doses", "x"}, exclude_defaults=True)
+    doses = [f"{name}={dose:g}" for name, dose in row.doses.items()]
+    return row.quantity, ", ".join([*(f"{name}={said}" for name, said in words.items()), *doses])
+
+
+def _said(values: Iterable[float | None]) -> str:
+    return " ".join("none" if value is None else f"{value:.7g}" for value in values)
 
 
 class _Text(HTMLParser):
@@ -224,8 +203,7 @@ def page_text(page: str) -> list[str]:
 
 def reported(name: str, under: Path) -> tuple[list[str], list[str]]:
     """Numbers and pages of a study that is played below this directory, as they are kept."""
-    with pytest.MonkeyPatch.context() as patch:
-        rough(patch)
+    with pytest.MonkeyPatch.context() as patch, undrawn():
         return _reported(STUDIES[name](under, name, patch))
 
 

@@ -5,21 +5,26 @@ from contextlib import contextmanager
 import pytest
 
 from lockprobe.analysis import habit_baseline
-from lockprobe.report import figures
+from lockprobe.report import report_files
 
-__all__ = ["DRAW", "PLACEHOLDERS", "undrawn"]
-
-DRAW = {name: getattr(figures, name) for name in ("_draw", "_draw_condition")}
-"""What draws figures of numbers."""
+__all__ = ["PLACEHOLDERS", "undrawn"]
 
 PLACEHOLDERS = {"png": b"\x89PNG\r\n\x1a\n", "svg": b'<svg xmlns="http://www.w3.org/2000/svg"/>'}
 
+_DRAWN = report_files.drawn_figure
+"""What draws a figure."""
+
 
 @contextmanager
-def undrawn(*more):
-    """Nothing is drawn within it; ``more`` functions that draw are named."""
+def undrawn(but=lambda name: False):
+    """Reports within it hold placeholders for all figures but some, by name."""
+
+    def instead(found, figure):
+        if but(figure.name):
+            return _DRAWN(found, figure)
+        return PLACEHOLDERS if figure.applies(found) else None
+
     with pytest.MonkeyPatch.context() as patch:
-        for name in (*DRAW, *more):
-            patch.setattr(figures, name, lambda *asked: PLACEHOLDERS)
+        patch.setattr(report_files, "drawn_figure", instead)
         patch.setattr(habit_baseline, "SIMULATED", 2_000)
         yield

@@ -14,6 +14,7 @@ import subprocess
 from dataclasses import dataclass, field, replace
 
 from lockprobe import Agent, BadValue, Decision, Joint, Lockbox, Policy, Snapshot
+from lockprobe.report.section import Cells, Part, Section
 
 @dataclass(frozen=True, kw_only=True)
 class Hush:
@@ -75,6 +76,17 @@ def hasty(trial):
     """Whether it was solved in five steps."""
     return trial.solved and len(trial.steps) <= 5
 
+def shares(study):
+    for cell in study.cells:
+        yield cell.estimate("untold_share", sum(map(untold, cell.trials)) / len(cell.trials), n=len(cell.trials))
+
+def show(found):
+    if found.where("untold_share"):
+        rows = [["agent", "told nothing"]] + [[row.agent, f"{row.value:.2f}"] for row in found.where("untold_share")]
+        yield Part("Told nothing", "", [Cells(rows)])
+
+QUIET = Section(name="quiet", title="Told nothing", rows=shares, show=show, after="speed")
+
 class Quits(First):
     """Ends the process when it is made."""
 
@@ -96,6 +108,7 @@ POINTS = {
     "interventions": {"hush": "Hush"},
     "measures": {"untold": "untold"},
     "plants": {"plain": "Plain"},
+    "sections": {"quiet": "QUIET"},
 }
 
 

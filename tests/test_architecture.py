@@ -33,16 +33,46 @@ def test_the_page_of_modules_is_up_to_date():
 
 def test_the_map_is_short_and_its_floors_are_the_layers_that_are_enforced():
     text = (ROOT / "ARCHITECTURE.md").read_text("utf-8")
-    assert text.count("\n") <= 150
+    assert text.count("\n") <= 155
     contracts = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"]["importlinter"]["contracts"]
     layers = [set(re.findall(r"lockprobe\.(\w+)", layer)) for layer in contracts[0]["layers"]]
-    rows = re.findall(r"^\| (\d) \| (`[^|]*) \|", text, re.MULTILINE)
+    rows = re.findall(r"^\| (\d+) \| (`[^|]*) \|", text, re.MULTILINE)
     drawn = {name: int(floor) for floor, names in rows for name in re.findall(r"`(\w+)`", names)}
-    assert drawn.keys() == set().union(*layers)
-    floors = [drawn[name] for layer in layers for name in layer]
-    assert floors == sorted(floors, reverse=True)
+    assert drawn == {name: floor for floor, layer in enumerate(reversed(layers)) for name in layer}
     there = {path.stem for path in SOURCE.iterdir() if path.suffix == ".py" or (path / "__init__.py").exists()}
     assert there - {"__init__", "__main__"} == drawn.keys()
+
+
+RECIPES = re.findall(
+    r"^\| (an? [^|]*|your own [^|]*) \| (.*) \|$", (ROOT / "ARCHITECTURE.md").read_text("utf-8"), re.MULTILINE
+)
+
+
+@pytest.mark.parametrize(("what", "where"), RECIPES)
+def test_a_recipe_names_places_that_exist(what, where):
+    places = [place for place in re.findall(r"`([^`]+)`", where) if "/" in place or "." in place]
+    assert places or "](docs/" in where or what == "a table", what
+    for place in places:
+        assert (SOURCE / place).exists() or (ROOT / place).exists() or list(SOURCE.rglob(place)), place
+
+
+def test_the_recipes_of_the_report_give_a_section_with_a_number_a_table_and_a_figure():
+    """Every section that ships stands in the list of sections, and its figures are functions in ``figures``."""
+    from lockprobe.report.sections import own_sections
+
+    folder = SOURCE / "report" / "sections"
+    with_sections = {
+        path.stem for path in folder.glob("*.py") if re.search(r"^SECTIONS = ", path.read_text(), re.MULTILINE)
+    }
+    listed = re.search(r"_OWN = \((.*?)\)", (folder / "__init__.py").read_text(), re.DOTALL)
+    assert {*re.findall(r'"(\w+)"', listed[1])} == with_sections
+    for kind in ("tables", "figures"):
+        names = [file.name for one in own_sections() for file in getattr(one, kind)]
+        assert len(names) == len({*names}), kind
+    for figure in (figure for one in own_sections() for figure in one.figures):
+        module, _, function = figure.draw.partition(":")
+        assert module.startswith("lockprobe.figures."), figure.name
+        assert callable(getattr(importlib.import_module(module), function))
 
 
 @pytest.mark.parametrize("name", MODULES)

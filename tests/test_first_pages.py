@@ -47,20 +47,24 @@ def test_the_first_study(tmp_path):
     rates = [percent(solved[FIRST[1], p] / 300) for p in (0.0, 0.2)]  # as in the first command: the same luck
     assert "({} to {} at a flip rate of 0.2)".format(*rates) in (ROOT / "README.md").read_text("utf-8")
     found = lockprobe.results(tmp_path / "first")
-    tests = {row.name: row for row in found.tests if row.agent == FIRST[1]}
+    tests = {row.test: row for kind in ("test", "naive_test") for row in found.where(kind, agent=FIRST[1])}
     steps, hazard = tests["mean steps, Student over blocks"], tests["steps to solve, log-rank"]
-    quoted = f"rises by {steps.effect:.2f} (95 % interval {steps.low:.2f} to {steps.high:.2f})"
+    quoted = f"rises by {steps.value:.2f} (95 % interval {steps.low:.2f} to {steps.high:.2f})"
     assert quoted in text_of("learner.md")
     assert f"detects no difference (P = {hazard.p_value:.2g})" in text_of("learner.md")
     early = Counter(trial.p for trial in played if trial.agent == FIRST[1] and trial.solved and len(trial.steps) <= 7)
     assert f"7 steps ({early[0.2]} of 300, against {early[0.0]})" in text_of("learner.md")
     shares = f"{percent(early[0.0] / 300)} to {percent(early[0.2] / 300)}"
-    assert f"Within 7 steps {FIRST[1]} solved fewer: {shares}." in found.overview.interaction
+    assert f"Within 7 steps {FIRST[1]} solved fewer: {shares}." in " ".join(found.said("overview", "interaction"))
     assert f"Within 7 steps {FIRST[1]} solved fewer: {shares}." in (ROOT / "README.md").read_text("utf-8")
     told = [len(trial.steps) for trial in played if (trial.agent, trial.p, trial.solved) == (FIRST[1], 0.0, True)]
     assert f"it solves a box within {max(told)} steps or never" in text_of("learner.md")
-    courses = {row.agent: row.kind for row in found.courses}
-    assert courses == {FIRST[0]: "falls", FIRST[1]: "rises", FIRST[2]: "the same at every flip rate"}
+    courses = found.facts_about("course of success")
+    assert list(courses.values()) == [
+        "lower at some flip rate",
+        "higher at some flip rate",
+        "the same at every flip rate",
+    ]
 
 
 def test_six_trials_are_too_few_to_show_it():

@@ -86,7 +86,7 @@ def test_every_command_has_its_row():
 @pytest.fixture(scope="module", autouse=True)
 def placeholders():
     """Figures take seconds, and none is looked at here."""
-    with undrawn("_draw_box"):
+    with undrawn():
         yield
 
 

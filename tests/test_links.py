@@ -77,7 +77,7 @@ def lockprobe(monkeypatch, directory, line, other):
 @pytest.fixture(scope="module", autouse=True)
 def placeholders():
     """Figures take seconds, and none is looked at here."""
-    with undrawn("_draw_box"):
+    with undrawn():
         yield
 
 

@@ -16,6 +16,7 @@ from lockprobe.interventions.catalogue import interventions_of, kinds, spec_of
 from lockprobe.lockbox.families import box, find_box
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.plugins import GROUPS, allow, allowed, find_plugin, no_foreign_code, plugin_name_of, plugin_names
+from lockprobe.report.sections import section_of_package
 from lockprobe.studies.single import run_trial
 from lockprobe.studies.study_options import read_options_file
 from lockprobe.trial_json import trial_from_json, trial_from_line, trial_to_json
@@ -26,6 +27,7 @@ USES = {
     "intervention": interventions_of,
     "measure": find_measure,
     "plant": lambda spec: resolve_plant(spec).check(box()),
+    "section": lambda spec: section_of_package(find_plugin("section", spec)),
 }
 """What is added -> how a spec of it is used."""
 
@@ -56,7 +58,8 @@ def strange(tmp_path, monkeypatch):
 @pytest.mark.usefixtures("strange")
 def test_a_package_adds_one_of_each_kind_by_name():
     assert {kind: plugin_names(kind) for kind in GROUPS} == {
-        "agent": ("first",), "box": ("gate",), "intervention": ("hush",), "measure": ("untold",), "plant": ("plain",)
+        "agent": ("first",), "box": ("gate",), "intervention": ("hush",), "measure": ("untold",), "plant": ("plain",),
+        "section": ("quiet",),
     }  # fmt: skip
     trial = run_trial(agent="first?place=2", box="gate?size=4", plant="plain?force=2", condition="hush?steps=2")
     assert (trial.agent, trial.box, trial.joints[0]) == ("first?place=2", "gate-4", "gate")

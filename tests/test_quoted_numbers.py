@@ -291,7 +291,7 @@ ROWS = [
 ]  # fmt: skip
 """File, how a row of a table begins, and how it ends."""
 
-REPORT = "src/lockprobe/report/templates/report.html.jinja"
+REPORT = "src/lockprobe/report/sections/speed.py"
 
 MEASURED = [
     ("README.md", "[benchmarks](benchmarks/README.md)", ["benchmarks/makespan.py"]),

@@ -1,8 +1,9 @@
 """Plug-ins: additions of other packages by entry points, and classes that a user names as ``python:module:Name``.
 
-A package adds an agent, a plant, a box, an intervention or a measure by an entry point in the group of that kind
-(:data:`GROUPS`); the entry point's name is the spec's. ``python:module:Name?option=value`` names a class or a function
-directly. Nothing is imported before it is used. An error in it becomes one line that names the package.
+A package adds an agent, a plant, a box, an intervention, a measure or a section of the report by an entry point in the
+group of that kind (:data:`GROUPS`); the entry point's name is the spec's. ``python:module:Name?option=value`` names a
+class or a function directly. Nothing is imported before it is used. An error in it becomes one line that names the
+package.
 
 What a file or a directory says is data. A ``python:`` spec runs only in a process in which a person has named it, on
 the command line or as an argument in Python (:func:`allow`); where it was read is never enough. What is found is held
@@ -42,9 +43,10 @@ __all__ = [
     "plugin_name_of",
     "plugin_names",
     "refuse_python",
+    "runs_foreign_code",
 ]
 
-Kind = Literal["agent", "box", "intervention", "measure", "plant"]
+Kind = Literal["agent", "box", "intervention", "measure", "plant", "section"]
 
 GROUPS: Mapping[Kind, str] = {
     "agent": "lockprobe.agents",
@@ -52,6 +54,7 @@ GROUPS: Mapping[Kind, str] = {
     "intervention": "lockprobe.interventions",
     "measure": "lockprobe.measures",
     "plant": "lockprobe.plants",
+    "section": "lockprobe.sections",
 }
 """Kind of addition -> the group of its entry points."""
 
@@ -98,6 +101,11 @@ def no_foreign_code() -> Iterator[None]:
         yield
     finally:
         _permission.closed = before
+
+
+def runs_foreign_code() -> bool:
+    """Whether code of installed packages may run here."""
+    return not _permission.closed
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -9,12 +9,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any, Generic, TypeVar
 
 from lockprobe.terminal_text import printable
 
-__all__ = ["LeftOutSection", "collecting", "leaving_out", "of_whom", "section", "without"]
+__all__ = ["LeftOutSection", "collecting", "leaving_out", "of_package", "of_whom", "section", "without"]
 
 _T = TypeVar("_T")
 _Job = TypeVar("_Job")
@@ -34,14 +34,21 @@ class LeftOutSection:
     Attributes:
         section: What it is called.
         reason: Why it is missing, in one line.
+        source: The package that it comes from; empty for Lockprobe.
     """
 
     section: str
     reason: str
+    source: str = ""
+
+    def plain(self) -> dict[str, str]:
+        """The same for JSON, without an empty source."""
+        return {name: said for name, said in asdict(self).items() if said}
 
 
 _failed: ContextVar[list[LeftOutSection] | None] = ContextVar("sections left out", default=None)
 _whom: ContextVar[str] = ContextVar("whom sections are about", default="")
+_package: ContextVar[str] = ContextVar("the package that sections come from", default="")
 
 
 @contextmanager
@@ -65,6 +72,16 @@ def of_whom(name: str) -> Iterator[None]:
         _whom.reset(token)
 
 
+@contextmanager
+def of_package(name: str) -> Iterator[None]:
+    """Sections within it come from this package; from Lockprobe if empty."""
+    token = _package.set(name)
+    try:
+        yield
+    finally:
+        _package.reset(token)
+
+
 def section(name: str, make: Callable[[], _T], instead: Callable[[], _T]) -> _T:
     """A part of a report, or what stands in its place if it cannot be made.
 
@@ -80,7 +97,7 @@ def section(name: str, make: Callable[[], _T], instead: Callable[[], _T]) -> _T:
         return make()
     except Exception as error:  # noqa: BLE001  whatever it is, the other sections do not depend on it
         whom = _whom.get()
-        left_out = LeftOutSection(f"{name} of {whom}" if whom else name, _reason(error))
+        left_out = LeftOutSection(f"{name} of {whom}" if whom else name, _reason(error), _package.get())
         if left_out not in found:
             found.append(left_out)
         return instead()

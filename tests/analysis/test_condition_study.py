@@ -43,11 +43,14 @@ def test_every_agent_has_numbers_under_every_condition(trials):
 
 def test_effects_are_changes_from_the_control(trials):
     found = numbers(trials)
-    others = ["nudge", "tremble?p=0.1", "tremble?p=0.2"]
-    assert [one.agent for one in found.axis] == ["cognitive:perseverant"]  # a random agent hears no report
-    assert [effect.condition for one in found.axis for effect in one.effects] == ["flip?p=0.3"]
-    assert [[effect.condition for effect in one.effects] for one in found.effects] == [others, others]
-    for one in (*found.axis, *found.effects):
+    families = {(one.agent, one.axis): [effect.condition for effect in one.effects] for one in found.on_axes}
+    assert families == {  # a random agent hears no report
+        ("cognitive:perseverant", "flip rate"): ["flip?p=0.3"],
+        ("cognitive:perseverant", "tremble p"): ["tremble?p=0.1", "tremble?p=0.2"],
+        ("random", "tremble p"): ["tremble?p=0.1", "tremble?p=0.2"],
+    }
+    assert [[effect.condition for effect in one.effects] for one in found.effects] == [["nudge"], ["nudge"]]
+    for one in (*found.on_axes, *found.effects):
         assert one.control == "truth"
         for effect in one.effects:
             change = sum(solved(trials, one.agent, effect.condition)) - sum(solved(trials, one.agent, "truth"))
@@ -90,7 +93,7 @@ def test_effects_of_several_agents_are_one_family_and_baselines_another():
     agents = ("cognitive:careful", "cognitive:insistent", "human-inspired")
     planned = study("flips", agent=list(agents), condition=["flip?p=0.5", "tremble?p=0.3"], trials=4, repetitions=1)
     found = numbers_of(play_study(planned), planned)
-    assert {one.agent: one.agents for one in found.axis} == dict(zip(agents, (2, 2, 1), strict=True))
+    assert {one.agent: one.agents for one in found.on_axes} == dict(zip(agents, (2, 2, 1), strict=True))
     assert {one.agent: one.agents for one in found.effects} == dict(zip(agents, (2, 2, 1), strict=True))
 
 

@@ -39,7 +39,7 @@ def test_every_condition_but_the_control_is_in_one_family(both):
     flips, others = both
     found = designed([TRUTH, *flips, *others]).comparison(SHOWN)
     assert found.control == "truth"
-    assert {*found.flips} | {*found.others} == {one.label for one in (*flips, *others)}
+    assert {*found.flips} | {*found.dosed} | {*found.others} == {one.label for one in (*flips, *others)}
     assert len(found.labels) == len({*found.labels}) == 1 + len(flips) + len(others)
 
 
@@ -51,11 +51,25 @@ def test_a_condition_more_changes_no_other_family(both, more):
     before = designed([TRUTH, *flips, *others]).comparison(SHOWN)
     now = designed([TRUTH, *flips, *others, more]).comparison(SHOWN)
     if more in FLIPS:
-        assert now.others == before.others
+        assert (now.others, now.dosed) == (before.others, before.dosed)
         assert now.flips == (*before.flips, more.label)
-    else:
+    elif more.label in now.dosed:
+        # the second dose beside the control makes an axis, which takes the first one along
         assert now.flips == before.flips
+        assert {*before.others} - {*now.others} == {*now.dosed} - {*before.dosed, more.label}
+    else:
+        assert (now.flips, now.dosed) == (before.flips, before.dosed)
         assert now.others == (*before.others, more.label)
+
+
+def test_three_levels_of_a_dose_are_a_family_and_two_are_a_condition_like_any_other():
+    few, many = (
+        designed([TRUTH, *(one for one in OTHERS if one.label in labels)]).comparison(SHOWN)
+        for labels in ({"nudge", "tremble?p=0.1"}, {"nudge", "tremble?p=0.1", "tremble?p=0.3"})
+    )
+    assert (few.dosed, few.others) == ((), ("nudge", "tremble?p=0.1"))
+    assert (many.dosed, many.others) == (("tremble?p=0.1", "tremble?p=0.3"), ("nudge",))
+    assert [axis.axis.name for axis in many.axes] == ["tremble p"]
 
 
 TRANSIENT = [one for one in OTHERS if "sticky" not in one.label]

@@ -59,7 +59,7 @@ def test_an_intervention_that_changed_nothing_beside_others_is_in_no_interaction
     )
     (effects,) = crossed.effects
     assert [one.condition for one in effects.effects] == ["flip?p=0.4 + history?last=50"]
-    assert [one.condition for own in crossed.axis for one in own.effects] == ["flip?p=0.4"]
+    assert [one.condition for own in crossed.on_axes for one in own.effects] == ["flip?p=0.4"]
     assert effects.interplays == ()
     (acting,) = summary("flip?p=0.4", "tremble?p=0.2", "flip?p=0.4 + tremble?p=0.2").effects
     assert acting.interplays == ()
@@ -85,6 +85,10 @@ def test_a_dose_that_never_acted_is_in_no_test_of_its_series():
     assert series.axis.name == "tremble p"
     (agent,) = over.agents
     assert [one.p for one in agent.inference.difference.at] == [0.2, 0.4]
+    (doses,) = found.on_axes
+    assert (doses.axis, [one.condition for one in doses.effects]) == ("tremble p", ["tremble?p=0.2", "tremble?p=0.4"])
+    assert found.effects == ()
+    assert [one.condition for one in found.idle] == ["tremble?p=0.0001"]
 
 
 def test_it_is_idle_for_the_agent_for_which_nothing_was_changed():

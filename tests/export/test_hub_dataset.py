@@ -85,7 +85,9 @@ def test_the_library_of_the_hub_reads_it_and_its_numbers_are_those_of_the_result
     found = datasets.load_dataset(str(tmp_path / "set"), "trials", cache_dir=str(tmp_path / "cache"))
     rows = [row for split in found.values() for row in split]
     solved = Counter((row["agent"], row["p"]) for row in rows if row["solved"])
-    held = {(row.agent, row.p): (row.solved, row.trials) for row in lockprobe.results(directory).conditions}
+    held = {
+        (cell.agent, cell.p): (cell.get("success").count, cell.trials) for cell in lockprobe.results(directory).cells
+    }
     assert {key: (solved[key], n) for key, n in Counter((row["agent"], row["p"]) for row in rows).items()} == held
     steps = datasets.load_dataset(str(tmp_path / "set"), cache_dir=str(tmp_path / "cache"))
     assert sum(map(len, steps.values())) == sum(len(trial.steps) for trial in trials)

@@ -1,6 +1,7 @@
 """Studies to draw."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,10 +9,16 @@ from builders import make_trial, play_study, played_by_people, small_study
 from matplotlib.figure import Figure
 
 from lockprobe.analysis import habit_baseline, rationality
-from lockprobe.analysis.summary import summarise
 from lockprobe.audit.simulate import simulate
 from lockprobe.audit.simulated_agents import WORLDS, Design
+from lockprobe.interventions.condition import flips
 from lockprobe.lockbox.families import box
+from lockprobe.record import STATES
+from lockprobe.report.opened import OpenedStudy
+from lockprobe.report.results import results_of
+from lockprobe.report.study_numbers import study_numbers
+from lockprobe.studies.records import LeftOut
+from lockprobe.studies.study import Study
 
 P7 = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
 REFERENCES = ("random", "round-robin", "human-inspired")
@@ -25,6 +32,8 @@ def simulated(world, name, seed):
             trial,
             agent=name,
             box="chain-4",
+            condition=flips((trial.p,))[0].label,
+            modality=STATES,
             joints=tuple(names.values()),
             target=names[trial.target],
             steps=tuple(replace(step, joint=names[step.joint]) for step in trial.steps),
@@ -44,8 +53,8 @@ def one_model():
 
 
 def rivals():
-    """Strategies under the names of models, for people to be compared with."""
-    played = play_study(small_study(("ideal-observer", "random-no-repeat", "random"), PEOPLE.p, 2, 5))
+    """A strategy under the name of a model and a baseline, for people to be compared with."""
+    played = play_study(small_study(("ideal-observer", "random"), PEOPLE.p, 2, 5))
     return [replace(trial, agent=f"llm:{trial.agent}") if trial.agent != "random" else trial for trial in played]
 
 
@@ -56,7 +65,7 @@ def unsolved(*p):
 
 PEOPLE = small_study(("participant",), (0.0, 0.2, 0.4, 0.6), 2, 5)
 HOSTILE = ("llm:$\\frac{", "python:" + "mx" * 100, "_hidden\n<script>", "llm:\u4e2d\u0e01")
-LONG = [f"cognitive:random-map?window={window}&avoid=failed&lapse=0.1" for window in (1, 2)]
+LONG = tuple(f"cognitive:random-map?window={window}&avoid=failed&lapse=0.1" for window in (1, 2))
 STUDIES = {
     "typical": lambda had: one_model() + had(references),
     "three": lambda had: (
@@ -65,37 +74,52 @@ STUDIES = {
         + simulated("saturating", "llm:local", 3)
         + had(references)
     ),
-    "strategies": lambda had: play_study(small_study(("random", "random-no-repeat", *REFERENCES[1:]), P7, 2, 5)),
-    "many p": lambda had: play_study(small_study(("human-inspired", "random"), [i / 20 for i in range(11)], 2, 3)),
+    "strategies": lambda had: play_study(small_study(("random", "random-no-repeat", *REFERENCES[1:]), PEOPLE.p, 2, 5)),
     "thirty p": lambda had: play_study(small_study(("human-inspired", "random"), [i / 29 for i in range(30)], 1, 2)),
     "one p": lambda had: [trial for trial in one_model() + had(references) if trial.p == 0.0],
     "one trial": lambda had: [trial for trial in one_model() if trial.repetition == trial.trial == 1],
-    "three trials": lambda had: [trial for trial in one_model() if trial.repetition == 1 and trial.trial <= 3],
     "nothing solved": lambda had: unsolved(0.0, 0.3, 0.6),
     "errors": lambda had: [make_trial([0], agent="llm:x", p=p, broken="model") for p in (0.0, 0.3)],
-    "hostile names": lambda had: [make_trial([3, 2, 1, 0], agent=name, p=p) for name in HOSTILE for p in (0.0, 0.5)],
-    "long names": lambda had: play_study(
-        small_study(("cognitive:perseverant", *LONG, "random"), (0.0, 0.3, 0.6), 2, 10)
-    ),
+    "hostile names": lambda had: [
+        make_trial([0] * (p > 0) + [3, 2, 1, 0], agent=name, p=p) for name in (*HOSTILE, *LONG) for p in (0.0, 0.5)
+    ],
     "people": lambda had: played_by_people(PEOPLE) + had(rivals),
-    "people alone": lambda had: played_by_people(PEOPLE, 2),
-    "people at one p": lambda had: (
-        played_by_people(small_study(("participant",), (0.0,), 1, 6), 1)
-        + [trial for trial in had(rivals) if trial.p == 0.0]
-    ),
     "few people": lambda had: played_by_people(small_study(("participant",), (0.0, 0.6), 1, 2), 1) + unsolved(0.0, 0.6),
 }
 """Trials by what is special about them."""
 
 
-class Summaries(dict):
-    """Summaries by what is special about them, each made when it is first asked for, by one worker for all."""
+def results_of_trials(trials):
+    """The results of a study on chain-4 with these trials and no others."""
+    planned = Study(
+        name="flips",
+        agents=tuple(dict.fromkeys(trial.group for trial in trials)),
+        box=box("chain-4"),
+        conditions=flips(sorted({trial.p for trial in trials})),
+        repetitions=max(trial.repetition for trial in trials),
+        trials=max(trial.trial for trial in trials),
+    )
+    opened = OpenedStudy(
+        directory=Path(),
+        settings=planned.settings(),
+        study=planned,
+        trials=tuple(sorted(trials, key=planned.place_of)),
+        journal=LeftOut(unfinished_lines=0, replaced=0, repeated=0),
+        foreign=0,
+        diaries=(),
+        withdrawn=0,
+    )
+    return results_of(study_numbers(opened))
+
+
+class Studies(dict):
+    """Results by what is special about them, each made when it is first asked for, by one worker for all."""
 
     def __init__(self, once):
         self._once = once
 
     def __missing__(self, name):
-        self[name] = self._once(f"summary of {name}", lambda: self._made(name))
+        self[name] = self._once(f"results of {name}", lambda: self._made(name))
         return self[name]
 
     def _made(self, name):
@@ -103,13 +127,13 @@ class Summaries(dict):
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(habit_baseline, "SIMULATED", 2_000)  # what is drawn needs no exact null hypothesis,
             patch.setattr(rationality, "JUDGED", 6)  # and not every trial of a condition judged
-            return summarise(trials, None if name == "one trial" else box("chain-4"))
+            return results_of_trials(trials)
 
 
 @pytest.fixture(scope="session")
 def studies(once):
-    """Summaries by what is special about them."""
-    return Summaries(once)
+    """Results by what is special about them."""
+    return Studies(once)
 
 
 @pytest.fixture(scope="session")
@@ -120,8 +144,8 @@ def typical(studies):
 
 @pytest.fixture(scope="session")
 def model(typical):
-    """The model of it."""
-    return typical.agents[0]
+    """The model of it, over the flip rates."""
+    return typical.courses()[0]
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ import pytest
 from matplotlib.patches import Circle, FancyArrowPatch, FancyBboxPatch
 
 from lockprobe.figures import render
-from lockprobe.figures.boxes import box_figure
+from lockprobe.figures.boxes import box_figure, box_of_study
 from lockprobe.figures.interlock import settable, short_name
 from lockprobe.lockbox.box import Joint, Lockbox
 from lockprobe.lockbox.families import box
@@ -143,3 +143,7 @@ def test_nothing_global_is_touched():
     box_figure(box("bichain-4"))
     assert {name: mpl.rcParams[name] for name in settings} == before
     assert "matplotlib.pyplot" not in sys.modules
+
+
+def test_the_box_of_a_study_is_drawn_from_its_results(typical):
+    assert render(box_of_study(typical), "svg") == render(box_figure(box("chain-4")), "svg")

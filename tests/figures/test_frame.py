@@ -4,6 +4,7 @@ from dataclasses import replace
 from itertools import pairwise
 
 import pytest
+from drawn import course
 
 from lockprobe.figures.frame import agent_label, counts, label_right, p_axis
 from lockprobe.formatting import p_value
@@ -22,20 +23,20 @@ from lockprobe.formatting import p_value
         ("human-inspired:target-first?lapse=0.1&decay=0.5", "…target-first?lapse=0.1&decay…"),
     ],
 )
-def test_names_are_safe_to_set(model, name, label):
-    assert agent_label(replace(model, agent=name)) == label
+def test_names_are_safe_to_set(name, label):
+    assert agent_label(course(name)) == label
 
 
-def test_a_modality_is_named_unless_it_is_the_usual_one(model):
-    assert agent_label(replace(model, agent="x")) == "x"
-    assert agent_label(replace(model, agent="x", modality="rgb", shown="RGB")) == "x (RGB)"
+def test_a_modality_is_named_unless_it_is_the_usual_one():
+    assert agent_label(course("x")) == "x"
+    assert agent_label(course("x", "rgb", shown="RGB")) == "x (RGB)"
 
 
-def test_counts_name_the_trials(model):
-    assert counts(model.conditions) == "n = 30 trials"
-    fewer = replace(model.conditions[0], success=replace(model.conditions[0].success, n=1))
-    assert counts([fewer]) == "n = 1 trial"
-    assert counts([fewer, model.conditions[1]]) == "n = 1 to 30 trials"
+def test_counts_name_the_trials(model, studies):
+    fewer = studies["one trial"].cells
+    assert counts(model.cells) == "n = 30 trials"
+    assert counts(fewer) == "n = 1 trial"
+    assert counts([fewer[0], model.cells[1]]) == "n = 1 to 30 trials"
     assert counts([]) == "n = 0 trials"
 
 
@@ -47,7 +48,7 @@ def test_p_values_cannot_be_taken_for_flip_rates():
 
 def test_every_p_has_a_tick_and_names_only_where_they_fit(axes, model):
     values = (0.0, 0.01, 0.02, 0.5, 1.0)
-    p_axis(axes, [replace(model.conditions[0], p=p) for p in values])
+    p_axis(axes, [replace(model.cells[0], dose=p) for p in values])
     assert tuple(axes.get_xticks()) == values
     assert [label.get_text() for label in axes.get_xticklabels()] == ["0", "", "", "0.5", "1"]
 

@@ -1,152 +1,162 @@
-"""Figures of loops show the loop rates, chance levels and odds ratios of the summary."""
+"""Figures of loops show the loop rates, chance levels and odds ratios of the results."""
 
 import numpy as np
 import pytest
 from drawn import bars, dots, lines, published, shades, staircases
 
-from lockprobe import figures
+from lockprobe.figures.loops import loop_harm, loops_against_success, loops_by_p, loops_with_chance
+
+TESTS = ("step by step", "after step 10")
 
 
-def test_odds_of_solving_after_a_loop(axes, model):
-    figures.draw_loop_harm(axes, model)
-    found, drawn = model.inference, [x.tolist() for x, _ in lines(axes)]
-    effects = [found.hazard, found.landmark]
-    expected = [part for effect in effects for part in ([effect.low, effect.high], [effect.odds_ratio])]
-    twins = [[effect.blind.odds_ratio] for effect in effects]
-    assert drawn == [*expected, [found.whole.odds_ratio], *[[1, 1]] * 3, *twins]
-    assert "blind agent" in axes.get_title(loc="left")
+def shares(course, quantity="loop_rate", of=""):
+    return [cell.value(quantity, of) for cell in course.cells]
+
+
+def points(course):
+    return [(cell.p, success.value, loops.value) for cell in course.cells for success, loops in cell.points]
+
+
+def title(axes):
+    return " ".join(axes.get_title(loc="left").split())
+
+
+def test_odds_of_solving_after_a_loop(typical, model):
+    (axes,) = loop_harm(typical).axes
+    effects = [model.get("odds_ratio_after_loop", of) for of in TESTS]
+    twins = [[model.value("odds_ratio_after_loop", f"{of}, blind agent")] for of in TESTS]
+    whole = model.value("odds_ratio_after_loop", "whole trials")
+    expected = [part for effect in effects for part in ([effect.low, effect.high], [effect.value])]
+    assert [x.tolist() for x, _ in lines(axes)] == [*expected, [whole], *[[1, 1]] * 3, *twins]
+    assert "blind agent" in title(axes)
+    assert "n = 210 trials" in title(axes)
     assert axes.get_xscale() == "log"
     low, high = axes.get_xlim()
     assert low * high == pytest.approx(1)
-    assert low < found.whole.odds_ratio
-    assert "n = 210 trials" in axes.get_title(loc="left")
+    assert low < whole
 
 
 def test_all_agents_have_one_axis_of_odds(studies):
-    made = figures.pictures(studies["three"])["fig5a-corrected"]
-    limits = {axes.get_xlim() for axes in made.axes if axes.get_visible()}
-    assert len(made.axes) > 1
-    assert len(limits) == 1
+    shown = [axes for axes in loop_harm(studies["three"]).axes if axes.get_visible()]
+    assert len(shown) == 3
+    assert len({axes.get_xlim() for axes in shown}) == 1
 
 
-def test_the_naive_ratio_is_hollow_and_named(axes, model):
-    figures.draw_loop_harm(axes, model)
+def test_the_naive_ratio_is_hollow_and_named(typical):
+    (axes,) = loop_harm(typical).axes
     marks = [line for line in axes.lines if line.get_marker() == "o"]
     assert [mark.get_markerfacecolor() == "white" for mark in marks] == [False, False, True]
     assert [text.get_text().startswith("naive") for text in axes.texts[::2]] == [False, False, True]
 
 
-def test_a_ratio_of_nothing_is_an_arrow_and_what_is_undefined_is_said(axes, studies):
-    trapped = studies["three"].agents[1]
-    assert trapped.inference.whole.odds_ratio == 0
-    figures.draw_loop_harm(axes, trapped)
+def test_a_ratio_of_nothing_is_an_arrow_at_the_edge(studies):
+    found = studies["three"]
+    assert found.courses()[1].value("odds_ratio_after_loop", "whole trials") == 0
+    axes = loop_harm(found).axes[1]
     (arrow,) = (line for line in axes.lines if line.get_marker() == "<")
-    assert (arrow.get_marker(), arrow.get_xdata()[0]) == ("<", axes.get_xlim()[0])
+    assert arrow.get_xdata()[0] == axes.get_xlim()[0]
 
 
-def test_undefined_ratios_are_said(axes, studies):
-    figures.draw_loop_harm(axes, studies["nothing solved"].agents[0])
+def test_undefined_ratios_are_said(studies):
+    (axes,) = loop_harm(studies["nothing solved"]).axes
     assert [text.get_text() for text in axes.texts[1::2]] == ["not defined", "not defined", "not defined, $P$ = 1"]
     assert [x.tolist() for x, _ in lines(axes)] == [[1, 1]] * 3
 
 
-def test_loop_rates_stand_beside_four_levels_of_chance(axes, model):
-    figures.draw_loops_with_chance(axes, model)
-    found = [condition.behaviour for condition in model.conditions]
-    expected = [(c.p, b.loops.value, b.loops.low, b.loops.high) for c, b in zip(model.conditions, found, strict=True)]
-    assert np.allclose(bars(axes), expected)
+def test_loop_rates_stand_beside_four_levels_of_chance(typical, model):
+    axes, _ = loops_with_chance(typical).axes
+    rates = [cell.get("loop_rate") for cell in model.cells]
+    assert np.allclose(bars(axes), [(c.p, r.value, r.low, r.high) for c, r in zip(model.cells, rates, strict=True)])
+    chance = {of: shares(model, "loop_rate_chance", of) for of in ("uniform", "no-repeat", "markov", "permutation")}
     (band,) = shades(axes)
-    for levels in ([b.chance_uniform for b in found], [b.chance_no_repeat for b in found]):
-        assert band >= set(zip([c.p for c in model.conditions], levels, strict=True))
-    drawn = {line.get_linestyle(): line.get_ydata() for line in axes.lines if line.get_linestyle() in {":", "--"}}
-    assert list(drawn[":"]) == [b.chance_uniform for b in found]
-    assert list(drawn["--"]) == [b.chance_no_repeat for b in found]
+    for of, dash in (("uniform", ":"), ("no-repeat", "--")):
+        assert band >= set(zip([cell.p for cell in model.cells], chance[of], strict=True))
+        assert [list(line.get_ydata()) for line in axes.lines if line.get_linestyle() == dash] == [chance[of]]
     marked = {line.get_marker(): list(line.get_ydata()) for line in axes.lines}
-    assert marked["x"] == [b.chance_markov for b in found]
-    assert marked["+"] == [b.chance_permutation for b in found]
+    assert (marked["x"], marked["+"]) == (chance["markov"], chance["permutation"])
     assert [text.get_text() for text in axes.texts] == ["random", "no-repeat"]
 
 
-def test_chance_can_be_seen_at_a_single_p(axes, studies):
-    agent = studies["one p"].agents[0]
-    figures.draw_loops_with_chance(axes, agent)
-    drawn = {line.get_linestyle(): line for line in axes.lines}
-    assert list(drawn[":"].get_ydata()) == [agent.conditions[0].behaviour.chance_uniform] * 2
-    low, high = drawn[":"].get_xdata()
+def test_chance_can_be_seen_at_a_single_p(studies):
+    found = studies["one p"]
+    (axes,) = loops_with_chance(found).axes  # and no onset of loops, which needs two
+    (line,) = [line for line in axes.lines if line.get_linestyle() == ":"]
+    assert list(line.get_ydata()) == shares(found.courses()[0], "loop_rate_chance", "uniform") * 2
+    low, high = line.get_xdata()
     assert low < 0 < high
 
 
-def test_loop_onset_of_the_lowest_p_against_all_higher(axes, model):
-    figures.draw_loop_onset(axes, model)
-    found = model.inference.onset.primary
-    groups = [found.lowest, found.higher]
-    assert [tuple(line.get_ydata()[:-1]) for line in staircases(axes)] == [group.curve.share for group in groups]
+def test_loop_onset_of_the_lowest_p_against_all_higher(typical, model):
+    _, axes = loops_with_chance(typical).axes
+    groups = [typical.curve("loop_onset", agent=model.agent, of=of) for of in ("lowest", "higher")]
+    assert [tuple(line.get_ydata()[:-1]) for line in staircases(axes)] == [group.value for group in groups]
     for band, group in zip(shades(axes), groups, strict=True):
-        assert band >= set(enumerate(group.curve.low)) | set(enumerate(group.curve.high))
-    said = axes.get_title(loc="left").replace("\N{NO-BREAK SPACE}", " ")
-    assert f"hazard ratio {found.hazard_ratio:.2f}, log-rank: $P$ = {found.p_value:.2g}" in said
+        assert band >= set(enumerate(group.low)) | set(enumerate(group.high))
+    ratio, said = model.get("hazard_ratio_of_first_loop"), title(axes)
+    assert f"hazard ratio {ratio.value:.2f}, log-rank: $P$ = {ratio.p_value:.2g}" in said
     assert {text.get_text() for text in axes.texts} == {"$p$ = 0\nn = 30", "$p$ = 0.1 to 0.6\nn = 180"}
 
 
-@pytest.mark.parametrize(
-    ("case", "why"), [("strategies", "the same at every flip rate"), ("one p", "fewer than two flip rates")]
-)
-def test_where_there_is_nothing_to_compare_that_is_said(axes, studies, case, why):
-    figures.draw_loop_onset(axes, studies[case].agents[0])
+def test_where_there_is_no_onset_to_compare_that_is_said(studies):
+    found = studies["strategies"]
+    blind = next(i for i, course in enumerate(found.courses()) if course.blind)
+    axes = loops_with_chance(found).axes[blind // 2 * 4 + blind % 2 + 2]
     (text,) = axes.texts
-    assert why in text.get_text().replace("\n", " ")
+    assert "the same at every flip rate" in text.get_text().replace("\n", " ")
     assert not axes.lines
 
 
-def test_the_band_of_a_fit_is_that_of_the_summary(axes, model):
-    figures.draw_loops_by_p(axes, model)
-    fit = model.loop_fit.quadratic
+def test_loop_rates_of_figure_5b(typical, model):
+    (axes,) = loops_by_p(typical).axes
+    fit = model.curve("loop_fit")
+    assert [tuple(y) for _, y in lines(axes)] == [fit.value, tuple(shares(model))]
+    assert set(dots(axes)) == {(p, loops) for p, _, loops in points(model)}
     (band,) = shades(axes)
-    assert band >= set(zip(fit.p, fit.low, strict=True)) | set(zip(fit.p, fit.high, strict=True))
+    assert band >= set(zip(fit.x, fit.low, strict=True)) | set(zip(fit.x, fit.high, strict=True))
 
 
-def test_loop_rates_of_figure_5b(axes, model):
-    figures.draw_loops_by_p(axes, model)
-    fit, drawn = model.loop_fit.quadratic, lines(axes)
-    assert [tuple(y) for _, y in drawn] == [fit.value, tuple(c.behaviour.loops.value for c in model.conditions)]
-    assert set(dots(axes)) == {(point.p, point.loop_rate) for point in model.points}
-
-
-def test_dots_and_line_of_figure_5a(axes, model):
-    figures.draw_loops_against_success(axes, model)
-    assert set(dots(axes)) == {(point.loop_rate, point.success) for point in model.points}
-    assert sum(dots(axes).values()) == len(model.points)
-    x, y = np.array([(point.loop_rate, point.success) for point in model.points]).T
+def test_dots_and_line_of_figure_5a(typical, model):
+    (axes,) = loops_against_success(typical).axes
+    found = points(model)
+    assert set(dots(axes)) == {(loops, success) for _, success, loops in found}
+    assert sum(dots(axes).values()) == len(found)
+    _, y, x = np.array(found).T
     ((ends, heights),) = lines(axes)
     assert np.allclose(heights, np.polyval(np.polyfit(x, y, 1), ends))
     assert ends.tolist() == [x.min(), x.max()]
-    assert f"r = \N{MINUS SIGN}{-model.correlation.r:.2f} [" in axes.get_title(loc="left")
-    assert "n = 21 repetitions" in " ".join(axes.get_title(loc="left").split())
+    assert f"r = \N{MINUS SIGN}{-model.value('loop_success_correlation'):.2f} [" in title(axes)
+    assert "n = 21 repetitions" in title(axes)
 
 
-def test_no_line_where_r_is_not_defined(axes, studies):
-    figures.draw_loops_against_success(axes, studies["nothing solved"].agents[0])
+def test_no_line_where_r_is_not_defined(studies):
+    (axes,) = loops_against_success(studies["nothing solved"]).axes
     assert lines(axes) == []
-    assert "r is not defined" in axes.get_title(loc="left")
+    assert "r is not defined" in title(axes)
 
 
-@pytest.mark.parametrize("draw", [figures.draw_loops_against_success, figures.draw_loops_by_p])
-def test_blind_agents_say_so(axes, studies, draw):
-    blind = next(agent for agent in studies["strategies"].agents if agent.blind)
-    draw(axes, blind)
-    assert "random, the same at every flip rate" in axes.get_title(loc="left")
+@pytest.mark.parametrize("draw", [loops_against_success, loops_by_p])
+def test_blind_agents_say_so(studies, draw):
+    axes, *_ = draw(studies["strategies"]).axes
+    assert "random, the same at every flip rate" in title(axes)
 
 
-def test_a_fit_without_a_band_does_not_claim_one(axes, studies):
-    agent = studies["one trial"].agents[0]
-    assert agent.loop_fit.quadratic.low == ()
-    figures.draw_loops_by_p(axes, agent)
-    assert "second-order fit" in axes.get_title(loc="left")
-    assert "band" not in axes.get_title(loc="left")
+def test_a_fit_without_a_band_does_not_claim_one(studies):
+    found = studies["one trial"]
+    assert found.courses()[0].curve("loop_fit").low == ()
+    (axes,) = loops_by_p(found).axes
+    assert "second-order fit" in title(axes)
+    assert "band" not in title(axes)
 
 
-def test_the_papers_loop_rates_are_hollow_stars(axes, studies, model):
-    for agent in (model, studies["nothing solved"].agents[0]):  # of which 0.4 lies between 0.3 and 0.6
-        figures.draw_loops_by_p(axes, agent)
+def test_the_papers_loop_rates_are_hollow_stars(studies):
+    for name in ("typical", "nothing solved"):  # of which 0.4 lies between 0.3 and 0.6
+        (axes,) = loops_by_p(studies[name]).axes
         assert published(axes) == ([(0.0, 0.8), (0.4, 16 / 30)], ["the paper, reconstructed"])
-        axes.clear()
+
+
+def test_nothing_is_drawn_of_nothing_or_over_a_single_p(studies):
+    assert not any(
+        draw(studies["errors"]) for draw in (loop_harm, loops_against_success, loops_by_p, loops_with_chance)
+    )
+    assert loops_against_success(studies["one p"]) is None
+    assert loops_by_p(studies["one p"]) is None

@@ -1,30 +1,36 @@
 """An agent has one colour and one mark in every report."""
 
-from dataclasses import replace
 from itertools import combinations
+
+from drawn import course
 
 from lockprobe.agents.cognitive import CHARACTERS, MODELS
 from lockprobe.figures.palette import shifts, styles
 
-
-def looks(study, names):
-    """Colour and marker of agents of these names, the first one the study's own."""
-    agents = [replace(agent, agent=name) for agent, name in zip(study.agents, names, strict=False)]
-    return {agent.agent: (style.colour, style.marker) for agent, style in styles(replace(study, agents=tuple(agents)))}
+NAMED = ["participant", "llm:local", "human-inspired", "random", "llm:openai/gpt-4o"]
+COGNITIVE = [f"cognitive:{name}" for name in (*CHARACTERS, *MODELS)]
 
 
-def test_an_agent_looks_the_same_whoever_is_beside_it(studies):
+def drawn(names, **more):
+    return [style for _, style in styles([course(name, **more) for name in names])]
+
+
+def looks(names, **more):
+    """Colour and marker of agents of these names."""
+    return dict(zip(names, ((style.colour, style.marker) for style in drawn(names, **more)), strict=True))
+
+
+def test_an_agent_looks_the_same_whoever_is_beside_it():
     """In another place, among others, and whether the study is about it or not."""
-    first = looks(studies["three"], ["llm:a/x", "llm:local", "human-inspired", "random", "round-robin"])
-    other = looks(studies["three"], ["random", "human-inspired", "llm:a/x"])
-    alone = looks(studies["three"], ["llm:a/x"])
+    first = looks(["llm:a/x", "llm:local", "human-inspired", "random", "round-robin"])
+    other = looks(["random", "human-inspired", "llm:a/x"], subject=False)
+    alone = looks(["llm:a/x"])
     assert other.items() <= first.items()
     assert alone.items() <= first.items()
 
 
-def test_looks_do_not_change_from_release_to_release(studies):
-    found = looks(studies["three"], ["participant", "llm:local", "human-inspired", "random", "llm:openai/gpt-4o"])
-    assert found == {
+def test_looks_do_not_change_from_release_to_release():
+    assert looks(NAMED) == {
         "participant": ("#0072B2", "o"),
         "llm:local": ("#D55E00", "s"),
         "human-inspired": ("#009E73", "D"),
@@ -33,54 +39,46 @@ def test_looks_do_not_change_from_release_to_release(studies):
     }
 
 
-COGNITIVE = [f"cognitive:{name}" for name in (*CHARACTERS, *MODELS)]
-
-
-def test_cognitive_agents_have_colours_of_their_own(studies):
-    found = looks(studies["three"], [*COGNITIVE, "human-inspired"])
+def test_cognitive_agents_have_colours_of_their_own():
+    found = looks([*COGNITIVE, "human-inspired"])
     assert len({colour for colour, _ in found.values()}) == len({marker for _, marker in found.values()}) == 6
     assert "#AA4499" not in {colour for colour, _ in found.values()}
-    beside = looks(studies["three"], ["llm:openai/gpt-4o", *COGNITIVE])
+    beside = looks(["llm:openai/gpt-4o", *COGNITIVE])
     assert beside["llm:openai/gpt-4o"] == ("#AA4499", "h")  # and no agent has another look because of them
 
 
-def test_agents_of_one_colour_share_neither_marker_nor_dash(studies):
+def test_agents_of_one_colour_share_neither_marker_nor_dash():
     """Of so many specs more than one has to get a colour again."""
-    agent = studies["three"].agents[0]
     for i in range(40):
         names = [f"llm:a/{i}", f"llm:b/{i}", f"cognitive:random-map?window={i}"]
-        shown = tuple(replace(agent, agent=name) for name in names)
-        found = [style for _, style in styles(replace(studies["three"], agents=shown))]
-        for one, other in combinations(found, 2):
+        for one, other in combinations(drawn(names), 2):
             assert one.colour != other.colour or (one.marker != other.marker and one.dash != other.dash), names
 
 
-def test_agents_of_one_study_have_different_colours_as_long_as_there_are_enough(studies):
+def test_agents_of_one_study_have_different_colours_as_long_as_there_are_enough():
     """The colour of an agent that does not ship comes out of its name: two of three could get the same."""
     for i in range(40):
-        names = [f"llm:openai/gpt-{i}", f"llm:anthropic/claude-{i}", f"llm:google/gemini-{i}", "random", "participant"]
-        found = looks(studies["three"], names)
+        found = looks([f"llm:openai/gpt-{i}", f"llm:anthropic/claude-{i}", f"llm:google/gemini-{i}", *NAMED[::3]])
         assert len({colour for colour, _ in found.values()}) == len(found)
 
 
 def test_agents_differ_in_grey_as_well(studies):
-    for study in studies.values():
-        found = [style for _, style in styles(study)]
-        assert len({(style.marker, style.dash) for style in found}) == len(found)
+    for case in ("strategies", "hostile names", "people"):
+        courses = studies[case].courses()
+        found = [style for _, style in styles(courses)]
+        assert len({(style.marker, style.dash) for style in found}) == len(found) == len(courses)
         assert [style.lead for style in found] == sorted((style.lead for style in found), reverse=True)
-        assert {agent.agent for agent, style in styles(study) if style.lead} == {a.agent for a in study.subjects}
+        assert {one.agent for one, style in styles(courses) if style.lead} == set(studies[case].subjects)
 
 
-def test_ways_of_showing_the_box_are_shades_of_one_colour(studies):
-    agent = studies["three"].agents[0]
-    shown = [replace(agent, modality=one, shown=one) for one in ("rgb", "rgbd", "symbolic")]
-    found = [style for _, style in styles(replace(studies["three"], agents=tuple(shown)))]
+def test_ways_of_showing_the_box_are_shades_of_one_colour():
+    found = [style for _, style in styles([course("llm:x", one, shown=one) for one in ("rgb", "rgbd", "symbolic")])]
     assert len({style.marker for style in found}) == 1
     assert len({style.colour for style in found}) == len({style.dash for style in found}) == 3
 
 
 def test_bars_of_agents_are_moved_apart(studies):
-    moved = list(shifts(studies["three"]).values())
+    moved = list(shifts(studies["three"].courses()).values())
     assert len(set(moved)) == len(moved) == 6
     assert moved[0] == 0
     assert max(map(abs, moved)) < 0.05

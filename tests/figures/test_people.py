@@ -1,25 +1,34 @@
 """People, models and strategies in one figure: the marks lie where the numbers are, bounds and open ends are seen."""
 
 import pytest
-from builders import SOLUTION, make_trial
+from builders import SOLUTION, make_trial, small_study, write_study
 
-from lockprobe.analysis.summary import summarise
 from lockprobe.figures.palette import styles
-from lockprobe.figures.people import compared, draw_people, draw_relative_steps
+from lockprobe.figures.people import people
+from lockprobe.report.opened import open_study
+from lockprobe.report.results import results_of
+from lockprobe.report.study_numbers import study_numbers
 
 P = (0.0, 0.4)
+NAMES = {"people": "participant", "random": "random"}
 
 
-def study(**waits):
-    """Agents that solve ten boxes at each p after so many blocked steps; None for never."""
-    made = []
-    for name, both in waits.items():
-        for p, wait in zip(P, both, strict=True):
-            for i in range(10):
-                joints = (0,) * 20 if wait is None else (*(0,) * wait, *SOLUTION)
-                agent = f"participant:{i:04d}" if name == "people" else "random" if name == "random" else f"llm:{name}"
-                made.append(make_trial(joints, agent=agent, p=p, trial=i + 1))
-    return summarise(made)
+@pytest.fixture
+def study(tmp_path):
+    """``study(people=…, a=…)``: ten boxes at each p, solved after so many blocked steps; None for never."""
+
+    def make(**waits):
+        trials = []
+        for name, both in waits.items():
+            for p, wait in zip(P, both, strict=True):
+                for i in range(10):
+                    joints = (0,) * 20 if wait is None else (*(0,) * wait, *SOLUTION)
+                    agent = f"participant:{i:04d}" if name == "people" else NAMES.get(name, f"llm:{name}")
+                    trials.append(make_trial(joints, agent=agent, p=p, trial=i + 1))
+        planned = small_study([NAMES.get(name, f"llm:{name}") for name in waits], P, 1, 10)
+        return results_of(study_numbers(open_study(write_study(tmp_path / "study", planned, trials))))
+
+    return make
 
 
 def texts(axes):
@@ -28,7 +37,7 @@ def texts(axes):
 
 def heights(axes, shown):
     """Of the single marks of the agent beside people."""
-    colour = next(style.colour for agent, style in styles(shown) if agent.agent == "llm:a")
+    colour = next(style.colour for agent, style in styles(shown.courses()) if agent.agent == "llm:a")
     return [
         line.get_ydata()[0]
         for line in axes.lines
@@ -36,17 +45,18 @@ def heights(axes, shown):
     ]
 
 
-def test_shares_of_people_and_agents_stand_at_their_p(axes):
-    draw_people(axes, study(people=(0, None), a=(0, 0)))
-    people, agent = (container.lines[0] for container in axes.containers)
-    assert list(people.get_ydata()) == [1.0, 0.0]
-    assert list(agent.get_ydata()) == [1.0, 1.0]
+def test_shares_of_people_and_agents_stand_at_their_p(study):
+    axes, _ = people(study(people=(0, None), a=(0, 0))).axes
+    theirs, agents = (container.lines[0] for container in axes.containers)
+    assert list(theirs.get_ydata()) == [1.0, 0.0]
+    assert list(agents.get_ydata()) == [1.0, 1.0]
     assert axes.get_legend_handles_labels()[1] == ["people", "llm:a"]
     assert "10 people with 2 boxes each" in texts(axes)
 
 
-def test_ratios_stand_on_an_axis_where_twice_and_half_are_equally_far(axes):
-    draw_relative_steps(axes, shown := study(people=(4, 4), a=(12, 0)))
+def test_ratios_stand_on_an_axis_where_twice_and_half_are_equally_far(study):
+    shown = study(people=(4, 4), a=(12, 0))
+    _, axes = people(shown).axes
     assert heights(axes, shown) == [2.0, 0.5]
     assert axes.get_yscale() == "log"
     low, high = axes.get_ylim()
@@ -55,8 +65,9 @@ def test_ratios_stand_on_an_axis_where_twice_and_half_are_equally_far(axes):
     assert "at least" not in texts(axes)
 
 
-def test_bounds_have_arrows_and_say_so(axes):
-    draw_relative_steps(axes, shown := study(people=(4, None), a=(None, 4)))
+def test_bounds_have_arrows_and_say_so(study):
+    shown = study(people=(4, None), a=(None, 4))
+    _, axes = people(shown).axes
     assert heights(axes, shown) == [21 / 8, 8 / 21]
     up, down = (text for text in axes.texts if getattr(text, "arrow_patch", None))
     assert up.xy[1] > up.xyann[1]
@@ -65,20 +76,16 @@ def test_bounds_have_arrows_and_say_so(axes):
     assert "at most" in texts(axes)
 
 
-def test_without_any_median_it_says_why(axes):
-    draw_relative_steps(axes, study(people=(None, None), a=(None, None)))
+def test_without_any_median_it_says_why(study):
+    _, axes = people(study(people=(None, None), a=(None, None))).axes
     assert "so there is no median" in " ".join(texts(axes).split())
     assert not axes.axison
 
 
-def test_people_alone_are_compared_with_nobody(axes):
-    alone = study(people=(4, 4))
-    assert not compared(alone)
-    assert compared(study(people=(4, 4), random=(8, 8)))
-    draw_people(axes, alone)
+def test_people_alone_are_compared_with_nobody(study):
+    (axes,) = people(study(people=(4, 4))).axes
     assert axes.get_legend_handles_labels()[1] == ["people"]
 
 
-def test_without_people_there_is_nothing_to_draw(axes):
-    draw_people(axes, study(a=(4, 4)))
-    assert "no trial of people" in texts(axes)
+def test_without_people_there_is_nothing_to_draw(study):
+    assert people(study(a=(4, 4))) is None

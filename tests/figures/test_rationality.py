@@ -1,60 +1,54 @@
-"""The pictures of rationality are the numbers of the summary."""
+"""The picture of rationality has the numbers of the results."""
 
 import numpy as np
 import pytest
 from drawn import bars
 
-from lockprobe import figures
+from lockprobe.figures.rationality import rationality
+
+OBSERVERS = ("naive", "aware")
 
 
-def reads(found, name):
-    share = getattr(found, name)
-    return (share.value, share.low, share.high)
+def chance_of(axes):
+    return {line.get_linestyle(): list(line.get_ydata()) for line in axes.lines if line.get_linestyle() in {":", "--"}}
 
 
-@pytest.mark.parametrize(
-    ("draw", "name"),
-    [(figures.draw_optimal_actions, "optimal"), (figures.draw_steps_lost, "regret")],
-)
-def test_both_observers_stand_with_their_intervals_beside_chance(axes, typical, draw, name):
-    agent = typical.agents[-1]
-    draw(axes, agent)
-    expected = [reads(condition.rationality[i], name) for i in (0, 1) for condition in agent.conditions]
-    assert np.allclose([bar[1:] for bar in bars(axes)], expected)
-    played = [condition.p for condition in agent.conditions]
-    assert np.allclose([bar[0] for bar in bars(axes)], played * 2, atol=0.01)
-    chance = {
-        line.get_linestyle(): list(line.get_ydata()) for line in axes.lines if line.get_linestyle() in {":", "--"}
+@pytest.mark.parametrize(("place", "quantity"), [(0, "optimal_actions"), (1, "steps_lost")])
+def test_both_observers_stand_with_their_intervals_beside_chance(typical, model, place, quantity):
+    axes = rationality(typical).axes[place]
+    rows = [cell.get(quantity, of) for of in OBSERVERS for cell in model.cells]
+    assert np.allclose([bar[1:] for bar in bars(axes)], [(row.value, row.low, row.high) for row in rows])
+    assert np.allclose([bar[0] for bar in bars(axes)], [cell.p for cell in model.cells] * 2, atol=0.01)
+    expected = {
+        dash: [cell.value(f"{quantity}_chance", of) for cell in model.cells]
+        for dash, of in zip((":", "--"), OBSERVERS, strict=True)
     }
-    for i, dash in enumerate((":", "--")):
-        assert chance[dash] == [condition.rationality[i].by_chance[name] for condition in agent.conditions]
+    assert chance_of(axes) == expected
 
 
-def test_everything_is_in_sight(axes, studies):
-    for agent in studies["strategies"].agents:
-        figures.draw_steps_lost(axes, agent)
+def test_everything_is_in_sight(studies):
+    found = studies["strategies"]
+    shown = [axes for axes in rationality(found).axes if axes.get_ylabel() == "steps lost per action"]
+    assert len(shown) == len(found.courses())
+    for axes, course in zip(shown, found.courses(), strict=True):
         low, high = axes.get_ylim()
         assert low < 0
-        assert all(
-            condition.rationality[i].by_chance["regret"] < high for condition in agent.conditions for i in (0, 1)
-        )
-        axes.clear()
+        assert all(cell.value("steps_lost_chance", of) < high for cell in course.cells for of in OBSERVERS)
 
 
-def test_the_number_of_actions_is_said(axes, typical):
-    agent = typical.agents[-1]
-    figures.draw_optimal_actions(axes, agent)
-    sizes = [condition.rationality[0].steps for condition in agent.conditions]
-    assert f"n = {min(sizes)} to {max(sizes)} actions per flip rate" in axes.get_title(loc="left")
+def test_the_number_of_actions_is_said(typical, model):
+    sizes = [cell.get("optimal_actions", "naive").n for cell in model.cells]
+    said = rationality(typical).axes[0].get_title(loc="left")
+    assert f"n = {min(sizes)} to {max(sizes)} actions per flip rate" in said
 
 
-def test_chance_can_be_seen_at_a_single_p(axes, studies):
-    figures.draw_optimal_actions(axes, studies["one p"].agents[-1])
+def test_chance_can_be_seen_at_a_single_p(studies):
+    axes, _ = rationality(studies["one p"]).axes
     (line,) = [line for line in axes.lines if line.get_linestyle() == ":"]
     low, high = line.get_xdata()
     assert low < 0 < high
 
 
 def test_there_is_no_picture_of_what_was_not_judged(studies):
-    assert "rationality" in figures.pictures(studies["one trial"])
-    assert "rationality" not in figures.pictures(studies["errors"])
+    assert rationality(studies["one trial"]) is not None
+    assert rationality(studies["errors"]) is None

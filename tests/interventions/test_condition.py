@@ -119,7 +119,7 @@ def test_a_flip_at_rate_0_is_the_truth_unless_it_says_more(kind, modality, spec)
     assert found.spec == spec
 
 
-@pytest.mark.parametrize("name", [" a", "a\nb", "x" * 201])
+@pytest.mark.parametrize("name", [" a", "a\nb", "nud\u200bge", "x" * 201])
 def test_a_name_can_stand_in_the_key_of_a_record(name):
     with pytest.raises(BadValue, match="condition"):
         Condition(interventions=(Nudge(),), name=name)

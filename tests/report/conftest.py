@@ -4,9 +4,7 @@ from contextlib import contextmanager
 
 import pytest
 from builders import SOLUTION, make_trial
-from placeholders import DRAW, PLACEHOLDERS, undrawn
-
-from lockprobe.report import figures
+from placeholders import undrawn
 
 NAMES = [f"{i:020x}.png" for i in range(8)]
 PICTURES = [
@@ -43,12 +41,7 @@ def drawn(placeholders):
 
     @contextmanager
     def real(*names):
-        def drawing(draw):
-            return (lambda *asked: draw(*asked) if asked[-1] in names else PLACEHOLDERS) if names else draw
-
-        with pytest.MonkeyPatch.context() as patch:
-            for name, draw in DRAW.items():
-                patch.setattr(figures, name, drawing(draw))
+        with undrawn(lambda name: not names or name in names):
             yield
 
     return real

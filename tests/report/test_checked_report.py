@@ -44,13 +44,17 @@ def directory(tmp_path, monkeypatch, prices):
         monkeypatch.setenv("FAKE_BASE_URL", server.url)
         run_study(planned, tmp_path / "out", limits=Limits(access=Access(connections=2)))
     write_report(tmp_path / "out")
-    (row,) = [row for row in results(tmp_path / "out")["leaderboard"] if row["agent"] == MODEL]
-    assert row["money"]["dollars"] > 0
+    assert next(dollars(results(tmp_path / "out")))["value"] > 0
     return tmp_path / "out"
 
 
 def results(directory):
     return json.loads((directory / "results.json").read_text("utf-8"))
+
+
+def dollars(found):
+    """The rows on what the model cost."""
+    return (row for row in found["rows"] if (row["quantity"], row["agent"]) == ("cost", MODEL))
 
 
 def checked(directory):
@@ -72,9 +76,8 @@ def test_a_report_holds_where_other_prices_are_known_and_that_is_said(directory,
 def test_edited_dollars_are_found_where_no_price_is_known(directory, prices):
     prices()
     found = results(directory)
-    for row in found["leaderboard"]:
-        if row["agent"] == MODEL:
-            row["money"]["dollars"] /= 2
+    for row in dollars(found):
+        row["value"] /= 2
     (directory / "results.json").write_text(json.dumps(found), "utf-8")
     assert checked(directory)[1] == ["results"]
 
@@ -82,9 +85,13 @@ def test_edited_dollars_are_found_where_no_price_is_known(directory, prices):
 @pytest.mark.parametrize("edited", [{"input": 0.001}, None, {"input": "x"}])
 def test_an_edited_price_is_found_by_the_dollars_and_named(directory, edited):
     found = results(directory)
-    for row in found["leaderboard"]:
-        if row["agent"] == MODEL:
-            row["prices"] = edited and row["prices"] | edited
+    price = [one for one in found["facts"] if one["about"] == f"price of {MODEL}"]
+    assert price
+    for one in price:
+        if edited is None:
+            found["facts"].remove(one)
+        elif one["name"] in edited:
+            one["text"] = str(edited[one["name"]])
     (directory / "results.json").write_text(json.dumps(found), "utf-8")
     said, failed = checked(directory)
     assert "results" in failed

@@ -77,9 +77,7 @@ def test_a_page_that_cannot_be_written_is_a_mistake_in_one_line(compared, tmp_pa
         write_comparison(compared[0], tmp_path / "none" / "compare.html")
 
 
-@pytest.mark.parametrize(
-    ("name", "section"), [("comparison_picture", "Figure differences"), ("study_table", "Table studies")]
-)
+@pytest.mark.parametrize(("name", "section"), [("_picture", "Figure differences"), ("study_table", "Table studies")])
 def test_no_figure_or_table_keeps_the_page_from_being_written(monkeypatch, compared, tmp_path, name, section):
     def broken(*_):
         raise RuntimeError("broken on purpose")

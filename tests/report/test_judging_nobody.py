@@ -1,6 +1,5 @@
 """Where attempts broke the rules of the box all numbers stay, and no sentence, heading or table judges an agent."""
 
-import json
 import re
 
 import pytest
@@ -10,6 +9,7 @@ from clumsy import CLUMSY
 from lockprobe.report import write_report
 from lockprobe.report.compare import compare_studies
 from lockprobe.report.compare_page import difference_table
+from lockprobe.rows import Results
 from lockprobe.studies.studyfile import study
 
 AGENTS = ["cognitive:perseverant", "cognitive:careful", "human-inspired"]
@@ -22,14 +22,18 @@ ASKED = {
     "why": ("why", {}),
 }
 
-_SENTENCES = {
-    "answer", "answers", "beside", "chance", "comparisons_said", "conclusions", "courses_said", "findings",
-    "forks_said", "interaction", "loop_findings", "modality_findings", "needed", "ranking_said", "said", "verdict",
+_NEUTRAL = {
+    ("overview", "question"), ("overview", "trial"), ("overview", "changed_nothing"), ("findings", "rules"),
+    ("conditions", "answer"),
 }  # fmt: skip
-"""Fields of the results that hold sentences on agents."""
+"""Section and kind of the sentences that judge no agent; beside them only what was counted for a claim is one."""
 
-_NEUTRAL = {"not judged", "not measured"}
-"""Verdicts that are none."""
+_VERDICTS = {
+    "claims.html": "<strong>(borne out|(not )?compatible|not decided)",
+    "report.html": "raises? the|lowers? the|higher at some|lower at some|Inconclusive|No (difference|effect)",
+    "why.html": "raises? the|lowers? the|Inconclusive|No (difference|effect)",
+}
+"""Words of verdicts on each page, none of which stands in a note."""
 
 
 @pytest.fixture(scope="module", params=list(ASKED))
@@ -41,36 +45,28 @@ def missed(request, tmp_path_factory):
         planned = study(name, agent=AGENTS, trials=15, repetitions=2, plant=plant, **more)
         directory = write_study(tmp_path_factory.mktemp(request.param) / "study", planned)
         write_report(directory)
-        found.append((directory, json.loads((directory / "results.json").read_text())))
+        found.append((directory, Results.model_validate_json((directory / "results.json").read_bytes())))
     return found
 
 
-def sentences(value, name=""):
-    """All sentences on agents in results, with the name of their field."""
-    if isinstance(value, str):
-        return {(name, value)} if name in _SENTENCES and (value.endswith(".") or name == "verdict") else set()
-    if isinstance(value, dict):
-        inner = [
-            sentences(one, key if name != "answers" else name) for key, one in value.items() if key != "conditions"
-        ]
-        return set().union(*inner)
-    return set().union(*(sentences(one, name) for one in value)) if isinstance(value, list) else set()
-
-
 def test_no_sentence_judges(missed):
-    (_, content), (_, kept) = missed
-    said = content["not_judged"]
+    (_, found), (_, kept) = missed
+    said = found.not_judged
     assert re.fullmatch(r"No agent is judged: \d+ of \d+ attempts broke the rules of the box\.", said)
-    assert content["findings"] == [said]
-    assert content["overview"]["answer"] == said
-    assert {one for _, one in sentences(content)} <= {said, *_NEUTRAL}
-    assert kept["not_judged"] == ""
-    assert len(sentences(kept)) > 3
+    assert found.answer == said
+    assert {one.text for one in found.findings if one.judges} == {said}
+    assert {(row.note, row.test) for row in found.where("claim")} == {("not judged", said)}
+    for one in (found, kept):
+        neutral = {(said.section, said.kind) for said in one.findings if not said.judges and said.section != "claims"}
+        assert neutral <= _NEUTRAL
+    assert kept.not_judged == ""
+    assert len({one.text for one in kept.findings if one.judges}) > 3
 
 
 def test_numbers_stay_and_tables_say_that_they_judge_nobody(missed):
-    (directory, content), (clean, kept) = missed
-    assert content.keys() == kept.keys()
+    (directory, found), (clean, kept) = missed
+    assert {row.quantity for row in found.rows} == {row.quantity for row in kept.rows}
+    assert {curve.quantity for curve in found.curves} == {curve.quantity for curve in kept.curves}
     tables = sorted(path.name for path in (directory / "tables").glob("*.csv"))
     assert tables == sorted(path.name for path in (clean / "tables").glob("*.csv"))
     for table in tables:
@@ -80,17 +76,23 @@ def test_numbers_stay_and_tables_say_that_they_judge_nobody(missed):
         assert all(row.endswith(",no") for row in rows)
 
 
+def visible(page):
+    """A page without its notes."""
+    return re.sub(r"<style.*?</style>|<script.*?</script>|<div class=.note.*?</div>", "", page, flags=re.DOTALL)
+
+
 def test_pages_say_it_in_headings_and_captions(missed):
-    (directory, content), (clean, _) = missed
-    said = content["not_judged"]
+    (directory, found), (clean, _) = missed
+    said = found.not_judged
     for page in sorted(path.name for path in clean.glob("*.html") if path.name != "audit.html"):
         text, plain = (one.joinpath(page).read_text() for one in (directory, clean))
         assert said in text
         assert said not in plain
         headings = re.findall(r'<span class="says">(.*?)</span>', text, re.DOTALL)
         assert not [one for one in headings if re.search(r"were detected|Highest|rejects?\b|Compared with", one)]
-        visible = re.sub(r"<style.*?</style>|<script.*?</script>|<div class=.note.*?</div>", "", text, flags=re.DOTALL)
-        assert not re.search(r"<td[^>]*>(not )?detected</td>", visible)
+        verdicts = rf"<td[^>]*>(not )?detected</td>|{_VERDICTS[page]}"
+        assert not re.search(verdicts, visible(text))
+        assert re.search(verdicts, visible(plain))
         figures = [one for one in re.findall(r"<figcaption>(.*?)</figcaption>", text, re.DOTALL) if "Told:" not in one]
         assert all(said in one for one in figures)
 

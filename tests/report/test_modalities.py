@@ -1,10 +1,8 @@
-"""The report of a modality study: Fig. 3, Table 1, the claims of Sec. 3.1, what agents saw."""
+"""The report of a modality study: what stands on its page, what agents saw, and how the panel was dealt."""
 
-import csv
-import io
-import json
 import re
 from dataclasses import replace
+from html import unescape
 
 import numpy as np
 import pytest
@@ -13,10 +11,20 @@ from captions import too_long
 
 from lockprobe.pictures.png import to_png
 from lockprobe.report import write_report
+from lockprobe.report.pages import tables_of
+from lockprobe.report.paper import CLAIMS
+from lockprobe.rows import Results
+
+
+def reported(path):
+    """The results and the page of a report."""
+    page = write_report(path).read_text("utf-8")
+    return Results.model_validate_json((path / "results.json").read_bytes()), page
 
 
 @pytest.fixture(scope="module")
 def directory(tmp_path_factory, modal, picture_names):
+    """A study with its pictures."""
     path = write_study(tmp_path_factory.mktemp("modal") / "study", modality_study(), modal)
     (path / "pictures").mkdir()
     rng = np.random.default_rng(0)
@@ -24,61 +32,26 @@ def directory(tmp_path_factory, modal, picture_names):
         shape = (480, 640) if name in (picture_names[3], picture_names[5]) else (480, 640, 3)
         kind = np.uint16 if len(shape) == 2 else np.uint8
         (path / "pictures" / name).write_bytes(to_png(rng.integers(0, 255, shape).astype(kind)))
-    write_report(path)
     return path
 
 
-def test_table_1_is_laid_out_as_in_the_paper(directory):
-    rows = list(csv.reader(io.StringIO((directory / "tables" / "table1.csv").read_text())))
-    assert rows[0] == [
-        "Input Modality", "Average State Misinterpretation Rate per Trial", "Total State Misinterpretations",
-    ]  # fmt: skip
-    assert [row[0] for row in rows[1:]] == ["viewer (RGB)", "viewer (RGB-D)", "viewer (ground truth)"]
-    assert [row[2] for row in rows[1:]] == ["10, in 10 of 10 trials", "30, in 10 of 10 trials", "4, in 4 of 10 trials"]
-    corrected = list(csv.reader(io.StringIO((directory / "tables" / "table1-corrected.csv").read_text())))
-    assert [row[0] for row in corrected[1:]] == [row[0] for row in rows[1:]]
-    page = (directory / "report.html").read_text("utf-8")
-    assert "30, in 10 of 10 trials" in page
+@pytest.fixture(scope="module")
+def report(directory):
+    return reported(directory)
 
 
-def test_every_claim_of_the_section_is_measured(directory):
-    content = json.loads((directory / "results.json").read_text("utf-8"))
-    rows = [row for row in content["claims"] if row["place"] in ("Sec. 3.1, Fig. 3", "Table 1")]
-    assert all(row["verdict"] != "not measured" for row in rows)
-    by_quote = {}
-    for row in rows:
-        by_quote.setdefault(row["quote"][:40], {})[row["agent"]] = row
-    order = by_quote["GPT o1 performs best with RGB input and "]["viewer"]
-    assert order["verdict"] == "borne out"
-    assert order["here"] == "mean steps 5.9 with RGB, 9.9 with RGB-D, 13.9 with ground truth"
-    assert order["test"] == "log-rank test for a trend over fidelity, and the order of the mean steps"
-    steps = by_quote["under RGB input, GPT o1 reaches 80% succe"[:40]]
-    assert list(steps) == ["viewer"]
-    assert "80 % by step 15 [" in steps["viewer"]["here"]
-    assert "with ground truth" in steps["viewer"]["here"]
-    assert steps["viewer"]["verdict"] == "compatible"
-    outpaces = by_quote["the RGB condition reaches most success t"]["viewer"]
-    assert outpaces["verdict"] == "borne out"
-    assert outpaces["here"].startswith(
-        "RGB reaches 10 of 10 tenths of success before RGB-D, 0 after it; RGB-D reaches 10"
-    )
-    faster = by_quote["requires fewer steps than GPT o1 under a"[:40]]
-    assert list(faster) == ["viewer"]
-    assert "with RGB, " in faster["viewer"]["here"]
-    misread = [row for row in rows if row["place"] == "Table 1"]
-    assert [row["agent"] for row in misread] == ["viewer (RGB)", "viewer (RGB-D)"]
-    assert all("in 10 of 10 trials" in row["here"] for row in misread)
-
-
-def test_the_page_says_what_modalities_do_and_shows_what_agents_saw(directory):
-    content = json.loads((directory / "results.json").read_text("utf-8"))
-    page = (directory / "report.html").read_text("utf-8")
-    (said,) = content["modality_findings"]
+def test_the_page_says_what_modalities_do_and_shows_what_agents_saw(report):
+    found, page = report
+    (said,) = found.said("findings", "modalities")
     assert "10 of 10 trials (100 %) with RGB, 80 % by step 7" in said
     assert "The higher the fidelity, the later or more rarely it solves the box (log-rank" in said
-    assert page.replace("<i>P</i>", "P").index(said.replace("'", "&#39;")) < page.index("Modality by modality")
-    assert "was wrong at" in content["verdicts_said"]
-    assert content["verdicts_said"].replace("'", "&#39;") in page
+    text = unescape(page.replace("<i>P</i>", "P"))
+    assert said in text
+    assert found.answer in text
+    assert found.answer.startswith("The higher the fidelity of what viewer sees, the later or more rarely it solves")
+    (verdicts,) = found.said("findings", "verdicts")
+    assert "was wrong at" in verdicts
+    assert verdicts in text
     assert page.count("data:image/png;base64,") == 6
     assert len(page) < 3_000_000
     assert "What agents saw" in page
@@ -87,18 +60,27 @@ def test_the_page_says_what_modalities_do_and_shows_what_agents_saw(directory):
     assert "the report is what the picture shows: the truth, except in pictures that a flip makes false" in page
 
 
-def test_rows_name_the_modality_and_runs_over_p_are_not_drawn(directory):
-    content = json.loads((directory / "results.json").read_text("utf-8"))
-    assert [row["label"] for row in content["conditions"]] == [
-        "viewer (RGB)", "viewer (RGB-D)", "viewer (ground truth)", "human-inspired",
-    ]  # fmt: skip
-    assert "steps to solve, log-rank" in {row["name"] for row in content["tests"]}
+def test_every_claim_of_the_section_is_measured(report):
+    found, _ = report
+    here = [claim.name for claim in CLAIMS if claim.place in ("Sec. 3.1, Fig. 3", "Table 1")]
+    assert len(here) > 5
+    assert {*here} <= {row.of for row in found.where("claim")}
+    misread = [found.said("claims", name) for name in here if name.startswith("misinterpretation, ")]
+    assert misread
+    assert all("in 10 of 10 trials" in said for (said,) in misread)
+
+
+def test_rows_name_the_modality_and_runs_over_p_are_not_drawn(directory, report):
+    found, _ = report
+    labels = ["viewer (RGB)", "viewer (RGB-D)", "viewer (ground truth)", "human-inspired"]
+    assert [cell.label for cell in found.cells] == [found.label(c.agent, c.modality) for c in found.cells] == labels
+    assert "steps to solve, log-rank" in {row.test for row in found.where("naive_test")}
     drawn = {path.name for path in (directory / "figures").iterdir()}
     assert {"fig3.png", "fig3-corrected.svg", "rationality.png"} <= drawn
     assert not {"fig4.png", "fig5b.png", "courses.png"} & drawn
-    for table in ("loops", "speed", "rationality", "detectors"):
-        names = {row[0] for row in csv.reader(io.StringIO((directory / "tables" / f"{table}.csv").read_text()))}
-        assert {"viewer (RGB)", "viewer (ground truth)"} <= names
+    tables = tables_of(found)
+    for name in ("loops", "speed", "rationality", "detectors"):
+        assert {"viewer (RGB)", "viewer (ground truth)"} <= {row[0] for row in tables[name]}, name
 
 
 @pytest.mark.parametrize(
@@ -109,21 +91,20 @@ def test_rows_name_the_modality_and_runs_over_p_are_not_drawn(directory):
     ],
 )
 def test_the_report_says_whether_the_panel_was_dealt(tmp_path, layout, beginning):
-    study = replace(modality_study(("viewer",), trials=2), layout=layout)
-    write_report(write_study(tmp_path / "study", study, []))
-    said = json.loads((tmp_path / "study" / "results.json").read_text("utf-8"))["panel_said"]
+    planned = replace(modality_study(("viewer",), trials=2), layout=layout)
+    found, page = reported(write_study(tmp_path / "study", planned, []))
+    (said,) = found.said("findings", "panel")
     assert said.startswith(beginning)
-    page = (tmp_path / "study" / "report.html").read_text("utf-8")
     (summary,) = re.findall(r'<div class="finding">(.*?)</div>', page, re.DOTALL)
     assert f"<p>{said}</p>" in summary
 
 
 def test_without_pictures_nothing_is_said_of_the_panel(tmp_path):
-    write_report(write_study(tmp_path / "study", modality_study(("viewer",), ("symbolic",), trials=2), []))
-    assert json.loads((tmp_path / "study" / "results.json").read_text("utf-8"))["panel_said"] == ""
-    assert "the panel" not in (tmp_path / "study" / "report.html").read_text("utf-8")
+    found, page = reported(write_study(tmp_path / "study", modality_study(("viewer",), ("symbolic",), trials=2), []))
+    assert found.said("findings", "panel") == []
+    assert "the panel" not in page
 
 
-def test_captions_are_short(directory):
-    content = json.loads((directory / "results.json").read_text("utf-8"))
-    assert too_long((directory / "report.html").read_text("utf-8"), content) == []
+def test_captions_are_short(report):
+    found, page = report
+    assert too_long(page, [one.text for one in found.findings]) == []

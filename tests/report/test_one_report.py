@@ -1,12 +1,12 @@
 """One report for every design: a condition beside flips adds to it, takes nothing away, and changes no P value."""
 
-import json
-
 import pytest
 from builders import write_study
 
 from lockprobe.report import write_report
+from lockprobe.report.pages import tables_of
 from lockprobe.report.results import results
+from lockprobe.rows import Results
 from lockprobe.studies.studyfile import study
 
 SMALL = {"agent": ["cognitive:perseverant", "human-inspired"], "trials": 8, "repetitions": 2, "seed": 5}
@@ -16,11 +16,20 @@ BESIDE = [
     {"sweep": "tremble?p=0.2,0.5"},
     {"condition": ["flip?p=0.4&persistence=sticky", "drop?p=0.5 + flip?p=0.4"]},
 ]
-OF_FLIPS = ("contrasts", "tests", "fits", "courses", "leaderboard", "comparisons", "interactions", "paces", "lies")
+FAMILIES = {
+    "tremble ps against the lowest": {"sweep": "tremble?p=0.2,0.5"},
+    "conditions against the control": {"condition": ["drop?p=0.5", "distract?p=0.3", "tremble?p=0.2 + drop?p=0.5"]},
+}
 
 
 def played(directory, **asked):
     return write_study(directory, study("flips", **SMALL, **asked))
+
+
+def reported(directory):
+    """The results of a study as its report has written them."""
+    write_report(directory)
+    return Results.model_validate_json((directory / "results.json").read_bytes())
 
 
 @pytest.fixture(scope="module")
@@ -28,36 +37,46 @@ def alone(tmp_path_factory):
     return played(tmp_path_factory.mktemp("alone") / "study", **FLIPS)
 
 
+@pytest.fixture(scope="module", params=[[0, 0.4], [0, 0.1, 0.2, 0.9]], ids=str)
+def whole(request, tmp_path_factory):
+    """The results of a study of flip rates, of another dose and of conditions."""
+    more = {name: value for family in FAMILIES.values() for name, value in family.items()}
+    return results(played(tmp_path_factory.mktemp("whole") / "study", p=request.param, **more))
+
+
+def of_family(found, family):
+    """Every condition of a family against the control."""
+    return found.where("success_difference", family=family, of="")
+
+
 @pytest.mark.parametrize("more", BESIDE, ids=["a condition", "a dose", "other flips"])
-def test_other_conditions_change_no_number_of_flips(alone, more, tmp_path):
-    before, now = results(alone).plain(), results(played(tmp_path / "study", **FLIPS, **more)).plain()
-    assert before.keys() < now.keys()
-    for name in OF_FLIPS:
-        assert now[name] == before[name], name
-    rows = {row["key"]: row | {"acts": None} for row in now["conditions"]}
-    for row in before["conditions"]:
-        assert rows[row["key"]] == row | {"acts": None}
-    axis = {row["condition"] for row in before["conditions"]}
-    assert axis < {row["condition"] for row in now["conditions"]}
+def test_other_conditions_change_nothing_that_is_found_of_flips(alone, more, tmp_path):
+    """Every number, curve, property, trial and sentence stays but the first sentences, which say what is beside."""
+    before, now = results(alone), results(played(tmp_path / "study", **FLIPS, **more))
+    known = {(type(row), row.identity): row for row in (*now.rows, *now.curves)}
+    assert [row for row in (*before.rows, *before.curves) if known.get((type(row), row.identity)) != row] == []
+    assert len(now.rows) > len(before.rows)
+    assert [one for one in (*before.facts, *before.exhibits) if one not in (*now.facts, *now.exhibits)] == []
+    changed = [(one.section, one.kind) for one in before.findings if one not in now.findings]
+    assert changed == [("overview", kind) for kind in ("question", "trial", "answer")]
+    assert now.answer.startswith(before.answer)
 
 
-@pytest.mark.parametrize("p", [[0, 0.4], [0, 0.1, 0.2, 0.9]], ids=str)
-def test_flips_change_no_p_value_of_other_conditions(p, tmp_path):
-    others = {"condition": ["nudge", "drop?p=0.5", "tremble?p=0.5"]}
-    without = results(played(tmp_path / "without", p=[0], **others)).plain()["effects"]
-    beside = results(played(tmp_path / "beside", p=p, **others)).plain()["effects"]
-    assert [row for row in beside if not row["condition"].startswith("flip")] == without
-    flips = [row for row in beside if row["condition"].startswith("flip")]
-    assert {row["corrected_for"] for row in flips} == {len(p) - 1}
-    assert {row["corrected_for"] for row in without} == {3}
+@pytest.mark.parametrize(("family", "many"), [*zip(FAMILIES, (2, 3), strict=True)])
+def test_no_family_changes_a_p_value_of_another(whole, family, many, tmp_path):
+    own = of_family(results(played(tmp_path / "study", p=[0], **FAMILIES[family])), family)
+    assert of_family(whole, family) == own
+    assert [row.corrected_for for row in own] == [many] * 2 * many  # of two agents, which are judged apart
 
 
-def test_every_contrast_with_the_control_stands_in_one_table_with_the_p_value_of_its_family(alone, tmp_path):
-    found = results(played(tmp_path / "study", **FLIPS, **BESIDE[0])).plain()
-    both = {(row["agent"], row["condition"]): row["p_value"] for row in found["effects"]}
-    assert len(both) == len(found["effects"]) == 2 * 3
-    for row in found["contrasts"]:
-        assert both[row["agent"], f"flip?p={row['other_p']:g}"] == row["p_value"]
+def test_every_dose_stands_in_the_table_of_effects_with_the_p_value_of_its_axis(whole):
+    """A contrast is one row: that of the axis is the one of the table."""
+    compared, (flips, tremble) = whole.against_control(), whole.design.axes
+    courses = [course for axis in (flips, tremble) for course in whole.courses(axis)]
+    of_axes = [row for course in courses for row in course.against_lowest("success_difference")]
+    assert len(of_axes) == 2 * (len(flips.doses) - 1 + 2) == len(compared) - 2 * 3
+    assert [row for row in of_axes if row not in compared] == []
+    assert [tuple(row[:2]) for row in tables_of(whole)["effects"][1:]] == [(r.agent, r.condition) for r in compared]
 
 
 def test_page_tables_and_figures_hold_all_that_flips_alone_have(alone, tmp_path):
@@ -74,47 +93,47 @@ def test_page_tables_and_figures_hold_all_that_flips_alone_have(alone, tmp_path)
         assert f"{heading}</" in now, heading
     assert "Every condition against the control</" in now
     assert "Every condition against the control</" not in before
-    speed = (beside / "tables" / "speed.csv").read_text()
-    assert "cognitive:perseverant,nudge" in speed
-    heads = [(one / "tables" / "speed.csv").read_text().split(",")[1] for one in (alone, beside)]
-    assert heads == ["p", "condition"]
+    before, now = ((one / "tables" / "speed.csv").read_text() for one in (alone, beside))
+    assert "cognitive:perseverant,nudge" in now
+    assert [table.split(",")[1] for table in (before, now)] == ["p", "condition"]
 
 
 def test_conditions_without_flips_have_speed_loops_and_agents_compared(tmp_path):
     directory = played(tmp_path / "study", p=[0], condition=["nudge"], sweep="tremble?p=0.2,0.5")
-    write_report(directory)
-    found = json.loads((directory / "results.json").read_text())
-    assert found["comparisons"]
+    found = reported(directory)
+    assert [row for row in found.where("success_difference") if row.versus]
     labels = {"truth", "nudge", "tremble?p=0.2", "tremble?p=0.5"}
-    assert {row["condition"] for row in found["detectors"]} == labels
-    assert {row["condition"] for row in found["rationality"]} >= {
-        "truth",
-        "nudge",
-    }  # a trembling hand is not the choice
+    for quantity, of in (("mean_steps_all", ""), ("loop_rate", ""), ("flagged_by_detector", "any-loop")):
+        assert {cell.condition for cell in found.cells if cell.get(quantity, of)} == labels, quantity
+    chosen = {row.condition for row in found.where("optimal_actions")}
+    assert {"truth", "nudge"} <= chosen  # a trembling hand is not the choice
     for name in ("speed", "loops", "detectors"):
         assert "tremble?p=0.5" in (directory / "tables" / f"{name}.csv").read_text()
 
 
-def test_an_idle_condition_takes_no_answer_on_flips_away(tmp_path):
-    beside = results(played(tmp_path / "study", **FLIPS, condition=["history?last=50"])).plain()
-    alone = results(played(tmp_path / "alone", **FLIPS)).plain()
-    assert beside["overview"]["answer"] == alone["overview"]["answer"]
-    assert "history?last=50 changed nothing" in beside["overview"]["changed_nothing"]
-
-
-def test_flips_of_another_kind_are_told_apart_in_every_table(tmp_path):
+def test_flips_of_another_kind_are_other_conditions_and_told_apart_in_every_table(tmp_path):
+    """Even three levels of them make no family: two causes would have one name."""
     directory = played(tmp_path / "study", p=[0, 0.4], flip="sticky", condition=["flip?p=0.4", "flip?p=0.1"])
-    write_report(directory)
-    found = json.loads((directory / "results.json").read_text())
-    assert found["flips"]["kind"] == "sticky"
-    assert {row["other_p"] for row in found["contrasts"]} == {0.4}
+    found = reported(directory)
+    assert found.design.flip_kind == "sticky"
+    contrasts = found.where("clearest_success_difference", axis="flip rate", of="")
+    assert [row.doses for row in contrasts] == [{"flip.p": 0.4}] * 2
+    others = of_family(found, "conditions against the control")
+    assert {row.condition for row in others} == {"flip?p=0.4", "flip?p=0.1"}
+    (question,) = found.said("overview", "question")
+    assert question == "Do false reports and 2 other conditions change how agents open chain-4?"
     for name in ("speed", "loops", "detectors"):
         rows = [line.split(",")[:2] for line in (directory / "tables" / f"{name}.csv").read_text().splitlines()]
         assert len({tuple(row) for row in rows}) == len(rows), name
 
 
-def test_no_other_condition_is_spoken_of_where_agents_play_alike(tmp_path):
-    planned = study("flips", agent=["round-robin"], p=[0, 0.4], condition=["tremble?p=0.9"], trials=6, repetitions=1)
-    answer = results(write_study(tmp_path / "study", planned)).plain()["overview"]["answer"]
-    assert "at every flip rate" in answer
-    assert "under every condition" not in answer
+def test_a_dose_that_never_acted_is_no_other_condition_and_no_question_is_asked_twice(tmp_path):
+    doses = ["tremble?p=0.0001", "tremble?p=0.2", "tremble?p=0.4"]
+    found = results(played(tmp_path / "idle", p=[0], condition=doses))
+    asked = "Do higher doses of tremble change how agents open chain-4?"
+    assert found.said("overview", "question") == [asked]
+    assert {row.condition for row in of_family(found, "tremble ps against the lowest")} == {*doses[1:]}
+    shown = {"modality": ["symbolic?tell=state", "symbolic?tell=outcome"]}
+    found = results(played(tmp_path / "shown", p=[0], **FAMILIES["tremble ps against the lowest"], **shown))
+    (question,), (needed,) = (found.said("overview", kind) for kind in ("question", "needed"))
+    assert question.count("tremble") == needed.count("per tremble p") == 1

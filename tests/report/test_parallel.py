@@ -8,14 +8,17 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from functools import partial
 
 import pytest
 from builders import small_study, write_study
 
 from lockprobe.analysis import habit_baseline
-from lockprobe.report import figures, parallel, write_report
+from lockprobe.report import parallel, report_files, write_report
+from lockprobe.report.opened import open_study
 from lockprobe.report.parallel import shared, uncollected
+from lockprobe.studies.studyfile import study
 
 LARGE = parallel.LARGE
 SIMULATED = habit_baseline.SIMULATED
@@ -115,17 +118,25 @@ def test_the_collector_is_as_it_was():
 
 
 def test_several_processes_change_no_byte(tmp_path, monkeypatch, drawn):
-    study = small_study(["random", "human-inspired"], (0.0, 0.4), 1, 4)
-    one, two = (write_study(tmp_path / name, study) for name in ("one", "two"))
+    planned = small_study(["random", "human-inspired"], (0.0, 0.4), 1, 4)
+    one, two = (write_study(tmp_path / name, planned) for name in ("one", "two"))
     monkeypatch.setattr(parallel, "LARGE", 0)
-    monkeypatch.setattr(habit_baseline, "SIMULATED", SIMULATED)  # as in a process that starts afresh
-    every, few = figures.drawings, ("courses", "fig5a", "fig3", "overview")  # of each kind of picture one
-    monkeypatch.setattr(figures, "drawings", lambda summary: {name: every(summary)[name] for name in few})
+    few = ("courses", "fig5a", "fig3", "overview", "box")  # of each kind of picture one
+    real, all_sections = report_files.figures_of, report_files.all_sections
+
+    def shown(figures):
+        return tuple(one for one in figures if one.name in few)
+
+    monkeypatch.setattr(report_files, "figures_of", lambda parts: shown(real(parts)))
+    monkeypatch.setattr(
+        report_files, "all_sections", lambda: [replace(one, figures=shown(one.figures)) for one in all_sections()]
+    )
     with drawn():
+        monkeypatch.setattr(habit_baseline, "SIMULATED", SIMULATED)  # as in a process that starts afresh
         write_report(one, processes=1)
         write_report(two, processes=2)
     names = ["results.json", "report.html", *(f"figures/{path.name}" for path in (one / "figures").iterdir())]
-    assert len(names) == 2 + 2 * len((*few, "box"))
+    assert len(names) == 2 + 2 * len(few)
     for name in names:
         assert (one / name).read_bytes() == (two / name).read_bytes(), name
 
@@ -147,6 +158,22 @@ def test_other_machines_do_it_in_the_order_of_the_jobs(large):
     with shared(large, 2, posted := Posted()) as each:
         assert each(abs, iter([-3, 1, -2])) == [3, 1, 2]
     assert posted.jobs == 3
+
+
+def test_every_figure_of_a_report_can_be_drawn_by_another_process(tmp_path):
+    """Functions without a name, such as those that say where a figure applies, cannot be sent there."""
+    asked = {"agent": "cognitive:careful", "condition": ["nudge", "nudge + flip?p=0.4"], "sweep": "tremble?p=0,0.1,0.2"}
+    directory = write_study(tmp_path / "study", study("flips", p=[0, 0.4], trials=2, repetitions=1, **asked))
+    posted = Posted()
+
+    def each(work, jobs):
+        first, *others = jobs  # a pool does the first job here
+        return [work(first), *posted.map(work, others)]
+
+    files = dict(report_files.report_files(open_study(directory), tell=lambda said: None, each=each))
+    drawn = {name for name, content in files.items() if name.endswith(".svg") and content}
+    assert {f"figures/{name}.svg" for name in ("box", "courses", "fig3-by-p", "effects", "rationality")} <= drawn
+    assert posted.jobs >= len(drawn)
 
 
 def test_a_small_report_stays_here(tmp_path):

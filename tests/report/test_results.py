@@ -1,24 +1,20 @@
 """Every number on the pages is in results.json, rounded; and what was left out is counted."""
 
 import re
-from dataclasses import fields, is_dataclass, replace
+from dataclasses import replace
 from html.parser import HTMLParser
-from importlib.resources import files
-from itertools import chain
 
 import pytest
 from builders import make_trial, play_study, small_study, write_study
 from pydantic import BaseModel
 
-from lockprobe.analysis.inference.association import LENGTH_CAVEAT
 from lockprobe.errors import BadFile
 from lockprobe.report import write_report
 from lockprobe.report.explorer import explorer_data
-from lockprobe.report.figures import CAPTIONS
 from lockprobe.report.opened import open_study
-from lockprobe.report.page import _page, _tables
+from lockprobe.report.pages import page_of, tables_of
 from lockprobe.report.results import results
-from lockprobe.report.schema import Results
+from lockprobe.rows import Results
 from lockprobe.trial_json import trial_to_json
 
 NUMBER = re.compile(r"(?<![\w.])\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![\w])")
@@ -39,53 +35,28 @@ class Text(HTMLParser):
         if not self.hidden:
             self.parts.append(data)
 
+    def __str__(self):
+        return " ".join(" ".join(self.parts).split())
 
-def said(page):
-    return NUMBER.findall(" ".join(Text(page).parts))
 
-
-def marked(value, marks):
-    """The same with every number replaced by one that nothing else could give; numbers in words stay."""
+def marked(value, first, marks):
+    """The same with every number replaced by one that nothing else could give, equal ones by the same."""
     if isinstance(value, BaseModel):
-        found = {name: marked(inner, marks) for name, inner in value if name in value.model_fields_set}
+        found = {name: marked(inner, first, marks) for name, inner in value if name in value.model_fields_set}
         return value.model_copy(update=found)
-    if is_dataclass(value):
-        return replace(value, **{one.name: marked(getattr(value, one.name), marks) for one in fields(value)})
     if isinstance(value, dict):
-        return {name: marked(inner, marks) for name, inner in value.items()}
+        return {name: marked(inner, first, marks) for name, inner in value.items()}
     if isinstance(value, list | tuple):
-        return type(value)(marked(inner, marks) for inner in value)
+        return type(value)(marked(inner, first, marks) for inner in value)
     if isinstance(value, bool) or not isinstance(value, int | float):
         return value
-    marks.append(20_000 + len(marks))
-    return type(value)(marks[-1])
+    return type(value)(marks.setdefault((type(value), value), first + len(marks) * first // 20_000))
 
 
-def words(value):
-    """All words of a JSON value, names included."""
-    if isinstance(value, dict):
-        return " ".join(f"{name} {words(inner)}" for name, inner in value.items())
-    return " ".join(map(words, value)) if isinstance(value, list) else value if isinstance(value, str) else ""
-
-
-def fixed(content):
-    """Numbers that are words: of the templates, captions, heads of tables, and of the results' own words."""
-    templates = files("lockprobe.report").joinpath("templates")
-    sources = [
-        re.sub(r"\{[{%#].*?[}%#]\}", " ", path.read_text("utf-8"), flags=re.DOTALL) for path in templates.iterdir()
-    ]
-    heads = [cell for table in _tables(content).values() for cell in table[0]]
-    texts = (*sources, *chain(*CAPTIONS.values()), LENGTH_CAVEAT, *heads, words(content.plain()))
-    return {x for text in texts for x in NUMBER.findall(text)}
-
-
-def shown_as(marks):
+def shown_as(number):
     """Every way in which the pages write a number: whole, with digits, in per cent, with two figures."""
-    forms = set()
-    for mark in marks:
-        for scale in (1, 100):
-            forms |= {f"{scale * mark:.{digits}f}" for digits in range(3)} | {f"{scale * mark:g}", f"{mark:.2g}"}
-    return forms
+    forms = {f"{scale * number:.{digits}f}" for scale in (1, 100) for digits in range(3)}
+    return forms | {f"{scale * number:g}" for scale in (1, 100)} | {f"{number:.2g}"}
 
 
 @pytest.fixture(scope="module")
@@ -96,27 +67,38 @@ def reported(tmp_path_factory):
     return directory
 
 
-@pytest.mark.parametrize("name", ["report", "claims", "audit"])
-def test_every_number_of_a_page_is_in_the_results(reported, name):
-    """With every number of the results replaced by a mark, the page shows marks and nothing else."""
-    marks = []
-    content = marked(Results.model_validate_json((reported / "results.json").read_text("utf-8")), marks)
-    page = _page(name, content, {})
-    allowed, forms = fixed(content), shown_as(marks)
-    shown = [token for token in said(page) if token not in allowed]
-    assert len(shown) > 10
-    assert [token for token in shown if token not in forms] == []
+@pytest.fixture(scope="module")
+def twice(reported):
+    """The results with all numbers replaced by marks, in two ways, and how the marks are written."""
+    found = Results.model_validate_json((reported / "results.json").read_bytes())
+    made = []
+    for first in (20_000, 60_000):
+        content = marked(found, first, marks := {})
+        played = (*content.cells, *content.courses())
+        gaps = [one.value("loop_rate") - one.value("loop_rate_chance", "uniform") for one in played]
+        made.append((content, {form for one in (*marks.values(), *map(abs, gaps)) for form in shown_as(one)}))
+    return made
+
+
+@pytest.mark.parametrize("name", ["report", "claims", "tables"])
+def test_every_number_of_a_page_is_in_the_results(twice, name):
+    """What differs between two pages whose results differ in all numbers are these numbers, and loops above chance."""
+    (shown, forms), (again, others) = (
+        (NUMBER.findall(str(tables_of(found)) if name == "tables" else str(Text(page_of(name, found)))), forms)
+        for found, forms in twice
+    )
+    differ = [pair for pair in zip(shown, again, strict=True) if pair[0] != pair[1]]
+    assert len(differ) > 10
+    assert [(one, other) for one, other in differ if one not in forms or other not in others] == []
 
 
 def test_the_page_on_disk_is_made_of_the_results_on_disk(reported):
-    content = Results.model_validate_json((reported / "results.json").read_text("utf-8"))
-    drawn = {
-        path.stem: {"svg": path.read_bytes()} for path in (reported / "figures").iterdir() if path.suffix == ".svg"
-    }
+    found = Results.model_validate_json((reported / "results.json").read_bytes())
+    drawn = {path.stem: {"svg": path.read_bytes()} for path in (reported / "figures").glob("*.svg")}
     opened = open_study(reported)
     trials = explorer_data(opened.trials, opened.settings["box"])
     for name in ("report", "claims", "audit"):
-        assert (reported / f"{name}.html").read_text("utf-8") == _page(name, content, drawn, trials=trials)
+        assert (reported / f"{name}.html").read_text("utf-8") == page_of(name, found, drawn, trials=trials)
 
 
 def test_what_is_left_out_is_counted(tmp_path):
@@ -129,13 +111,13 @@ def test_what_is_left_out_is_counted(tmp_path):
     directory = write_study(tmp_path / "study", study, [again, *kept, broken, foreign])
     with (directory / "trials.jsonl").open("ab") as file:
         file.write(trial_to_json(trials[0])[:50])
-    found = results(directory).plain()
-    assert found["left_out"] == {
-        "errors": 1, "replayed_on_request": 0, "replaced_after_an_error": 1, "repeated": 0, "unfinished_lines": 1,
-        "not_asked_for": 1, "foreign": 0,
+    found = results(directory)
+    assert {row.of: row.value for row in found.where("left_out")} == {
+        "ended as error": 1, "replayed on request": 0, "replaced after an error": 1, "replaced without an error": 0,
+        "incomplete lines": 1, "outside the settings": 1, "of another study": 0,
     }  # fmt: skip
-    assert sum(row["trials"] for row in found["conditions"]) == 5
-    text = " ".join(" ".join(Text(write_report(directory).read_text("utf-8")).parts).split())
+    assert sum(cell.trials for cell in found.cells) == 5
+    text = str(Text(write_report(directory).read_text("utf-8")))
     assert "1 trials that ended as error, 1 incomplete lines of the journal, 1 trials outside the settings" in text
 
 

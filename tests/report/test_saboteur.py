@@ -16,8 +16,8 @@ from lockprobe.agents.model_access import Access
 from lockprobe.cli import verify as command
 from lockprobe.report import checked_report, write_report
 from lockprobe.report.opened import open_study
-from lockprobe.report.page import report_files
 from lockprobe.report.parallel import one_thread
+from lockprobe.report.report_files import report_files
 from lockprobe.report.verification import NOT_SHOWN, verify
 from lockprobe.studies.play import play_timed
 from lockprobe.studies.runner import Limits

@@ -6,50 +6,58 @@ import numpy as np
 from builders import make_trial
 
 from lockprobe.pictures.png import from_png, to_png
-from lockprobe.report.sample_pictures import SeenModality, SeenMoment, embedded, seen
+from lockprobe.report.sample_pictures import embedded, pictures_shown, seen_facts
+from lockprobe.rows import Fact, Results
 
 
 def saw(*files):
-    """A row with a moment for each of these files."""
-    return SeenModality(modality="rgb", key="", moments=[SeenMoment(when="", text="", files=one) for one in files])
+    """Results in which a picture of each of these kinds and names was seen."""
+    facts = [Fact(about=f"seen rgb {i}", name=kind, text=name) for i, (kind, name) in enumerate(files, 1)]
+    return Results.model_construct(facts=facts)
+
+
+def seen(trials):
+    """What facts say of each thing that they are about."""
+    found = Results.model_construct(facts=list(seen_facts(trials)))
+    return {fact.about: found.facts_about(fact.about) for fact in found.facts}
 
 
 def shown_small(directory, name, kind, pixels):
     """A picture as a page would show it."""
     (directory / "pictures").mkdir(exist_ok=True)
     (directory / "pictures" / name).write_bytes(to_png(pixels))
-    found = embedded(directory, [saw({kind: name})])
+    found = embedded(directory, saw((kind, name)))
     assert list(found) == [name]
     return from_png(base64.b64decode(found[name].partition(",")[2]))
 
 
 def test_no_picture_is_shown_that_only_the_record_needs(modal, picture_names):
-    rows = seen(modal)
-    assert [row.modality for row in rows] == ["rgb", "rgbd"]
-    assert [moment.files for moment in rows[1].moments] == [
-        {"rgb": picture_names[0], "depth": picture_names[2]},
-        {"rgb": picture_names[1], "depth": picture_names[4]},
-    ]
-    assert rows[0].moments[1].when == "after step 1: revolute-left did not move"
+    found = seen(modal)
+    assert list(found) == ["seen rgb", "seen rgb 1", "seen rgb 2", "seen rgbd", "seen rgbd 1", "seen rgbd 2"]
+    assert found["seen rgb"] == {"trial": modal[0].key}
+    assert found["seen rgb 2"]["when"] == "after step 1: revolute-left did not move"
+    names = [picture_names[i] for i in (0, 1, 0, 2, 1, 4)]
+    kinds = ("rgb", "rgb", "rgb", "depth", "rgb", "depth")
+    shown = pictures_shown(Results.model_construct(facts=list(seen_facts(modal))))
+    assert shown == list(zip(kinds, names, strict=True))
 
 
 def test_the_first_move_is_shown_too(picture_names):
-    (row,) = seen(
-        [make_trial([0, 3], budget=2, modality="rgb", pictures=[{"rgb": name} for name in picture_names[:3]])]
-    )
-    assert [moment.when for moment in row.moments] == [
+    pictures = [{"rgb": name} for name in picture_names[:3]]
+    found = seen([make_trial([0, 3], budget=2, modality="rgb", pictures=pictures)])
+    assert [facts["when"] for facts in found.values() if "when" in facts] == [
         "before the first step", "after step 1: revolute-left did not move", "after step 2: revolute-right moved",
     ]  # fmt: skip
-    (row,) = seen([make_trial([3], budget=1, modality="rgb", pictures=[{"rgb": name} for name in picture_names[:2]])])
-    assert len(row.moments) == 2
+    found = seen([make_trial([3], budget=1, modality="rgb", pictures=pictures[:2])])
+    assert list(found) == ["seen rgb", "seen rgb 1", "seen rgb 2"]
 
 
 def test_pictures_that_are_lost_or_lie_elsewhere_are_left_out(tmp_path, picture_names):
     (tmp_path / "pictures").mkdir()
     (tmp_path / "secret.png").write_bytes(to_png(np.zeros((8, 8), np.uint8)))
     (tmp_path / "pictures" / picture_names[1]).write_bytes(b"torn")
-    rows = [saw(*({"rgb": name} for name in ("../secret.png", *picture_names[:2])))]
-    assert embedded(tmp_path, rows) == {}
+    found = saw(*(("rgb", name) for name in ("../secret.png", *picture_names[:2])))
+    assert embedded(tmp_path, found) == {}
 
 
 def test_colours_are_made_small_by_averaging(tmp_path, picture_names):

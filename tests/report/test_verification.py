@@ -143,9 +143,13 @@ def test_an_altered_picture_is_found(tmp_path):
 def test_an_altered_result_is_named(directory):
     path = directory / "results.json"
     written = json.loads(path.read_text("utf-8"))
-    written["conditions"][3]["solved"] += 1
+    row = next(row for row in written["rows"] if row["quantity"] == "success" and row["condition"] == "flip?p=0.4")
+    row["count"] += 1
     path.write_text(json.dumps(written), "utf-8")
-    assert failing(directory) == {"results": ("conditions[3].solved",)}
+    name = f"success, {row['agent']}, {row['modality']}, flip?p=0.4"
+    assert failing(directory) == {
+        "results": (f"rows: {name}: count {row['count']} written, {row['count'] - 1} computed",)
+    }
 
 
 def test_results_of_another_release_are_written_again_first(directory):

@@ -49,7 +49,7 @@ def acting(p):
         ("conditions", ["truth"], "conditions.0"),
         ("conditions", [SAID, SAID], "every one once"),
         ("conditions", [SAID | {"name": 3}], "conditions.0.name"),
-        ("conditions", [SAID | {"name": "a\nb"}], "control characters"),
+        ("conditions", [SAID | {"name": "a\nb"}], "visible characters"),
         ("conditions", [SAID | {"p": 0.4}], "conditions.0.p"),
         ("conditions", [acting(0.0), acting(1e-300)], "differ by 0.000001"),
         ("conditions", [acting(1.5)], "flip rate p: got 1.5"),

@@ -3,14 +3,19 @@
 import json
 import subprocess
 import sys
+from itertools import product
 
 import pytest
 from latecomer.late import Late
+from latecomer.silence import SECTION
 from latecomer.untold import untold
 
 import lockprobe
 from lockprobe.analysis.measures import measured
 from lockprobe.testing import check_agent, check_box, check_measure, check_plant, make_trial, play_trials
+
+AGENTS = ("human-inspired", "cognitive:perseverant")
+CONDITIONS = ["truth", "late?lag=1", "late?lag=2"]
 
 
 @pytest.mark.parametrize("lag", [0, 1, 3])
@@ -29,6 +34,10 @@ def test_the_others_keep_theirs():
     check_plant("weighed?friction=1.5")
     check_box("gate?bolts=5")
     check_measure("untold")
+
+
+def test_the_section_keeps_its_own(check_section):
+    check_section(SECTION)
 
 
 def test_they_play_together():
@@ -67,14 +76,23 @@ def test_a_study_is_played_with_them(tmp_path):
     assert len(lockprobe.tidy(trials)) == sum(len(trial.steps) for trial in trials)
 
 
-def test_a_sweep_over_the_lag_is_reported_under_its_name(tmp_path):
+def test_a_sweep_over_the_lag_is_reported_with_all_of_them(tmp_path):
     out = tmp_path / "study"
-    command("run", "flips", "--agent", "human-inspired", "--agent", "cognitive:perseverant", "--plant", "weighed",
-            "--sweep", "late?lag=0,1,2", "--trials", "10", "--no-report", "--out", str(out))  # fmt: skip
+    command("run", "flips", *(f"--agent={name}" for name in AGENTS), "--plant", "weighed", "--sweep", "late?lag=0,1,2",
+            "--trials", "10", "--no-report", "--out", str(out))  # fmt: skip
     found = lockprobe.results(out)
-    assert [row.condition for row in found.conditions][:3] == ["truth", "late?lag=1", "late?lag=2"]
-    assert {row.agent for row in found.effects} == {"human-inspired", "cognitive:perseverant"}
-    (series,) = found.series
-    assert (series.name, list(series.conditions.values())) == ("late lag", [0, 1, 2])
-    assert any("late" in sentence for sentence in series.findings)
-    assert {row.measure for row in found.measures} == {"untold"}
+    assert [row.condition for row in found.where("success", agent="human-inspired", axis="", of="")] == CONDITIONS
+    (axis,) = found.design.axes
+    assert (axis.key, list(axis.doses.values())) == ("late lag", [0, 1, 2])
+    compared = found.where("success_difference", control="truth", axis="late lag", of="")
+    assert [(row.agent, row.condition) for row in compared] == [*product(AGENTS, CONDITIONS[1:])]
+    assert "late lag" in found.answer
+    shares, means = ([row.value for row in found.where(name)] for name in ("untold_share", "untold"))
+    assert shares == pytest.approx(means)
+    assert shares[0] == 0 < shares[1] < shares[2]
+    command("report", str(out))
+    assert (out / "figures" / "silence.svg").exists()
+    assert len((out / "tables" / "silence-by-condition.csv").read_text().splitlines()) == 7
+    page = (out / "report.html").read_text("utf-8")
+    assert found.answer_of("silence") in page.partition('id="speed"')[2].partition('id="silence"')[2]
+    assert "come from lockprobe-latecomer 0.1.0" in command("verify", str(out))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from operator import call
@@ -34,15 +34,16 @@ _Cells = Mapping[tuple[str, str], Sequence[Trial]]
 class ConditionStudySummary:
     """The numbers of the conditions beside the flip axis.
 
-    Each contrast belongs to one family. The flip rates of a modality against the truth are a family of the axis
-    (:func:`lockprobe.analysis.summary.summarise`); all other conditions against their control are one, here. So
-    conditions beside flips change no P value of flips, and flips none of theirs.
+    Each contrast belongs to one family. The doses of an axis against the control are a family of the axis
+    (:func:`lockprobe.analysis.summary.summarise`), of flip rates and of every dose of another intervention with three
+    levels or more; all other conditions against their control are one, here. So conditions beside an axis change no P
+    value of it, and it none of theirs.
 
     Attributes:
         design: What differs between the conditions of the study.
         conditions: Every agent under every condition -> its numbers, under (agent, condition).
         effects: Every agent's other conditions against their control.
-        axis: The same of the flip axis, as the axis has tested them.
+        on_axes: The same of the doses of every axis, as the axis has tested them.
         series: Conditions that differ in one dose alone, each with the numbers over that dose.
         whys: Of a study of controls: why false reports change each agent's success.
         reference: What blind agents and the shortest plan reach on the box.
@@ -54,7 +55,7 @@ class ConditionStudySummary:
     design: Design
     conditions: Mapping[tuple[str, str], ConditionSummary]
     effects: tuple[Effects, ...]
-    axis: tuple[Effects, ...]
+    on_axes: tuple[Effects, ...]
     series: tuple[tuple[Series, StudySummary], ...]
     whys: tuple[Why, ...]
     reference: Reference
@@ -70,7 +71,7 @@ class ConditionStudySummary:
     def together(self) -> tuple[Effects, ...]:
         """The effects of both families beside each other, by agent and modality, for a figure."""
         found: dict[tuple[str, str], Effects] = {}
-        for one in (*self.axis, *self.effects):
+        for one in (*self.on_axes, *self.effects):
             first = found.get((one.agent, one.modality))
             found[one.agent, one.modality] = one if first is None else replace(one, effects=first.effects + one.effects)
         order = [(agent, modality) for agent in self.agents for modality in dict.fromkeys(name for _, name in found)]
@@ -113,12 +114,15 @@ def summarise_conditions(
     conditions = {name: one for name in cells if (one := known.get(name) or found.get(name)) is not None}
     idle = _idle(conditions, design)
     acting = {name: cells[name] for name in conditions if name not in _names(idle, whole=True)}
+    series = section(
+        "Doses", lambda: _series(trials, design, box, each, _names(idle)), tuple[tuple[Series, StudySummary], ...]
+    )
     return ConditionStudySummary(
         design=design,
         conditions=conditions,
         effects=section("Every condition against the control", lambda: _effects(acting, design, _names(idle)), tuple),
-        axis=tuple(one for agent in flips.agents if (one := _axis_effects(agent))),
-        series=section("Doses", lambda: _series(trials, design, box, each, _names(idle)), tuple),
+        on_axes=tuple(_on_axes(flips, series, design)),
+        series=series,
         whys=section("Why false reports change success", lambda: _whys(acting, design), tuple),
         reference=reference,
         idle=tuple(one for one in idle if one.condition not in design.axis),
@@ -211,7 +215,7 @@ def _effects(cells: _Cells, design: Design, idle: _Names) -> tuple[Effects, ...]
             one.of.crossings,
             one.of.grids,
             {label for name, label in idle if name == one.agent},
-            axis=one.of.flips,
+            axis=(*one.of.flips, *one.of.dosed),
             agents=max(1, sizes[one.baseline]),
         )
         for one in compared
@@ -222,6 +226,12 @@ def _effects(cells: _Cells, design: Design, idle: _Names) -> tuple[Effects, ...]
 def _compared(cells: _Cells, of: Comparison, agent: str) -> _Compared:
     trials = {label: cells[agent, label] for label in of.labels if (agent, label) in cells}
     return _Compared(agent=agent, trials=trials, of=of)
+
+
+def _on_axes(flips: StudySummary, series: Sequence[tuple[Series, StudySummary]], design: Design) -> Iterator[Effects]:
+    """The doses of every axis whose lowest level is the control, against it."""
+    for summary in (flips, *(summary for one, summary in series if one in design.other_axes)):
+        yield from (one for agent in summary.agents if (one := _axis_effects(agent)))
 
 
 def _axis_effects(found: AgentSummary) -> Effects | None:
@@ -237,6 +247,7 @@ def _axis_effects(found: AgentSummary) -> Effects | None:
         effects=tuple(Effect(condition=names[one.p], difference=one) for one in tested.at),
         interplays=(),
         agents=tested.agents,
+        axis=found.axis.name,
     )
 
 

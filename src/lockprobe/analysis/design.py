@@ -1,14 +1,17 @@
 """The design of a study, from its conditions alone: controls, axes, crossings, and the families of its contrasts.
 
-Every contrast belongs to one family. The flip rates of a modality against the truth are one; all other conditions of a
-modality against its control are one; the interactions of all crossings and grids are one. So what is said of one family
-does not depend on the conditions of another.
+Every contrast belongs to one family. The doses of an axis against its control are one: the flip rates of a modality,
+and every dose of another intervention with three levels or more. All other conditions of a modality against its control
+are one, flips of another kind among them; the interactions of all crossings and grids are one. So what is said of one
+family does not depend on the conditions of another. Of another intervention a single dose is a condition like any
+other: with an axis of its own, ten conditions would be ten families.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from lockprobe.analysis.axis import FLIPS
 from lockprobe.analysis.dose_grid import Grid, grids
 from lockprobe.analysis.series import Crossing, Series, SeriesArm, control_of, crossings, series_of, series_of_agents
 
@@ -22,6 +25,7 @@ class Comparison:
     Attributes:
         control: Label of the control.
         flips: Labels of the flip rates that act: the family of the flip axis.
+        axes: Doses of other interventions whose lowest level is the control, each a family of its own.
         others: Labels of all other conditions: another family. In the first modality the controls of the other
             modalities are among them.
         crossings: Two interventions alone, together and not at all.
@@ -30,6 +34,7 @@ class Comparison:
 
     control: str
     flips: tuple[str, ...]
+    axes: tuple[Series, ...]
     others: tuple[str, ...]
     crossings: tuple[Crossing, ...]
     grids: tuple[Grid, ...]
@@ -37,7 +42,12 @@ class Comparison:
     @property
     def labels(self) -> tuple[str, ...]:
         """All its conditions, the control first."""
-        return (self.control, *self.flips, *self.others)
+        return (self.control, *self.flips, *self.dosed, *self.others)
+
+    @property
+    def dosed(self) -> tuple[str, ...]:
+        """Labels of the doses of its other axes."""
+        return tuple(label for axis in self.axes for label in axis.doses if label != self.control)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -83,18 +93,30 @@ class Design:
         own, control = self.shown(modality), self._controls[modality].label
         beside = [self._controls[name].label for name in self.modalities[1:]] if modality == self.modalities[0] else []
         rest = [arm.label for arm in own if arm.label != control]
+        axes = tuple(
+            one
+            for one in self.series
+            if not one.agent and one.axis.name != FLIPS.name and one.modality == modality and control in one.doses
+        )
+        on_axes = self.axis | {label for one in axes for label in one.doses}
         kept = {arm.label for arm in own} | {*beside}
         return Comparison(
             control=control,
             flips=tuple(label for label in rest if label in self.axis),
+            axes=axes,
             others=tuple(
                 arm.label
                 for arm in self.arms
-                if arm.label in kept and arm.label != control and (arm.label in beside or arm.label not in self.axis)
+                if arm.label in kept and arm.label != control and (arm.label in beside or arm.label not in on_axes)
             ),
             crossings=crossings(own),
             grids=grids(own),
         )
+
+    @property
+    def other_axes(self) -> tuple[Series, ...]:
+        """The doses of other interventions that are families of their own, in every modality."""
+        return tuple(axis for modality in self.modalities for axis in self.comparison(modality).axes)
 
     @property
     def series(self) -> tuple[Series, ...]:

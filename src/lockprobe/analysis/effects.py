@@ -75,6 +75,7 @@ class Effects:
         interplays: Every crossing of two interventions that was played and is part of no grid with an interaction.
         grids: Every pair of interventions with several crossed doses.
         agents: Number of agents (and ways of showing the box) that are judged together.
+        axis: Name of the dose whose levels they are: a family of their own; empty for the family of all others.
     """
 
     agent: str
@@ -84,6 +85,7 @@ class Effects:
     interplays: tuple[Interplay, ...]
     grids: tuple[GridSummary, ...] = ()
     agents: int = 1
+    axis: str = ""
 
 
 def effects(

@@ -171,7 +171,7 @@ class JsonLines(Plain):
     def reported(self, path: Path | None, left_out: Sequence[LeftOutSection] = ()) -> None:
         """Print the path of the report, or None without a report, and the hashes if there are trials."""
         if self._report is not None:
-            missing = {"left_out": [asdict(one) for one in left_out]} if left_out else {}
+            missing = {"left_out": [one.plain() for one in left_out]} if left_out else {}
             path_said = None if path is None else str(path)
             self.event("report", path=path_said, **missing, **self._hashes, **self._cost())
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json as json_
 import sys
-from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from typing import Annotated
@@ -57,7 +56,7 @@ def _write(directory: Path, machines: Pool | None, *, json: bool) -> None:
     left_out: list[LeftOutSection] = []
     path = write_report(directory, tell=tell, left_out=left_out.append, processes=2, elsewhere=machines)
     if json:
-        missing = {"left_out": [asdict(one) for one in left_out]} if left_out else {}
+        missing = {"left_out": [one.plain() for one in left_out]} if left_out else {}
         print(json_.dumps({"report": str(path), **missing}), flush=True)
     else:
         print(f"Report: {path}{without(left_out)}", flush=True)

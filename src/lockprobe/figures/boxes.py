@@ -17,8 +17,10 @@ from lockprobe.figures.interlock import diagram_of, draw_interlock, settable, sh
 from lockprobe.figures.palette import TARGET, Dash
 from lockprobe.figures.settings import own_settings
 from lockprobe.lockbox.box import Lockbox
+from lockprobe.lockbox.boxfile import box_from_data
+from lockprobe.rows import Results
 
-__all__ = ["box_figure", "draw_panel"]
+__all__ = ["box_figure", "box_of_study", "draw_panel"]
 
 Point = tuple[float, float]
 
@@ -38,6 +40,12 @@ _CLOSE = 0.08
 """Places nearer to each other, in panel sizes, are not drawn: the joints are put in a row."""
 
 _GHOST: Dash = (0, (2, 1.5))
+
+
+@own_settings()
+def box_of_study(found: Results) -> Figure:
+    """The picture of the box of a study."""
+    return box_figure(box_from_data(found.study["box"]))
 
 
 @own_settings()

@@ -3,33 +3,39 @@
 from __future__ import annotations
 
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
-from lockprobe.analysis.summary import AgentSummary
+from lockprobe.figures.compose import sheet
 from lockprobe.figures.frame import agent_label, counts, p_axis, share_axis, title
 from lockprobe.figures.palette import ACCENT, SUBJECTS, Style
 from lockprobe.figures.primitives import bars, means
-from lockprobe.prose.success import course_said
+from lockprobe.figures.settings import own_settings
+from lockprobe.rows import Course, Results
 
-__all__ = ["draw_course"]
+__all__ = ["courses", "draw_course"]
 
 _SUCCESS = Style(colour=SUBJECTS[0], marker="o", dash="-", lead=True)
 _LOOPS = Style(colour=ACCENT, marker="s", dash=(0, (5, 1.5)), lead=True)
 
 
-def draw_course(axes: Axes, agent: AgentSummary) -> None:
+@own_settings()
+def courses(found: Results) -> Figure | None:
+    """A panel for each agent; None for a single agent or a single flip rate."""
+    shown = found.courses()
+    if len(shown) < 2 or not found.several_p or not any(course.played for course in shown):
+        return None
+    return sheet(shown, draw_course, heights=(2.1,))
+
+
+def draw_course(axes: Axes, course: Course) -> None:
     """Success and loop rate by flip probability, with the course that the tests detect."""
     share_axis(axes, "share of trials")
-    played = [condition for condition in agent.conditions if condition.success.n]
-    p_axis(axes, agent.conditions, axis=agent.axis)
-    x = [condition.p for condition in played]
-    for style, shares, label in (
-        (_SUCCESS, [condition.success for condition in played], "solved"),
-        (_LOOPS, [condition.behaviour.loops for condition in played], "with an action loop"),
-    ):
-        means(axes, x, shares, style, line=True)
-        bars(axes, x, shares, style, label=label)
-    found = agent.inference.course
-    kind = (
-        f"the same at every {agent.axis.name}" if agent.blind else course_said(found.kind, agent.axis) if found else ""
-    )
-    title(axes, agent_label(agent), f"{kind}; {counts(played)} per {agent.axis.name}")
+    p_axis(axes, course.cells, name=course.name)
+    shares = ((_SUCCESS, "success", "solved"), (_LOOPS, "loop_rate", "with an action loop"))
+    for style, quantity, label in shares:
+        found = [(cell.dose or 0.0, row) for cell in course.played if (row := cell.get(quantity))]
+        x, rows = [dose for dose, _ in found], [row for _, row in found]
+        means(axes, x, rows, style, line=True)
+        bars(axes, x, rows, style, label=label)
+    kind = course.found.fact("course of success", f"{course.label}, {course.axis}")
+    title(axes, agent_label(course), f"{kind}; {counts(course.played)} per {course.name}")

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import matplotlib as mpl
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from lockprobe.analysis.dose_grid import GridCell, GridSummary
+from lockprobe.figures.compose import sheet
 from lockprobe.figures.forest import interval
 from lockprobe.figures.frame import FAINT, INK, SMALL, axis_label, safe_name, shortened, title
+from lockprobe.figures.settings import own_settings
 from lockprobe.formatting import p_value, percent
+from lockprobe.rows import Estimate, Results
 
-__all__ = ["GridPanel", "cell_lines", "draw_grid", "grid_height"]
-
-GridPanel = tuple[str, GridSummary]
-"""What a panel is headed by, and the grid that it shows."""
+__all__ = ["cell_lines", "dose_grid"]
 
 _COLOURS = mpl.colormaps["Blues"]
 
@@ -33,53 +34,75 @@ _LINE, _AROUND = 0.155, 1.25
 """Height of a line of text in a cell, and of what stands around the cells, in inches."""
 
 
-def cell_lines(cell: GridCell, columns: int) -> list[str]:
+@dataclass(frozen=True, slots=True)
+class _Panel:
+    """One agent: its cells by both doses, and the interaction."""
+
+    name: str
+    axes: tuple[str, str]
+    doses: tuple[Sequence[str], Sequence[str]]
+    cells: Mapping[str, Estimate]
+    interaction: Estimate | None
+
+
+@own_settings()
+def dose_grid(found: Results, axis: str) -> Figure:
+    """The grid of this axis, a panel for each agent."""
+    facts = found.facts_about(axis)
+    names, doses = (facts["first dose"], facts["second dose"]), (facts["first doses"], facts["second doses"])
+    own: dict[tuple[str, str], dict[str, Estimate]] = {}
+    for row in found.where("success_in_grid", axis=axis):
+        own.setdefault((row.agent, row.modality), {})[row.of] = row
+    panels = [
+        _Panel(
+            name=agent,
+            axes=names,
+            doses=(doses[0].split(", "), doses[1].split(", ")),
+            cells=cells,
+            interaction=found.get("success_interaction", agent=agent, modality=modality, axis=axis),
+        )
+        for (agent, modality), cells in own.items()
+    ]
+    rows, columns = map(len, panels[0].doses)
+    lines = 3 if columns <= _WHOLE else 2 if columns <= _SHORT else 1
+    return sheet(panels, _draw, heights=[_AROUND + rows * _LINE * (lines + 0.9)])
+
+
+def cell_lines(cell: Estimate, columns: int) -> list[str]:
     """What stands in a cell: the share, the count and the interval, as far as there is room."""
-    success = cell.success
     lines = [
-        percent(success.value),
-        f"{success.count}/{success.n}",
-        f"[{100 * success.low:.0f}, {100 * success.high:.0f}]",
+        percent(cell.value),
+        f"{cell.count}/{cell.n}",
+        f"[{100 * (cell.low or 0):.0f}, {100 * (cell.high or 0):.0f}]",
     ]
     return lines if columns <= _WHOLE else lines[:2] if columns <= _SHORT else [lines[0].removesuffix(" %")]
 
 
-def grid_height(panels: Sequence[GridPanel]) -> float:
-    """How high axes have to be for these grids, in inches."""
-    return max(
-        _AROUND + len(one.grid.row_doses) * _LINE * (len(cell_lines(one.cells[0], len(one.grid.column_doses))) + 0.9)
-        for _, one in panels
-    )
-
-
-def draw_grid(axes: Axes, panel: GridPanel) -> None:
+def _draw(axes: Axes, panel: _Panel) -> None:
     """Share of trials solved under every combination of doses; darker is more. A cross is not played."""
-    name, found = panel
-    grid = found.grid
-    played = {(cell.row, cell.column): cell for cell in found.cells}
-    columns = len(grid.column_doses)
-    for i, row in enumerate(grid.row_doses):
-        for j, column in enumerate(grid.column_doses):
-            cell = played.get((row, column))
-            share = 0.0 if cell is None else cell.success.value
+    rows, columns = panel.doses
+    for i, row in enumerate(rows):
+        for j, column in enumerate(columns):
+            cell = panel.cells.get(f"{row}, {column}")
+            share = 0.0 if cell is None or cell.value is None else cell.value
             face = "white" if cell is None else _COLOURS(0.85 * share)
             axes.add_patch(Rectangle((j - 0.5, i - 0.5), 1, 1, facecolor=face, edgecolor="white", linewidth=1.5))
-            text = "\N{MULTIPLICATION SIGN}" if cell is None else "\n".join(cell_lines(cell, columns))
+            text = "\N{MULTIPLICATION SIGN}" if cell is None else "\n".join(cell_lines(cell, len(columns)))
             colour = FAINT if cell is None else "white" if share > _DARK else INK
             axes.text(j, i, text, ha="center", va="center", fontsize=SMALL, color=colour, linespacing=1.15)
-    axes.set_xlim(-0.5, columns - 0.5)
-    axes.set_ylim(len(grid.row_doses) - 0.5, -0.5)
-    axes.set_xticks(range(columns), [f"{dose:g}" for dose in grid.column_doses])
-    axes.set_yticks(range(len(grid.row_doses)), [f"{dose:g}" for dose in grid.row_doses])
-    axes.set_xlabel(axis_label(grid.columns), fontsize=SMALL, color=INK)
-    axes.set_ylabel(axis_label(grid.rows), fontsize=SMALL, color=INK)
+    axes.set_xlim(-0.5, len(columns) - 0.5)
+    axes.set_ylim(len(rows) - 0.5, -0.5)
+    axes.set_xticks(range(len(columns)), columns)
+    axes.set_yticks(range(len(rows)), rows)
+    first, second = map(axis_label, panel.axes)
+    axes.set_xlabel(second, fontsize=SMALL, color=INK)
+    axes.set_ylabel(first, fontsize=SMALL, color=INK)
     axes.spines[:].set_visible(False)
     axes.tick_params(labelcolor=INK, labelsize=SMALL, length=0)
-    title(axes, safe_name(shortened(name, _LONGEST)), _interaction(found))
+    title(axes, safe_name(shortened(panel.name, _LONGEST)), _interaction(panel.interaction))
 
 
-def _interaction(found: GridSummary) -> str:
-    change = found.interaction
-    if change is None:
+def _interaction(found: Estimate | None) -> str:
+    if found is None or found.value is None:
         return "interaction not estimated"
-    return f"interaction {interval(change.value, change.low, change.high)} points, {p_value(change.p_value, '$P$')}"
+    return f"interaction {interval(found.value, found.low, found.high)} points, {p_value(found.p_value, '$P$')}"

@@ -3,62 +3,72 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
-from lockprobe.analysis.effects import Effects
-from lockprobe.figures.forest import ForestRow, differences, interval
+from lockprobe.figures.compose import sheet
+from lockprobe.figures.forest import ForestRow, differences, height, interval
 from lockprobe.figures.frame import safe_name, shortened, title
-from lockprobe.figures.palette import ACCENT, SUBJECTS
+from lockprobe.figures.palette import ACCENT, SUBJECTS, Marker
+from lockprobe.figures.settings import own_settings
 from lockprobe.record import PLAIN_WORDS
+from lockprobe.rows import Estimate, Results
 
-__all__ = ["draw_effects", "effect_rows"]
+__all__ = ["effects"]
 
 _LONGEST = 38
 """Characters of a name above a bar."""
 
 
-def effect_rows(found: Effects) -> list[ForestRow]:
-    """A row for each condition, and one for each crossing of two interventions that stands in no grid."""
-    rows = [
-        ForestRow(
-            name=_name(one.condition),
-            said=interval(one.difference.value, one.difference.low, one.difference.high),
-            value=one.difference.value,
-            low=one.difference.low,
-            high=one.difference.high,
-            colour=SUBJECTS[0],
-            face=SUBJECTS[0] if one.detectable else "white",
-        )
-        for one in found.effects
-    ]
-    crossed = [
-        ForestRow(
-            name=_name(f"{one.crossing.first} \N{MULTIPLICATION SIGN} {one.crossing.second}"),
-            said=interval(one.change.value, one.change.low, one.change.high),
-            value=one.change.value,
-            low=one.change.low,
-            high=one.change.high,
-            colour=ACCENT,
-            marker="s",
-            face=ACCENT if one.detectable else "white",
-        )
-        for one in found.interplays
-    ]
-    return rows + crossed
+@dataclass(frozen=True, slots=True)
+class _Panel:
+    """One agent: its conditions against the control, and crossings of two interventions that stand in no grid."""
+
+    effects: Sequence[Estimate]
+    crossings: Sequence[Estimate]
+
+    @property
+    def rows(self) -> list[ForestRow]:
+        """A row for each of them."""
+        compared = [_row(one, one.condition, SUBJECTS[0]) for one in self.effects]
+        return compared + [_row(one, one.of, ACCENT, "s") for one in self.crossings]
 
 
-def draw_effects(axes: Axes, found: Effects) -> None:
+@own_settings()
+def effects(found: Results) -> Figure | None:
+    """A panel for each agent that has conditions to compare."""
+    own: dict[tuple[str, str], list[Estimate]] = {}
+    for row in found.against_control():
+        own.setdefault((row.agent, row.modality), []).append(row)
+    panels = [
+        _Panel(rows, found.where("success_interaction", agent=agent, modality=modality, axis=""))
+        for (agent, modality), rows in own.items()
+    ]
+    return sheet(panels, _draw, heights=[height(max((one.rows for one in panels), key=len))]) if panels else None
+
+
+def _row(found: Estimate, name: str, colour: str, marker: Marker = "o") -> ForestRow:
+    return ForestRow(
+        name=_name(name),
+        said=interval(found.value or 0.0, found.low, found.high),
+        value=found.value,
+        low=found.low,
+        high=found.high,
+        colour=colour,
+        marker=marker,
+        face=colour if found.detected else "white",
+    )
+
+
+def _draw(axes: Axes, panel: _Panel) -> None:
     """Differences in success from the control, in points."""
-    rows = effect_rows(found)
-    differences(axes, rows, f"success minus that under {_name(found.control)}, points")
-    shown = "" if found.modality in PLAIN_WORDS else f" ({found.modality})"
-    title(axes, _name(found.agent + shown), f"n = {_sizes(found)}; filled: detected")
-
-
-def _sizes(found: Effects) -> str:
-    sizes: Sequence[int] = sorted({one.difference.first.n for one in found.effects})
-    return f"{sizes[0]} to {sizes[-1]} pairs of trials" if len(sizes) > 1 else f"{sizes[0]} pairs of trials"
+    last, sizes = panel.effects[-1], sorted({one.n or 0 for one in panel.effects})
+    differences(axes, panel.rows, f"success minus that under {_name(last.control)}, points")
+    shown = "" if last.modality in PLAIN_WORDS else f" ({last.modality})"
+    pairs = f"{sizes[0]} to {sizes[-1]}" if len(sizes) > 1 else f"{sizes[0]}"
+    title(axes, _name(last.agent + shown), f"n = {pairs} pairs of trials; filled: detected")
 
 
 def _name(name: str) -> str:

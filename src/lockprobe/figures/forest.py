@@ -142,12 +142,14 @@ def differences(
     axes.set_xticks(ticks, [minus(f"{100 * tick:+.0f}" if tick else "0", zeros=True) for tick in ticks])
 
 
-def interval(value: float, low: float | None, high: float | None) -> str:
-    """A difference and its interval in points.
+def interval(value: float | None, low: float | None, high: float | None) -> str:
+    """A difference and its interval in points; empty without one.
 
     >>> interval(0.27, 0.02, 0.5)
     '+27 [+2, +50]'
     """
+    if value is None:
+        return ""
     said = f"{100 * value:+.0f}"
     return minus(said if low is None or high is None else f"{said} [{100 * low:+.0f}, {100 * high:+.0f}]", zeros=True)
 

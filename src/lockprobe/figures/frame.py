@@ -17,10 +17,9 @@ from matplotlib.axes import Axes
 from matplotlib.font_manager import findfont, get_font
 from matplotlib.ticker import MaxNLocator
 
-from lockprobe.analysis.axis import FLIPS, Axis
-from lockprobe.analysis.condition import ConditionSummary
-from lockprobe.analysis.summary import AgentSummary
+from lockprobe.analysis.axis import FLIPS
 from lockprobe.figures.palette import Dash
+from lockprobe.rows import Cell, Course
 from lockprobe.spec import spec_name
 
 __all__ = [
@@ -69,13 +68,13 @@ _LINE = 41
 """Characters in a line above a panel."""
 
 
-def counts(conditions: Sequence[ConditionSummary]) -> str:
+def counts(cells: Sequence[Cell]) -> str:
     """The number of trials behind every share."""
-    sizes = sorted({condition.success.n for condition in conditions}) or [0]
+    sizes = sorted({cell.trials for cell in cells}) or [0]
     return f"n = {sizes[0]} to {sizes[-1]} trials" if len(sizes) > 1 else f"n = {sizes[0]} trial" + "s" * (sizes != [1])
 
 
-def agent_label(agent: AgentSummary, longest: int = 30) -> str:
+def agent_label(agent: Course, longest: int = 30) -> str:
     """The agent's name, safe to set: in glyphs that exist, never read as a formula, shortened between words."""
     extra = f" ({agent.shown})" if agent.shown else ""
     return safe_name(shortened(agent.agent, max(_LEAST, longest - len(extra))) + extra)
@@ -111,9 +110,9 @@ def _width(text: str) -> float:
     return len(text) + 1.1 * sum(text.count(wide) for wide in "mwMW@")
 
 
-def heading(agent: AgentSummary) -> str:
+def heading(agent: Course) -> str:
     """Its name, and whether it acted the same at every dose."""
-    return agent_label(agent) + (f", the same at every {agent.axis.name}" if agent.blind else "")
+    return agent_label(agent) + (f", the same at every {agent.name}" if agent.blind else "")
 
 
 def share_axis(axes: Axes, label: str) -> None:
@@ -125,31 +124,31 @@ def share_axis(axes: Axes, label: str) -> None:
     _plain(axes)
 
 
-def p_axis(axes: Axes, conditions: Sequence[ConditionSummary], shift: float = 0.0, axis: Axis = FLIPS) -> None:
+def p_axis(axes: Axes, cells: Sequence[Cell], shift: float = 0.0, name: str = FLIPS.name) -> None:
     """The horizontal axis of Figs. 4 and 5b: flip rate, or another dose, a tick at every value played.
 
     A tick is named where its name fits. With a single value there is no axis, and its name says which.
     """
-    values = sorted({condition.p for condition in conditions}) or [0.0]
+    values = sorted({cell.dose for cell in cells if cell.dose is not None}) or [0.0]
     margin = (0.06 * (values[-1] - values[0]) or 0.1) + shift
     axes.set_xlim(values[0] - margin, values[-1] + margin)
     if len(values) == 1:
         axes.set_xticks([])
-        axes.set_xlabel(f"{axis_label(axis)} = {values[0]:g}", fontsize=SMALL, color=INK)
+        axes.set_xlabel(f"{axis_label(name)} = {values[0]:g}", fontsize=SMALL, color=INK)
         return
     names, free = [], values[0]
     for value in values:
-        name = f"{value:g}"
-        width = (len(name) - 0.5 * name.count(".") + 0.4) * (values[-1] - values[0]) / _ROOM  # a point is half a digit
-        names.append(name if value - width / 2 >= free or value == values[0] else "")
+        said = f"{value:g}"
+        width = (len(said) - 0.5 * said.count(".") + 0.4) * (values[-1] - values[0]) / _ROOM  # a point is half a digit
+        names.append(said if value - width / 2 >= free or value == values[0] else "")
         free = value + width / 2 if names[-1] else free
     axes.set_xticks(values, names)
-    axes.set_xlabel(axis_label(axis), fontsize=SMALL, color=INK)
+    axes.set_xlabel(axis_label(name), fontsize=SMALL, color=INK)
 
 
-def axis_label(axis: Axis) -> str:
+def axis_label(name: str) -> str:
     """What stands below the axis; a flip rate has the letter of the paper."""
-    return f"{axis.name} $p$" if axis.name == FLIPS.name else axis.name.replace("$", r"\$")
+    return f"{name} $p$" if name == FLIPS.name else name.replace("$", r"\$")
 
 
 def step_axis(axes: Axes, budget: int, label: str) -> None:

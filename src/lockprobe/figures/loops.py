@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from functools import partial
 
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
-from lockprobe.analysis.inference.hazard import LoopEffect
-from lockprobe.analysis.inference.logrank import EventGroup
 from lockprobe.analysis.published import LOOPS_AT_0, LOOPS_AT_40
-from lockprobe.analysis.summary import AgentSummary
+from lockprobe.figures.compose import sheet
 from lockprobe.figures.forest import ForestRow, forest
 from lockprobe.figures.frame import (
     EXACT,
@@ -29,28 +29,75 @@ from lockprobe.figures.frame import (
     title,
 )
 from lockprobe.figures.palette import ACCENT, SUBJECTS, Style
-from lockprobe.figures.primitives import band, bars, dots, means, published, published_by_p, second_order_fit, staircase
+from lockprobe.figures.primitives import (
+    band,
+    bars,
+    dots,
+    means,
+    numbers,
+    published,
+    published_by_p,
+    second_order_fit,
+    staircase,
+)
+from lockprobe.figures.settings import own_settings
 from lockprobe.formatting import minus, p_value
+from lockprobe.rows import Cell, Course, Curve, Estimate, Results
 
-__all__ = [
-    "draw_loop_harm",
-    "draw_loop_onset",
-    "draw_loops_against_success",
-    "draw_loops_by_p",
-    "draw_loops_with_chance",
-    "odds_reach",
-]
+__all__ = ["draw_loops_with_chance", "loop_harm", "loops_against_success", "loops_by_p", "loops_with_chance"]
 
 _WIDEST = 1000.0
 """Odds ratios beyond this, or below one over it, are arrows at the edge."""
 
+_LENGTH_NOTE = (
+    "Solved trials are shorter and hold fewer loops by chance alone: a negative r is expected even if loops do no harm."
+)
 
-def draw_loops_against_success(axes: Axes, agent: AgentSummary) -> None:
+_TESTS = {"step by step": "step by step", "after step 10": "after step 10", "whole trials": "naive: whole trials"}
+"""What the rows of odds ratios are of, and what the figure calls them; the last is no evidence."""
+
+
+@own_settings()
+def loops_against_success(found: Results) -> Figure | None:
+    """Loop rate against success, as in the paper's Fig. 5a; None with a single flip rate."""
+    shown = _subjects(found) if found.several_p else []
+    return sheet(shown, _against_success, note=_LENGTH_NOTE) if shown else None
+
+
+@own_settings()
+def loop_harm(found: Results) -> Figure | None:
+    """In place of Fig. 5a: odds of solving after a loop over odds before, on one axis for all agents."""
+    shown = _subjects(found)
+    return sheet(shown, partial(_harm, reach=_odds_reach(shown)), heights=(2.5,)) if shown else None
+
+
+@own_settings()
+def loops_by_p(found: Results) -> Figure | None:
+    """Loop rate by flip rate, as in the paper's Fig. 5b; None with a single flip rate."""
+    shown = _subjects(found) if found.several_p else []
+    return sheet(shown, _by_p) if shown else None
+
+
+@own_settings()
+def loops_with_chance(found: Results) -> Figure | None:
+    """Loop rates with their chance levels, and below them when the first loop is complete."""
+    shown = _subjects(found)
+    onset = [_draw_onset] if any(_onset(course, "lowest") for course in shown) else []
+    return sheet(shown, draw_loops_with_chance, *onset) if shown else None
+
+
+def _subjects(found: Results) -> list[Course]:
+    """The agents that the study is about; none if no trial has ended."""
+    courses = found.courses()
+    return [one for one in courses if one.subject] if any(one.played for one in courses) else []
+
+
+def _against_success(axes: Axes, course: Course) -> None:
     """Loop rate against success over repetitions, with the regression line and r (Fig. 5a)."""
-    points = [point for point in (agent.conditions[0].points if agent.blind else agent.points) if point.n]
+    points = [pair for cell in (course.cells[:1] if course.blind else course.cells) for pair in cell.points]
     if not points:
-        return blank(axes, f"{agent_label(agent)}: no trial has ended")
-    places = Counter((point.loop_rate, point.success) for point in points)
+        return blank(axes, f"{agent_label(course)}: no trial has ended")
+    places = Counter((loops.value or 0.0, success.value or 0.0) for success, loops in points)
     axes.scatter(
         [loops for loops, _ in places],
         [share for _, share in places],
@@ -61,133 +108,129 @@ def draw_loops_against_success(axes: Axes, agent: AgentSummary) -> None:
         zorder=3,
         clip_on=False,
     )
-    found = agent.correlation
-    if found.slope is not None and found.intercept is not None:
-        ends = [min(point.loop_rate for point in points), max(point.loop_rate for point in points)]
-        axes.plot(ends, [found.intercept + found.slope * x for x in ends], color=INK, linewidth=1.2, zorder=2)
-    interval = "" if found.low is None else f" [{found.low:.2f}, {found.high:.2f}]"
-    said = "r is not defined" if found.r is None else minus(f"r = {found.r:.2f}{interval}", zeros=True)
-    title(axes, heading(agent), f"{said}; n = {found.n} repetitions")
+    found, slope = course.get("loop_success_correlation"), course.value("loop_success_line", "slope")
+    intercept = course.value("loop_success_line", "intercept")
+    if slope is not None and intercept is not None:
+        ends = [min(loops for loops, _ in places), max(loops for loops, _ in places)]
+        axes.plot(ends, [intercept + slope * x for x in ends], color=INK, linewidth=1.2, zorder=2)
+    title(axes, heading(course), f"{_r(found)}; n = {found.n if found else 0} repetitions")
     axes.set_xlim(-0.04, 1.04)
     axes.set_xticks([0, 0.25, 0.5, 0.75, 1], ["0", "25 %", "50 %", "75 %", "100 %"])
     axes.set_xlabel("share of trials with an action loop", fontsize=SMALL + 1, color=INK)
     return share_axis(axes, "success rate")
 
 
-def draw_loops_by_p(axes: Axes, agent: AgentSummary) -> None:
+def _r(found: Estimate | None) -> str:
+    if found is None or found.value is None:
+        return "r is not defined"
+    interval = "" if found.low is None else f" [{found.low:.2f}, {found.high:.2f}]"
+    return minus(f"r = {found.value:.2f}{interval}", zeros=True)
+
+
+def _by_p(axes: Axes, course: Course) -> None:
     """Loop rate over flip probability with the second-order fit (Fig. 5b)."""
-    counted = [condition for condition in agent.conditions if condition.success.n]
-    if not counted:
-        return blank(axes, f"{agent_label(agent)}: no trial has ended")
+    if not course.played:
+        return blank(axes, f"{agent_label(course)}: no trial has ended")
     style = Style(colour=ACCENT, marker="o", dash="-", lead=True)
-    fitted = second_order_fit(axes, agent.loop_fit, style)
-    dots(axes, agent, style, loops=True)
-    means(axes, [c.p for c in counted], [c.behaviour.loops for c in counted], style, line=not fitted)
-    published(axes, published_by_p(agent.conditions, LOOPS_AT_0, LOOPS_AT_40), "the paper, reconstructed")
+    fitted = second_order_fit(axes, course.curve("loop_fit"), style)
+    dots(axes, course, style, loops=True)
+    means(axes, _doses(course), _loop_rates(course), style, line=not fitted)
+    published(axes, published_by_p(course.cells, LOOPS_AT_0, LOOPS_AT_40), "the paper, reconstructed")
     share_axis(axes, "action loop probability")
-    p_axis(axes, agent.conditions)
-    return title(axes, heading(agent), f"{counts(counted)} per flip rate; dots: repetitions; markers: means", fitted)
+    p_axis(axes, course.cells)
+    said = f"{counts(course.played)} per flip rate; dots: repetitions; markers: means"
+    return title(axes, heading(course), said, fitted)
 
 
-def odds_reach(agents: Sequence[AgentSummary]) -> float:
+def _doses(course: Course) -> list[float]:
+    """The doses with an ended trial."""
+    return [cell.dose for cell in course.played if cell.dose is not None]
+
+
+def _loop_rates(course: Course) -> list[Estimate]:
+    """The loop rates at these doses."""
+    return [rate for cell in course.played if (rate := cell.get("loop_rate"))]
+
+
+def _odds_reach(courses: Sequence[Course]) -> float:
     """How far an axis around an odds ratio of 1 has to go for all of these agents, as a factor."""
     known = [3.0]
-    for agent in agents:
-        known += [value for row in _odds_rows(agent) for value in (row.value, row.low, row.high) if value]
-        effects = (agent.inference.hazard, agent.inference.landmark)
-        known += [effect.blind.odds_ratio for effect in effects if effect.blind]
+    for course in courses:
+        for of in _TESTS:
+            row, blind = _odds(course, of)
+            known += [value for value in (row.value, row.low, row.high, blind) if value]
     return min(_WIDEST, 1.3 * max([*known, *(1 / value for value in known)]))
 
 
-def _odds_rows(agent: AgentSummary) -> list[ForestRow]:
-    found = agent.inference
-    return [
-        _effect("step by step", found.hazard),
-        _effect("after step 10", found.landmark),
-        ForestRow(
-            name="naive: whole trials",
-            said=_said(found.whole.odds_ratio, None, None, found.whole.p_value),
-            value=found.whole.odds_ratio,
-            low=None,
-            high=None,
-            colour=FAINT,
-            face="white",
-        ),
-    ]
+def _odds(course: Course, of: str) -> tuple[Estimate, float | None]:
+    """The odds ratio of solving after a loop, by one test, and that of a blind agent with the same habits."""
+    row = course.get("odds_ratio_after_loop", of) or Estimate(quantity="odds_ratio_after_loop")
+    return row, course.value("odds_ratio_after_loop", f"{of}, blind agent")
 
 
-def draw_loop_harm(axes: Axes, agent: AgentSummary, reach: float | None = None) -> None:
-    """In place of Fig. 5a: odds of solving after a loop over odds before. The naive ratio, hollow, is no evidence.
+def _harm(axes: Axes, course: Course, reach: float) -> None:
+    """Three odds ratios; the naive one, hollow, is no evidence. The axis ends at ``reach``, a factor around 1.
 
     Where the box is known a tick is the odds ratio of a blind agent with the same action habits.
-
-    Args:
-        axes: Where.
-        agent: Whose odds.
-        reach: Where the axis ends, as a factor around 1; as far as this agent needs if None.
     """
-    found = agent.inference
-    if not any(condition.success.n for condition in agent.conditions):
-        return blank(axes, f"{agent_label(agent)}: no trial has ended")
-    rows, widest = _odds_rows(agent), reach or odds_reach([agent])
+    if not course.played:
+        return blank(axes, f"{agent_label(course)}: no trial has ended")
+    found = {of: _odds(course, of) for of in _TESTS}
     axes.set_xscale("log")
-    forest(axes, rows, (1 / widest, widest), levels=((1.0, INK, "-"),))
-    for i, effect in enumerate((found.hazard, found.landmark)):
-        if effect.blind:
-            axes.plot([effect.blind.odds_ratio], [i], marker="|", color=ACCENT, markersize=11, markeredgewidth=1.6)
-    ticks = [tick for tick in (0.001, 0.01, 0.1, 0.3, 1, 3, 10, 100, 1000) if 1 / widest <= tick <= widest]
-    ticks = [tick for tick in ticks if widest < 30 or tick not in {0.3, 3}]
+    rows = [_row(_TESTS[of], row, naive=of == "whole trials") for of, (row, _) in found.items()]
+    forest(axes, rows, (1 / reach, reach), levels=((1.0, INK, "-"),))
+    for i, (_, blind) in enumerate(found.values()):
+        if blind is not None:
+            axes.plot([blind], [i], marker="|", color=ACCENT, markersize=11, markeredgewidth=1.6)
+    ticks = [tick for tick in (0.001, 0.01, 0.1, 0.3, 1, 3, 10, 100, 1000) if 1 / reach <= tick <= reach]
+    ticks = [tick for tick in ticks if reach < 30 or tick not in {0.3, 3}]
     axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
     axes.xaxis.set_minor_formatter(NullFormatter())
     axes.tick_params(which="minor", length=0)
     axes.set_xlabel("odds ratio of solving, after over before a loop", fontsize=SMALL, color=INK)
-    n = sum(condition.success.n for condition in (agent.conditions[:1] if agent.blind else agent.conditions))
-    blind = "|: a blind agent with the same habits" if found.hazard.blind else ""
-    return title(axes, heading(agent), f"n = {n} trials; bars: 95 % intervals", blind)
+    n = sum(cell.trials for cell in (course.cells[:1] if course.blind else course.cells))
+    tick = "" if found["step by step"][1] is None else "|: a blind agent with the same habits"
+    return title(axes, heading(course), f"n = {n} trials; bars: 95 % intervals", tick)
 
 
-def _effect(name: str, found: LoopEffect) -> ForestRow:
+def _row(name: str, found: Estimate, *, naive: bool) -> ForestRow:
     return ForestRow(
         name=name,
-        said=_said(found.odds_ratio, found.low, found.high, found.p_value),
-        value=found.odds_ratio,
+        said=_said(found),
+        value=found.value,
         low=found.low,
         high=found.high,
-        colour=SUBJECTS[0],
-        face=SUBJECTS[0],
+        colour=FAINT if naive else SUBJECTS[0],
+        face="white" if naive else SUBJECTS[0],
     )
 
 
-def _said(value: float | None, low: float | None, high: float | None, p: float | None) -> str:
-    if value is None:
-        return "not defined" if p is None else f"not defined, {p_value(p, '$P$')}"
-    interval = "" if low is None or high is None else f" [{_short(low)}, {_short(high)}]"
-    return f"{_short(value)}{interval}, {p_value(p, '$P$')}"
+def _said(found: Estimate) -> str:
+    p = p_value(found.p_value, "$P$")
+    if found.value is None:
+        return "not defined" if found.p_value is None else f"not defined, {p}"
+    interval = "" if found.low is None or found.high is None else f" [{_short(found.low)}, {_short(found.high)}]"
+    return f"{_short(found.value)}{interval}, {p}"
 
 
 def _short(ratio: float) -> str:
     return f"{ratio:.0f}" if 10 <= ratio <= _WIDEST else f"{ratio:.2g}"
 
 
-def draw_loops_with_chance(axes: Axes, agent: AgentSummary) -> None:
+def draw_loops_with_chance(axes: Axes, course: Course) -> None:
     """Fig. 5b with Wilson's intervals and what chance alone gives in trials of exactly these lengths."""
-    counted = [condition for condition in agent.conditions if condition.success.n]
-    if not counted:
-        return blank(axes, f"{agent_label(agent)}: no trial has ended")
-    x, found = [condition.p for condition in counted], [condition.behaviour for condition in counted]
-    style = Style(colour=ACCENT, marker="o", dash="-", lead=True)
-    bars(axes, x, [behaviour.loops for behaviour in found], style)
+    if not course.played:
+        return blank(axes, f"{agent_label(course)}: no trial has ended")
+    x, style = _doses(course), Style(colour=ACCENT, marker="o", dash="-", lead=True)
+    bars(axes, x, _loop_rates(course), style)
     share_axis(axes, "share of trials with a loop")
-    p_axis(axes, agent.conditions, axis=agent.axis)
+    p_axis(axes, course.cells, name=course.name)
     low, high = axes.get_xlim()
-    _blind_agents(axes, x, [b.chance_uniform for b in found], [b.chance_no_repeat for b in found])
-    for side, marker, levels in (
-        (-1, "x", [b.chance_markov for b in found]),
-        (1, "+", [b.chance_permutation for b in found]),
-    ):
+    _blind_agents(axes, x, _chance(course, "uniform"), _chance(course, "no-repeat"))
+    for side, marker, of in ((-1, "x", "markov"), (1, "+", "permutation")):
         axes.plot(
             [p + side * 0.028 * (high - low) for p in x],
-            _known(levels),
+            _chance(course, of),
             linestyle="none",
             marker=marker,
             markersize=4.2,
@@ -197,54 +240,71 @@ def draw_loops_with_chance(axes: Axes, agent: AgentSummary) -> None:
         )
     return title(
         axes,
-        heading(agent),
-        f"{counts(counted)} per {agent.axis.name}; bars: 95 % Wilson intervals",
+        heading(course),
+        f"{counts(course.played)} per {course.name}; bars: 95 % Wilson intervals",
         "chance: grey; \N{MULTIPLICATION SIGN}: same transitions; +: shuffled",
     )
 
 
-def _blind_agents(
-    axes: Axes, x: Sequence[float], uniform: Sequence[float | None], no_repeat: Sequence[float | None]
-) -> None:
+def _chance(course: Course, of: str) -> list[float]:
+    """The loop rate by chance under a null model, at every dose with an ended trial."""
+    return numbers([cell.value("loop_rate_chance", of) for cell in course.played])
+
+
+def _blind_agents(axes: Axes, x: Sequence[float], uniform: Sequence[float], no_repeat: Sequence[float]) -> None:
     """Between the two blind agents; a single p is given some width to be seen."""
     low, high = axes.get_xlim()
     reach = 0.04 * (high - low)
     ends = x if len(x) > 1 else [x[0] - reach, x[0] + reach]
-    first, second = (_known(levels) * (len(ends) // len(x)) for levels in (uniform, no_repeat))
+    first, second = ([*levels] * (len(ends) // len(x)) for levels in (uniform, no_repeat))
     axes.fill_between(ends, first, second, color="#999999", alpha=0.2, linewidth=0, zorder=1)
     for levels, name in ((first, "random"), (second, "no-repeat")):
         axes.plot(ends, levels, linestyle=EXACT[name], color=FAINT, linewidth=0.9, zorder=2)
     label_right(axes, [(first[-1], "random", FAINT), (second[-1], "no-repeat", FAINT)])
 
 
-def _known(levels: Sequence[float | None]) -> list[float]:
-    return [float("nan") if level is None else level for level in levels]
-
-
-def draw_loop_onset(axes: Axes, agent: AgentSummary) -> None:
+def _draw_onset(axes: Axes, course: Course) -> None:
     """When the first loop is complete: the lowest p against all higher ones, one minus Kaplan-Meier."""
-    found = agent.inference.onset.primary
-    if found is None:
-        why = "the same at every flip rate" if agent.blind else "fewer than two flip rates with trials"
-        return blank(axes, f"{agent_label(agent)}: no comparison of loop onsets ({why})")
+    lowest, higher = _onset(course, "lowest"), _onset(course, "higher")
+    if lowest is None or higher is None:
+        why = "the same at every flip rate" if course.blind else "fewer than two flip rates with trials"
+        return blank(axes, f"{agent_label(course)}: no comparison of loop onsets ({why})")
+    first, *others = _compared(course)
     groups = (
-        (found.lowest, Style(colour=SUBJECTS[0], marker="o", dash="-", lead=True)),
-        (found.higher, Style(colour=ACCENT, marker="s", dash=(0, (5, 1.5)), lead=True)),
+        (lowest, [first], Style(colour=SUBJECTS[0], marker="o", dash="-", lead=True)),
+        (higher, others, Style(colour=ACCENT, marker="s", dash=(0, (5, 1.5)), lead=True)),
     )
-    for i, (group, style) in enumerate(groups):
-        staircase(axes, group.curve.share, style, first=1 + 2 * i)
-        band(axes, group.curve.low, group.curve.high, style)
-    step_axis(axes, max(len(group.curve.share) - 1 for group, _ in groups), "looped by this step")
-    label_right(axes, [(group.curve.share[-1], _group(group), style.colour) for group, style in groups], gap=0.2)
-    ratio = "hazard ratio not defined" if found.hazard_ratio is None else f"hazard ratio {found.hazard_ratio:.2f}"
+    for i, (curve, _, style) in enumerate(groups):
+        staircase(axes, curve.value, style, first=1 + 2 * i)
+        band(axes, curve.low, curve.high, style)
+    step_axis(axes, max(len(curve.x) - 1 for curve, _, _ in groups), "looped by this step")
+    ends = [(numbers(curve.value)[-1], _group(p, curve.n), style.colour) for curve, p, style in groups]
+    label_right(axes, ends, gap=0.2)
+    found = course.get("hazard_ratio_of_first_loop")
+    ratio = "not defined" if found is None or found.value is None else f"{found.value:.2f}"
     return title(
         axes,
-        agent_label(agent),
-        f"{ratio}, log-rank: {p_value(found.p_value, '$P$')}",
+        agent_label(course),
+        f"hazard ratio {ratio}, log-rank: {p_value(found.p_value if found else None, '$P$')}",
         "1 \N{MINUS SIGN} Kaplan-Meier, censored at success; 95 % bands",
     )
 
 
-def _group(group: EventGroup) -> str:
-    p = f"{group.p[0]:g}" if len(group.p) == 1 else f"{group.p[0]:g} to {group.p[-1]:g}"
-    return f"$p$ = {p}\nn = {group.n}"
+def _onset(course: Course, of: str) -> Curve | None:
+    own = {"agent": course.agent, "modality": course.modality, "condition": ""}
+    return course.found.curve("loop_onset", **own, axis="step", of=of)
+
+
+def _compared(course: Course) -> list[float]:
+    """The doses that are compared: the lowest, and the others at which something was changed."""
+    acting = [course.cells[0], *(cell for cell in course.cells[1:] if not _never_acted(cell))]
+    return [cell.dose for cell in acting if cell.trials and cell.dose is not None]
+
+
+def _group(p: Sequence[float], n: int | None) -> str:
+    return f"$p$ = {p[0]:g}{'' if len(p) == 1 else f' to {p[-1]:g}'}\nn = {n}"
+
+
+def _never_acted(cell: Cell) -> bool:
+    success = cell.get("success")
+    return success is not None and success.note == "never acted"

@@ -3,16 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Literal
 
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-from lockprobe.analysis.summary import AgentSummary, StudySummary
-from lockprobe.figures.frame import FAINT, SMALL, agent_label, blank, label_right, p_axis, share_axis, step_axis
+from lockprobe.analysis.published import SOLVED_AT_0, SOLVED_AT_40
+from lockprobe.figures.compose import COLUMN, HEIGHT
+from lockprobe.figures.frame import FAINT, SMALL, agent_label, label_right, p_axis, share_axis, step_axis
 from lockprobe.figures.palette import Style, shifts, styles
-from lockprobe.figures.primitives import bars, means, published, staircase
-from lockprobe.figures.success_by_flip_rate import published_success
+from lockprobe.figures.primitives import bars, means, published, published_by_p, staircase
+from lockprobe.figures.settings import own_settings
+from lockprobe.rows import Course, Results
 
 __all__ = ["draw_overview"]
+
+_SIZES = {"screen": (5.6, 3.15), "column": (COLUMN, HEIGHT)}
+"""Sizes in inches; that of the first screen is as wide for its height as a slide."""
+
+_TICKS = 3
+"""Ticks of the figure in a column."""
 
 _MOST = 7
 """Agents that are drawn: those that the study is about first."""
@@ -21,35 +32,49 @@ _NAME = 24
 """Characters of a name at the right edge."""
 
 
-def draw_overview(axes: Axes, result: StudySummary) -> None:
-    """Success by flip rate, or by step where there is only one, with chance and the paper's points."""
-    shown = [(a, style) for a, style in styles(result) if any(one.success.n for one in a.conditions)][:_MOST]
+_Shown = Sequence[tuple[Course, Style]]
+
+
+@own_settings()
+def draw_overview(found: Results, size: Literal["screen", "column"] = "screen") -> Figure | None:
+    """Success by flip rate, or by step where there is only one, with chance and the paper's points.
+
+    Args:
+        found: The results; nothing is drawn before a trial has ended.
+        size: That of the first screen or of a column of print.
+    """
+    shown = [(course, style) for course, style in styles(found.courses()) if course.played][:_MOST]
     if not shown:
-        return blank(axes, "no trial has ended")
-    if len({one.p for one in result.conditions}) == 1:
-        return _by_step(axes, result, shown)
-    return _by_p(axes, result, shown)
+        return None
+    figure = Figure(figsize=_SIZES[size], layout=ConstrainedLayoutEngine(w_pad=0.06))
+    axes = figure.subplots()
+    (_by_p if found.several_p else _by_step)(axes, found, shown)
+    if size == "column":  # the names of agents take half of it
+        every = -(-len(axes.get_xticks()) // _TICKS)
+        labels = [label.get_text() for label in axes.get_xticklabels()]
+        axes.set_xticks(axes.get_xticks()[::every], labels[::every])
+    return figure
 
 
-def _by_p(axes: Axes, result: StudySummary, shown: Sequence[tuple[AgentSummary, Style]]) -> None:
+def _by_p(axes: Axes, found: Results, shown: _Shown) -> None:
     """Shares with Wilson's intervals, beside the range of random agents."""
-    moved, labels = shifts(result), []
-    for agent, style in shown:
-        counted = [one for one in agent.conditions if one.success.n]
-        x = [one.p + moved[agent.agent, agent.modality] for one in counted]
-        shares = [one.success for one in counted]
+    courses = found.courses()
+    moved, labels = shifts(courses), []
+    cells = [cell for course in courses for cell in course.cells]
+    for course, style in shown:
+        x = [(cell.dose or 0.0) + moved[course.agent, course.modality] for cell in course.played]
+        shares = [row for cell in course.played if (row := cell.get("success"))]
         if style.lead:
             bars(axes, x, shares, style)
         means(axes, x, shares, style, line=True)
-        labels.append((shares[-1].value or 0.0, agent_label(agent, _NAME), style.colour))
+        labels.append((shares[-1].value or 0.0, agent_label(course, _NAME), style.colour))
     share_axis(axes, "trials solved")
-    p_axis(axes, result.conditions, max(map(abs, moved.values()), default=0.0), axis=result.axis)
-    if result.reference:
-        budget = max(len(one.curve.share) for one in result.conditions) - 1
-        low, high = (curve[budget] for curve in (result.reference.random, result.reference.no_repeat))
+    p_axis(axes, cells, max(map(abs, moved.values()), default=0.0))
+    if chance := _chance(found):
+        low, high = (share[_budget(shown)] for share in chance)
         axes.axhspan(low, high, color=FAINT, alpha=0.13, linewidth=0, zorder=0)
         labels.append(((low + high) / 2, "chance", FAINT))
-    if stars := published_success(result.conditions):
+    if stars := published_by_p(cells, SOLVED_AT_0, SOLVED_AT_40):
         published(axes, stars)
         middle = sum(axes.get_xlim()) / 2
         for place in stars:
@@ -62,18 +87,29 @@ def _by_p(axes: Axes, result: StudySummary, shown: Sequence[tuple[AgentSummary, 
     label_right(axes, labels)
 
 
-def _by_step(axes: Axes, result: StudySummary, shown: Sequence[tuple[AgentSummary, Style]]) -> None:
+def _by_step(axes: Axes, found: Results, shown: _Shown) -> None:
     """Shares solved by each step, beside the range of random agents."""
-    labels, curves = [], []
-    for i, (agent, style) in enumerate(shown):
-        curve = next(one.curve.share for one in agent.conditions if one.success.n)
-        staircase(axes, curve, style, label="", first=1 + i % 4)
-        curves.append(len(curve))
-        labels.append((curve[-1], agent_label(agent, _NAME), style.colour))
-    budget = max(curves) - 1
-    if result.reference:
-        low, high = (one[: budget + 1] for one in (result.reference.random, result.reference.no_repeat))
+    labels, budget = [], _budget(shown)
+    for i, (course, style) in enumerate(shown):
+        curve = course.played[0].curve("success_by_step")
+        share = curve.value if curve else ()
+        staircase(axes, share, style, label="", first=1 + i % 4)
+        labels.append((share[-1] or 0.0, agent_label(course, _NAME), style.colour))
+    if chance := _chance(found):
+        low, high = (share[: budget + 1] for share in chance)
         axes.fill_between(range(budget + 1), low, high, step="post", color=FAINT, alpha=0.13, linewidth=0, zorder=0)
         labels.append(((low[-1] + high[-1]) / 2, "chance", FAINT))
     step_axis(axes, budget, "solved by this step")
     label_right(axes, labels)
+
+
+def _budget(shown: _Shown) -> int:
+    """Steps of the longest curve."""
+    curves = (cell.curve("success_by_step") for course, _ in shown for cell in course.played)
+    return max((len(curve.x) - 1 for curve in curves if curve), default=0)
+
+
+def _chance(found: Results) -> list[list[float]]:
+    """What random agents with and without immediate repeats solve by each step; empty if it is not known."""
+    curves = [found.curve("success_by_step", agent="", of=of) for of in ("random", "no-repeat")]
+    return [[value or 0.0 for value in curve.value] for curve in curves if curve]

@@ -15,7 +15,7 @@ from itertools import pairwise, product
 
 import matplotlib as mpl
 
-from lockprobe.analysis.summary import AgentSummary, StudySummary
+from lockprobe.rows import Course
 from lockprobe.spec import spec_name
 
 __all__ = ["ACCENT", "SUBJECTS", "TARGET", "Dash", "Marker", "Style", "shifts", "styles"]
@@ -79,20 +79,18 @@ class Style:
         return self.colour if self.lead else "white"
 
 
-def styles(result: StudySummary) -> list[tuple[AgentSummary, Style]]:
+def styles(courses: Sequence[Course]) -> list[tuple[Course, Style]]:
     """Every agent with its looks: those that the study is about first, then the references.
 
     No two share a colour, as far as there are enough, nor marker and dash, and so they look unlike in grey as well;
     those of one colour share neither. The one whose spec comes later in the alphabet takes the next look.
     """
-    shown = [*result.subjects, *(agent for agent in result.agents if agent not in result.subjects)]
+    shown = [*(one for one in courses if one.subject), *(one for one in courses if not one.subject)]
     found: dict[tuple[str, str], Style] = {}
     own = _own_colours([agent.agent for agent in shown])
     for agent in sorted(shown, key=lambda agent: (agent.agent not in _SHIPPED, agent.agent, agent.modality)):
         colour, marker, dash = _free(list(_looks(agent, own[agent.agent])), found.values())
-        found[agent.agent, agent.modality] = Style(
-            colour=colour, marker=marker, dash=dash, lead=agent in result.subjects
-        )
+        found[agent.agent, agent.modality] = Style(colour=colour, marker=marker, dash=dash, lead=agent.subject)
     return [(agent, found[agent.agent, agent.modality]) for agent in shown]
 
 
@@ -124,7 +122,7 @@ def _own_colours(agents: Collection[str]) -> dict[str, str]:
     return found
 
 
-def _looks(agent: AgentSummary, colour: str) -> Iterator[tuple[str, Marker, Dash]]:
+def _looks(agent: Course, colour: str) -> Iterator[tuple[str, Marker, Dash]]:
     """What it may look like, its own look first, in a colour."""
     first = _number(agent.agent) // len(_COLOURS)
     pairs = list(product(_MARKERS, _DASHES))
@@ -143,11 +141,11 @@ def _mixed(colour: str, white: float) -> str:
     return mpl.colors.to_hex((red, green, blue))
 
 
-def shifts(result: StudySummary) -> dict[tuple[str, str], float]:
+def shifts(courses: Sequence[Course]) -> dict[tuple[str, str], float]:
     """Sideways shifts in p that keep the marks of several agents apart; the first subject is not shifted."""
-    values = sorted({condition.p for condition in result.conditions})
+    values = sorted({cell.dose for course in courses for cell in course.cells if cell.dose is not None})
     gap = min((b - a for a, b in pairwise(values)), default=0.1)
     return {
         (agent.agent, agent.modality): 0.11 * min(gap, 0.15) * ((i + 1) // 2) * (1 if i % 2 else -1)
-        for i, (agent, _) in enumerate(styles(result))
+        for i, (agent, _) in enumerate(styles(courses))
     }

@@ -10,17 +10,21 @@ import math
 from collections.abc import Sequence
 
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, NullLocator
 
-from lockprobe.analysis.clustered import ClusteredProportion
-from lockprobe.analysis.proportions import Proportion
-from lockprobe.analysis.relative_steps import RelativeSteps
-from lockprobe.analysis.summary import AgentSummary, StudySummary
+from lockprobe.figures.compose import sheet
 from lockprobe.figures.frame import INK, SMALL, agent_label, blank, p_axis, share_axis, title
 from lockprobe.figures.palette import Style, shifts, styles
-from lockprobe.figures.primitives import key
+from lockprobe.figures.primitives import key, numbers
+from lockprobe.figures.settings import own_settings
+from lockprobe.rows import Cell, Course, Estimate, Results
+from lockprobe.spec import PEOPLE
 
-__all__ = ["compared", "draw_people", "draw_relative_steps"]
+__all__ = ["people"]
+
+_LOWER, _UPPER = "at least", "at most"
+"""Notes of a ratio that is a bound."""
 
 _ARROW = 1.22
 """How far the arrow of a bound reaches, as a factor."""
@@ -36,25 +40,30 @@ _NAMED = 7
 """Ticks that the axis of ratios has room for."""
 
 
-def compared(result: StudySummary) -> bool:
-    """Whether any agent played a trial that people played."""
-    return result.people is not None and bool(result.people.relative)
+@own_settings()
+def people(found: Results) -> Figure | None:
+    """Success, and below it steps where an agent played a trial that people played; None without people."""
+    if not found.where("people", agent=PEOPLE):
+        return None
+    compared = [_draw_relative_steps] if found.where("mean_steps_ratio", versus=PEOPLE) else []
+    return sheet([found], _draw_success, *compared)
 
 
-def draw_people(axes: Axes, result: StudySummary) -> None:
+def _draw_success(axes: Axes, found: Results) -> None:
     """Share solved by flip probability; in the intervals of people trials of one person count together."""
-    if result.people is None:
-        return blank(axes, "no trial of people has ended")
-    moved = shifts(result)
-    for agent, style in styles(result):
+    courses = found.courses()
+    moved = shifts(courses)
+    for agent, style in styles(courses):
         shift = moved[agent.agent, agent.modality]
-        found = _shares(result, agent)
-        if not found:
+        shares = [(cell.dose or 0.0, row) for cell in agent.cells if (row := _share(cell)) is not None]
+        if not shares:
             continue
+        low, value, high = (numbers(getattr(share, end) for _, share in shares) for end in ("low", "value", "high"))
+        bars = [[b - a for a, b in zip(*ends, strict=True)] for ends in ((low, value), (value, high))]
         axes.errorbar(
-            [p + shift for p, _ in found],
-            [share.value for _, share in found],
-            yerr=[[s.value - s.low for _, s in found], [s.high - s.value for _, s in found]] if style.lead else None,
+            [p + shift for p, _ in shares],
+            value,
+            yerr=bars if style.lead else None,
             fmt="",
             marker=style.marker,
             color=style.colour,
@@ -66,54 +75,48 @@ def draw_people(axes: Axes, result: StudySummary) -> None:
             linewidth=1.2 if style.lead else 0.8,
             elinewidth=1.0,
             capsize=0,
-            zorder=5 if agent.invited else 4 if style.lead else 3,
+            zorder=5 if agent.agent == PEOPLE else 4 if style.lead else 3,
         )
-        key(axes, style, _name(result, agent))
+        key(axes, style, _name(agent))
     share_axis(axes, "success rate")
-    p_axis(axes, result.conditions, max(map(abs, moved.values()), default=0.0))
-    each = (
-        f"{result.people.fewest}"
-        if result.people.fewest == result.people.most
-        else (f"{result.people.fewest} to {result.people.most}")
-    )
-    return title(
-        axes,
-        f"{result.people.people} people with {each} boxes each; bars: 95 % intervals",
-    )
+    p_axis(axes, _cells(courses), max(map(abs, moved.values()), default=0.0))
+    everyone = found.one("people", agent=PEOPLE, modality="")
+    fewest, most = (found.one("boxes_each", agent=PEOPLE, of=of).value for of in ("fewest", "most"))
+    each = f"{fewest:g}" if fewest == most else f"{fewest:g} to {most:g}"
+    return title(axes, f"{everyone.value:g} people with {each} boxes each; bars: 95 % intervals")
 
 
-def _shares(result: StudySummary, agent: AgentSummary) -> Sequence[tuple[float, Proportion | ClusteredProportion]]:
-    if agent.invited and result.people is not None:
-        return [
-            (one.p, one.success) for one in result.people.at if one.modality == agent.modality and one.p is not None
-        ]
-    return [(condition.p, condition.success) for condition in agent.conditions if condition.success.n]
+def _share(cell: Cell) -> Estimate | None:
+    return cell.get("success", "by person" if cell.agent == PEOPLE else "")
 
 
-def _name(result: StudySummary, agent: AgentSummary) -> str:
-    if agent.invited:
+def _cells(courses: Sequence[Course]) -> list[Cell]:
+    return [cell for course in courses for cell in course.cells]
+
+
+def _name(agent: Course) -> str:
+    if agent.agent == PEOPLE:
         return f"people ({agent.shown})" if agent.shown else "people"
     return agent_label(agent)
 
 
-def draw_relative_steps(axes: Axes, result: StudySummary) -> None:
+def _draw_relative_steps(axes: Axes, found: Results) -> None:
     """Median steps over the human median by flip probability; above 1 an agent is slower than people.
 
     An arrow marks a bound: upwards where the agent's median lies beyond the budget, downwards where that of people
     does. A bar that runs to the edge is open.
     """
-    rows = [] if result.people is None else [one for one in result.people.relative if one.p is not None and _drawn(one)]
+    rows = [row for row in found.where("steps_ratio", versus=PEOPLE) if row.condition]
     if not rows:
         return blank(axes, "neither people nor agents solved half of their trials, so there is no median")
-    ends = [end for one in rows for end in (one.ratio, one.low, one.high) if end is not None]
-    ends += [end * _ARROW for one in rows if (end := one.least) is not None]
-    ends += [end / _ARROW for one in rows if (end := one.most) is not None]
+    ends = [end for row in rows for end in (_beyond(row), row.low, row.high) if end is not None]
     reach = max(_LEAST, *(max(end, 1 / end) for end in ends)) * _EDGE
-    moved = shifts(result)
-    for agent, style in styles(result):
-        own = [one for one in rows if (one.agent, one.modality) == (agent.agent, agent.modality)]
+    courses = found.courses()
+    moved = shifts(courses)
+    for agent, style in styles(courses):
+        own = [row for row in rows if (row.agent, row.modality) == (agent.agent, agent.modality)]
         _draw(axes, own, style, moved[agent.agent, agent.modality], reach)
-        if agent.invited:
+        if agent.agent == PEOPLE:
             axes.axhline(1, color=style.colour, linewidth=1.2, linestyle=style.dash, zorder=2)
     axes.set_yscale("log")
     axes.set_ylim(1 / reach, reach)
@@ -127,40 +130,34 @@ def draw_relative_steps(axes: Axes, result: StudySummary) -> None:
     axes.spines[["top", "right"]].set_visible(False)
     axes.spines[["left", "bottom"]].set(color="#888888", linewidth=0.7)
     axes.tick_params(color="#888888", labelcolor=INK, labelsize=SMALL, width=0.7, length=3)
-    p_axis(axes, result.conditions, max(map(abs, moved.values()), default=0.0))
+    p_axis(axes, _cells(courses), max(map(abs, moved.values()), default=0.0))
     return title(axes, "steps on the same boxes; above 1: more than people", _bounds(rows))
 
 
-def _drawn(one: RelativeSteps) -> bool:
-    return _place(one) is not None
+def _beyond(row: Estimate) -> float:
+    """Where the mark of a ratio ends, with the arrow of a bound."""
+    value = row.value or math.nan
+    return value * _ARROW if row.note == _LOWER else value / _ARROW if row.note == _UPPER else value
 
 
-def _place(one: RelativeSteps) -> float | None:
-    return next((value for value in (one.ratio, one.least, one.most) if value is not None), None)
-
-
-def _bounds(rows: Sequence[RelativeSteps]) -> str:
+def _bounds(rows: Sequence[Estimate]) -> str:
     said = [
-        "\N{UPWARDS ARROW} at least" if any(one.least is not None for one in rows) else "",
-        "\N{DOWNWARDS ARROW} at most" if any(one.most is not None for one in rows) else "",
+        "\N{UPWARDS ARROW} at least" if any(row.note == _LOWER for row in rows) else "",
+        "\N{DOWNWARDS ARROW} at most" if any(row.note == _UPPER for row in rows) else "",
     ]
     bounds = ", ".join(filter(None, said))
     return bounds and f"{bounds}: a median exceeds the budget"
 
 
-def _draw(axes: Axes, rows: Sequence[RelativeSteps], style: Style, shift: float, reach: float) -> None:
-    for one in rows:
-        place = _place(one)
-        assert place is not None
-        assert one.p is not None
-        low = one.low if one.low is not None else 1 / reach if one.high is not None or one.most is not None else place
-        high = one.high if one.high is not None else reach if one.low is not None or one.least is not None else place
+def _draw(axes: Axes, rows: Sequence[Estimate], style: Style, shift: float, reach: float) -> None:
+    for row in rows:
+        place, x = row.value or math.nan, row.doses["flip.p"] + shift
+        low = row.low if row.low is not None else 1 / reach if row.high is not None or row.note == _UPPER else place
+        high = row.high if row.high is not None else reach if row.low is not None or row.note == _LOWER else place
         if style.lead:
-            axes.plot(
-                [one.p + shift] * 2, [low, high], color=style.colour, linewidth=1.0, zorder=3, solid_capstyle="butt"
-            )
+            axes.plot([x] * 2, [low, high], color=style.colour, linewidth=1.0, zorder=3, solid_capstyle="butt")
         axes.plot(
-            [one.p + shift],
+            [x],
             [place],
             linestyle="none",
             marker=style.marker,
@@ -171,19 +168,17 @@ def _draw(axes: Axes, rows: Sequence[RelativeSteps], style: Style, shift: float,
             markeredgewidth=0.7,
             zorder=4,
         )
-        if one.ratio is None:
-            beyond = place * _ARROW if one.least is not None else place / _ARROW
+        if row.note:
             axes.annotate(
                 "",
-                xy=(one.p + shift, beyond),
-                xytext=(one.p + shift, place),
+                xy=(x, _beyond(row)),
+                xytext=(x, place),
                 arrowprops={"arrowstyle": "->", "color": style.colour, "linewidth": 1.0, "shrinkA": 0, "shrinkB": 0},
                 zorder=3,
             )
-    points = [(one.p, one.ratio) for one in rows if one.p is not None]
     axes.plot(
-        [p + shift for p, _ in points],
-        [math.nan if ratio is None else ratio for _, ratio in points],
+        [row.doses["flip.p"] + shift for row in rows],
+        numbers(None if row.note else row.value for row in rows),
         color=style.colour,
         linestyle=style.dash,
         linewidth=1.2 if style.lead else 0.8,

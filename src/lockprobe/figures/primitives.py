@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from matplotlib.axes import Axes
 
-from lockprobe.analysis.condition import ConditionSummary
-from lockprobe.analysis.inference.trend import TrendFit
 from lockprobe.analysis.proportions import Proportion
 from lockprobe.analysis.published import PEAK
-from lockprobe.analysis.summary import AgentSummary
 from lockprobe.figures.frame import BEYOND, INK
 from lockprobe.figures.palette import Style
+from lockprobe.rows import Cell, Course, Curve, Estimate
 
 __all__ = [
     "band",
@@ -21,6 +20,7 @@ __all__ = [
     "dots",
     "key",
     "means",
+    "numbers",
     "published",
     "published_by_p",
     "second_order_fit",
@@ -28,7 +28,9 @@ __all__ = [
 ]
 
 
-def staircase(axes: Axes, share: Sequence[float], style: Style, *, label: str | None = None, first: int = 2) -> None:
+def staircase(
+    axes: Axes, share: Sequence[float | None], style: Style, *, label: str | None = None, first: int = 2
+) -> None:
     """A share by step from 0; the last stair is drawn a little beyond the budget, so that it can be seen.
 
     Args:
@@ -55,18 +57,20 @@ def staircase(axes: Axes, share: Sequence[float], style: Style, *, label: str | 
     )
 
 
-def band(axes: Axes, low: Sequence[float], high: Sequence[float], style: Style, alpha: float = 0.16) -> None:
+def band(
+    axes: Axes, low: Sequence[float | None], high: Sequence[float | None], style: Style, alpha: float = 0.16
+) -> None:
     """The band about a staircase."""
     axes.fill_between(
         _steps(low), _longer(low), _longer(high), step="post", color=style.colour, alpha=alpha, linewidth=0, zorder=1
     )
 
 
-def means(axes: Axes, x: Sequence[float], shares: Sequence[Proportion], style: Style, *, line: bool) -> None:
+def means(axes: Axes, x: Sequence[float], shares: Sequence[Estimate], style: Style, *, line: bool) -> None:
     """Pooled shares, joined by a line or not."""
     axes.plot(
         x,
-        [share.value for share in shares],
+        numbers(share.value for share in shares),
         color=style.colour,
         marker=style.marker,
         markersize=5.0 if style.lead else 3.6,
@@ -79,14 +83,13 @@ def means(axes: Axes, x: Sequence[float], shares: Sequence[Proportion], style: S
     )
 
 
-def bars(
-    axes: Axes, x: Sequence[float], shares: Sequence[Proportion], style: Style, *, label: str | None = None
-) -> None:
+def bars(axes: Axes, x: Sequence[float], shares: Sequence[Estimate], style: Style, *, label: str | None = None) -> None:
     """Pooled shares with their intervals."""
+    low, value, high = (numbers(getattr(share, end) for share in shares) for end in ("low", "value", "high"))
     axes.errorbar(
         x,
-        [share.value for share in shares],
-        yerr=[[share.value - share.low for share in shares], [share.high - share.value for share in shares]],
+        value,
+        yerr=[[b - a for a, b in zip(low, value, strict=True)], [b - a for a, b in zip(value, high, strict=True)]],
         fmt="",
         marker=style.marker,
         linestyle="none",
@@ -101,10 +104,10 @@ def bars(
     )
 
 
-def dots(axes: Axes, agent: AgentSummary, style: Style, shift: float = 0.0, *, loops: bool = False) -> None:
+def dots(axes: Axes, course: Course, style: Style, shift: float = 0.0, *, loops: bool = False) -> None:
     """A faint dot for every repetition; a larger one for several at the same place."""
-    points = [point for point in agent.points if point.n]
-    places = Counter((point.p, point.loop_rate if loops else point.success) for point in points)
+    points = [numbers((cell.dose, pair[loops].value)) for cell in course.cells for pair in cell.points]
+    places = Counter((dose, value) for dose, value in points)
     axes.scatter(
         [p + shift for p, _ in places],
         [value for _, value in places],
@@ -151,30 +154,33 @@ def key(axes: Axes, style: Style, label: str) -> None:
     )
 
 
-def _steps(share: Sequence[float]) -> tuple[float, ...]:
+def numbers(values: Iterable[float | None]) -> list[float]:
+    """Numbers of results, where null is none."""
+    return [math.nan if value is None else value for value in values]
+
+
+def _steps(share: Sequence[float | None]) -> tuple[float, ...]:
     return (*range(len(share)), len(share) - 1 + BEYOND)
 
 
-def _longer(share: Sequence[float]) -> tuple[float, ...]:
-    return (*share, share[-1])
+def _longer(share: Sequence[float | None]) -> list[float]:
+    return numbers((*share, share[-1]))
 
 
-def published_by_p(
-    conditions: Sequence[ConditionSummary], first: Proportion, peak: Proportion
-) -> list[tuple[float, float]]:
+def published_by_p(cells: Sequence[Cell], first: Proportion, peak: Proportion) -> list[tuple[float, float]]:
     """The paper's shares at p = 0 and at its peak, as far as the study has that p; none with a single p."""
-    played = {condition.p for condition in conditions}
+    played = {cell.p for cell in cells if cell.p is not None}
     places = [(0.0, first.value), (PEAK, peak.value)]
     return [place for place in places if len(played) > 1 and min(played) <= place[0] <= max(played)]
 
 
-def second_order_fit(axes: Axes, fit: TrendFit, style: Style) -> str:
+def second_order_fit(axes: Axes, curve: Curve | None, style: Style) -> str:
     """The second-order fit with its band, where there is one; what was drawn, in words."""
-    curve = fit.quadratic
     if curve is None:
         return ""
-    axes.plot(curve.p, curve.value, color=style.colour, linestyle=style.dash, linewidth=1.6, zorder=3)
+    axes.plot(curve.x, numbers(curve.value), color=style.colour, linestyle=style.dash, linewidth=1.6, zorder=3)
     if not curve.low:
         return "curve: second-order fit"
-    axes.fill_between(curve.p, curve.low, curve.high, color=style.colour, alpha=0.14, linewidth=0, zorder=1)
+    low, high = numbers(curve.low), numbers(curve.high)
+    axes.fill_between(curve.x, low, high, color=style.colour, alpha=0.14, linewidth=0, zorder=1)
     return "curve: second-order fit with 95 % bootstrap band"

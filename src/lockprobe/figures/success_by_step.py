@@ -6,12 +6,11 @@ from collections.abc import Sequence
 
 import matplotlib as mpl
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
-from lockprobe.analysis.condition import ConditionSummary
 from lockprobe.analysis.published import REFERENCE_STEPS, STEPS_TO_80
-from lockprobe.analysis.reference import Reference
-from lockprobe.analysis.summary import AgentSummary, StudySummary
-from lockprobe.figures.forest import ForestRow, forest
+from lockprobe.figures.compose import HEIGHT, sheet
+from lockprobe.figures.forest import ForestRow, forest, height
 from lockprobe.figures.frame import (
     EXACT,
     FAINT,
@@ -26,113 +25,118 @@ from lockprobe.figures.frame import (
 )
 from lockprobe.figures.palette import Style, styles
 from lockprobe.figures.primitives import band, published, staircase
+from lockprobe.figures.settings import own_settings
 from lockprobe.formatting import minus
+from lockprobe.rows import Cell, Course, Curve, Results
 
-__all__ = [
-    "draw_relative_success",
-    "draw_success_curves",
-    "draw_success_curves_by_p",
-    "draw_success_curves_corrected",
-    "relative_rows",
-]
+__all__ = ["success_curves", "success_curves_by_p", "success_curves_corrected"]
 
 _NAMED = 11
 """Curves whose names fit at the right edge without overlap."""
 
 
-def draw_success_curves(axes: Axes, result: StudySummary) -> None:
-    """Cumulative success by number of interactions, one staircase per agent and modality at its lowest p (Fig. 3)."""
-    shown = _at_the_lowest_p(result)
-    if not shown:
-        return blank(axes, "no trial has ended")
-    alike = _staircases(axes, shown)
-    budget = _budget(shown)
-    _, _, first = shown[0]
-    if all(condition.p == 0 for _, _, condition in shown):
-        steps = sorted({REFERENCE_STEPS, *STEPS_TO_80.values()})
-        published(axes, [(step, 0.8) for step in steps if step <= budget])
-    step_axis(axes, budget, "success probability")
-    return title(axes, f"flip rate {first.p:g}; {counts([first])} of each agent" if alike else "")
+@own_settings()
+def success_curves(found: Results) -> Figure | None:
+    """Success by number of interactions, one staircase per agent and modality at its lowest p (Fig. 3)."""
+    return sheet([found], _curves) if _at_the_lowest_p(found) else None
 
 
-def draw_success_curves_corrected(axes: Axes, result: StudySummary) -> None:
-    """Fig. 3 between chance and the optimum: one minus Kaplan-Meier with bands, exact blind agents, shortest plan.
-
-    Every agent is shown at its lowest p; references have no band.
-    """
-    shown = _at_the_lowest_p(result)
-    if not shown:
-        return blank(axes, "no trial has ended")
-    alike = _staircases(axes, shown)
-    for _, style, condition in shown:
-        if style.lead:
-            band(axes, condition.curve.low, condition.curve.high, style)
-    budget = _budget(shown)
-    if result.reference is not None:
-        _exact_curves(axes, result.reference, budget)
-    step_axis(axes, budget, "solved by this step")
-    _, _, first = shown[0]
-    return title(
-        axes,
-        f"flip rate {first.p:g}; {counts([first])} of each agent" if alike else "",
-        "1 \N{MINUS SIGN} Kaplan-Meier; shade: pointwise 95 % band",
-    )
+@own_settings()
+def success_curves_corrected(found: Results) -> Figure | None:
+    """Fig. 3 between chance and the optimum, and every agent's area between them, as far as it has one."""
+    if not _at_the_lowest_p(found):
+        return None
+    rows = _area_rows(found)
+    if all(row.value is None for row in rows):
+        return sheet([found], _curves_corrected)
+    return sheet([found], _curves_corrected, _areas, heights=[HEIGHT, height(rows)])
 
 
-_Shown = Sequence[tuple[AgentSummary, Style, ConditionSummary]]
-"""Agents with a curve, how each is drawn, and its condition."""
+@own_settings()
+def success_curves_by_p(found: Results) -> Figure | None:
+    """Success by step, one line per p, a panel for each agent that the study is about."""
+    if not found.several_p or not _at_the_lowest_p(found):
+        return None
+    return sheet([course for course in found.courses() if course.subject], _curves_of)
 
 
-def _at_the_lowest_p(result: StudySummary) -> _Shown:
+_Shown = Sequence[tuple[Course, Style, Cell, Curve]]
+"""Agents with a curve, how each is drawn, and its curve at its lowest p."""
+
+
+def _at_the_lowest_p(found: Results) -> _Shown:
     return [
-        (agent, style, condition)
-        for agent, style in styles(result)
-        if (condition := next((condition for condition in agent.conditions if condition.curve.n), None)) is not None
+        (course, style, *first)
+        for course, style in styles(found.courses())
+        if (first := next(iter(_counted(course)), None)) is not None
     ]
 
 
-def _staircases(axes: Axes, shown: _Shown) -> bool:
-    """One curve for each agent; whether all have the same p and number of trials, else each label names its own."""
-    alike = len({(condition.p, condition.curve.n) for _, _, condition in shown}) == 1
-    for i, (agent, style, condition) in enumerate(shown):
-        told = "" if alike else f",\n$p$ = {condition.p:g}, n = {condition.curve.n}"
-        staircase(axes, condition.curve.share, style, label=agent_label(agent) + told, first=1 + i % 4)
-    return alike
+def _counted(course: Course) -> list[tuple[Cell, Curve]]:
+    """Its cells that have a curve."""
+    return [(cell, curve) for cell in course.cells if (curve := cell.curve("success_by_step")) is not None]
+
+
+def _curves(axes: Axes, found: Results) -> None:
+    shown = _at_the_lowest_p(found)
+    said, budget = _staircases(axes, shown), _budget(shown)
+    if all(cell.p == 0 for _, _, cell, _ in shown):
+        steps = sorted({REFERENCE_STEPS, *STEPS_TO_80.values()})
+        published(axes, [(step, 0.8) for step in steps if step <= budget])
+    step_axis(axes, budget, "success probability")
+    title(axes, said)
+
+
+def _curves_corrected(axes: Axes, found: Results) -> None:
+    """One minus Kaplan-Meier with bands, exact blind agents, shortest plan; references have no band."""
+    shown = _at_the_lowest_p(found)
+    said, budget = _staircases(axes, shown), _budget(shown)
+    for _, style, _, curve in shown:
+        if style.lead:
+            band(axes, curve.low, curve.high, style)
+    _exact_curves(axes, found, budget)
+    step_axis(axes, budget, "solved by this step")
+    title(axes, said, "1 \N{MINUS SIGN} Kaplan-Meier; shade: pointwise 95 % band")
+
+
+def _staircases(axes: Axes, shown: _Shown) -> str:
+    """One curve for each agent; the p and number of trials if all have the same, else each label names its own."""
+    alike = len({(cell.p, curve.n) for _, _, cell, curve in shown}) == 1
+    for i, (course, style, cell, curve) in enumerate(shown):
+        told = "" if alike else f",\n$p$ = {cell.p:g}, n = {curve.n}"
+        staircase(axes, curve.value, style, label=agent_label(course) + told, first=1 + i % 4)
+    _, _, first, _ = shown[0]
+    return f"flip rate {first.p:g}; {counts([first])} of each agent" if alike else ""
 
 
 def _budget(shown: _Shown) -> int:
-    return max(len(condition.curve.share) - 1 for _, _, condition in shown)
+    return max(len(curve.x) - 1 for *_, curve in shown)
 
 
-def _exact_curves(axes: Axes, reference: Reference, budget: int) -> None:
-    for name, share in (("random", reference.random), ("no-repeat", reference.no_repeat)):
-        style = Style(colour=FAINT, marker="", dash=EXACT[name], lead=False)
-        staircase(axes, share[: budget + 1], style, label=f"{name} (exact)")
-    if reference.optimum is not None:
-        axes.axvline(
-            reference.optimum,
-            color=INK,
-            linewidth=0.7,
-            linestyle=(0, (8, 3)),
-            zorder=1,
-            label=f"shortest plan: {reference.optimum} steps",
-        )
+def _exact_curves(axes: Axes, found: Results, budget: int) -> None:
+    for name, dash in EXACT.items():
+        if (exact := found.curve("success_by_step", of=name)) is not None:
+            style = Style(colour=FAINT, marker="", dash=dash, lead=False)
+            staircase(axes, exact.value[: budget + 1], style, label=f"{name} (exact)")
+    if (optimum := found.get("optimum")) is not None and optimum.value is not None:
+        label = f"shortest plan: {optimum.value:g} steps"
+        axes.axvline(optimum.value, color=INK, linewidth=0.7, linestyle=(0, (8, 3)), zorder=1, label=label)
 
 
-def relative_rows(result: StudySummary) -> list[ForestRow]:
+def _area_rows(found: Results) -> list[ForestRow]:
     """Every agent's area at its lowest p."""
     rows = []
-    for agent, style in styles(result):
-        condition = next((condition for condition in agent.conditions if condition.curve.n), None)
-        found = condition.relative if condition else None
-        said = minus(f"{found.value:.2f} [{found.low:.2f}, {found.high:.2f}]", zeros=True) if found else "not defined"
+    for course, style in styles(found.courses()):
+        areas = [cell.get("relative_area") for cell, _ in _counted(course)[:1]]
+        area = areas[0] if areas else None
+        said = f"{area.value:.2f} [{area.low:.2f}, {area.high:.2f}]" if area else "not defined"
         rows.append(
             ForestRow(
-                name=agent_label(agent),
-                said=said,
-                value=found.value if found else None,
-                low=found.low if found else None,
-                high=found.high if found else None,
+                name=agent_label(course),
+                said=minus(said, zeros=True) if area else said,
+                value=area.value if area else None,
+                low=area.low if area else None,
+                high=area.high if area else None,
                 colour=style.colour,
                 marker=style.marker,
                 face=style.face,
@@ -141,40 +145,45 @@ def relative_rows(result: StudySummary) -> list[ForestRow]:
     return rows
 
 
-def draw_relative_success(axes: Axes, result: StudySummary) -> None:
+def _areas(axes: Axes, found: Results) -> None:
     """How far every agent's curve at its lowest p lies from chance (0) to the shortest plan (1), by area."""
-    rows = relative_rows(result)
-    ends = [end for row in rows if row.low is not None and row.high is not None for end in (row.low, row.high)]
-    if not ends:
-        return blank(axes, "no area between chance and the shortest plan")
+    rows = _area_rows(found)
+    ends = [0.0, 1.0, *(end for row in rows for end in (row.low, row.high) if end is not None)]
     levels = ((0.0, FAINT, EXACT["random"]), (1.0, INK, (0, (8, 3))))
-    forest(axes, rows, (min([*ends, 0.0]) - 0.05, max([*ends, 1.0]) + 0.05), left=-0.2, levels=levels)
+    forest(axes, rows, (min(ends) - 0.05, max(ends) + 0.05), left=-0.2, levels=levels)
     axes.set_xticks([0, 0.5, 1], ["0\nrandom", "0.5", "1\nshortest plan"])
-    return title(axes, "area under the curve; bars: 95 % intervals")
+    title(axes, "area under the curve; bars: 95 % intervals")
 
 
-def draw_success_curves_by_p(axes: Axes, agent: AgentSummary) -> None:
-    """Cumulative success by step of one agent, one line per p; bands for the two p of its contrast.
+def _curves_of(axes: Axes, course: Course) -> None:
+    """One line per p; bands for the lowest p and the one that differs most clearly from it.
 
     Of more than eleven p only those two, the lowest and the highest are named; colours run from the lowest up.
     """
-    counted = [condition for condition in agent.conditions if condition.curve.n]
+    counted = _counted(course)[: 1 if course.blind else None]
     if not counted:
-        return blank(axes, f"{agent_label(agent)}: no trial has ended")
-    if agent.blind:
-        counted = counted[:1]
-    banded = (agent.contrast.baseline, agent.contrast.other) if agent.contrast else tuple(counted[:1])
-    named = counted if len(counted) <= _NAMED else [counted[0], counted[-1], *banded]
+        return blank(axes, f"{agent_label(course)}: no trial has ended")
+    doses = [cell.dose for cell, _ in counted]
+    banded = _contrast(course) or doses[:1]
+    named = doses if len(doses) <= _NAMED else [doses[0], doses[-1], *banded]
     colours = mpl.colormaps["viridis"]
     labels: list[tuple[float, str, str]] = []
-    for i, condition in enumerate(counted):
+    for i, (cell, curve) in enumerate(counted):
         colour = mpl.colors.to_hex(colours(0.84 * i / max(1, len(counted) - 1)))
         style = Style(colour=colour, marker="", dash="-", lead=True)
-        staircase(axes, condition.curve.share, style)
-        if condition in banded:
-            band(axes, condition.curve.low, condition.curve.high, style)
-        if condition in named:
-            labels.append((condition.curve.share[-1], "all $p$" if agent.blind else f"$p$ = {condition.p:g}", colour))
-    step_axis(axes, len(counted[0].curve.share) - 1, "solved by this step")
-    title(axes, heading(agent), f"{counts(counted)} per {agent.axis.name}; shade: pointwise 95 % band")
+        staircase(axes, curve.value, style)
+        if cell.dose in banded:
+            band(axes, curve.low, curve.high, style)
+        if cell.dose in named:
+            labels.append((curve.value[-1] or 0.0, "all $p$" if course.blind else f"$p$ = {cell.p:g}", colour))
+    step_axis(axes, len(counted[0][1].x) - 1, "solved by this step")
+    title(
+        axes, heading(course), f"{counts([cell for cell, _ in counted])} per {course.name}; shade: pointwise 95 % band"
+    )
     return label_right(axes, labels)
+
+
+def _contrast(course: Course) -> list[float | None]:
+    """The lowest p and the one that differs most clearly from it; none if no two were compared."""
+    clearest = course.get("clearest_success_difference")
+    return [course.value("lowest_dose"), *clearest.doses.values()] if clearest else []

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product
@@ -15,6 +14,7 @@ from lockprobe.interventions.flip import FlipKind, OutcomeFlip
 from lockprobe.protocols import Intervention
 from lockprobe.record import STATES
 from lockprobe.spec import Spec, spec_name, split_specs
+from lockprobe.terminal_text import printable
 
 __all__ = [
     "MODALITIES",
@@ -29,9 +29,6 @@ __all__ = [
 
 MODALITIES = ("symbolic", "rgb", "rgbd")
 """The modalities: the ways to show a box. Options follow a question mark."""
-
-_UNSAFE = re.compile(r"[\x00-\x1f\x7f]")
-"""Characters that cannot be part of the key of a record."""
 
 _MOST = 1000
 """The most combinations of doses in one sweep."""
@@ -73,9 +70,9 @@ class Condition:
         specs = tuple(one.spec if isinstance(one, Recorded) else spec_of(one) for one in self.interventions)
         object.__setattr__(self, "specs", specs)
         object.__setattr__(self, "flip", _flip_alone(specs))
-        if _UNSAFE.search(self.label) or self.label != self.label.strip() or len(self.label) > _LONGEST:
-            expected = f"a name of at most {_LONGEST} characters without control characters and blanks around it"
-            raise BadValue("condition", self.label, expected)
+        if not self.label.isprintable() or self.label != self.label.strip() or len(self.label) > _LONGEST:
+            expected = f"a name of at most {_LONGEST} visible characters without blanks around it"
+            raise BadValue("condition", printable(self.label), expected)
 
     @property
     def spec(self) -> str:

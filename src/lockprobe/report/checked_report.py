@@ -9,17 +9,20 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from pydantic import TypeAdapter
+from pydantic import ValidationError
 
-from lockprobe.agents.llm.model_facts import Price, facts_of
+from lockprobe.agents.llm.model_facts import facts_of
 from lockprobe.errors import BadFile, LockprobeError, UserMistake
 from lockprobe.inputs import read_input
 from lockprobe.report.check import Check, check_of
-from lockprobe.report.costs import Prices
+from lockprobe.report.costs import prices_of
+from lockprobe.report.installed_measures import MEASURES
 from lockprobe.report.opened import OpenedStudy
+from lockprobe.report.pages import without_packages
 from lockprobe.report.parallel import one_thread, shared, uncollected
 from lockprobe.report.replayed_trials import is_hosted
-from lockprobe.report.schema import MeasureResult
+from lockprobe.rows import Results, Row
+from lockprobe.sections import LeftOutSection
 from lockprobe.studies.branch import FORKS
 from lockprobe.studies.directory import RECORDS
 
@@ -27,8 +30,24 @@ __all__ = ["check_file", "check_page", "report_checks"]
 
 RESULTS = "results.json"
 
-PAGES = ("report.html", "claims.html", "audit.html", "why.html", "forks.html")
+_REPORT = "report.html"
+
+PAGES = (_REPORT, "claims.html", "audit.html", "why.html", "forks.html")
 """The pages that a report can have."""
+
+_ESTIMATE = ("quantity", "of", "agent", "modality", "condition", "control", "versus", "versus_modality", "axis")
+
+_OF_ROWS: Mapping[str, Sequence[str]] = {
+    "rows": _ESTIMATE,
+    "curves": _ESTIMATE,
+    "findings": ("section", "kind", "agent", "modality"),
+    "facts": ("about", "name"),
+    "exhibits": ("section", "of", "agent", "key"),
+}
+"""Fields of the results that hold rows -> the columns that say what a row is of."""
+
+_FORKS = re.compile(r": (\w+_by_fork|\w+_after_true_report|forks)\b")
+"""Rows on forks among those that differ."""
 
 _LARGEST = 2**28
 """Bytes of one file of a report."""
@@ -47,6 +66,7 @@ class _Compared:
     made: set[str] = field(default_factory=set)
     there: int = 0
     missing: int = 0
+    of_packages: int = 0
     pages: list[str] = field(default_factory=list)
     figures: list[str] = field(default_factory=list)
     drawn_elsewhere: str = ""
@@ -55,9 +75,9 @@ class _Compared:
 def report_checks(opened: OpenedStudy, *, processes: int = 1) -> tuple[Check, ...]:
     """Whether ``results.json``, pages, tables and figures are what the records give.
 
-    What installed packages measure is not measured again: that would run their code. It is taken from the file. So are
-    the prices of models: they are those that the machine knew which wrote the report. Where they are not those that are
-    known here, the check says so.
+    No code of packages runs: what they measure is taken from the file, and their sections are left out. The prices of
+    models are those on record, which the machine knew that wrote the report. Where they are not those that are known
+    here, the check says so.
 
     Args:
         opened: The study.
@@ -67,8 +87,13 @@ def report_checks(opened: OpenedStudy, *, processes: int = 1) -> tuple[Check, ..
     names = [RESULTS, *PAGES, *(f"{folder}/" for folder in ("tables", "figures"))]
     if not any((directory / name).exists() for name in names):
         return (Check(name="results", holds=True, said="there is no report to compare"),)
-    measures, compared, results = _measures_in(directory), _Compared(), dict[str, Any]()
-    opened = replace(opened, measures=measures, prices=_prices_in(directory))
+    written, compared, results = _written(directory), _Compared(), dict[str, Any]()
+    opened = replace(
+        opened,
+        measured=_measured(written),
+        prices=prices_of(written) if written else None,
+        left_out=_left_out(written),
+    )
     try:
         at_other_prices = _other_prices(opened)
         for name, content in _made_again(opened, processes):
@@ -79,7 +104,7 @@ def report_checks(opened: OpenedStudy, *, processes: int = 1) -> tuple[Check, ..
                 _compare(directory, name, content, compared)
     except UserMistake as mistake:
         return (Check(name="results", holds=False, said=str(mistake)),)
-    check = _results(directory, results, measures)
+    check = _results(directory, results)
     check = replace(check, said="; ".join([check.said, *at_other_prices]))
     if not check.holds and ("release" in check.said or "without" in check.said):
         return (check,)
@@ -87,28 +112,32 @@ def report_checks(opened: OpenedStudy, *, processes: int = 1) -> tuple[Check, ..
 
 
 def _made_again(opened: OpenedStudy, processes: int) -> Iterator[tuple[str, str | bytes | None]]:
-    from lockprobe.report.page import report_files
+    from lockprobe.report.report_files import report_files
 
     with uncollected(), shared(opened.directory, processes) as each, one_thread():
         yield from report_files(opened, tell=lambda said: None, each=each)
 
 
-def _measures_in(directory: Path) -> tuple[MeasureResult, ...]:
-    """The measures of packages as the results hold them; none if they cannot be read."""
+def _written(directory: Path) -> Results | None:
+    """The results in the directory; None if they cannot be read."""
     try:
-        rows = json.loads(read_input(directory / RESULTS, _LARGEST)).get("measures") or ()
-        return tuple(MeasureResult.model_validate(row) for row in rows)
-    except (LockprobeError, ValueError, AttributeError, TypeError):
-        return ()
-
-
-def _prices_in(directory: Path) -> Prices | None:
-    """The prices of models as the results hold them; None if they cannot be read, so that they are looked up."""
-    try:
-        rows = json.loads(read_input(directory / RESULTS, _LARGEST)).get("leaderboard") or ()
-        return {str(row["agent"]): TypeAdapter(Price | None).validate_python(row["prices"]) for row in rows}
-    except (LockprobeError, ValueError, LookupError, AttributeError, TypeError):
+        return Results.model_validate_json(read_input(directory / RESULTS, _LARGEST))
+    except (LockprobeError, ValidationError):
         return None
+
+
+def _measured(written: Results | None) -> tuple[Row, ...]:
+    """What installed packages measure, as the results hold it."""
+    if written is None:
+        return ()
+    measured = (row for row in written.where(family=MEASURES) if row.source)
+    return (*measured, *(one for one in written.facts if one.about == MEASURES and one.source))
+
+
+def _left_out(written: Results | None) -> tuple[LeftOutSection, ...]:
+    """What of the sections of packages could not be made, as the results hold it."""
+    rows = written.sections_left_out if written else ()
+    return tuple(LeftOutSection(one.section, one.reason, one.source) for one in rows if one.source)
 
 
 def _other_prices(opened: OpenedStudy) -> list[str]:
@@ -145,6 +174,8 @@ def _compare(directory: Path, name: str, made: str | bytes | None, found: _Compa
         into.append(str(error))
         return
     expected = made.encode() if isinstance(made, str) else made
+    if name == _REPORT:  # the only page to which packages add
+        written, found.of_packages = without_packages(written)
     if written == expected:
         return
     if name.startswith("figures/"):
@@ -170,7 +201,9 @@ def _pages(opened: OpenedStudy, found: _Compared, *, newer: bool) -> Check:
     left = [name for name in PAGES if name not in found.made and (opened.directory / name).exists()]
     failed = [*found.pages, *found.figures, *(f"{name}: no file of this report" for name in left)]
     missing = f"; {found.missing} are not there" if found.missing else ""
+    foreign = f"; {found.of_packages} parts of {_REPORT} are not checked: they come from packages"
     holds = f"{found.there} pages, tables and figures are what the records give{missing}"
+    holds += foreign * bool(found.of_packages)
     fails = "pages, tables and figures are not what the records give"
     if found.drawn_elsewhere:
         fails += f"; figures were drawn by {found.drawn_elsewhere}: lockprobe report first"
@@ -179,7 +212,7 @@ def _pages(opened: OpenedStudy, found: _Compared, *, newer: bool) -> Check:
     return check_of("report", failed, holds, fails)
 
 
-def _results(directory: Path, found: Mapping[str, Any], measures: Sequence[MeasureResult]) -> Check:
+def _results(directory: Path, found: Mapping[str, Any]) -> Check:
     """Whether ``results.json`` is what the records give; forks that were played after it are said to be."""
     path, forks = directory / RESULTS, directory / FORKS / RECORDS
     check = check_file("results", path, found)
@@ -187,9 +220,7 @@ def _results(directory: Path, found: Mapping[str, Any], measures: Sequence[Measu
         return replace(
             check, said="the report was written without sections that can be made here: lockprobe report first"
         )
-    if check.holds and measures:
-        return replace(check, said=f"{check.said}; {len(measures)} values by measures of packages are taken from it")
-    of_forks = check.failed and all(re.match(r"forks(_said)?\b", name) for name in check.failed)
+    of_forks = check.failed and all(_FORKS.search(name) for name in check.failed)
     if of_forks and forks.is_file() and forks.stat().st_mtime > path.stat().st_mtime:
         return replace(check, said=f"forks were played after {path.name} was written: lockprobe report first")
     return check
@@ -220,19 +251,61 @@ def check_file(name: str, path: Path, found: Mapping[str, Any]) -> Check:
         release = written.get("lockprobe")
         return Check(name=name, holds=False, said=f"{path.name} is of release {release}: lockprobe report first")
     places = tuple(_different(written, found))
-    return check_of(name, places, f"{path.name} is what the records give", f"values of {path.name} differ")
+    check = check_of(name, places, f"{path.name} is what the records give", f"values of {path.name} differ")
+    packages = sorted(str(row["source"]) for row in _rows_of_packages(written))
+    if check.holds and packages:
+        said = f"{len(packages)} of its rows are not checked: they come from {', '.join(dict.fromkeys(packages))}"
+        return replace(check, said=f"{check.said}; {said}")
+    return check
+
+
+def _rows_of_packages(value: Any) -> Iterator[Mapping[str, Any]]:
+    """The rows that packages add."""
+    lists = value.values() if isinstance(value, Mapping) else ()
+    for rows in lists:
+        if _listed(rows):
+            yield from (row for row in rows if isinstance(row, Mapping) and row.get("source"))
 
 
 def _different(written: Any, found: Any, where: str = "") -> Iterator[str]:
-    """The places at which two JSON values differ."""
+    """The places at which two JSON values differ; rows are compared by what they are of."""
     if isinstance(written, Mapping) and isinstance(found, Mapping):
         for name in dict.fromkeys([*written, *found]):
             yield from _different(written.get(name), found.get(name), f"{where}.{name}" if where else name)
+    elif where in _OF_ROWS and (_listed(written) or written is None) and (_listed(found) or found is None):
+        yield from _different_rows(written or (), found or (), where)
     elif _listed(written) and _listed(found) and len(written) == len(found):
         for i, (one, other) in enumerate(zip(written, found, strict=True)):
             yield from _different(one, other, f"{where}[{i}]")
     elif written != found:
         yield where or "all of it"
+
+
+def _different_rows(written: Sequence[Any], found: Sequence[Any], where: str) -> Iterator[str]:
+    """The rows that differ, are missing or are too many; those of packages are not compared."""
+    there, made = (_by_identity(rows, where) for rows in (written, found))
+    for name in dict.fromkeys([*there, *made]):
+        one, other = there.get(name), made.get(name)
+        if one == other:
+            continue
+        said = f"{where}: {name}"
+        if one is None or other is None:
+            yield f"{said} is {'missing' if one is None else 'no row of this report'}"
+            continue
+        column = next(key for key in dict.fromkeys([*one, *other]) if one.get(key) != other.get(key))
+        yield f"{said}: {column} {one.get(column)} written, {other.get(column)} computed"
+
+
+def _by_identity(rows: Sequence[Any], kind: str) -> dict[str, Mapping[str, Any]]:
+    """Rows by what they are of, in words; equal ones by their number."""
+    named: dict[str, Mapping[str, Any]] = {}
+    for row in (row if isinstance(row, Mapping) else {"all of it": row} for row in rows):
+        if row.get("source"):
+            continue
+        name = ", ".join(str(row[key]) for key in _OF_ROWS[kind] if row.get(key))
+        copies = sum(known == name or known.startswith(f"{name} (") for known in named) if name in named else 0
+        named[f"{name} ({copies + 1})" if copies else name] = row
+    return named
 
 
 def _listed(value: Any) -> bool:

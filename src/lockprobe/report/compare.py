@@ -20,7 +20,7 @@ from lockprobe.prose.study_comparison import comparison_of_studies_said
 from lockprobe.prose.subject import Subject
 from lockprobe.record import Trial
 from lockprobe.report.opened import OpenedStudy, open_study
-from lockprobe.report.schema import plain_json
+from lockprobe.report.plain_json import plain_json
 from lockprobe.studies.comparable import SharedCondition, check_comparable, shared_names
 
 __all__ = ["ComparedStudy", "Comparison", "SuccessRow", "compare_studies"]

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
 
-from lockprobe.analysis.agent_comparison.across_studies import StudyDifference
+from lockprobe.analysis.agent_comparison.across_studies import Side, StudyDifference
 from lockprobe.errors import BadFile
 from lockprobe.formatting import NONE, bracketed, p_cell
 from lockprobe.prose.study_comparison import leading
 from lockprobe.report.compare import Comparison
-from lockprobe.report.figures import Caption, comparison_picture
 from lockprobe.report.format import DETECTED, TextTable, share_cell
-from lockprobe.report.judging_nobody import NOT_JUDGED
+from lockprobe.report.pages import NOT_JUDGED
 from lockprobe.report.rendering import image, rendered
+from lockprobe.report.section import Caption
 from lockprobe.sections import LeftOutSection, leaving_out, section
 from lockprobe.storage.atomic_file import write_file
 
@@ -62,7 +62,7 @@ def _page(comparison: Comparison, missing: Sequence[LeftOutSection]) -> str:
     rest = comparison.differences[len(first) :]
     picture = section(
         "Figure differences",
-        lambda: comparison_picture(first, comparison.names) if first else {},
+        lambda: _picture(first, comparison.names) if first else {},
         dict[str, bytes],
     )
     tables: dict[str, Callable[[], TextTable]] = {
@@ -83,6 +83,14 @@ def _page(comparison: Comparison, missing: Sequence[LeftOutSection]) -> str:
         },
         sections_left_out=missing,
     )
+
+
+def _picture(found: Sequence[StudyDifference], names: Mapping[Side, str]) -> dict[str, bytes]:
+    """The figure of differences between studies as PNG and SVG."""
+    from lockprobe import figures
+    from lockprobe.figures.study_comparison import comparison_drawing
+
+    return figures.files(comparison_drawing(found, names))
 
 
 def study_table(comparison: Comparison) -> TextTable:

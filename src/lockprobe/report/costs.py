@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import asdict, dataclass
+
+from pydantic import TypeAdapter
 
 from lockprobe.agents.llm.model_facts import Price, facts_of
 from lockprobe.model_call import Usage
 from lockprobe.record import Trial
+from lockprobe.rows import Fact, Results
 
-__all__ = ["Money", "Prices", "money"]
+__all__ = ["Money", "Prices", "money", "price_facts", "price_of", "prices_of"]
 
 
 Prices = Mapping[str, Price | None]
@@ -79,3 +83,39 @@ def _price(agent: str, model: str, prices: Prices | None) -> Price | None:
 def _usages(trial: Trial) -> list[Usage]:
     found = [step.decision.usage for step in trial.steps] + ([trial.error.usage] if trial.error else [])
     return [usage for usage in found if usage is not None]
+
+
+def price_facts(agent: str, price: Price) -> Iterator[Fact]:
+    """The prices that results hold of an agent; its numbers are read back exactly."""
+    for name, value in asdict(price).items():
+        if value is not None:
+            yield Fact(about=_about(agent), name=name, text=value if isinstance(value, str) else repr(float(value)))
+
+
+def price_of(found: Results, agent: str) -> Price | None:
+    """The prices that results hold of an agent; None if they have none.
+
+    Raises:
+        ValueError: If they are no prices.
+    """
+    facts = found.facts_about(_about(agent))
+    if not facts:
+        return None
+    known = {name: text if name in ("date", "source") else float(text) for name, text in facts.items()}
+    return TypeAdapter(Price).validate_python(known)
+
+
+def prices_of(found: Results) -> Prices:
+    """The prices that results hold, None for agents without: what :func:`money` takes instead of looking them up.
+
+    Agents whose prices cannot be read are left out, so that these are looked up.
+    """
+    prices = dict[str, Price | None]()
+    for one in found.design.players:
+        with suppress(ValueError):
+            prices[one.agent] = price_of(found, one.agent)
+    return prices
+
+
+def _about(agent: str) -> str:
+    return f"price of {agent}"

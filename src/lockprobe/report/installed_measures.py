@@ -2,54 +2,48 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from functools import partial
+from collections.abc import Iterator
 
 from lockprobe.analysis.measures import find_measure, measured
 from lockprobe.errors import UserMistake
-from lockprobe.formatting import NONE, minus
-from lockprobe.plugins import plugin_names
-from lockprobe.record import Trial
-from lockprobe.report.format import TextTable
-from lockprobe.report.opened import OpenedStudy
-from lockprobe.report.schema import MeasureResult
+from lockprobe.plugins import find_plugin, plugin_names
+from lockprobe.report.study_numbers import PlayedCell, StudyNumbers
+from lockprobe.rows import Fact, Row
 
-__all__ = ["measure_rows", "measure_table"]
+__all__ = ["MEASURES", "measure_rows"]
+
+MEASURES = "measures"
+"""The family of what packages measure."""
 
 
-def measure_rows(opened: OpenedStudy) -> list[MeasureResult]:
+def measure_rows(numbers: StudyNumbers) -> Iterator[Row]:
     """The mean of each of those measures with its 95 % interval; of one that breaks, why.
 
     Args:
-        opened: A study; no code of a package runs if it holds what they measured.
+        numbers: A study; no code of a package runs if the opened study holds what they measured.
     """
-    if opened.measures is not None:
-        return list(opened.measures)
-    cells: dict[str, list[Trial]] = {}
-    for trial in opened.trials if plugin_names("measure") else ():
-        cells.setdefault(trial.cell, []).append(trial)
-    return [row for members in cells.values() for name in plugin_names("measure") for row in _rows(members, name)]
+    if numbers.opened.measured is not None:
+        yield from numbers.opened.measured
+        return
+    names = plugin_names("measure")
+    described: dict[str, Fact] = {}
+    for cell in numbers.cells if names else ():
+        for name in names:
+            described_as, row = _of_cell(cell, name)
+            yield row
+            if described_as:
+                described[name] = described_as
+    yield from described.values()
 
 
-def _rows(trials: Sequence[Trial], name: str) -> list[MeasureResult]:
-    first = trials[0]
-    row = partial(MeasureResult, agent=first.group, condition=first.condition, measure=name)
+def _of_cell(cell: PlayedCell, name: str) -> tuple[Fact | None, Row]:
+    """A description of the measure, if it works, and its row."""
+    plugin = find_plugin("measure", name)
+    source = plugin.package if plugin else name
     try:
-        (found,) = measured(trials, [find_measure(name)])
+        (found,) = measured(cell.trials, [find_measure(name)])
     except UserMistake as error:
-        return [row(what=str(error), kind="broken", trials=0, value=None, low=None, high=None)]
-    return [row(what=found.what, kind=found.kind, trials=found.n, value=found.value, low=found.low, high=found.high)]
-
-
-def measure_table(rows: Sequence[MeasureResult]) -> TextTable:
-    """The same as rows of text."""
-    head = ["agent", "condition", "measure", "what it is", "trials", "mean [95 % interval]"]
-    return [head] + [[row.agent, row.condition, row.measure, row.what, str(row.trials), _said(row)] for row in rows]
-
-
-def _said(row: MeasureResult) -> str:
-    if row.value is None:
-        return NONE
-    if row.low is None or row.high is None:
-        return minus(f"{row.value:.3g}")
-    return minus(f"{row.value:.3g} [{row.low:.3g}, {row.high:.3g}]")
+        return None, cell.estimate(name, n=0, unit="broken", note=str(error), family=MEASURES, source=source)
+    numbers = {"n": found.n, "low": found.low, "high": found.high, "unit": found.kind}
+    row = cell.estimate(name, found.value, **numbers, family=MEASURES, source=source)
+    return Fact(about=MEASURES, name=name, text=found.what, source=source), row

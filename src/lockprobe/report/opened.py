@@ -11,7 +11,8 @@ from lockprobe.people.diary import Diary, read_diaries
 from lockprobe.people.withdrawal import withdrawn
 from lockprobe.record import Trial
 from lockprobe.report.costs import Prices
-from lockprobe.report.schema import MeasureResult
+from lockprobe.rows import Row
+from lockprobe.sections import LeftOutSection
 from lockprobe.studies.branch import read_forks
 from lockprobe.studies.directory import SETTINGS, read_settings
 from lockprobe.studies.next_choice import read_choices
@@ -37,8 +38,9 @@ class OpenedStudy:
         withdrawn: Number of participants who withdrew.
         forks: Forks of these trials on record (``lockprobe branch``).
         choices: Key of a fork -> probability of each joint at its first choice, where that is known.
-        measures: What installed packages measure, if it is given instead of measured; None otherwise.
+        measured: What installed packages measure, if it is given instead of measured; None otherwise.
         prices: What providers ask, if it is given instead of looked up; None otherwise.
+        left_out: Parts of sections of packages that could not be made, where no code of packages runs.
     """
 
     directory: Path
@@ -51,8 +53,9 @@ class OpenedStudy:
     withdrawn: int
     forks: tuple[Trial, ...] = ()
     choices: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
-    measures: Sequence[MeasureResult] | None = None
+    measured: Sequence[Row] | None = None
     prices: Prices | None = None
+    left_out: Sequence[LeftOutSection] = ()
 
     @property
     def flip_trials(self) -> tuple[Trial, ...]:

@@ -73,6 +73,11 @@ class PaperClaim:
     quoted: bool = True
     modality: str = "symbolic"
 
+    @property
+    def name(self) -> str:
+        """What results call it; no two have the same."""
+        return self.measure if self.modality == "symbolic" else f"{self.measure}, {self.modality}"
+
 
 CLAIMS = (
     PaperClaim(

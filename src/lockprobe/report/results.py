@@ -1,153 +1,194 @@
-"""From an opened study to its numbers, and from these to its results: what ``results.json`` and all pages hold."""
+"""The results of a study from its numbers: every section's rows, in one table."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 
-from lockprobe.analysis.branch import BranchEffect, branch_effects
-from lockprobe.analysis.condition_study import ConditionStudySummary, summarise_conditions
-from lockprobe.analysis.rules import rule_breaks
-from lockprobe.analysis.summary import StudySummary, check_trials, summarise
-from lockprobe.errors import BadFile, BadValue
-from lockprobe.parallel import Each
-from lockprobe.prose.branch import found_said
-from lockprobe.record import Trial
-from lockprobe.report.assembled import assembled
-from lockprobe.report.condition_results import condition_parts
-from lockprobe.report.flip_results import flip_design, flip_parts
-from lockprobe.report.forks import ForkResult, fork_rows
-from lockprobe.report.judging_nobody import judging_nobody
-from lockprobe.report.opened import OpenedStudy, open_study
+from lockprobe.analysis.summary import StudySummary
+from lockprobe.report.opened import open_study
 from lockprobe.report.parallel import one_thread
-from lockprobe.report.schema import RESULTS_VERSION, Results, SectionLeftOut
-from lockprobe.report.study_rows import study_progress
-from lockprobe.sections import LeftOutSection, collecting, leaving_out, section
-from lockprobe.studies.directory import RECORDS
+from lockprobe.report.section import Section
+from lockprobe.report.sections import all_sections
+from lockprobe.report.sections.overview import without_answer
+from lockprobe.report.study_numbers import StudyNumbers, study_numbers
+from lockprobe.rows import (
+    Condition,
+    Curve,
+    Design,
+    DoseAxis,
+    Estimate,
+    Exhibit,
+    Fact,
+    Finding,
+    LeftOut,
+    Player,
+    Progress,
+    Results,
+    Row,
+)
+from lockprobe.sections import LeftOutSection, leaving_out, of_package, section
 from lockprobe.studies.results_hash import results_hash
 from lockprobe.studies.study_design import design_of
 
-__all__ = ["StudyNumbers", "results", "results_of", "study_numbers", "with_left_out"]
+__all__ = ["results", "results_of", "with_left_out"]
+
+_GROUP: Mapping[type, str] = {
+    Estimate: "quantity",
+    Curve: "quantity",
+    Finding: "section",
+    Exhibit: "section",
+    Fact: "about",
+}
+"""Kind of a row -> the column by which sections find theirs."""
+
+_REPLACED = ("answer", "finding")
+"""Kinds of sentences in whose place stands why nobody is judged; others are left out."""
 
 
-_NUMBERS = ("All numbers", "Every condition against the control")
-"""How the names of sections begin without which there is no answer."""
-
-
-@dataclass(frozen=True, slots=True)
-class StudyNumbers:
-    """All numbers of a study, without sentences.
-
-    Attributes:
-        flips: Those over its flip rates, the truth among them.
-        others: Those of its other conditions; None without any.
-        forks: What one report did, by its forks; empty without forks.
-    """
-
-    flips: StudySummary
-    others: ConditionStudySummary | None
-    forks: tuple[BranchEffect, ...]
-
-
-def study_numbers(opened: OpenedStudy, *, each: Each = map) -> StudyNumbers:
-    """Compute all numbers of a study.
+def results_of(numbers: StudyNumbers, more: Sequence[Section] = ()) -> Results:
+    """The results of a study. Where attempts broke the rules of the box, no sentence judges an agent.
 
     Args:
-        opened: The study.
-        each: Works on one job after the other, or on several at once.
-
-    Raises:
-        BadFile: If its records cannot be analysed together.
+        numbers: The numbers of the study.
+        more: Sections beside those that are installed, or in their place.
     """
-    flips = _of_flips(opened, collecting(each))
-    forks = section(
-        "Effect of one report",
-        lambda: branch_effects(opened.forks, {trial.key: trial for trial in opened.trials}, chances=opened.choices),
-        list[BranchEffect],
-    )
-    return StudyNumbers(flips, _of_others(opened, flips, collecting(each)), tuple(forks))
-
-
-def _of_flips(opened: OpenedStudy, each: Each) -> StudySummary:
-    """The numbers over the flip rates; those of no trial if none can be computed."""
-    study, trials = opened.study, opened.flip_trials
-    try:
-        check_trials(trials, study.box)
-    except BadValue as error:
-        raise BadFile(opened.directory / RECORDS, str(error)) from error
-    return section(
-        "All numbers of trials",
-        lambda: summarise(trials, study.box, each=each),
-        lambda: summarise((), study.box, each=each),
-    )
-
-
-def _of_others(opened: OpenedStudy, flips: StudySummary, each: Each) -> ConditionStudySummary | None:
-    """The numbers of conditions that are no flip rates; those of no trial if none can be computed."""
-    study = opened.study
-    if study.of_flips:
-        return None
-
-    def of(trials: Sequence[Trial]) -> ConditionStudySummary:
-        return summarise_conditions(trials, design_of(study), flips, box=study.box, budget=study.max_steps, each=each)
-
-    return section("All numbers of conditions", lambda: of(opened.trials), lambda: of(()))
-
-
-def results_of(opened: OpenedStudy, numbers: StudyNumbers) -> Results:
-    """The results of a study: its numbers with their sentences, which judge nobody where attempts broke the rules."""
-    study, flips = opened.study, numbers.flips
-    beside = condition_parts(opened, flips, numbers.others) if numbers.others is not None else {}
-    content = assembled(
-        flip_parts(opened, flips) | beside,
-        schema_version=RESULTS_VERSION,
+    opened, study = numbers.opened, numbers.study
+    asked = [one for one in all_sections() if one.name not in {of.name for of in more}]
+    rows, named = list[Row](), dict[tuple[str, ...], str]()
+    for one in sorted((*asked, *more), key=lambda of: bool(of.source)):  # rows of packages stand last
+        with of_package(one.source):
+            rows += section(one.title, partial(_rows_of, one, numbers, named), list[Row])
+    not_judged = section("Attempts against the rules", lambda: numbers.not_judged, str)
+    found = Results(
         lockprobe=version("lockprobe"),
         study=dict(opened.settings),
-        flips=flip_design(study),
         settings_hash=study.settings_hash,
         results_hash=results_hash(study, opened.trials),
-        joints=len(study.box.joints),
-        progress=study_progress(opened),
-        box=flips.reference,
-        verdicts=flips.verdicts,
-        subjects=list(dict.fromkeys(agent.agent for agent in flips.subjects))
-        or list(numbers.others.subjects if numbers.others else ()),
-    )
-    return judging_nobody(content.model_copy(update=_of_forks(opened, numbers.forks)))
+        not_judged=not_judged,
+        progress=Progress(planned=study.size, finished=opened.finished),
+        design=_design(numbers),
+    ).with_rows(_judging_nobody(rows, not_judged) if not_judged else rows)
+    return found.changed(answer=found.answer_of("overview"))
 
 
-def _of_forks(opened: OpenedStudy, forks: Sequence[BranchEffect]) -> dict[str, object]:
-    if not forks:
-        return {}
-    return {
-        "forks": section("Effect of one report", lambda: fork_rows(forks), list[ForkResult]),
-        "forks_said": section(
-            "Effect of one report",
-            lambda: found_said(
-                [one for one in forks if one.outcome == "solved"], rule_breaks(opened.forks, opened.study.box)
-            ),
-            list[str],
+def _rows_of(one: Section, numbers: StudyNumbers, named: dict[tuple[str, ...], str]) -> list[Row]:
+    """The rows of a section.
+
+    Args:
+        one: The section.
+        numbers: The numbers of the study.
+        named: What there are rows of -> the package that gives them; those of the section are added.
+
+    Raises:
+        ValueError: If a reader could not tell two numbers apart, or a package's rows from those of Lockprobe.
+    """
+    rows = list(one.rows(numbers))
+    for row in rows:
+        group = _GROUP[type(row)]
+        place = group, getattr(row, group)
+        there = named.setdefault(place, row.source)
+        if bool(there) != bool(row.source):
+            raise ValueError(f"Lockprobe and {there or row.source} both have a {group} {place[1]!r}")
+        if isinstance(row, Estimate | Curve):
+            name = (type(row).__name__, *row.identity)
+            if name in named:
+                raise ValueError(f"two rows are of {', '.join(filter(None, row.identity))}")
+            named[name] = row.source
+    return rows
+
+
+def _judging_nobody(rows: Sequence[Row], said: str) -> Iterator[Row]:
+    """The rows with the reason why no agent is judged in place of every sentence that would judge one."""
+    there = set[tuple[str, str]]()
+    for row in rows:
+        if not isinstance(row, Finding) or not row.judges:
+            yield row
+        elif row.kind in _REPLACED and (row.section, row.kind) not in there:
+            there.add((row.section, row.kind))
+            yield Finding(section=row.section, kind=row.kind, text=said)
+
+
+def _design(numbers: StudyNumbers) -> Design:
+    study, flips = numbers.study, numbers.flips
+    design, on_axis = design_of(study), study.flip_labels
+    players = _players(flips)
+    known = {one.agent for one in players}
+    others = [cell for cell in numbers.cells if cell.agent not in known]
+    players += [
+        Player(agent=agent, modality=modality, subject=agent in numbers.subjects)
+        for agent, modality in dict.fromkeys((cell.agent, cell.modality) for cell in others)
+    ]
+    return Design(
+        conditions=tuple(
+            Condition(
+                name=one.label,
+                specs=one.specs,
+                modality=one.modality,
+                doses=dict(one.doses),
+                p=one.p if one.label in on_axis else None,
+                control=control if (control := design.control(one.label)) != one.label else "",
+            )
+            for one in study.conditions
         ),
-    }
+        players=tuple(players),
+        axes=(*_flip_axes(numbers), *_other_axes(numbers)),
+        flip_kind=study.flip_kind,
+    )
 
 
-def with_left_out(content: Results, left_out: Sequence[LeftOutSection]) -> Results:
+def _flip_axes(numbers: StudyNumbers) -> Iterator[DoseAxis]:
+    """The flip rates of each modality that has several."""
+    for modality in numbers.study.modalities:
+        own = {one.label: one.p for one in numbers.study.flip_axis if one.modality == modality and one.p is not None}
+        if len(own) > 1:
+            doses = dict(sorted(own.items(), key=lambda pair: pair[1]))
+            yield DoseAxis(name="flip rate", intervention="flip", dose="p", modality=modality, doses=doses)
+
+
+def _other_axes(numbers: StudyNumbers) -> Iterator[DoseAxis]:
+    """The doses of other interventions, and options of agents."""
+    for number, series, summary in numbers.series:
+        axis, first = series.axis, numbers.study.conditions[0].label
+        yield DoseAxis(
+            name=axis.name,
+            intervention=axis.kind,
+            dose=axis.dose,
+            rest=axis.rest,
+            modality=series.modality,
+            doses=dict(series.doses),
+            condition=design_of(numbers.study).control(first) if series.agent else "",
+            players=tuple(_players(summary)),
+            number=number,
+        )
+
+
+def _players(summary: StudySummary) -> list[Player]:
+    """The agents of an axis."""
+    subjects = {(one.agent, one.modality) for one in summary.subjects}
+    return [
+        Player(
+            agent=one.agent,
+            modality=one.modality,
+            shown=one.shown,
+            subject=(one.agent, one.modality) in subjects,
+            blind=one.blind,
+        )
+        for one in summary.agents
+    ]
+
+
+def with_left_out(found: Results, left_out: Sequence[LeftOutSection]) -> Results:
     """The results with the sections that could not be made; no answer stands where its numbers are among them."""
-    if not left_out:
-        return content
-    rows = [SectionLeftOut(section=one.section, reason=one.reason) for one in left_out]
-    overview = content.overview
-    numberless = any(one.section.startswith(_NUMBERS) for one in left_out)
-    if overview is not None and content.progress.finished and numberless and not overview.numbers:
-        answer = "The answer could not be computed; the sections below that are left out say why."
-        overview = overview.model_copy(update={"answer": answer})
-    return content.model_copy(update={"sections_left_out": rows, "overview": overview})
+    ours_first = sorted(left_out, key=lambda one: bool(one.source))
+    rows = tuple(LeftOut(**one.plain()) for one in ours_first)
+    return without_answer(found.changed(sections_left_out=rows)) if rows else found
 
 
 def results(directory: Path | str) -> Results:
-    """The numbers of a study, from its records; equal records give equal results.
+    """What a study found, from its records, as a table of rows; equal records give equal results.
 
     Args:
         directory: The directory of a study.
@@ -157,5 +198,5 @@ def results(directory: Path | str) -> Results:
     """
     with one_thread(), leaving_out() as left_out:
         opened = open_study(Path(directory))
-        content = results_of(opened, study_numbers(opened))
-        return with_left_out(content, left_out)
+        found = results_of(study_numbers(opened))
+    return with_left_out(found, left_out)

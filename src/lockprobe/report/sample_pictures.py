@@ -3,81 +3,67 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from lockprobe.errors import BadFile, BadValue, Missing
 from lockprobe.pictures.picture import PICTURE_NAME, PictureKind
 from lockprobe.pictures.png import from_png, to_png
-from lockprobe.record import Trial
+from lockprobe.record import Step, Trial
+from lockprobe.rows import Fact, Results
 from lockprobe.studies.picture_store import read_picture
 
-__all__ = ["SeenModality", "SeenMoment", "embedded", "seen"]
+__all__ = ["ABOUT", "KINDS", "embedded", "pictures_shown", "seen_facts"]
 
-_SHOWN: tuple[PictureKind, ...] = ("rgb", "depth")
+ABOUT = "seen "
+"""What facts are about: this and the modality, with the number of a moment for what was seen then."""
+
+KINDS: tuple[PictureKind, ...] = ("rgb", "depth")
 """Kinds that agents are shown; the others are kept for the record."""
 
 _WIDE = 320
 """Pixels across a picture on a page, at most."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SeenMoment:
-    """Pictures of one moment of a trial: kind of picture -> file name."""
-
-    when: str
-    text: str
-    files: Mapping[PictureKind, str]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SeenModality:
-    """What an agent saw in one trial."""
-
-    modality: str
-    key: str
-    moments: Sequence[SeenMoment]
-
-
-def seen(trials: Sequence[Trial]) -> list[SeenModality]:
+def seen_facts(trials: Sequence[Trial]) -> Iterator[Fact]:
     """The pictures of a trial of each modality, the first that was played for a step, and what is known of them.
 
     Three moments: before the first step, after it, and after the first that moved something.
     """
-    found: dict[str, SeenModality] = {}
+    first: dict[str, Trial] = {}
     for trial in trials:
-        if trial.modality not in found and trial.opening_pictures and trial.steps:
-            files = _files(trial.opening_pictures)
-            opening = SeenMoment(when="before the first step", text=trial.opening, files=files)
-            first_move = next((step for step in trial.steps if step.moved), trial.steps[0])
-            moments = [opening, *(_moment(trial, number) for number in dict.fromkeys((1, first_move.step)))]
-            found[trial.modality] = SeenModality(
-                modality=trial.modality,
-                key=trial.key,
-                moments=[moment for moment in moments if moment.files],
-            )
-    return list(found.values())
+        if trial.opening_pictures and trial.steps:
+            first.setdefault(trial.modality, trial)
+    for modality, trial in first.items():
+        yield Fact(about=f"{ABOUT}{modality}", name="trial", text=trial.key)
+        first_move = next((step for step in trial.steps if step.moved), trial.steps[0])
+        after = [trial.steps[number - 1] for number in dict.fromkeys((1, first_move.step))]
+        moments = [("before the first step", trial.opening, trial.opening_pictures)]
+        moments += [(_when(step), step.told, step.pictures) for step in after]
+        shown = [(when, told, files) for when, told, files in moments if any(kind in files for kind in KINDS)]
+        for number, (when, told, files) in enumerate(shown, 1):
+            facts = {"when": when, "told": told} | {kind: files[kind] for kind in KINDS if kind in files}
+            for name, text in facts.items():
+                yield Fact(about=f"{ABOUT}{modality} {number}", name=name, text=text)
 
 
-def _moment(trial: Trial, number: int) -> SeenMoment:
-    step = trial.steps[number - 1]
-    what = "moved" if step.moved else "did not move"
-    when = f"after step {number}: {step.joint} {what}"
-    return SeenMoment(when=when, text=step.told, files=_files(step.pictures))
+def _when(step: Step) -> str:
+    return f"after step {step.step}: {step.joint} {'moved' if step.moved else 'did not move'}"
 
 
-def _files(pictures: Mapping[PictureKind, str]) -> dict[PictureKind, str]:
-    return {kind: pictures[kind] for kind in _SHOWN if kind in pictures}
+def pictures_shown(found: Results) -> list[tuple[PictureKind, str]]:
+    """The pictures that the page shows: what kind each is, and the name of its file."""
+    facts = [fact for fact in found.facts if fact.about.startswith(ABOUT)]
+    return [(kind, fact.text) for fact in facts for kind in KINDS if fact.name == kind]
 
 
-def embedded(directory: Path, rows: Sequence[SeenModality]) -> dict[str, str]:
-    """The pictures that rows name as data for a page, made small.
+def embedded(directory: Path, found: Results) -> dict[str, str]:
+    """The pictures that the page shows as data, made small.
 
     Those that are not there or damaged are left out, and all where the package that reads pictures is missing.
     """
-    files = {item for row in rows for moment in row.moments for item in moment.files.items()}
-    small = {name: _small(directory, name, kind) for kind, name in sorted(files) if PICTURE_NAME.fullmatch(name)}
+    files = sorted(set(pictures_shown(found)))
+    small = {name: _small(directory, name, kind) for kind, name in files if PICTURE_NAME.fullmatch(name)}
     return {
         name: "data:image/png;base64," + base64.b64encode(png).decode()
         for name, png in small.items()

@@ -15,7 +15,7 @@ from lockprobe.analysis.suite_scores import LevelTrials, SuiteScore, suite_score
 from lockprobe.lockbox.families import box
 from lockprobe.lockbox.solve import optimum, random_success
 from lockprobe.report.opened import OpenedStudy, open_study
-from lockprobe.report.schema import plain_json
+from lockprobe.report.plain_json import plain_json
 from lockprobe.sections import LeftOutSection, leaving_out, of_whom, section
 from lockprobe.studies import paper
 from lockprobe.studies.results_hash import records_digest
@@ -108,7 +108,7 @@ class SuiteResults:
                 "agents": entries,
                 "records": self.records,
                 **(
-                    {"sections_left_out": [asdict(one) for one in missing]}
+                    {"sections_left_out": [one.plain() for one in missing]}
                     if (missing := self.sections_left_out)
                     else {}
                 ),

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from lockprobe.analysis.suite_scores import Score
+from lockprobe.analysis.suite_scores import Score, SuiteScore
 from lockprobe.errors import BadFile
 from lockprobe.formatting import NONE, bracketed, percent, share
 from lockprobe.prose.suite import ranks_said, suite_said
-from lockprobe.report.figures import Caption, suite_picture
 from lockprobe.report.format import TextTable, share_cell
 from lockprobe.report.rendering import image, rendered
+from lockprobe.report.section import Caption
 from lockprobe.report.suite import SuiteResults
 from lockprobe.sections import LeftOutSection, leaving_out, section
 from lockprobe.storage.atomic_file import write_files
@@ -70,7 +70,7 @@ def suite_page(found: SuiteResults) -> tuple[SuiteResults, str]:
 
 def _page(found: SuiteResults) -> str:
     shown = [(one.name, one.scores) for one in found.entries]
-    picture = section("Figure scores", lambda: suite_picture(shown) if shown else {}, dict[str, bytes])
+    picture = section("Figure scores", lambda: _picture(shown) if shown else {}, dict[str, bytes])
     return rendered(
         "suite",
         content=found,
@@ -83,6 +83,14 @@ def _page(found: SuiteResults) -> str:
             for name, make in (("scores", score_table), ("levels", level_table), ("boxes", _box_table))
         },
     )
+
+
+def _picture(entries: Sequence[tuple[str, SuiteScore]]) -> dict[str, bytes]:
+    """The figure of the scores of a suite as PNG and SVG."""
+    from lockprobe import figures
+    from lockprobe.figures.suite import suite_drawing
+
+    return figures.files(suite_drawing(entries))
 
 
 def score_table(found: SuiteResults) -> TextTable:

@@ -13,7 +13,7 @@ from lockprobe.storage.links import make_directory
 
 __all__ = ["write_report"]
 
-_PRELOADED = ("lockprobe.report.page", "lockprobe.figures")
+_PRELOADED = ("lockprobe.report.report_files", "lockprobe.figures")
 """What every process of a large report needs, and takes more than a second to import."""
 
 
@@ -48,7 +48,7 @@ def write_report(
     directory = Path(directory)
     with uncollected(), shared(directory, processes, elsewhere, preload=_PRELOADED) as each:
         from lockprobe.report.opened import open_study
-        from lockprobe.report.page import report_files
+        from lockprobe.report.report_files import report_files
 
         with one_thread():
             for name, content in report_files(open_study(directory), tell=tell, left_out=left_out, each=each):

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from lockprobe.testing.measures import check_measure
     from lockprobe.testing.plants import check_plant
     from lockprobe.testing.provider import ScriptedProvider, completion, failure, in_turn, joints, replying, words
+    from lockprobe.testing.sections import check_section
     from lockprobe.testing.trials import ScriptedAgent, make_trial, play_trials
 
 __all__ = [
@@ -35,6 +36,7 @@ __all__ = [
     "check_intervention",
     "check_measure",
     "check_plant",
+    "check_section",
     "completion",
     "failure",
     "in_turn",
@@ -46,7 +48,7 @@ __all__ = [
 ]
 
 _HOMES = {
-    **{f"check_{kind}": f"{kind}s" for kind in ("agent", "intervention", "measure", "plant")},
+    **{f"check_{kind}": f"{kind}s" for kind in ("agent", "intervention", "measure", "plant", "section")},
     "check_box": "boxes",
     **dict.fromkeys(
         ("ScriptedProvider", "completion", "failure", "in_turn", "joints", "replying", "words"), "provider"

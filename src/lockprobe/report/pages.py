@@ -1,0 +1,214 @@
+"""The pages of a report, made from its results and figures and from nothing else.
+
+What comes from agents, models and box files is untrusted: it is escaped, without characters that hide or reorder
+others. ``report.html`` runs one script, our own (:mod:`lockprobe.report.explorer`); the other pages run none.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import Any
+
+from lockprobe.report.explorer import script, script_hash
+from lockprobe.report.format import TextTable
+from lockprobe.report.rendering import image, rendered
+from lockprobe.report.section import Beside, Block, Caption, Figure, Folded, Part, Section, Table, Template
+from lockprobe.report.sections import all_sections
+from lockprobe.rows import Results
+from lockprobe.sections import of_package, section
+
+__all__ = [
+    "NOT_JUDGED",
+    "PAGES",
+    "Page",
+    "Pictures",
+    "checked_cells",
+    "figures_of",
+    "marked",
+    "page_of",
+    "parts_of",
+    "tables_of",
+    "without_packages",
+    "without_verdicts",
+]
+
+Pictures = Mapping[str, Mapping[str, bytes]]
+"""Figure -> form (png, svg) -> the file."""
+
+PAGES = ("claims", "audit", "why", "forks", "report")
+"""The pages that a report can have, the report last."""
+
+NOT_JUDGED = "not judged"
+"""What stands for a verdict where nobody is judged."""
+
+_VERDICTS = {"conclusion", "course of success", "loops begin"}
+"""Columns of tables that hold verdicts."""
+
+
+@dataclass
+class Page:
+    """What the template of a page reads.
+
+    Attributes:
+        found: The results.
+        images: Figures by name, as pages embed them.
+        photographs: Pictures that agents saw, by the names of their files.
+        trials: The data of the trial explorer.
+    """
+
+    found: Results
+    images: Mapping[str, dict[str, Any]] = field(default_factory=dict)
+    photographs: Mapping[str, str] = field(default_factory=dict)
+    trials: str = ""
+
+    def cells(self, table: Table) -> TextTable:
+        """The rows of text of a table."""
+        return tables_of(self.found, [table])[table.name]
+
+    def image(self, figure: Figure) -> dict[str, Any] | None:
+        """A figure; None if it was not drawn."""
+        return self.images.get(figure.name)
+
+    def caption(self, figure: Figure) -> Caption:
+        """Its caption, with why no agent is judged by it, if none is."""
+        made = figure.caption if isinstance(figure.caption, Caption) else figure.caption(self.found)
+        return replace(made, shown=f"{made.shown} {self.found.not_judged}".rstrip())
+
+    def template(self, block: Template) -> Any:
+        """A block that has a template of its own."""
+        return _own(rendered(block.name, found=self.found, page=self, **block.values))
+
+    def written(self, part: Part) -> Any:
+        """The blocks of a part; a line that says so if they cannot be written."""
+        missing = '<p class="off">This section could not be written; the top of the page says why.</p>'
+        with of_package(part.source):
+            return section(
+                part.heading,
+                lambda: _own(rendered("written", blocks=list(part.blocks), page=self)),
+                lambda: _own(missing),
+            )
+
+    @property
+    def explorer(self) -> dict[str, Any]:
+        """What a page needs to step through trials: their data, the program and its hash; all is our own text."""
+        return {"trials": _own(self.trials), "script": _own(script()), "hash": script_hash()}
+
+
+def _own(text: str) -> Any:
+    """Our own markup, or JSON without ``<``."""
+    from markupsafe import Markup
+
+    return Markup(text)  # noqa: S704  a template's own output
+
+
+def parts_of(found: Results, page: str) -> list[Part]:
+    """The parts of a page, each named after its section."""
+    return [part for one in all_sections() if one.page == page for part in _shown(one, found)]
+
+
+def _shown(one: Section, found: Results) -> list[Part]:
+    def show() -> list[Part]:
+        return [
+            replace(
+                part,
+                name=part.name or one.name,
+                source=one.source,
+                blocks=section(one.title, partial(list, part.blocks), list[Block]),
+            )
+            for part in one.show(found)
+        ]
+
+    with of_package(one.source):
+        return section(one.title, show, list[Part])
+
+
+def figures_of(parts: Iterable[Part]) -> list[Figure]:
+    """The figures that parts show."""
+    return [block for part in parts for block in _within(part.blocks) if isinstance(block, Figure)]
+
+
+def _within(blocks: Iterable[Block]) -> Iterator[Block]:
+    for block in blocks:
+        yield block
+        inner = block.blocks if isinstance(block, Beside | Folded) else ()
+        yield from _within(inner)
+
+
+def tables_of(found: Results, asked: Iterable[Table] = ()) -> dict[str, TextTable]:
+    """The tables by name: those asked for, or all of all sections; one that cannot be made says so."""
+    made = {table.name: _cells(table, found) for table in asked}
+    for one in all_sections() if not made else ():
+        with of_package(one.source):
+            made |= {table.name: _cells(table, found) for table in one.tables}
+    return made
+
+
+def _cells(table: Table, found: Results) -> TextTable:
+    missing: Callable[[], TextTable] = lambda: [["This table could not be made."]]  # noqa: E731
+    return without_verdicts(section(f"Table {table.name}", partial(checked_cells, table, found), missing), found)
+
+
+def checked_cells(table: Table, found: Results) -> TextTable:
+    """The rows of text of a table.
+
+    Raises:
+        TypeError: If a cell is no text, or rows have different numbers of cells.
+    """
+    rows = table.cells(found)
+    for row in rows:
+        if len(row) != len(rows[0]) or not all(isinstance(cell, str) for cell in row):
+            raise TypeError(f"expected {len(rows[0])} cells of text in every row of table {table.name}, not {row}")
+    return rows
+
+
+def without_verdicts(table: TextTable, found: Results) -> TextTable:
+    """A table whose columns of verdicts say that nobody is judged, if nobody is."""
+    if not found.not_judged or not table:
+        return table
+    head, *rows = table
+    return [head] + [
+        [NOT_JUDGED if name in _VERDICTS else cell for name, cell in zip(head, row, strict=True)] for row in rows
+    ]
+
+
+def marked(table: TextTable, found: Results) -> TextTable:
+    """A table of numbers that judge nobody, with a column that says so."""
+    if not found.not_judged:
+        return table
+    return [[*row, "no" if i else "judged"] for i, row in enumerate(table)]
+
+
+_OF_PACKAGE = re.compile(rb"<!-- a section of another package -->.*?<!-- its end -->\n", re.DOTALL)
+
+
+def without_packages(page: bytes) -> tuple[bytes, int]:
+    """A page without the sections that packages add, and how many these are."""
+    return _OF_PACKAGE.subn(b"", page)
+
+
+def page_of(
+    name: str,
+    found: Results,
+    drawn: Pictures | None = None,
+    photographs: Mapping[str, str] | None = None,
+    trials: str = "",
+) -> str:
+    """A page; if even its frame cannot be made, one that says so.
+
+    Args:
+        name: One of :data:`PAGES`.
+        found: The results.
+        drawn: The figures; one that is missing is left out.
+        photographs: Pictures that agents saw, by the names of their files, as data.
+        trials: The data of the trial explorer.
+    """
+    images = {figure: image(forms["svg"]) for figure, forms in (drawn or {}).items()}
+    page = Page(found=found, images=images, photographs=photographs or {}, trials=trials)
+    return section(
+        f"Page {name}.html",
+        lambda: rendered(name, found=found, page=page, parts=parts_of(found, name)),
+        lambda: rendered("left_out", found=found, page=name),
+    )

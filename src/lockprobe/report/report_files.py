@@ -1,0 +1,152 @@
+"""Every file that a report writes: numbers, figures, tables, and self-contained pages.
+
+Tables, figures and pages are made from what ``results.json`` holds and from nothing else; the trial explorer and the
+pictures that agents saw come from the records. Equal records give equal files.
+"""
+
+from __future__ import annotations
+
+import json
+import operator
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from functools import partial
+from importlib import import_module
+
+from lockprobe.parallel import Each
+from lockprobe.report.explorer import explorer_data
+from lockprobe.report.format import as_csv, as_tex
+from lockprobe.report.opened import OpenedStudy
+from lockprobe.report.pages import PAGES, Pictures, figures_of, marked, page_of, parts_of, tables_of
+from lockprobe.report.results import results_of, with_left_out
+from lockprobe.report.sample_pictures import embedded
+from lockprobe.report.section import Caption, Figure
+from lockprobe.report.sections import all_sections
+from lockprobe.report.study_numbers import study_numbers
+from lockprobe.rows import Results
+from lockprobe.sections import LeftOutSection, collecting, leaving_out, of_package, section
+
+__all__ = ["File", "drawn_figure", "report_files", "results_text"]
+
+File = tuple[str, str | bytes | None]
+"""A file by its path in the directory, with its content; None for one that is removed."""
+
+_FORMS = ("png", "svg")
+
+
+def report_files(
+    opened: OpenedStudy,
+    *,
+    tell: Callable[[str], None],
+    left_out: Callable[[LeftOutSection], None] = lambda section: None,
+    each: Each,
+) -> Iterator[File]:
+    """Every file of a report, the report last.
+
+    Args:
+        opened: The study.
+        tell: Told what it is at.
+        left_out: Told every section that could not be made.
+        each: Works on one job after the other, or on several at once.
+
+    Raises:
+        BadFile: If its records cannot be analysed together.
+    """
+    if not opened.finished:
+        tell("no trial has ended yet")
+    tell(f"testing {len(opened.trials)} trial{'s' * (len(opened.trials) != 1)}")
+    with leaving_out() as failed:
+        found = results_of(study_numbers(opened, each=each))
+        tell("drawing the figures")
+        drawn = _drawn(found, collecting(each))
+        box = opened.settings.get("box", {})
+        trials = section("Trial explorer", lambda: explorer_data(opened.trials, box), lambda: explorer_data((), box))
+        photographs = section("What agents saw", lambda: embedded(opened.directory, found), dict[str, str])
+        files = list(_files(found, drawn, photographs, trials))
+        failed.extend(opened.left_out)
+        if failed:  # pages and results name what is not in them
+            found = with_left_out(found, failed)
+            files = list(_files(found, drawn, photographs, trials))
+    for one in failed:
+        left_out(one)
+    yield from files
+
+
+def _drawn(found: Results, each: Each) -> Pictures:
+    """The figures that pages show, in all their forms; those that cannot be drawn are left out."""
+    asked: dict[str, Callable[[], dict[str, bytes] | None]] = {}
+    parts = [(one.source, figures_of([one])) for page in PAGES for one in parts_of(found, page)]
+    for source, figures in (*parts, *((one.source, one.figures) for one in all_sections())):
+        for figure in figures:
+            with of_package(source):
+                if figure.name not in asked and _applies(found, figure):
+                    asked[figure.name] = partial(_draw, found, _alone(figure), source)
+    done = each(operator.call, asked.values())
+    return {name: forms for name, forms in zip(asked, done, strict=True) if forms is not None}
+
+
+def _applies(found: Results, figure: Figure) -> bool:
+    return section(f"Figure {figure.name}", partial(figure.applies, found), bool)
+
+
+def _alone(figure: Figure) -> Figure:
+    """What is drawn of a figure, without functions that cannot be sent to another process."""
+    return replace(figure, applies=_whatever, caption=Caption(""), below=())
+
+
+def _whatever(found: Results) -> bool:
+    return True
+
+
+def _draw(found: Results, figure: Figure, source: str) -> dict[str, bytes] | None:
+    """A figure in all its forms; None if there is nothing to draw, or it cannot be drawn."""
+    with of_package(source):
+        return section(f"Figure {figure.name}", partial(drawn_figure, found, figure), lambda: None)
+
+
+def drawn_figure(found: Results, figure: Figure) -> dict[str, bytes] | None:
+    """A figure in all its forms; None if there is nothing to draw."""
+    if not figure.applies(found):
+        return None
+    from lockprobe.figures import files
+
+    module, _, function = figure.draw.partition(":")
+    made = getattr(import_module(module), function)(found, *figure.arguments)
+    return None if made is None else files(made)
+
+
+def _files(found: Results, drawn: Pictures, photographs: Mapping[str, str], trials: str) -> Iterator[File]:
+    yield "results.json", results_text(found)
+    for name, plain in tables_of(found).items():
+        table = marked(plain, found)
+        for form, write in (("csv", as_csv), ("tex", as_tex)):
+            yield f"tables/{name}.{form}", write(table) if table else None
+    for name, forms in drawn.items():
+        for form, picture in forms.items():
+            yield f"figures/{name}.{form}", picture
+    for name in {one.name for of in all_sections() for one in of.figures} - drawn.keys():
+        for form in _FORMS:
+            yield f"figures/{name}.{form}", None
+    for page in PAGES:
+        shown = page in _ALWAYS or parts_of(found, page)
+        yield f"{page}.html", page_of(page, found, drawn, photographs, trials) if shown else None
+
+
+_ALWAYS = ("claims", "audit", "report")
+"""Pages that every report has."""
+
+
+def results_text(found: Results) -> str:
+    """The content of ``results.json``: one row a line, without what has its default."""
+    lines = []
+    for name, value in found.plain().items():
+        if isinstance(value, list):
+            rows = ",\n".join(f"  {_text(row)}" for row in value)
+            lines.append(f' "{name}": [\n{rows}\n ]')
+        else:
+            lines.append(f' "{name}": {_text(value)}')
+    return "{\n" + ",\n".join(lines) + "\n}\n"
+
+
+def _text(value: object) -> str:
+    return json.dumps(value, ensure_ascii=False, allow_nan=False)

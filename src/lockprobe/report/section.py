@@ -1,0 +1,240 @@
+"""A section of a report: one question, with the rows that answer it and what the page shows of them.
+
+A section works in two passes. ``rows`` makes rows from the numbers of a study; ``show`` makes blocks of a page from the
+rows of *all* sections, and from nothing else. Packages add sections by the entry point ``lockprobe.sections``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+from lockprobe.report.format import TextTable
+from lockprobe.report.study_numbers import StudyNumbers
+from lockprobe.rows import Exhibit, Results, Row
+
+__all__ = [
+    "Beside",
+    "Block",
+    "Caption",
+    "Cells",
+    "Figure",
+    "Folded",
+    "Heading",
+    "Listed",
+    "Note",
+    "Part",
+    "Picture",
+    "Section",
+    "Steps",
+    "Table",
+    "Template",
+    "Text",
+]
+
+
+@dataclass(frozen=True, slots=True)
+class Caption:
+    """What a figure or table shows and how it was computed, at most two sentences each, and further notes."""
+
+    shown: str
+    computed: str = ""
+    more: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Text:
+    """A paragraph. A plain string is escaped; ``Markup`` is not. ``style`` is a class of the page."""
+
+    block: ClassVar[str] = "text"
+    text: str
+    style: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Heading:
+    """A heading within a section; ``code`` sets it as a spec."""
+
+    block: ClassVar[str] = "heading"
+    text: str
+    code: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Note:
+    """What a table shows and how it was computed; ``lead`` sets it in full size, above what it explains."""
+
+    block: ClassVar[str] = "note"
+    shown: str
+    computed: str = ""
+    more: str = ""
+    lead: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Cells:
+    """A table as rows of text, the first with the names of the columns.
+
+    Attributes:
+        rows: The text.
+        numeric_from: The first column of numbers, which are not broken into lines.
+        cards: Whether each row is a list of its cells on a narrow screen.
+    """
+
+    block: ClassVar[str] = "cells"
+    rows: TextTable
+    numeric_from: int = 2
+    cards: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """A table of the report: a file in ``tables/``, and a block where a page shows it.
+
+    Attributes:
+        name: Name of its files.
+        cells: Makes its rows of text from the results; no file is written where it gives none.
+        numeric_from: The first column of numbers.
+        cards: Whether each row is a list of its cells on a narrow screen.
+    """
+
+    block: ClassVar[str] = "table"
+    name: str
+    cells: Callable[[Results], TextTable]
+    numeric_from: int = 2
+    cards: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Figure:
+    """A figure of the report: files in ``figures/``, and a block where a page shows it.
+
+    Attributes:
+        name: Name of its files.
+        alt: What it shows, for people who do not see it.
+        caption: Its caption, or what makes it from the results.
+        draw: ``module:function`` that draws it from the results, imported when it is drawn; it returns a figure of
+            matplotlib, or None where there is nothing to draw.
+        applies: Whether there is something to draw.
+        arguments: Further arguments of that function.
+        below: Blocks below its caption.
+    """
+
+    block: ClassVar[str] = "figure"
+    name: str
+    alt: str
+    caption: Caption | Callable[[Results], Caption]
+    draw: str = ""
+    applies: Callable[[Results], bool] = lambda found: True
+    arguments: tuple[object, ...] = ()
+    below: tuple[Block, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Beside:
+    """Blocks beside each other where the screen is wide enough."""
+
+    block: ClassVar[str] = "beside"
+    blocks: Sequence[Block]
+
+
+@dataclass(frozen=True, slots=True)
+class Folded:
+    """Blocks that open in place; ``small`` sets them in the size of captions."""
+
+    block: ClassVar[str] = "folded"
+    summary: str
+    blocks: Sequence[Block]
+    small: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Listed:
+    """A list of sentences."""
+
+    block: ClassVar[str] = "listed"
+    items: Sequence[str]
+
+
+@dataclass(frozen=True, slots=True)
+class Steps:
+    """A trial, step by step: as a table, or as a strip of pictures of the panel."""
+
+    block: ClassVar[str] = "steps"
+    trial: Exhibit
+    strip: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """Pictures that an agent saw, by the names of their files, with what it was told."""
+
+    block: ClassVar[str] = "picture"
+    files: Sequence[str]
+    alt: str
+    caption: str
+
+
+@dataclass(frozen=True, slots=True)
+class Template:
+    """A block with a template of its own, in ``templates/``, which reads the results and these values."""
+
+    block: ClassVar[str] = "template"
+    name: str
+    values: dict[str, object] = field(default_factory=dict)
+
+
+Block = Text | Heading | Note | Cells | Table | Figure | Beside | Folded | Listed | Steps | Picture | Template
+"""What a page is made of."""
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """A part of a page that opens in place.
+
+    Attributes:
+        heading: Its heading.
+        answer: Its answer in one sentence, beside the heading.
+        blocks: What it holds.
+        name: Its anchor; that of the section if empty.
+        source: The package that it comes from; empty for Lockprobe.
+    """
+
+    heading: str
+    answer: str
+    blocks: Iterable[Block]
+    name: str = ""
+    source: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Section:
+    """One question of a report.
+
+    Attributes:
+        name: Its anchor on the page, and its name in messages.
+        title: What a reader would call it.
+        rows: Makes its rows from the numbers of a study.
+        show: Makes its parts of the page from all rows; none where it does not apply.
+        tables: Its tables. Those that ``show`` leaves out are written too.
+        figures: Its figures. Those that ``show`` gives are drawn.
+        page: The page that shows it.
+        after: Name of the section that it follows; at the end if empty. For sections of packages.
+        source: The package that it comes from; empty for Lockprobe.
+    """
+
+    name: str
+    title: str
+    rows: Callable[[StudyNumbers], Iterable[Row]] = lambda numbers: ()
+    show: Callable[[Results], Iterable[Part]] = lambda found: ()
+    tables: tuple[Table, ...] = ()
+    figures: tuple[Figure, ...] = ()
+    page: str = "report"
+    after: str = ""
+    source: str = ""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Its name, and those of its tables and figures."""
+        return (self.name, *(one.name for one in self.tables), *(one.name for one in self.figures))

@@ -1,0 +1,85 @@
+"""Agents and box: what agents and the plant say they are, replies that were tidied, and the interlock."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any
+
+from lockprobe import record
+from lockprobe.agents.reply_text import TIDIED
+from lockprobe.record import Decision, Trial
+from lockprobe.report.section import Part, Section, Template
+from lockprobe.report.study_numbers import StudyNumbers
+from lockprobe.rows import Estimate, Fact, Results, Row
+
+__all__ = ["SECTIONS"]
+
+_PLANT = "plant "
+"""What facts about a plant are about: this and its spec."""
+
+_MANY = 8
+"""Values of a fact beyond which they are counted."""
+
+
+def _rows(numbers: StudyNumbers) -> Iterator[Row]:
+    trials = numbers.trials
+    yield from _facts(told for trial in trials for told in _told(trial))
+    yield from _facts((f"{_PLANT}{numbers.opened.settings.get('plant')}", _known(trial.plant)) for trial in trials)
+    yield from _tidied(trials)
+
+
+def _told(trial: Trial) -> Iterator[tuple[str, Mapping[str, record.Fact]]]:
+    """What the agent said it was, and which models answered in its place, as their provider names them."""
+    yield trial.group, trial.facts
+    for served in dict.fromkeys(step.decision.served for step in trial.steps):
+        if served:
+            yield trial.group, {"answered by": served}
+
+
+def _known(facts: Mapping[str, record.Fact]) -> dict[str, record.Fact]:
+    """Without what a plant does not have, as a renderer where nobody looks."""
+    return {name: value for name, value in facts.items() if value is not None}
+
+
+def _facts(told: Iterable[tuple[str, Mapping[str, record.Fact]]]) -> Iterator[Fact]:
+    """Properties; where trials differ, all values, or how many there are."""
+    found: dict[str, dict[str, dict[str, None]]] = {}
+    for about, facts in told:
+        for name, value in facts.items():
+            found.setdefault(about, {}).setdefault(name, {})[str(value)] = None
+    for about, names in found.items():
+        for name, values in names.items():
+            text = "; ".join(values) if len(values) <= _MANY else f"{len(values)} different values"
+            yield Fact(about=about, name=name, text=text)
+
+
+def _tidied(trials: Sequence[Trial]) -> Iterator[Estimate]:
+    """The share of replies that were tidied, by agent, and how often each thing was done; none without any."""
+    decisions: dict[str, list[Decision]] = {}
+    for trial in trials:
+        decisions.setdefault(trial.group, []).extend(step.decision for step in trial.steps)
+    for agent, made in decisions.items():
+        if tidied := sum(bool(one.tidied) for one in made):
+            what = Counter(TIDIED.get(what, what) for one in made for what in one.tidied)  # type: ignore[call-overload]
+            for of, count in (("", tidied), *what.most_common()):
+                n = len(made)
+                yield Estimate(quantity="tidied_replies", agent=agent, of=of, value=count / n, count=count, n=n)
+
+
+def _show(found: Results) -> Iterator[Part]:
+    agents = {agent: facts for agent in found.study.get("agents", ()) if (facts := found.facts_about(agent))}
+    plants = dict.fromkeys(fact.about for fact in found.facts if fact.about.startswith(_PLANT))
+    values = {"agents": agents, "tidied": _replies(found), "plants": [found.facts_about(plant) for plant in plants]}
+    yield Part("Agents and box", "", [Template("agents", dict[str, object](values))])
+
+
+def _replies(found: Results) -> list[dict[str, Any]]:
+    """The agents some of whose replies were tidied, with what was done how often."""
+    return [
+        {"all": row, "of": [one for one in found.where("tidied_replies", agent=row.agent) if one.of]}
+        for row in found.where("tidied_replies", of="")
+    ]
+
+
+SECTIONS = (Section(name="agents", title="Agents and box", rows=_rows, show=_show),)

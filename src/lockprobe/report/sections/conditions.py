@@ -1,0 +1,188 @@
+"""All conditions: success of every agent under every condition, what acted there, and what packages measure."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from lockprobe.formatting import NONE, minus, percent
+from lockprobe.report.format import TextTable
+from lockprobe.report.installed_measures import MEASURES, measure_rows
+from lockprobe.report.section import Block, Heading, Note, Part, Section, Table
+from lockprobe.report.study_numbers import PlayedCell, StudyNumbers
+from lockprobe.report.table_rows import chance_cell, share_of_row, value_cell
+from lockprobe.rows import Cell, Estimate, Finding, Results, Row
+
+__all__ = ["SECTIONS"]
+
+_AGAINST = "against the rules"
+
+
+def _rows(numbers: StudyNumbers) -> Iterator[Row]:
+    for cell in numbers.cells:
+        yield from _of_cell(cell)
+    agents, conditions = numbers.flips.agents, numbers.flips.conditions
+    if any(condition.success.n for agent in numbers.flips.subjects for condition in agent.conditions):
+        said = f"{len(agents)} agents, {len(conditions)} rows."
+        yield Finding(section="conditions", kind="answer", text=said, judges=False)
+
+
+def _of_cell(cell: PlayedCell) -> Iterator[Estimate]:
+    found = cell.summary
+    yield cell.estimate("trials", found.success.n, unit="trials")
+    yield from cell.share("success", found.success, note="never acted" if found.never_acted else "")
+    for point in found.points:
+        of = f"rep={point.repetition}"
+        yield cell.estimate("success", point.success, n=point.n, of=of)
+        yield cell.estimate("loop_rate", point.loop_rate, n=point.n, of=of)
+    yield cell.estimate("broken", sum(found.errors.values()), unit="trials")
+    for boundary, count in found.errors.items():
+        yield cell.estimate("broken", count, of=boundary, unit="trials")
+    yield cell.estimate("distinct_sequences", found.distinct_sequences, unit="sequences", n=found.success.n)
+    yield cell.estimate("steps", found.steps, unit="steps")
+    if found.changed is not None:
+        yield cell.estimate("changed_steps", found.changed.changed, unit="steps", n=found.changed.steps)
+        for spec, changed in found.changed.by_intervention.items():
+            yield cell.estimate("changed_steps", changed, of=spec, unit="steps", n=found.changed.steps)
+    if (rules := found.rules) is not None and rules.attempts:
+        counts = {"": rules.against, "missed": rules.missed, "forced": rules.forced, "others": rules.others}
+        for of, count in counts.items():
+            n = rules.free if of == "missed" else rules.attempts
+            yield cell.estimate("against_rules", count / n if n else None, of=of, count=count, n=n)
+
+
+def _table(found: Results) -> TextTable:
+    return _by_conditions(found) if found.beside_flips else _by_flip_rate(found)
+
+
+def _by_flip_rate(found: Results) -> TextTable:
+    head = ["agent", "modality", "flip rate", "trials", "solved", "success", "loop rate", "by chance", "coverage"]
+    table = [[*head, "redundant", _AGAINST, "errors"]]
+    table += [
+        [
+            cell.agent,
+            cell.modality,
+            f"{cell.p:g}",
+            str(cell.trials),
+            str(success.count if (success := cell.get("success")) else 0),
+            share_of_row(success),
+            share_of_row(cell.get("loop_rate")),
+            chance_cell(cell),
+            percent(cell.value("coverage"), 0),
+            percent(cell.value("redundant_share"), 0),
+            _against(cell),
+            f"{cell.value('broken'):g}",
+        ]
+        for cell in found.cells
+    ]
+    table = _without_empty(table, _AGAINST)
+    return table if len({row[1] for row in table[1:]}) > 1 else [[row[0], *row[2:]] for row in table]
+
+
+def _by_conditions(found: Results) -> TextTable:
+    acts = {one.name: " + ".join(one.specs) for one in found.design.conditions}
+    head = ["agent", "condition", "interventions", "modality", "trials", "success", "mean steps", "loop rate"]
+    table = [[*head, "by chance", "misread", "false reports", "changed steps", _AGAINST, "errors"]]
+    table += [
+        [
+            cell.agent,
+            cell.condition,
+            acts[cell.condition] or NONE,
+            cell.modality,
+            str(cell.trials),
+            _with_signs(cell.get("success")),
+            value_cell(cell.get("mean_steps_all"), "{:.1f}"),
+            _with_signs(cell.get("loop_rate")),
+            chance_cell(cell),
+            percent(cell.value("misread"), 1),
+            percent(cell.value("false_report", "steps"), 1),
+            _changed(cell),
+            _against(cell),
+            f"{cell.value('broken'):g}",
+        ]
+        for cell in found.cells
+    ]
+    said = {row[2] for row in table[1:]} - {NONE}
+    kept = [i for i in range(len(table[0])) if len({row[i] for row in table[1:]}) > 1 or i not in (2, 3)]
+    if said <= {row[1] for row in table[1:]}:
+        kept = [i for i in kept if i != 2]  # unnamed conditions are called by their interventions
+    return _without_empty([[row[i] for i in kept] for row in table], _AGAINST)
+
+
+def _without_empty(table: TextTable, name: str) -> TextTable:
+    """The table without a column that says nothing."""
+    at = table[0].index(name)
+    return table if {row[at] for row in table[1:]} - {NONE} else [[*row[:at], *row[at + 1 :]] for row in table]
+
+
+def _against(cell: Cell) -> str:
+    """How many attempts broke the rules of the box, if any did."""
+    row = cell.get("against_rules")
+    return f"{row.count} of {row.n}" if row and row.count else NONE
+
+
+def _changed(cell: Cell) -> str:
+    row = cell.get("changed_steps")
+    return NONE if row is None else f"{row.value:g} of {cell.value('steps'):g}"
+
+
+def _with_signs(row: Estimate | None) -> str:
+    if row is None:
+        return NONE
+    return f"{percent(row.value, 0)} [{percent(row.low, 0)}, {percent(row.high, 0)}]"
+
+
+_CONDITIONS = Table("conditions", _table, numeric_from=0)
+_MIXED = Table("conditions", _table)
+
+
+def _measures(found: Results) -> TextTable:
+    """The measures of installed packages; none without any."""
+    rows = found.where(family=MEASURES)
+    if not rows:
+        return []
+    head = ["agent", "condition", "measure", "what it is", "trials", "mean [95 % interval]"]
+    return [head] + [
+        [row.agent, row.condition, row.quantity, row.note or found.fact(MEASURES, row.quantity), str(row.n), _mean(row)]
+        for row in rows
+    ]
+
+
+def _mean(row: Estimate) -> str:
+    if row.value is None:
+        return NONE
+    if row.low is None or row.high is None:
+        return minus(f"{row.value:.3g}")
+    return minus(f"{row.value:.3g} [{row.low:.3g}, {row.high:.3g}]")
+
+
+_MEASURES = Table("measures", _measures, numeric_from=4)
+
+
+def _show(found: Results) -> Iterator[Part]:
+    yield Part("All conditions", "", list(_blocks(found)))
+
+
+def _blocks(found: Results) -> Iterator[Block]:
+    mixed = found.beside_flips
+    yield _MIXED if mixed else _CONDITIONS
+    yield Note(
+        "Misread: claims about the last action that contradict the report. False reports: report and truth differ."
+        if mixed
+        else "Coverage: share of steps in loops, mean over trials. Redundant: share of steps that tried a joint again "
+        "in the same true configuration, mean over trials.",
+        "Success and loop rate have 95 % Wilson intervals. By chance: loop rate of random actions in trials of the "
+        "same lengths, from uniform to without immediate repeats.",
+    )
+    if _measures(found):
+        yield Heading("Measures of installed packages")
+        yield _MEASURES
+        yield Note(
+            "Means over trials with 95 % intervals.",
+            "Intervals are Wilson intervals for shares and Student's for means, clustered by block and by person.",
+        )
+
+
+SECTIONS = (
+    Section(name="conditions", title="All conditions", rows=_rows, show=_show, tables=(_CONDITIONS, _MEASURES)),
+    Section(name="measures", title="Measures", rows=measure_rows, source="installed packages"),
+)

@@ -1,0 +1,335 @@
+"""One agent over the doses of one axis: fits, the best dose, differences from the lowest dose, and tests.
+
+Flip rates and every other dose have the same quantities, with another value in the column ``axis``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import chain
+from typing import Any
+
+from lockprobe.analysis.axis import AGENT
+from lockprobe.analysis.inference.difference import DifferenceAt
+from lockprobe.analysis.inference.logrank import EventComparison, EventGroup, LogRanks
+from lockprobe.analysis.inference.trend import TrendFit
+from lockprobe.analysis.inference.ushape import TwoLines
+from lockprobe.analysis.inference.verdict import TestResult
+from lockprobe.analysis.proportions import Proportion
+from lockprobe.analysis.reference import Reference
+from lockprobe.analysis.summary import AgentSummary
+from lockprobe.prose.hypothesis_tests import note_said, unit_said, why_missing
+from lockprobe.prose.success import course_said
+from lockprobe.report.study_numbers import share_rows
+from lockprobe.rows import Curve, Estimate, Fact, Row
+
+__all__ = [
+    "CONTROL",
+    "COURSE",
+    "LOWEST",
+    "RULE",
+    "AgentCourse",
+    "at",
+    "course_rows",
+    "log_rank_rows",
+    "trend_rows",
+    "two_lines_rows",
+]
+
+COURSE = "course of success"
+"""The fact that names the course of an agent over an axis."""
+
+LOWEST = "lowest dose"
+"""Part of a quantity: at the lowest dose."""
+
+CONTROL = "the control"
+"""Part of a comparison: the condition that is subtracted."""
+
+RULE = "yes or no"
+"""The unit of a test that is a rule without a P value."""
+
+_PERMUTED = "permutation within blocks, and interval"
+
+
+def at(dose: float, *more: str) -> str:
+    """What part of a quantity is at a dose, and what part of that."""
+    return ", ".join((f"{dose:.15g}", *more))
+
+
+@dataclass(frozen=True, slots=True)
+class AgentCourse:
+    """One agent over one axis, whose key its rows have in their column ``axis``."""
+
+    agent: AgentSummary
+    axis: str
+
+    @property
+    def columns(self) -> dict[str, Any]:
+        """What tells its rows from those of others."""
+        return {"agent": self.agent.agent, "modality": self.agent.modality, "axis": self.axis}
+
+    @property
+    def dose(self) -> str:
+        """What a dose is called."""
+        return self.agent.axis.name
+
+    def estimate(self, quantity: str, value: float | None = None, **more: Any) -> Estimate:
+        """A row over all doses."""
+        return Estimate(quantity=quantity, value=value, **self.columns, **more)
+
+    def curve(self, quantity: str, **more: Any) -> Curve:
+        """A curve over all doses."""
+        return Curve(quantity=quantity, **self.columns, **more)
+
+    def under(self, dose: float, *more: str) -> dict[str, Any]:
+        """The columns of a row at one dose."""
+        return {"of": at(dose, *more), "doses": {f"{self.agent.axis.kind}.{self.agent.axis.dose}": dose}}
+
+    def against_lowest(self, dose: float, *more: str) -> dict[str, Any]:
+        """The columns of a row that compares a dose with the lowest; options of agents have no condition each."""
+        if self.agent.axis.kind == AGENT:
+            return self.under(dose, *more)
+        names = {one.p: one.name for one in self.agent.conditions}
+        pair = {"condition": names[dose], "control": names[min(names)], "of": ", ".join(more)}
+        return self.under(dose) | pair
+
+    def fact(self, about: str, text: str) -> Iterator[Fact]:
+        """What no number says; none if it is empty."""
+        if text:
+            yield Fact(about=about, name=f"{self.agent.name}, {self.axis}", text=text)
+
+    def missing(self, quantity: str, code: str) -> Iterator[Fact]:
+        """Why a quantity is missing."""
+        return self.fact(quantity, why_missing(code, self.agent.axis))
+
+
+def course_rows(agent: AgentSummary, axis: str, reference: Reference | None) -> Iterator[Row]:
+    """The rows of success of an agent over an axis.
+
+    Args:
+        agent: Its numbers.
+        axis: The key of the axis.
+        reference: What blind agents reach on the box.
+    """
+    course, found = AgentCourse(agent, axis), agent.inference
+    yield from _doses(course, reference)
+    yield from trend_rows(course, "success_fit", agent.success_fit)
+    yield from _model(course)
+    yield from _best(course)
+    yield from _differences(course)
+    yield from two_lines_rows(course, "success_two_lines", found.lines)
+    yield from _lind_mehlum(course)
+    yield from log_rank_rows(course, "hazard_ratio_of_solving", "solved", found.speed)
+    yield from _broken(course)
+    if found.course:
+        said = f"the same at every {course.dose}" if agent.blind else course_said(found.course.kind, agent.axis)
+        yield from course.fact(COURSE, said)
+    for test in () if agent.blind else found.tests:
+        yield from _test(course, test)
+
+
+def _doses(course: AgentCourse, reference: Reference | None) -> Iterator[Row]:
+    """The doses that are analysed, and what blind agents reach there."""
+    found = course.agent
+    for one in found.conditions:
+        yield course.estimate("trials_at_dose", one.success.n, unit="trials", **course.under(one.p))
+    if (lowest := found.inference.difference.lowest) is not None:
+        yield course.estimate("lowest_dose", lowest, unit=course.dose)
+    budget = next((len(one.curve.share) - 1 for one in found.conditions if one.success.n), None)
+    if reference is not None and budget is not None:
+        for of, share in (("random", reference.random), ("no-repeat", reference.no_repeat)):
+            yield course.estimate("success_chance", share[budget], of=of, note="exact")
+
+
+def trend_rows(course: AgentCourse, quantity: str, fit: TrendFit) -> Iterator[Row]:
+    """The paper's least-squares polynomials over repetitions, and the curve of the second order."""
+    for one in fit.orders:
+        yield from _coefficients(course, quantity, f"order {one.order}", one.coefficients)
+        for of, score in (("AIC", one.aic), ("leave-one-out error", one.cv_rmse)):
+            if score is not None:
+                yield course.estimate(f"{quantity}_score", score, of=f"order {one.order}, {of}", n=fit.n, unit="score")
+    for of, chosen in (("AIC", fit.order_by_aic), ("cross-validation", fit.order_by_cv)):
+        if chosen is not None:
+            yield course.estimate(f"{quantity}_order", chosen, of=of, n=fit.n, unit="order")
+    if (curve := fit.quadratic) is not None:
+        yield course.curve(quantity, n=fit.n, x=curve.p, value=curve.value, low=curve.low, high=curve.high)
+        if curve.turning is not None:
+            yield course.estimate(f"{quantity}_turning", curve.turning, of=curve.turning_kind or "", unit=course.dose)
+        if curve.turning_share is not None:
+            yield course.estimate(f"{quantity}_turning_share", curve.turning_share, of=curve.turning_kind or "")
+    yield from course.missing(quantity, fit.note)
+
+
+def _coefficients(course: AgentCourse, quantity: str, order: str, values: Sequence[float]) -> Iterator[Estimate]:
+    for power, value in enumerate(values):
+        yield course.estimate(f"{quantity}_coefficient", value, of=f"{order}, power {power}", unit="coefficient")
+
+
+def _model(course: AgentCourse) -> Iterator[Row]:
+    """Polynomials of the logit of success over trials, and the curve of the order that AICc prefers."""
+    found = course.agent.inference.orders
+    for one in found.orders:
+        order = f"order {one.order}"
+        yield from _coefficients(course, "success_model", order, one.coefficients)
+        scores = {"log-likelihood": one.log_likelihood, "AICc": one.aicc, "deviance": one.deviance}
+        for of, score in scores.items():
+            yield course.estimate("success_model_score", score, of=f"{order}, {of}", n=found.n, unit="score")
+        if one.p_value is not None:
+            test = "likelihood ratio against the next lower order"
+            yield course.estimate("success_model_score", of=order, n=found.n, p_value=one.p_value, test=test)
+    if found.order is not None:
+        yield course.estimate("success_model_order", found.order, of="AICc", n=found.n, unit="order")
+    if (curve := found.curve) is not None:
+        yield course.curve("success_model", n=found.n, x=curve.p, value=curve.value, low=curve.low, high=curve.high)
+    yield from course.missing("success_model", found.note)
+
+
+def _best(course: AgentCourse) -> Iterator[Row]:
+    """The dose of the highest success, the doses that may be it, and success there."""
+    found = course.agent.peak
+    for one in found.candidates:
+        yield course.estimate("best_dose_probability", one.share, n=one.n, **course.under(one.p))
+        if one.in_set:
+            yield course.estimate("best_dose_set", one.p, unit=course.dose, **course.under(one.p))
+    if found.best is not None:
+        yield course.estimate("best_dose", found.best, unit=course.dose)
+        yield course.estimate("success_at_best_dose", found.success, of="uncorrected")
+    if found.honest is not None:
+        yield course.estimate("success_at_best_dose", found.honest, note="corrected for selection of the maximum")
+    if found.turning is not None:
+        ends = {"low": found.turning_low, "high": found.turning_high}
+        yield course.estimate("best_dose", found.turning, of="parabola", unit=course.dose, **ends)
+    yield from course.missing("best_dose", found.note)
+
+
+def _differences(course: AgentCourse) -> Iterator[Row]:
+    """Success at every dose minus that at the lowest, and the clearest of these differences once more."""
+    tested, contrast = course.agent.inference.difference, course.agent.contrast
+    corrected = {
+        "family": f"{course.dose}s against the lowest",
+        "corrected_for": max(1, len(tested.at)) * tested.agents,
+    }
+    for one in tested.at:
+        yield _difference(course, "success_difference", one, corrected | course.against_lowest(one.p))
+        yield from _details(course, one, corrected)
+    if contrast is not None:
+        of = corrected | course.under(contrast.other.p) | {"of": ""}
+        yield _difference(course, "clearest_success_difference", contrast.difference, of)
+        yield course.estimate("clearest_success_difference", of="Fisher", p_value=contrast.fisher, test="Fisher")
+    if tested.permutations:
+        yield course.estimate("permutations", tested.permutations, unit="permutations")
+    yield from course.missing("success_difference", tested.note)
+
+
+def _difference(course: AgentCourse, quantity: str, one: DifferenceAt, of: dict[str, Any]) -> Estimate:
+    found = {"n": one.second.n, "low": one.low, "high": one.high, "p_value": one.p_value, "test": _PERMUTED}
+    return course.estimate(quantity, one.value, unit="points", **found, **of)
+
+
+def _details(course: AgentCourse, one: DifferenceAt, corrected: dict[str, Any]) -> Iterator[Estimate]:
+    """The shares that are compared, the pairs that differ, and the difference if broken trials had ended alike."""
+
+    def test(of: str, p_value: float, test: str, **more: Any) -> Estimate:
+        columns = course.against_lowest(one.p, of) | more
+        return course.estimate("success_difference", unit="points", p_value=p_value, test=test, **columns)
+
+    for where, share in (((), one.second), ((CONTROL,), one.first)):
+        yield from share_rows("success_in_pairs", share, **course.columns, **course.against_lowest(one.p, *where))
+    yield test("permutation", one.exchange, "permutation within blocks", **corrected)
+    if (pairs := one.pairs) is not None:
+        yield test("McNemar", pairs.p_value, "McNemar", n=pairs.n)
+        for where, count in (((), pairs.only_second), ((CONTROL,), pairs.only_first)):
+            of = course.against_lowest(one.p, *where)
+            yield course.estimate("solved_at_one_only", count, n=pairs.n, count=count, unit="trials", **of)
+    for end, bound in (("unsolved", one.if_unsolved), ("solved", one.if_solved)):
+        if bound is not None:
+            yield test(f"broken trials {end}", bound.p_value, _PERMUTED, value=bound.value, **corrected)
+
+
+def two_lines_rows(course: AgentCourse, quantity: str, found: TwoLines) -> Iterator[Row]:
+    """A line on each side of a break: whether something rises and then falls, or falls and then rises."""
+    if found.break_p is not None:
+        shape = {"p_value": found.p_value, "test": "two lines", "note": found.direction or ""}
+        yield course.estimate(quantity, found.break_p, unit=course.dose, **shape)
+    for of, line in (("first line", found.first), ("second line", found.second)):
+        if line is not None:
+            yield course.estimate(quantity, line.z, of=of, unit="z", p_value=line.p_value)
+            if line.slope is not None:
+                yield course.estimate(quantity, line.slope, of=f"{of}, slope", unit="logits")
+    yield from course.missing(quantity, found.note)
+
+
+def _lind_mehlum(course: AgentCourse) -> Iterator[Row]:
+    found = course.agent.inference.bend
+    if found.extremum is not None or found.p_value is not None:
+        ends = {"low": found.low, "high": found.high, "p_value": found.p_value, "test": "Lind-Mehlum"}
+        yield course.estimate(
+            "success_lind_mehlum", found.extremum, unit=course.dose, note=found.direction or "", **ends
+        )
+    for of, slope in ((LOWEST, found.slope_low), ("highest dose", found.slope_high)):
+        if slope is not None:
+            yield course.estimate("success_lind_mehlum", slope, of=f"slope at the {of}", unit="logits")
+    yield from course.missing("success_lind_mehlum", found.note)
+
+
+def log_rank_rows(course: AgentCourse, ratio: str, events: str, found: LogRanks) -> Iterator[Estimate]:
+    """The time to an event, the lowest dose against all higher ones, and against each."""
+    if (primary := found.primary) is None:
+        return
+    yield _ratio(course, ratio, primary, p_value=primary.p_value)
+    groups: list[tuple[dict[str, Any], EventGroup]] = [
+        ({"of": LOWEST}, primary.lowest),
+        ({"of": "higher doses"}, primary.higher),
+    ]
+    for one in found.each:
+        (dose,) = one.higher.p
+        many = {"family": f"every {course.dose} against the lowest", "corrected_for": len(found.each)}
+        yield _ratio(course, ratio, one, p_value=one.p_adjusted, **course.under(dose), **many)
+        yield _ratio(course, ratio, one, p_value=one.p_value, **course.under(dose, "uncorrected"))
+        groups += [(course.under(dose), one.higher), (course.under(dose, LOWEST), one.lowest)]
+    if found.p_all is not None:
+        yield course.estimate(ratio, of="any difference", p_value=found.p_all, test="log-rank")
+    for of, group in groups:
+        yield course.estimate(events, group.events, n=group.n, unit="trials", **of)
+        yield course.estimate(f"{events}_expected", group.expected, n=group.n, unit="trials", **of)
+
+
+def _ratio(course: AgentCourse, ratio: str, one: EventComparison, **more: Any) -> Estimate:
+    note = {1: "sooner", -1: "later"}.get(one.direction, "")
+    return course.estimate(ratio, one.hazard_ratio, unit="ratio", test="log-rank", note=note, **more)
+
+
+def _broken(course: AgentCourse) -> Iterator[Row]:
+    """The share of trials that broke, and whether it depends on the dose."""
+    found = course.agent.inference.broken
+    shares: Sequence[tuple[float, Proportion]] = found.at if found else ()
+    yield from chain.from_iterable(
+        share_rows("broken_share", share, **course.columns, **course.under(p)) for p, share in shares
+    )
+    if found is not None and found.p_value is not None:
+        yield course.estimate("broken_share_differs", p_value=found.p_value, test="permutation within blocks")
+
+
+def _test(course: AgentCourse, test: TestResult) -> Iterator[Estimate]:
+    """A test: ``test`` if conclusions rest on it, of its question; else ``naive_test``."""
+    of = test.question if test.recommended else f"{test.question}: {test.name}"
+    axis, tested = course.agent.axis, course.agent.inference.difference
+    many = {"success": max(1, len(tested.at)) * tested.agents, "shape": tested.agents}
+    rule = test.holds is not None
+    yield course.estimate(
+        "test" if test.recommended else "naive_test",
+        float(test.holds or 0) if rule else test.effect,
+        of=of,
+        unit=RULE if rule else unit_said(test, axis),
+        low=test.low,
+        high=test.high,
+        p_value=test.p_value,
+        test=test.name,
+        note=note_said(test, axis),
+        corrected_for=many.get(test.question, 1) if test.recommended else 1,
+    )
+    if test.baseline is not None:
+        yield course.estimate("test_null", test.baseline, of=of, unit="odds ratio", test=test.name)
+    if test.direction:
+        yield course.estimate("test_direction", test.direction, of=of, unit="direction", test=test.name)

@@ -1,0 +1,94 @@
+"""Other doses than flip rates: the same numbers, figures and tests over each of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from lockprobe.analysis.axis import FLIPS, Axis
+from lockprobe.prose.hypothesis_tests import conclusions
+from lockprobe.prose.loops import loop_finding
+from lockprobe.prose.success import courses_said, finding
+from lockprobe.record import PLAIN_WORDS
+from lockprobe.report.section import Beside, Block, Caption, Figure, Folded, Part, Section, Text
+from lockprobe.report.sections.course_rows import course_rows
+from lockprobe.report.sections.hypothesis_tests import tables_of_tests
+from lockprobe.report.sections.loops_over_doses import loops_over_doses
+from lockprobe.report.study_numbers import StudyNumbers
+from lockprobe.rows import DoseAxis, Finding, Results, Row, axis_key
+
+__all__ = ["SECTIONS"]
+
+
+def _rows(numbers: StudyNumbers) -> Iterator[Row]:
+    for i, (number, series, summary) in enumerate(numbers.series, 1):
+        axis = axis_key(series.axis.name, series.axis.rest, number)
+        for agent in summary.agents:
+            yield from course_rows(agent, axis, summary.reference)
+            yield from loops_over_doses(agent, axis)
+        for agent in summary.subjects:
+            about: dict[str, Any] = {"section": _name(i), "agent": agent.agent, "modality": agent.modality}
+            yield Finding(**about, kind="finding", text=finding(agent), rests_on=("clearest_success_difference",))
+            if said := loop_finding(agent):
+                yield Finding(**about, kind="loops", text=said, rests_on=("loop_rate", "loop_rate_chance"))
+            for said in conclusions(agent):
+                yield Finding(**about, kind="conclusion", text=said, rests_on=("test",))
+        if said := courses_said(summary):
+            yield Finding(
+                section=_name(i), kind="answer", text=said, rests_on=("success_difference", "success_two_lines")
+            )
+
+
+def _name(number: int) -> str:
+    return "doses" if number == 1 else f"doses-{number}"
+
+
+def _show(found: Results) -> Iterator[Part]:
+    axes = [(place, axis) for place, axis in enumerate(found.design.axes) if axis.key != FLIPS.name]
+    for i, (place, axis) in enumerate(axes, 1):
+        rest = f", with {axis.rest}" if axis.rest else ""
+        shown = f", shown as {axis.modality}" if axis.modality not in PLAIN_WORDS else ""
+        answer = found.not_judged or found.answer_of(_name(i))
+        blocks = list(_blocks(found, axis, i, place, answer))
+        yield Part(f"{axis.name.capitalize()}{rest}{shown}", answer, blocks, _name(i))
+
+
+def _blocks(found: Results, axis: DoseAxis, number: int, place: int, answer: str) -> Iterator[Block]:
+    said = [one.text for one in found.findings if one.section == _name(number) and one.kind in ("finding", "loops")]
+    for sentence in [found.not_judged] if found.not_judged else said:
+        yield Text(sentence)
+    if answer:
+        yield Text(answer)
+    yield Beside(list(_figures(axis, number, place)))
+    over = Axis(kind=axis.intervention, dose=axis.dose, rest=axis.rest)
+    untested = Text("No agent has trials that differ between doses.")
+    tests = tables_of_tests(found.courses(axis), over) or [untested]
+    yield Folded(f"All tests of {axis.name}", tests)
+
+
+def _figures(axis: DoseAxis, number: int, place: int) -> Iterator[Figure]:
+    wilson = "Intervals are 95 % Wilson intervals."
+    yield Figure(
+        f"series-{number}-success",
+        f"Success by {axis.name}",
+        Caption(
+            f"Share of trials solved by {axis.name}, with the exact success of random agents. Triangles mark the 95 % "
+            "set of the best dose; the diamond is the highest share, corrected for selection of the maximum.",
+            f"{wilson} The line is a binomial model of the order with the lowest AICc.",
+        ),
+        "lockprobe.figures.doses:success_by_dose",
+        arguments=(place,),
+    )
+    yield Figure(
+        f"series-{number}-loops",
+        f"Action loops by {axis.name}",
+        Caption(
+            f"Share of trials with an action loop by {axis.name}, with chance levels in trials of the same lengths.",
+            wilson,
+        ),
+        "lockprobe.figures.doses:loops_by_dose",
+        arguments=(place,),
+    )
+
+
+SECTIONS = (Section(name="doses", title="Doses", rows=_rows, show=_show),)

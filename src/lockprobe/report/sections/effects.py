@@ -1,0 +1,301 @@
+"""Every condition against the control, and interactions of two doses or of two interventions."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import permutations
+from typing import Any
+
+from markupsafe import Markup
+
+from lockprobe.analysis.agent_comparison.paired import BlockMean
+from lockprobe.analysis.condition_study import ConditionStudySummary
+from lockprobe.analysis.design import Design
+from lockprobe.analysis.dose_grid import Grid, GridSummary
+from lockprobe.analysis.effects import Effects
+from lockprobe.formatting import NONE, p_cell, percent
+from lockprobe.report.format import DETECTED, TextTable
+from lockprobe.report.section import Block, Caption, Figure, Folded, Note, Part, Section, Table
+from lockprobe.report.study_numbers import StudyNumbers, share_rows
+from lockprobe.report.table_rows import count_of, points_cell
+from lockprobe.rows import Estimate, Fact, Finding, Results, Row, axis_key
+
+__all__ = ["SECTIONS", "of_blocks"]
+
+_CONDITIONS, _INTERACTIONS = "conditions against the control", "interactions"
+"""The families of comparisons beside those of axes."""
+
+_BETWEEN = " \N{MULTIPLICATION SIGN} "
+
+
+def of_blocks(found: BlockMean) -> dict[str, Any]:
+    """The columns of a mean over blocks."""
+    counted = {"n": found.pairs, "clusters": found.blocks}
+    return counted | {name: getattr(found, name) for name in ("value", "low", "high", "p_value")}
+
+
+def _rows(numbers: StudyNumbers) -> Iterator[Row]:
+    if (others := numbers.others) is None:
+        return
+    doses = {one.label: dict(one.doses) for one in numbers.study.conditions}
+    for one in others.effects:
+        yield from _against_control(one, doses)
+        yield from _crossings(one, doses)
+    yield from _grids(others, doses)
+    yield from _answers(others)
+
+
+_Doses = Mapping[str, dict[str, float]]
+"""Condition -> its doses."""
+
+
+def _against_control(found: Effects, doses: _Doses) -> Iterator[Estimate]:
+    for one in found.effects:
+        gap = one.difference
+        pair: dict[str, Any] = {"agent": found.agent, "modality": found.modality}
+        pair |= {"condition": one.condition, "control": found.control}
+        yield Estimate(
+            quantity="success_difference",
+            **pair,
+            doses=doses[one.condition],
+            unit="points",
+            n=gap.first.n,
+            value=gap.value,
+            low=gap.low,
+            high=gap.high,
+            p_value=gap.p_value,
+            family=_CONDITIONS,
+            corrected_for=len(found.effects) * found.agents,
+            test="permutation within blocks",
+        )
+        for of, share in (("", gap.second), ("the control", gap.first)):
+            yield from share_rows("success_in_pairs", share, **pair, of=of)
+
+
+def _interaction(found: BlockMean, choices: int, **columns: Any) -> Estimate:
+    return Estimate(
+        quantity="success_interaction",
+        **columns,
+        **of_blocks(found),
+        unit="points",
+        family=_INTERACTIONS,
+        corrected_for=choices,
+        test="sign flips of blocks",
+    )
+
+
+def _crossings(found: Effects, doses: _Doses) -> Iterator[Estimate]:
+    for one in found.interplays:
+        crossing = one.crossing
+        yield _interaction(
+            one.change,
+            one.choices,
+            agent=found.agent,
+            modality=found.modality,
+            condition=crossing.both,
+            control=crossing.neither,
+            of=f"{crossing.first}{_BETWEEN}{crossing.second}",
+            doses=doses[crossing.both],
+        )
+
+
+def _grids(others: ConditionStudySummary, doses: _Doses) -> Iterator[Row]:
+    """The grids by their axis: its doses as facts, and what every agent did in the cells."""
+    named = _named(others.design)
+    for grid, axis in named:
+        listed = (", ".join(f"{dose:g}" for dose in own) for own in (grid.row_doses, grid.column_doses))
+        facts = dict(zip(("first doses", "second doses"), listed, strict=True))
+        facts |= {"first dose": grid.rows.name, "second dose": grid.columns.name, "with": grid.rows.rest}
+        yield from (Fact(about=axis, name=name, text=text) for name, text in facts.items() if text)
+    for found in others.effects:
+        for one in found.grids:
+            axis = next(axis for grid, axis in named if grid == one.grid)
+            yield from _grid(one, doses, {"agent": found.agent, "modality": found.modality, "axis": axis})
+
+
+def _named(design: Design) -> list[tuple[Grid, str]]:
+    """The grids of a study, each with a name that no other has."""
+    named, known = [], Counter[tuple[str, str]]()
+    for grid in (grid for modality in design.modalities for grid in design.comparison(modality).grids):
+        name = grid.name, grid.rows.rest
+        known[name] += 1
+        named.append((grid, axis_key(*name, known[name])))
+    return named
+
+
+def _grid(found: GridSummary, doses: _Doses, of: Mapping[str, str]) -> Iterator[Estimate]:
+    for cell in found.cells:
+        place = {"condition": cell.condition, "doses": doses[cell.condition], "of": f"{cell.row:g}, {cell.column:g}"}
+        yield from share_rows("success_in_grid", cell.success, **of, **place)
+    if found.interaction is not None:
+        yield _interaction(found.interaction, found.choices, **of)
+
+
+def _answers(others: ConditionStudySummary) -> Iterator[Finding]:
+    """How many of how many were detected, in the headings."""
+    for section, what, found in (
+        ("effects", "differences", [one for of in (*others.on_axes, *others.effects) for one in of.effects]),
+        ("grids", "interactions", [one for of in others.effects for one in of.grids]),
+        ("crossings", "interactions", [one for of in others.effects for one in of.interplays]),
+    ):
+        if found:
+            said = f"{sum(one.detectable for one in found)} of {len(found)} {what} were detected."
+            yield Finding(section=section, kind="answer", text=said)
+
+
+def _effect_table(found: Results) -> TextTable:
+    if not found.beside_flips:
+        return []
+    head = ["agent", "condition", "control", "solved, control", "solved", "difference, points", "P", "conclusion"]
+    table = [head]
+    for row in found.against_control():
+        pair = {name: getattr(row, name) for name in ("agent", "modality", "condition", "control")}
+        counts = [count_of(found.get("success_in_pairs", **pair, of=of)) for of in ("the control", "")]
+        table.append([row.agent, row.condition, row.control, *counts, *_tested(row)])
+    return table
+
+
+def _tested(row: Estimate) -> list[str]:
+    return [points_cell(row), p_cell(row.p_value), DETECTED[row.detected]]
+
+
+def _crossing_table(found: Results) -> TextTable:
+    if not found.beside_flips:
+        return []
+    names = {_BETWEEN.join(pair): pair for pair in permutations((one.name for one in found.design.conditions), 2)}
+    head = ["agent", "first", "second", "both", "interaction, points", "P", "conclusion"]
+    rows = found.where("success_interaction", axis="")
+    return [head] + [[row.agent, *names[row.of], row.condition, *_tested(row)] for row in rows]
+
+
+def _name(found: Results, axis: str) -> str:
+    facts = found.facts_about(axis)
+    return f"{facts['first dose']}{_BETWEEN}{facts['second dose']}"
+
+
+def _grid_table(found: Results) -> TextTable:
+    rows = found.where("success_in_grid")
+    head = ["agent", "grid", "first dose", "second dose", "condition", "solved", "success"]
+    table = [head] + [
+        [
+            row.agent,
+            _name(found, row.axis),
+            *row.of.split(", "),
+            row.condition,
+            count_of(row),
+            f"{percent(row.value, 0)} [{percent(row.low, 0)}, {percent(row.high, 0)}]",
+        ]
+        for row in rows
+    ]
+    return table if rows else []
+
+
+def _trend_table(found: Results) -> TextTable:
+    """The interaction of every grid."""
+    table = [["agent", "grid", "with", "blocks", "interaction, points", "P", "conclusion"]]
+    for agent, modality, axis in dict.fromkeys((r.agent, r.modality, r.axis) for r in found.where("success_in_grid")):
+        row = found.get("success_interaction", agent=agent, modality=modality, axis=axis)
+        tested = ["0", NONE, NONE, NONE] if row is None else [str(row.n), *_tested(row)]
+        table.append([agent, _name(found, axis), found.fact(axis, "with") or NONE, *tested])
+    alone = {row[2] for row in table[1:]} <= {NONE}
+    return [[*row[:2], *row[2 + alone :]] for row in table] if len(table) > 1 else []
+
+
+def _applies(found: Results) -> bool:
+    """Whether conditions beside flip rates were played; flip rates alone have a section of their own."""
+    return found.beside_flips and bool(found.against_control())
+
+
+_EFFECTS = Table("effects", _effect_table)
+_CROSSINGS = Table("crossings", _crossing_table, numeric_from=4)
+_GRIDS = Table("grids", _grid_table, numeric_from=5)
+_TRENDS = Table("trends", _trend_table, numeric_from=3)
+
+_FIGURE = Figure(
+    "effects",
+    "Difference in success from the control, one row per condition",
+    Caption(
+        "Circles: success under each condition minus success under the control. Squares: interactions of two "
+        "interventions; filled marks were detected.",
+        "Bars are 95 % intervals over matched pairs of trials, corrected for the number of conditions (squares: of "
+        "interactions) and of agents. A difference is detected if the test rejects and the interval excludes 0.",
+    ),
+    draw="lockprobe.figures.effects:effects",
+    applies=_applies,
+)
+_GRID_CAPTION = Caption(
+    "Share of trials solved under every combination of two doses, with count and interval where there is room. "
+    "Darker cells are higher, crossed cells were not played, and the interaction is in points.",
+    "Intervals are 95 % Wilson intervals in per cent.",
+)
+
+
+def _show(found: Results) -> Iterator[Part]:
+    if not _applies(found):
+        return
+    note = Note(
+        Markup(
+            "Success under each condition and under the control, in the trials finished under both. "
+            "<em>Not detected</em> does not show that there is no difference."
+        ),
+        Markup(
+            "Trials of equal repetition and number use common random numbers under every condition (a block) and are "
+            "compared in pairs. <i>P</i> is the larger of two: that of a permutation of conditions within blocks, "
+            "corrected for the number of conditions and of agents, and that of the interval, corrected alike."
+        ),
+        Markup(
+            "Flip rates are a family of their own, and so are the doses of another intervention with three levels or "
+            "more; each is corrected for their number and that of agents. So other conditions change no <i>P</i> of "
+            "theirs."
+        )
+        if any(row.family != _CONDITIONS for row in found.against_control())
+        else "",
+    )
+    yield Part("Every condition against the control", found.answer_of("effects"), [_FIGURE, _EFFECTS, note])
+    if axes := list(dict.fromkeys(row.axis for row in found.where("success_in_grid"))):
+        yield Part("Interactions of doses", found.answer_of("grids"), list(_of_grids(axes)), "grids")
+    if found.where("success_interaction", axis=""):
+        note = Note(
+            "Effect of the second intervention together with the first, minus its effect alone, in points. At 0 the "
+            "effect of each does not depend on the other.",
+            Markup(
+                "Sign-flip permutation test over blocks; <i>P</i> and interval are corrected for the number of "
+                "interactions and of agents."
+            ),
+        )
+        yield Part("Interactions of interventions", found.answer_of("crossings"), [_CROSSINGS, note], "crossings")
+
+
+def _of_grids(axes: Sequence[str]) -> Iterator[Block]:
+    for number, axis in enumerate(axes, 1):
+        alt = "Success under every combination of two doses, one cell each"
+        yield Figure(
+            f"grid-{number}", alt, _GRID_CAPTION, draw="lockprobe.figures.dose_grid:dose_grid", arguments=(axis,)
+        )
+    yield _TRENDS
+    yield Note(
+        "Interaction: effect of the whole range of the second dose at the highest dose of the first, minus its effect "
+        "at the lowest, in points. At 0 the effect of each dose does not depend on the other.",
+        Markup(
+            "It is estimated from linear trends over all cells; with two doses each, it is the difference of "
+            "differences. <i>P</i> and interval are corrected for the number of interactions and of agents."
+        ),
+        Markup(
+            "Each block that has a trial in every cell gives one value; <i>P</i> is that of a sign-flip permutation "
+            "test over blocks."
+        ),
+    )
+    yield Folded("All cells", [_GRIDS])
+
+
+SECTIONS = (
+    Section(
+        name="effects",
+        title="Every condition against the control",
+        rows=_rows,
+        show=_show,
+        tables=(_EFFECTS, _CROSSINGS, _GRIDS, _TRENDS),
+        figures=(_FIGURE,),
+    ),
+)

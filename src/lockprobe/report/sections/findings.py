@@ -1,0 +1,192 @@
+"""Findings: what the study found, in sentences, agent by agent and condition by condition."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+
+from markupsafe import Markup
+
+from lockprobe.analysis.condition_study import ConditionStudySummary
+from lockprobe.analysis.summary import StudySummary
+from lockprobe.prose.agent_comparison import ranking_said
+from lockprobe.prose.effects import effects_said
+from lockprobe.prose.hypothesis_tests import conclusions
+from lockprobe.prose.idle import idle_said, unheeded_said
+from lockprobe.prose.loops import LOOP_DEFINITION, loop_finding
+from lockprobe.prose.modalities import modality_finding
+from lockprobe.prose.panel import panel_said
+from lockprobe.prose.robot import rules_said, verdicts_said
+from lockprobe.prose.success import baselines_said, courses_said, finding
+from lockprobe.report.section import Block, Folded, Part, Section, Template, Text
+from lockprobe.report.study_numbers import StudyNumbers, share_rows
+from lockprobe.rows import Estimate, Finding, Results, Row
+from lockprobe.sections import section
+
+__all__ = ["SECTIONS"]
+
+_MANY = 2
+"""Agents that the study is about, beyond which what is said of all of them comes first."""
+
+
+_RESTS_ON = {
+    "modalities": ("modality_effect", "hazard_ratio_of_modalities"),
+    "finding": ("success", "clearest_success_difference"),
+    "loops": ("loop_rate", "loop_rate_chance"),
+    "courses": ("success_difference", "success_two_lines"),
+    "ranking": ("rank", "success"),
+    "baselines": ("success",),
+    "conditions": ("success_difference", "success_interaction", "changed_steps"),
+    "verdicts": ("wrong_verdicts", "undecided_verdicts"),
+    "rules": ("against_rules",),
+}
+"""Kind of a sentence -> the quantities that it rests on."""
+
+
+def _rows(numbers: StudyNumbers) -> Iterator[Row]:
+    flips, others = numbers.flips, numbers.others
+    for title, rows in (
+        ("Findings on modalities", _of_modalities(flips)),
+        ("Findings", _of_agents(numbers)),
+        ("Findings on all agents", _of_all_agents(flips)),
+        ("Findings on conditions", _of_conditions(others)),
+        ("Findings on the plant", _of_plant(numbers)),
+    ):
+        yield from section(title, partial(list, rows), list[Row])
+
+
+def _said(kind: str, *sentences: str, agent: str = "", modality: str = "", judges: bool = True) -> Iterator[Finding]:
+    for text in filter(None, sentences):
+        yield Finding(
+            section="findings",
+            kind=kind,
+            agent=agent,
+            modality=modality,
+            text=text,
+            rests_on=_RESTS_ON.get(kind, ()),
+            judges=judges,
+        )
+
+
+def _of_modalities(flips: StudySummary) -> Iterator[Row]:
+    for effect in flips.modalities:
+        yield from _said("modalities", modality_finding(effect, flips), agent=effect.agent)
+
+
+def _of_agents(numbers: StudyNumbers) -> Iterator[Row]:
+    """What each agent does over the flip rates; nothing of a study of conditions with a single rate."""
+    flips = numbers.flips
+    if numbers.others is not None and len({one.p for one in flips.conditions}) == 1:
+        return
+    for one in flips.subjects:
+        said = partial(_said, agent=one.agent, modality=one.modality)
+        yield from said("finding", finding(one))
+        yield from said("loops", loop_finding(one))
+        yield from said("conclusion", *conclusions(one))
+
+
+def _of_all_agents(flips: StudySummary) -> Iterator[Row]:
+    yield from _said("courses", courses_said(flips))
+    yield from _said("ranking", ranking_said(flips))
+    yield from _said("baselines", baselines_said(flips))
+
+
+def _of_conditions(found: ConditionStudySummary | None) -> Iterator[Row]:
+    """What changed nothing, for baselines too, and the effects of what did on the agents that the study is about."""
+    if found is None:
+        return
+    yield from _said("conditions", *idle_said(found.idle, found.agents), *unheeded_said(found.unheeded, found.subjects))
+    for one in found.effects:
+        if one.agent in found.subjects:
+            said = effects_said(one, found.conditions)
+            yield from _said("conditions", *said, agent=one.agent, modality=one.modality)
+
+
+def _of_plant(numbers: StudyNumbers) -> Iterator[Row]:
+    """What a robot and its box did, which judges no agent, and what pictures show of the panel."""
+    if verdicts := numbers.flips.verdicts:
+        wrong = verdicts.wrong
+        yield from share_rows("wrong_verdicts", wrong)
+        for of, count in (
+            ("blocked for moved", verdicts.blocked_for_moved),
+            ("moved for blocked", verdicts.moved_for_blocked),
+        ):
+            yield Estimate(quantity="wrong_verdicts", of=of, count=count, n=wrong.n)
+        failed, attempts = verdicts.failed, verdicts.attempts
+        yield Estimate(quantity="undecided_verdicts", value=failed / attempts, count=failed, n=attempts)
+        yield from _said("verdicts", verdicts_said(verdicts), judges=False)
+    yield from _said("rules", rules_said(numbers.rules) if numbers.rules else "", judges=False)
+    if (study := numbers.study).has_pictures:
+        said = panel_said(study.box, dealt=study.layout == "shuffled", listed_anew=study.shuffle)
+        yield from _said("panel", said, judges=False)
+
+
+def _show(found: Results) -> Iterator[Part]:
+    whys = [
+        found.not_judged or " ".join(found.said("why", "verdict", agent=row.agent, modality=row.modality))
+        for row in found.where("false_report_effect", of="total")
+    ]
+    yield Part("Findings", "", [Template("findings", {"why": whys, "blocks": list(_blocks(found, first=not whys))})])
+
+
+def _blocks(found: Results, *, first: bool) -> Iterator[Block]:
+    yield from _of_flips(found)
+    yield from _beside_flips(found, first=first)
+
+
+def _of_flips(found: Results) -> Iterator[Block]:
+    """What is said of flip rates and modalities; of many agents, what is said of all of them first."""
+    courses, *others = (found.said("findings", kind) for kind in ("courses", "ranking", "baselines"))
+    all_agents = [Text(said) for sentences in others for said in sentences]
+    if len(found.subjects) > _MANY and courses:
+        yield from (Text(said, "first") for said in courses)
+        yield from all_agents
+        yield Folded("Agent by agent", list(_by_modality(found)))
+    else:
+        yield from _by_modality(found)
+        yield from map(Text, courses)
+        yield from all_agents
+
+
+def _by_modality(found: Results) -> Iterator[Block]:
+    verdicts, modalities = (found.said("findings", kind) for kind in ("verdicts", "modalities"))
+    if modalities:
+        yield from (Text(said, "first") for said in modalities)
+        yield from map(Text, verdicts)
+        yield Folded("Modality by modality", list(_by_agent(found)))
+    else:
+        yield from _by_agent(found)
+        yield from map(Text, verdicts)
+
+
+def _by_agent(found: Results) -> Iterator[Block]:
+    if found.not_judged:
+        yield Text(found.not_judged, "first")
+        return
+    agents = [one for one in found.findings if (one.section, one.kind) == ("findings", "finding")]
+    for one in agents:
+        yield Text(one.text, "first")
+        for kind in ("loops", "conclusion"):
+            yield from map(Text, found.said("findings", kind, agent=one.agent, modality=one.modality))
+    if not any(cell.trials for cell in found.cells) and not agents:
+        yield Text("No trial has been played yet.", "first")
+
+
+def _beside_flips(found: Results, *, first: bool) -> Iterator[Block]:
+    """What is said of other conditions and of the plant, and what the words mean."""
+    first &= not found.said("findings", "finding")
+    for i, said in enumerate(found.said("findings", "conditions")):
+        yield Text(said, "first" if first and not i else "")
+    yield from (Text(said) for kind in ("rules", "panel") for said in found.said("findings", kind))
+    if found.several_p:
+        yield Text(
+            Markup(
+                "Flip rate <i>p</i>: the probability that a report is inverted; <i>P</i>: the P value of a test. A "
+                "block is one repetition and trial under all conditions, with common random numbers."
+            ),
+            "note",
+        )
+    yield Text(LOOP_DEFINITION, "note")
+
+
+SECTIONS = (Section(name="findings", title="Findings", rows=_rows, show=_show),)

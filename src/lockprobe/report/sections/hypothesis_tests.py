@@ -1,0 +1,134 @@
+"""Hypothesis tests: every question of an agent, with the test to conclude from and those that others use."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from functools import cache
+from typing import cast
+
+from markupsafe import Markup
+
+from lockprobe.analysis.axis import FLIPS, Axis
+from lockprobe.analysis.inference.verdict import Question
+from lockprobe.analysis.proportions import ALPHA
+from lockprobe.audit.rates import false_positives, measured
+from lockprobe.formatting import NONE, p_cell
+from lockprobe.prose.hypothesis_tests import asked, name_of_test
+from lockprobe.report.section import Block, Heading, Note, Part, Section, Template, Text
+from lockprobe.report.sections.course_rows import RULE
+from lockprobe.report.study_numbers import StudyNumbers
+from lockprobe.report.table_rows import value_cell
+from lockprobe.rows import Course, Estimate, Results, Row
+
+__all__ = ["SECTIONS", "tables_of_tests"]
+
+
+@dataclass(frozen=True, slots=True)
+class _Line:
+    """A line of the table of tests; ``asks`` is empty unless conclusions rest on the test."""
+
+    asks: str
+    test: str
+    p_value: str
+    estimate: str
+    false_positives: str
+    conclusion: str
+    note: str
+
+
+def _rows(numbers: StudyNumbers) -> Iterator[Row]:
+    yield from numbers.answer("tests")  # the tests are among the rows of each course
+
+
+def tables_of_tests(
+    courses: Iterable[Course], axis: Axis, *, audited: bool = False, testable: bool = True
+) -> list[Block]:
+    """A table of tests for each agent that has some, by name.
+
+    Args:
+        courses: The agents.
+        axis: The axis that their tests are over.
+        audited: Whether to mark rejections of tests that reject too often in the audit.
+        testable: Whether there are several doses; if not, only questions that need none are shown.
+    """
+    blocks: list[Block] = []
+    for course in sorted(courses, key=lambda course: course.label.lower()):
+        valid = [test for test in course.where("test") if testable or test.p_value is not None]
+        lines = [line for test in valid for line in _lines(course, test, axis, audited=audited)]
+        if lines:
+            blocks += [Heading(course.label, code=True), Template("tests", {"lines": lines})]
+    return blocks
+
+
+@cache
+def _excessive() -> frozenset[str]:
+    """The tests that reject too often in a simulated world of the audit."""
+    return frozenset(rate.test for rate in measured() if rate.valid is False and not rate.recommended)
+
+
+def _lines(course: Course, valid: Estimate, axis: Axis, *, audited: bool) -> Iterator[_Line]:
+    """The test of a question that conclusions rest on, and the others."""
+    others = [test for test in course.where("naive_test") if test.of.startswith(f"{valid.of}: ")]
+    excessive = _excessive() if audited else frozenset()
+    for test in (valid, *others):
+        rates = false_positives(test.test)
+        conclusion = "not judged" if course.found.not_judged else _conclusion(test, valid=test.test not in excessive)
+        yield _Line(
+            asks=asked(cast("Question", valid.of), axis) if test is valid else "",
+            test=name_of_test(test.test, axis),
+            p_value=p_cell(test.p_value),
+            estimate=_estimate(course, test),
+            false_positives=f"{100 * rates[0].rate:.1f} to {100 * rates[1].rate:.1f} %" if rates else "",
+            conclusion=conclusion,
+            note=test.note,
+        )
+
+
+def _estimate(course: Course, test: Estimate) -> str:
+    """The effect with its interval, what it is, and what it is for a blind agent, where that is the null hypothesis."""
+    if test.value is None or test.unit == RULE:
+        return ""
+    unit, null = f" ({test.unit})" if test.unit else "", course.value("test_null", test.of)
+    blind = "" if null is None else f"; a blind agent with the same action habits: {null:.2f}"
+    return f"{value_cell(test)}{unit}{blind}"
+
+
+def _conclusion(test: Estimate, *, valid: bool) -> str:
+    if test.unit == RULE:
+        rejects = bool(test.value)
+    elif test.p_value is None:
+        return NONE
+    else:
+        rejects = test.p_value < ALPHA
+    return "not detected" if not rejects else "yes" if valid else "not valid (rejects)"
+
+
+def _show(found: Results) -> Iterator[Part]:
+    yield Part("Hypothesis tests", found.answer_of("tests"), list(_blocks(found)))
+
+
+def _blocks(found: Results) -> Iterator[Block]:
+    yield Note(
+        "Each question has one test that keeps its error rate in the simulations of the audit (bold). The other tests "
+        "(grey) are the paper's or common choices.",
+        Markup(
+            "False positives: how often a test rejects a true null hypothesis in simulated studies of the paper's size "
+            '(<a href="audit.html">full audit</a>), from the best to the worst simulated world. Rates of valid tests '
+            "are compatible with 5 %, up to about 7 % in 1000 simulated studies; <i>P</i> values are not corrected for "
+            "the number of questions."
+        ),
+        lead=True,
+    )
+    if not found.several_p:
+        above = "conditions" if found.beside_flips else "modalities" if found.where("modality_effect") else ""
+        said = f"; tests of {'other ' * (above == 'conditions')}{above} are above" if above else ""
+        yield Text(f"With one flip rate, effects of false reports cannot be tested{said}.")
+    courses = [course for course in found.courses() if course.subject]
+    tables = tables_of_tests(courses, FLIPS, audited=True, testable=found.several_p)
+    if found.several_p and not tables:
+        yield Text("No agent has trials that differ between flip rates.")
+    yield from tables
+
+
+SECTIONS = (Section(name="tests", title="Hypothesis tests", rows=_rows, show=_show),)

@@ -1,0 +1,18 @@
+"""Limits: what the numbers of a report do not show."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from lockprobe.analysis.inference.association import LENGTH_CAVEAT
+from lockprobe.report.section import Part, Section, Template
+from lockprobe.rows import Results
+
+__all__ = ["SECTIONS"]
+
+
+def _show(found: Results) -> Iterator[Part]:
+    yield Part("Limits", "", [Template("limits", {"caveat": LENGTH_CAVEAT})])
+
+
+SECTIONS = (Section(name="limits", title="Limits", show=_show),)

@@ -1,0 +1,226 @@
+"""Action loops: how often they occur beside what chance gives, when they begin, and what follows them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import chain
+
+from markupsafe import Markup
+
+from lockprobe.analysis.axis import FLIPS
+from lockprobe.analysis.detectors import DETECTORS, share_flagged
+from lockprobe.analysis.inference.association import LENGTH_CAVEAT
+from lockprobe.analysis.persistence import Persistence
+from lockprobe.analysis.published import PEAK
+from lockprobe.formatting import percent
+from lockprobe.prose.loops import LOOP_DEFINITION
+from lockprobe.report.format import TextTable
+from lockprobe.report.section import Beside, Block, Caption, Figure, Folded, Note, Part, Section, Table, Text
+from lockprobe.report.sections.loops_over_doses import loops_over_doses
+from lockprobe.report.study_numbers import PlayedCell, StudyNumbers
+from lockprobe.report.table_rows import distinct, flips_first, share_of_row, under, varied
+from lockprobe.rows import Estimate, Results, Row
+
+__all__ = ["SECTIONS"]
+
+_NULLS = {
+    "uniform": "uniform",
+    "no-repeat": "without repeats",
+    "markov": "own transitions",
+    "permutation": "own actions shuffled",
+}
+"""The models of chance, and their columns."""
+
+_SYMBOLS = {"action-outcome": "equal outcomes", "state-action": "equal states"}
+"""What repeats in a loop beside actions, and its column."""
+
+_AGAINST_CHANCE = "Student's t over trials, against both kinds of chance"
+
+
+def _rows(numbers: StudyNumbers) -> Iterator[Row]:
+    for cell in numbers.cells:
+        yield from _of_cell(cell)
+        if cell.agent in numbers.subjects:
+            for name, share in share_flagged(cell.trials).items():
+                yield cell.estimate("flagged_by_detector", share, of=name, n=cell.summary.success.n)
+    for agent in numbers.flips.agents:
+        yield from loops_over_doses(agent, FLIPS.name)
+    yield from numbers.answer("loops")
+
+
+def _of_cell(cell: PlayedCell) -> Iterator[Estimate]:
+    found = cell.summary.behaviour
+    yield from cell.share("loop_rate", found.loops)
+    n = found.loops.n
+    for null, level in found.chance.items():
+        yield cell.estimate("loop_rate_chance", level.probability, of=null, n=n, note=level.method)
+        yield cell.estimate("loop_rate_chance_error", level.error, of=null, n=n)
+    for symbol, share in found.by_symbol.items():
+        if symbol in _SYMBOLS:
+            yield cell.estimate("loop_rate", share, of=symbol, n=n)
+    means = {"coverage": found.coverage, "redundant_share": found.redundant_share}
+    for quantity, mean in means.items():
+        if mean is not None:
+            yield cell.estimate(quantity, mean, n=n)
+    if found.entropy is not None:
+        yield cell.estimate("policy_entropy", found.entropy, unit="bits", n=found.entropy_steps)
+    yield from _persistence(cell, cell.summary.persistence)
+
+
+def _persistence(cell: PlayedCell, kept: Persistence) -> Iterator[Estimate]:
+    """Whether the agent leaves loops and tries blocked joints again, and what chance gives."""
+    yield from cell.share("loops_left", kept.left)
+    if kept.left_by_chance is not None:
+        yield cell.estimate("loops_left_chance", kept.left_by_chance, of="uniform")
+    for quantity, found in (("loop_escape", kept.escaped), ("repeated_after_blocked", kept.repeated)):
+        yield from cell.share(quantity, found.share, p_value=found.p_value, test=_AGAINST_CHANCE)
+        for of, level in (("uniform", found.uniform), ("no-repeat", found.no_repeat)):
+            if level is not None:
+                yield cell.estimate(f"{quantity}_chance", level, of=of)
+
+
+def _loop_table(found: Results) -> TextTable:
+    """Loop rates and their chance levels under four null models."""
+    head = ["agent", varied(found.cells), "trials with a loop", *_NULLS.values(), *_SYMBOLS.values()]
+    return [head] + [
+        [
+            cell.label,
+            p,
+            share_of_row(cell.get("loop_rate")),
+            *(percent(cell.value("loop_rate_chance", of), 0) for of in _NULLS),
+            *(percent(cell.value("loop_rate", of), 0) for of in _SYMBOLS),
+        ]
+        for cell, p in distinct(found.cells)
+    ]
+
+
+def _detector_table(found: Results) -> TextTable:
+    """The share of trials that each detector flags."""
+    cells = [cell for cell in flips_first(found) if cell.get("flagged_by_detector", DETECTORS[0].name)]
+    names = [detector.name for detector in DETECTORS] if cells else []
+    return [["agent", varied(cells), *names]] + [
+        [
+            cell.label,
+            under(cell, cells),
+            *(percent(cell.value("flagged_by_detector", name), 0) for name in names),
+        ]
+        for cell in cells
+    ]
+
+
+_LOOPS = Table("loops", _loop_table)
+_DETECTORS = Table("detectors", _detector_table)
+
+
+def _fig5b_caption(found: Results) -> Caption:
+    text = "The paper's Fig. 5b: share of trials with an action loop by flip rate, with the second-order fit."
+    stars = (
+        "Hollow stars: values in the paper's text, reconstructed as 24 of 30 at a flip rate of 0 (“approximately "
+        "80 %”) and 16 of 30 at 0.4 (“a decrease of more than 26 %”, read as points)."
+    )
+    return Caption(f"{text} {stars}" if _has_stars(found) else text)
+
+
+def _has_stars(found: Results) -> bool:
+    """Whether a flip rate of the paper lies among those of an agent that the study is about."""
+    played = [{cell.p or 0.0 for cell in one.cells} for one in found.courses() if one.subject and one.played]
+    return any(min(rates) <= p <= max(rates) for rates in played if len(rates) > 1 for p in (0.0, PEAK))
+
+
+def _ended(found: Results) -> bool:
+    """Whether a trial under a flip rate has ended."""
+    return any(course.played for course in found.courses())
+
+
+def _over_p(found: Results) -> bool:
+    """Whether there is something to draw over flip rates."""
+    return found.several_p and _ended(found)
+
+
+_DRAWN = "lockprobe.figures.loops"
+_FIG5A = Figure(
+    "fig5a",
+    "Loop rate against success, as in the paper",
+    Caption(
+        "The paper's Fig. 5a: share of trials with an action loop against success, one dot per repetition and flip "
+        "rate, with the least-squares line and r.",
+        LENGTH_CAVEAT,
+    ),
+    f"{_DRAWN}:loops_against_success",
+    _over_p,
+)
+_FIG5A_CORRECTED = Figure(
+    "fig5a-corrected",
+    "Odds of solving after a loop",
+    Caption(
+        "Odds ratio of solving the box, after over before a loop. A ratio below one is no proof of harm: an agent that "
+        "makes no progress both loops and fails.",
+        "Trials still running at the same step (top) or after step 10 are compared. Over whole trials (hollow) the "
+        "ratio can be far below one even if loops have no effect, because a solved trial ends before it can loop.",
+        "An arrow at the edge is a ratio beyond the axis.",
+    ),
+    f"{_DRAWN}:loop_harm",
+    _ended,
+)
+_FIG5B = Figure(
+    "fig5b",
+    "Share of trials with an action loop by flip rate, as in the paper",
+    _fig5b_caption,
+    f"{_DRAWN}:loops_by_p",
+    _over_p,
+)
+_FIG5B_CORRECTED = Figure(
+    "fig5b-corrected",
+    "Loop rates with their chance levels, and the onset of loops",
+    Caption(
+        "Loop rates with their chance levels in trials of the same lengths, and the share that has looped by each "
+        "step. Grey: from random actions (dotted) to those without repeats (dashed); crosses: the agent's own "
+        "transition probabilities; plus signs: its own actions in random order.",
+        "Intervals of loop rates are 95 % Wilson intervals. The share by step is one minus the Kaplan-Meier estimate, "
+        "censored at success, which assumes that solved trials would have looped like the others.",
+    ),
+    f"{_DRAWN}:loops_with_chance",
+    _ended,
+)
+
+
+def _show(found: Results) -> Iterator[Part]:
+    yield Part("Action loops", found.answer_of("loops"), list(_blocks(found)))
+
+
+def _blocks(found: Results) -> Iterator[Block]:
+    by_itself = Markup("{} A loop is no fault by itself: <code>round-robin</code> loops by design.")
+    yield Text(by_itself.format(LOOP_DEFINITION), "lead")
+    pairs = ([_FIG5B, _FIG5B_CORRECTED], [_FIG5A, _FIG5A_CORRECTED])
+    yield from map(Beside, pairs) if found.several_p else chain(*pairs)
+    yield _LOOPS
+    yield Note(
+        "Equal outcomes, equal states: trials with a loop whose repeated actions also had the same true outcomes, or "
+        "were tried in the same true configurations. A loop with equal states yields nothing new.",
+        "Chance levels: loop rates expected in trials of the same lengths. They use uniformly random actions, actions "
+        "without immediate repeats, the agent's own first-order transitions, or its actions in random order.",
+    )
+    if found.where("flagged_by_detector"):
+        yield Folded(
+            "Other loop detectors on the same trials",
+            [
+                _DETECTORS,
+                Note(
+                    "Share of trials flagged.",
+                    "Rules keep the thresholds of their frameworks; thresholds of scores are set to flag 5 % of random "
+                    "trials of the same length.",
+                ),
+            ],
+        )
+
+
+SECTIONS = (
+    Section(
+        name="loops",
+        title="Action loops",
+        rows=_rows,
+        show=_show,
+        tables=(_LOOPS, _DETECTORS),
+        figures=(_FIG5A, _FIG5A_CORRECTED, _FIG5B, _FIG5B_CORRECTED),
+    ),
+)

@@ -1,0 +1,86 @@
+"""The loops of one agent over the doses of an axis: fits, correlation with success, first loops, and what follows."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from lockprobe.analysis.axis import FLIPS
+from lockprobe.analysis.inference.association import Correlation
+from lockprobe.analysis.inference.hazard import LoopEffect
+from lockprobe.analysis.inference.logrank import LogRanks
+from lockprobe.analysis.proportions import Z
+from lockprobe.analysis.summary import AgentSummary
+from lockprobe.report.sections.course_rows import AgentCourse, at, log_rank_rows, trend_rows, two_lines_rows
+from lockprobe.rows import Curve, Estimate, Row
+
+__all__ = ["loops_over_doses"]
+
+_ODDS = "odds_ratio_after_loop"
+
+
+def loops_over_doses(agent: AgentSummary, axis: str) -> Iterator[Row]:
+    """What concerns the loops of one agent over an axis; nothing if no trial has ended.
+
+    Args:
+        agent: Its numbers over the axis.
+        axis: The key of the axis.
+    """
+    if not any(condition.success.n for condition in agent.conditions):
+        return
+    course, found = AgentCourse(agent, axis), agent.inference
+    yield from trend_rows(course, "loop_fit", agent.loop_fit)
+    yield from _correlation(course, agent.correlation)
+    yield from log_rank_rows(course, "hazard_ratio_of_first_loop", "first_loops", found.onset)
+    yield from _onset(course, found.onset)
+    yield from two_lines_rows(course, "first_loop_two_lines", found.onset_lines)
+    yield from _after_a_loop(course, found.hazard, "step by step")
+    yield from _after_a_loop(course, found.landmark, "after step 10")
+    if (naive := found.whole).p_value is not None:
+        tested = {"p_value": naive.p_value, "test": "Fisher"}
+        yield course.estimate(_ODDS, naive.odds_ratio, of="whole trials", unit="ratio", **tested)
+
+
+def _correlation(course: AgentCourse, found: Correlation) -> Iterator[Estimate]:
+    """Loop rate against success over repetitions."""
+    if found.n:
+        ends = {"low": found.low, "high": found.high, "p_value": found.p_value, "test": "Student's t"}
+        yield course.estimate("loop_success_correlation", found.r, unit="r", n=found.n, **ends)
+    for of, value in (("slope", found.slope), ("intercept", found.intercept)):
+        if value is not None:
+            yield course.estimate("loop_success_line", value, of=of, n=found.n)
+
+
+def _onset(course: AgentCourse, found: LogRanks) -> Iterator[Row]:
+    """The share of trials that has looped by each step, its area, and at step 12; of flip rates its curve too."""
+    if (primary := found.primary) is None:
+        return
+    groups = {"lowest": primary.lowest, "higher": primary.higher} | {
+        at(one.higher.p[0]): one.higher for one in found.each
+    }
+    for of, group in groups.items():
+        own, curve = course.columns | {"of": of, "n": group.n}, group.curve
+        yield Estimate(quantity="looped_by_step_12", **own, value=group.by_step(12))
+        if (area := curve.area) is not None:
+            yield Estimate(quantity="loop_onset_area", **own, value=area.value, low=area.low, high=area.high)
+        if course.axis == FLIPS.name:
+            band, steps = own | {"axis": "step", "low": curve.low, "high": curve.high}, tuple(range(len(curve.share)))
+            yield Curve(quantity="loop_onset", **band, x=steps, value=curve.share)
+
+
+def _after_a_loop(course: AgentCourse, found: LoopEffect, of: str) -> Iterator[Row]:
+    """The odds of solving after a loop over those before, and of a blind agent with the same habits."""
+    if found.odds_ratio is not None or found.p_value is not None:
+        tested = {"p_value": found.p_value, "test": "Mantel-Haenszel"}
+        yield course.estimate(_ODDS, found.odds_ratio, of=of, unit="ratio", low=found.low, high=found.high, **tested)
+    yield from course.missing(f"{_ODDS}, {of}", found.note)
+    if (blind := found.blind) is not None:
+        ratio, spread = blind.odds_ratio, math.exp(Z * blind.error)
+        ends = {"low": ratio / spread, "high": ratio * spread, "n": blind.trials}
+        yield course.estimate(_ODDS, ratio, of=f"{of}, blind agent", unit="ratio", **ends)
+    if found.strata:
+        yield course.estimate("informative_strata", found.strata, of=of, unit="strata")
+    counts = {"after": (found.looped_solved, found.looped), "before": (found.unlooped_solved, found.unlooped)}
+    for when, (solved, n) in counts.items():
+        if n:
+            yield course.estimate("solved_by_loop", solved / n, of=f"{of}, {when}", n=n, count=solved)

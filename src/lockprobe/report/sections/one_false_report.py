@@ -1,0 +1,158 @@
+"""The effect of one false report: a small experiment at every report that was inverted at random."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any, cast
+
+from markupsafe import Markup
+
+from lockprobe.analysis.axis import FLIPS
+from lockprobe.analysis.excursion import Among, Excursion, Outcome, decision_points, excursions
+from lockprobe.formatting import bracketed, first_three, p_cell
+from lockprobe.prose.excursion import among_said, excursion_said, outcome_said
+from lockprobe.prose.subject import Subject, subject_of
+from lockprobe.record import Trial
+from lockprobe.report.format import TextTable
+from lockprobe.report.section import Block, Folded, Note, Part, Section, Table, Template, Text
+from lockprobe.report.study_numbers import StudyNumbers
+from lockprobe.rows import Estimate, Fact, Finding, Results, Row
+
+__all__ = ["SECTIONS", "effects_on"]
+
+_NAME = "lies"
+_EFFECT, _DETECTABLE = "effect_of_one_false_report", "detectable_effect_of_one_false_report"
+_REPORTS = "reports_false_at_random"
+
+Who = tuple[str, str]
+"""An agent and its modality."""
+
+
+def _rows(numbers: StudyNumbers) -> Iterator[Row]:
+    heeding = {(one.agent, one.modality): subject_of(one) for one in numbers.flips.subjects if not one.blind}
+    yield from effects_on(heeding, numbers.opened.flip_trials)
+
+
+def effects_on(heeding: dict[Who, Subject], trials: Sequence[Trial]) -> Iterator[Row]:
+    """The effects of one false report, for every agent with trials at a flip rate above 0 and below 1.
+
+    Agents are one family: their P values and intervals are corrected for the number of those with an estimate.
+
+    Args:
+        heeding: The agents, with the subjects of sentences about them.
+        trials: Trials of a flip study.
+    """
+    there = {who: decision_points(t for t in trials if (t.group, t.modality) == who) for who in heeding}
+    found = {who: excursions(points) for who, points in there.items() if len(points)}
+    if (agents := sum(bool(effects.estimates) for effects in found.values())) > 1:
+        found = {who: excursions(there[who], agents) for who in found}
+    for who, effects in found.items():
+        own: dict[str, Any] = {"agent": who[0], "modality": who[1], "axis": FLIPS.name}
+        yield Estimate(quantity=_REPORTS, **own, unit="reports", value=len(there[who]))
+        for one in effects.estimates:
+            yield from _effect(one, effects.agents, own)
+        for left_out in effects.left_out:
+            yield Fact(about=_about(*who), name=f"{left_out.outcome}, {left_out.among}", text=left_out.reason)
+        yield _said("effect", excursion_said(effects, heeding[who]), who)
+    parts = [
+        f"{bracketed(one.effect, one.low, one.high)} {agent}"
+        for (agent, _), effects in found.items()
+        for one in effects.estimates
+        if (one.outcome, one.among) == ("solved", "all")
+    ]
+    if parts:
+        yield _said("answer", f"Success after one more false report, in points: {first_three(parts, '; ')}.")
+
+
+def _said(kind: str, text: str, who: Who = ("", "")) -> Finding:
+    return Finding(section=_NAME, kind=kind, agent=who[0], modality=who[1], text=text, rests_on=(_EFFECT,))
+
+
+def _about(agent: str, modality: str) -> str:
+    """What the reasons are a property of why effects on an agent are not estimated."""
+    return f"effects of one false report on {agent}, {modality}"
+
+
+def _effect(one: Excursion, agents: int, own: dict[str, Any]) -> Iterator[Estimate]:
+    own = own | {"of": f"{one.outcome}, {one.among}", "unit": "points", "n": one.points, "clusters": one.clusters}
+    yield Estimate(
+        quantity=_EFFECT,
+        **own,
+        value=one.effect,
+        low=one.low,
+        high=one.high,
+        p_value=one.p_value,
+        family="agents",
+        corrected_for=agents,
+        test="Student's t over blocks",
+    )
+    yield Estimate(quantity=_DETECTABLE, **own, value=one.smallest, note="power 80 %")
+
+
+def _words(of: str) -> tuple[str, str]:
+    """An outcome and the reports that are meant, in words."""
+    outcome, among = of.split(", ")
+    return outcome_said(cast("Outcome", outcome)), among_said(cast("Among", among))
+
+
+def _table(found: Results) -> TextTable:
+    """Every effect of one false report."""
+    if not found.where(_REPORTS):
+        return []
+    head = ["agent", "outcome", "among", "effect, points", "P", "reports", "detectable effect (80 % power), points"]
+    return [head] + [
+        [
+            row.agent,
+            *_words(row.of),
+            bracketed(row.value, row.low, row.high),
+            p_cell(row.p_value),
+            str(row.n),
+            f"{100 * (found.one(_DETECTABLE, agent=row.agent, modality=row.modality, of=row.of).value or 0.0):.0f}",
+        ]
+        for row in found.where(_EFFECT)
+    ]
+
+
+_TABLE = Table("lies", _table, numeric_from=3)
+
+
+def _show(found: Results) -> Iterator[Part]:
+    if found.where(_REPORTS):
+        answer = found.answer_of(_NAME) or "Too few trials differ."
+        yield Part("Effect of one false report", answer, list(_blocks(found)))
+
+
+def _blocks(found: Results) -> Iterator[Block]:
+    for row in found.where(_REPORTS):
+        yield Text(found.not_judged or found.said(_NAME, "effect", agent=row.agent, modality=row.modality)[0])
+    several = any(row.corrected_for > 1 for row in found.where(_EFFECT))
+    note = Note(
+        Markup(
+            "Different effects inside and outside loops are no evidence for a mechanism: loops occur late, when few "
+            "steps are left, and false reports can also break loops through their content alone. <code>lockprobe run "
+            "why</code> separates the mechanisms."
+        ),
+        Markup(
+            "Effects are differences of probabilities in points, with the other reports at the flip rate of the study. "
+            "<i>P</i> values are not corrected for the number of rows{}."
+        ).format(", but like intervals for that of agents" if several else ""),
+        "Each report was inverted at random with a known probability, so every report after which a trial continues is "
+        "a small randomised experiment (causal excursion effect). Effects are least-squares estimates on the centred "
+        "treatment, clustered by block.",
+    )
+    left_out = Template("effects_left_out", {"agents": list(_left_out(found))})
+    yield Folded("All effects of one false report", [_TABLE, left_out, note])
+
+
+def _left_out(found: Results) -> Iterator[tuple[str, dict[str, list[str]]]]:
+    """Every agent with effects that are not estimated, by the reason."""
+    for row in found.where(_REPORTS):
+        reasons: dict[str, list[str]] = {}
+        for name, reason in found.facts_about(_about(row.agent, row.modality)).items():
+            what, where = _words(name)
+            reasons.setdefault(reason, []).append(f"{what} ({where})")
+        if reasons:
+            yield row.agent, dict(sorted(reasons.items()))
+
+
+SECTIONS = (Section(name=_NAME, title="Effect of one false report", rows=_rows, show=_show, tables=(_TABLE,)),)

@@ -1,0 +1,59 @@
+"""Design: what was played, by whom and how often, what is left out of the numbers, and the hashes of the study."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from lockprobe.record import PLAIN_WORDS
+from lockprobe.report.section import Part, Section, Template
+from lockprobe.report.study_numbers import StudyNumbers
+from lockprobe.rows import Estimate, Results
+from lockprobe.spec import PEOPLE
+
+__all__ = ["SECTIONS"]
+
+_KINDS = {
+    "transient": " (every report starts from the truth)",
+    "sticky": " (a false position stays until its joint is attempted again)",
+    "outcome-only": " (the report holds the outcome and no positions)",
+}
+"""What becomes of a false report."""
+
+
+def _rows(numbers: StudyNumbers) -> Iterator[Estimate]:
+    """What is on record and in no other number, and what was played twice."""
+    opened, journal = numbers.opened, numbers.opened.journal
+    for of, count, unit in (
+        ("ended as error", sum(trial.ending == "error" for trial in opened.trials), "trials"),
+        ("incomplete lines", journal.unfinished_lines, "lines"),
+        ("outside the settings", opened.foreign, "trials"),
+        ("of another study", journal.foreign, "records"),
+        ("replaced after an error", journal.replaced, "records"),
+        ("replaced without an error", journal.repeated, "records"),
+        ("replayed on request", sum(trial.replays > 0 for trial in opened.trials), "trials"),
+    ):
+        yield Estimate(quantity="left_out", of=of, value=count, unit=unit)
+
+
+def _show(found: Results) -> Iterator[Part]:
+    boxes = [found.get("boxes", agent=PEOPLE, condition="", of=of) for of in ("finished", "planned")]
+    people = " of ".join(f"{row.value:.0f}" for row in boxes if row)
+    run = sum(agent != PEOPLE for agent in found.study.get("agents", ()))
+    agents = f"{run} agent{'s' * (run != 1)}" if run or not people else ""
+    played_by = " and ".join(filter(None, (agents, "people" if people else "")))
+    modalities = list(dict.fromkeys(one.modality for one in found.design.conditions))
+    values = {
+        "run": run,
+        "people": people,
+        "others": [agent for agent in found.study.get("agents", ()) if agent not in found.subjects],
+        "modalities": modalities if len(modalities) != 1 or modalities[0] not in PLAIN_WORDS else [],
+        "conditions": list(dict.fromkeys(cell.condition for cell in found.cells)) if found.beside_flips else [],
+        "rates": list(dict.fromkeys(one.p for one in found.design.conditions if one.p is not None)),
+        "kind": _KINDS.get(found.design.flip_kind, ""),
+        "left_out": {row.of: f"{row.value:.0f}" for row in found.where("left_out")},
+    }
+    answer = f"{found.progress.finished} trials of {played_by}."
+    yield Part("Design", answer, [Template("design", values)])
+
+
+SECTIONS = (Section(name="settings", title="Design", rows=_rows, show=_show),)

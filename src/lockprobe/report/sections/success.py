@@ -1,0 +1,295 @@
+"""Success and false reports: how success depends on the flip rate, agent by agent, and its course."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+from markupsafe import Markup
+
+from lockprobe.analysis.axis import FLIPS
+from lockprobe.analysis.proportions import ALPHA
+from lockprobe.analysis.published import PEAK
+from lockprobe.formatting import NONE, minus, p_cell, percent
+from lockprobe.prose.success import courses_said
+from lockprobe.report.format import DETECTED, TextTable
+from lockprobe.report.section import (
+    Beside,
+    Block,
+    Caption,
+    Figure,
+    Folded,
+    Heading,
+    Note,
+    Part,
+    Section,
+    Table,
+    Template,
+)
+from lockprobe.report.sections.course_rows import CONTROL, COURSE, at, course_rows
+from lockprobe.report.study_numbers import StudyNumbers
+from lockprobe.report.table_rows import count_of, points_cell
+from lockprobe.rows import Cell, Course, Estimate, Finding, Results, Row
+
+__all__ = ["SECTIONS"]
+
+
+def _rows(numbers: StudyNumbers) -> Iterator[Row]:
+    for agent in numbers.flips.agents:
+        yield from course_rows(agent, FLIPS.name, numbers.flips.reference)
+    yield from numbers.answer("success")
+    if said := courses_said(numbers.flips):
+        rests_on = ("success_difference", "success_two_lines")
+        yield Finding(section="success", kind="courses", text=said, rests_on=rests_on)
+
+
+def _course_table(found: Results) -> TextTable:
+    """The course of success and of the loop rate over the flip rate, one row per agent."""
+    head = ["agent", "solved at the lowest flip rate", "highest", "lowest", "solved at the highest flip rate"]
+    loops = ["loops at the lowest flip rate", "fewest loops", "loops at the highest flip rate", "loops begin"]
+    table = [[*head, "course of success", *loops]]
+    for course in found.courses():
+        acting = _analysed(course)
+        if not acting:
+            continue
+        highest, lowest = (pick(acting, key=lambda cell: cell.value("success") or 0.0) for pick in (max, min))
+        rates = [cell.value("loop_rate") for cell in course.played]
+        fewest = min((rate for rate in rates if rate is not None), default=None)
+        table.append(
+            [
+                course.label,
+                percent(acting[0].value("success")),
+                *(f"{percent(cell.value('success'))} at {cell.dose:g}" for cell in (highest, lowest)),
+                percent(acting[-1].value("success")),
+                _kind(course),
+                *map(percent, (rates[0], fewest, rates[-1])),
+                _loops_begin(course),
+            ]
+        )
+    return table
+
+
+def _analysed(course: Course) -> list[Cell]:
+    """The cells with trials that fits and tests use: not what changed nothing, and one of an agent that plays alike."""
+    cells = course.cells[:1] if course.blind else course.cells
+    return [cell for cell in cells if (row := cell.get("success")) and (cell is cells[0] or row.note != "never acted")]
+
+
+def _kind(course: Course) -> str:
+    return course.found.fact(COURSE, f"{course.label}, {course.axis}")
+
+
+def _loops_begin(course: Course) -> str:
+    """Whether loops begin later or sooner as the dose rises."""
+    if course.blind:
+        return _kind(course)
+    test = course.get("test", "looping")
+    if test is None or test.p_value is None:
+        return "not tested"
+    if test.p_value >= ALPHA:
+        return "no change detected"
+    return "later" if (course.value("test_direction", "looping") or 0) < 0 else "sooner"
+
+
+_COURSES = Table("courses", _course_table, numeric_from=1, cards=True)
+
+
+def _fig4_caption(found: Results) -> Caption:
+    rates = found.flip_rates
+    stars = len(rates) > 1 and any(rates[0] <= p <= rates[-1] for p in (0.0, PEAK))
+    values = (
+        " Hollow stars: values in the paper's text, 23.3 % at a flip rate of 0 and 2.85 times that, 20 of 30, at 0.4."
+    )
+    return Caption(
+        f"The paper's Fig. 4: success by flip rate.{values if stars else ''}",
+        "Dots are repetitions (larger where several coincide), markers their means. The line is the second-order "
+        "least-squares fit with its 95 % bootstrap band.",
+    )
+
+
+_DRAWN = "lockprobe.figures.success_by_flip_rate"
+_FIG4 = Figure(
+    "fig4",
+    "Success rate by flip rate, as in the paper",
+    _fig4_caption,
+    f"{_DRAWN}:fig4",
+    applies=lambda found: found.several_p,
+)
+_FIG4_CORRECTED = Figure(
+    "fig4-corrected",
+    "Success rate by flip rate, with intervals and chance levels",
+    Caption(
+        "Success by flip rate, with the exact success of random agents. Triangles mark the 95 % set of the best flip "
+        "rate; the diamond is the highest share, corrected for selection of the maximum.",
+        "Intervals are 95 % Wilson intervals. The line is a binomial model of the order with the lowest AICc, with its "
+        "95 % band.",
+    ),
+    f"{_DRAWN}:fig4_corrected",
+    applies=lambda found: found.several_p,
+)
+_COURSES_DRAWN = Figure(
+    "courses",
+    "Success and loop rate by flip rate, one panel per agent",
+    Caption(
+        "Share of trials solved (circles) and share with an action loop (squares) by flip rate, one panel per agent. "
+        "The heading compares success with that at the lowest flip rate.",
+        "Intervals are 95 % Wilson intervals.",
+    ),
+    "lockprobe.figures.courses:courses",
+    applies=lambda found: found.several_p and not found.not_judged,  # its headings are verdicts
+)
+
+
+def _show(found: Results) -> Iterator[Part]:
+    if found.several_p:
+        yield Part("Success and false reports", found.answer_of("success"), list(_blocks(found)))
+
+
+def _blocks(found: Results) -> Iterator[Block]:
+    judged = [] if found.not_judged else [course for course in found.courses() if course.subject]
+    fits = [(course.label, _fit_said(course)) for course in judged]
+    best = [(course.label, said) for course in judged if not course.blind and (said := _best_said(course))]
+    yield Beside(
+        [
+            replace(_FIG4, below=_of_agents("The fit, agent by agent", fits)),
+            replace(_FIG4_CORRECTED, below=_of_agents("Order and best flip rate, agent by agent", best)),
+        ]
+    )
+    if rows := list(_contrast_rows(found)):
+        yield Template("contrasts", {"rows": rows})
+        yield _CONTRAST_NOTE
+    if found.said("success", "courses"):
+        yield Heading("Courses of success")
+        yield _COURSES_DRAWN
+        yield _COURSES
+        yield _COURSE_NOTE
+
+
+def _of_agents(summary: str, said: list[tuple[str, str]]) -> tuple[Block, ...]:
+    """A sentence on each agent, behind a summary; nothing without agents."""
+    return (Folded(summary, [Template("of_agents", {"said": said})], small=True),) if said else ()
+
+
+def _fit_said(course: Course) -> str:
+    """The orders that the paper's criteria prefer, and where the second-order fit turns; or why there is no fit."""
+    if course.blind:
+        return "no fit, its trials are the same at every flip rate."
+    aic, cv = (course.value("success_fit_order", of) for of in ("AIC", "cross-validation"))
+    if aic is None or cv is None:
+        return course.found.fact("success_fit", f"{course.label}, {course.axis}")
+    said = f"AIC prefers order {aic:g}, cross-validation order {cv:g}."
+    for row in course.where("success_fit_turning"):
+        share = course.value("success_fit_turning_share", row.of)
+        alike = f" ({percent(share)} of resamples turn the same way within the range)" if share is not None else ""
+        said += f" The second-order fit has its {row.of} at a flip rate of {row.value:.2f}{alike}."
+    return said
+
+
+def _best_said(course: Course) -> str:
+    """The order of the binomial model and the best flip rate."""
+    said, best = [], course.value("best_dose")
+    if (order := course.value("success_model_order", "AICc")) is not None:
+        said.append(f"AICc prefers order {order:g}.")
+    if best is not None:
+        members = ", ".join(f"{row.value:g}" for row in course.where("best_dose_set"))
+        sure = f"with 95 % confidence the best flip rate is one of {members}"
+        of = sure if members else "any flip rate may be the best"
+        said.append(f"Success is highest at a flip rate of {best:g}; {of}.")
+    if (honest := course.value("success_at_best_dose")) is not None:
+        seen = percent(course.value("success_at_best_dose", "uncorrected"))
+        said.append(
+            f"Corrected for selection of the maximum, success there is about {percent(honest)} (uncorrected: {seen}); "
+            "some upward bias remains."
+        )
+    return " ".join(said)
+
+
+def _contrast_rows(found: Results) -> Iterator[dict[str, object]]:
+    """The cells of the clearest difference of each agent, and what it is if broken trials had ended alike."""
+    for course in found.courses():
+        if (row := course.get("clearest_success_difference")) is None:
+            continue
+        dose = _dose(row)
+        first, second = (_at_dose(course, "success_in_pairs", dose, of) for of in (CONTROL, ""))
+        alone = [_at_dose(course, "solved_at_one_only", dose, of) for of in (CONTROL, "")]
+        tests = _at_dose(course, "success_difference", dose, "McNemar"), course.get(row.quantity, "Fisher")
+        yield {
+            "label": course.label,
+            "compared": _compared(course, row),
+            "cells": [
+                count_of(first),
+                count_of(second),
+                points_cell(row),
+                p_cell(row.p_value),
+                "not judged" if found.not_judged else DETECTED[row.p_value is not None and row.p_value < ALPHA],
+                *(str(one.count) if one else NONE for one in alone),
+                *(p_cell(one.p_value if one else None) for one in tests),
+            ],
+            "broken": _if_broken(course, dose),
+        }
+
+
+def _dose(row: Estimate) -> float:
+    (dose,) = row.doses.values()
+    return dose
+
+
+def _at_dose(course: Course, quantity: str, dose: float, of: str) -> Estimate | None:
+    """A number that compares a dose with the lowest."""
+    return next((row for row in course.against_lowest(quantity, of) if _dose(row) == dose), None)
+
+
+def _compared(course: Course, row: Estimate) -> str:
+    """The two flip rates, out of how many they were chosen, and of which trials."""
+    rates = [course.value("lowest_dose") or 0.0, _dose(row)]
+    said = " and ".join(f"{rate:g}" for rate in rates)
+    others = [abs(one.value or 0.0) for one in course.against_lowest("success_difference")]
+    if len(others) > 1:
+        said += f", the {'farthest' if abs(row.value or 0.0) >= max(others) - 1e-9 else 'clearest'} of {len(others)}"
+    compared = [_at_dose(course, "success_in_pairs", _dose(row), of) for of in (CONTROL, "")]
+    whole = [one.n if one else 0 for one in compared] == [course.value("trials_at_dose", at(rate)) for rate in rates]
+    return said if whole else f"{said}, trials finished at both"
+
+
+def _if_broken(course: Course, dose: float) -> str:
+    """The difference if all broken trials had ended unsolved, and if all had been solved; empty if none broke."""
+    ends = [_at_dose(course, "success_difference", dose, f"broken trials {end}") for end in ("unsolved", "solved")]
+    said = [f"{100 * (one.value or 0.0):+.0f} points, P = {one.p_value:.2g}" for one in ends if one]
+    if len(said) < len(ends):
+        return ""
+    return minus(
+        f"Broken trials counted as unsolved: {said[0]}; counted as solved: {said[1]}. The corrected P value above is "
+        "the largest, and 1 if the signs differ."
+    )
+
+
+_CONTRAST_NOTE = Note(
+    Markup(
+        "Success at two flip rates, in the trials finished at both (for people, in all trials). <em>Detected</em>: the "
+        "corrected <i>P</i> is below 0.05; <em>not detected</em> does not show that there is no difference."
+    ),
+    Markup(
+        "The corrected <i>P</i> is the larger of two: that of a permutation of flip rates within blocks, corrected for "
+        "all flip rates and for the agents, and that of the interval, corrected alike. McNemar's exact test and "
+        "Fisher's, which assumes independent conditions, are not corrected."
+    ),
+    "A trial uses the same random numbers (labels, flips, draws) at every flip rate; a block is one repetition and "
+    "trial. The difference, its interval and its P values use the same sample.",
+)
+_COURSE_NOTE = Note(
+    "A course does not identify its cause: simple strategies show all of them.",
+    "Higher or lower: success at some flip rate against that at the lowest (permutation test, corrected for all flip "
+    "rates and for the number of agents); the two-lines test can also show a rise and a fall. Loops begin later or "
+    "sooner: log-rank test of the first loop, lowest flip rate against all higher ones.",
+)
+
+SECTIONS = (
+    Section(
+        name="success",
+        title="Success and false reports",
+        rows=_rows,
+        show=_show,
+        tables=(_COURSES,),
+        figures=(_FIG4, _FIG4_CORRECTED, _COURSES_DRAWN),
+    ),
+)

@@ -1,0 +1,227 @@
+"""From an opened study to its numbers, without sentences: what sections of a report make their rows from."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
+from typing import Any
+
+from lockprobe.analysis.axis import FLIPS
+from lockprobe.analysis.branch import BranchEffect, branch_effects
+from lockprobe.analysis.clustered import ClusteredProportion
+from lockprobe.analysis.condition import ConditionSummary
+from lockprobe.analysis.condition_study import ConditionStudySummary, summarise_conditions
+from lockprobe.analysis.proportions import Proportion
+from lockprobe.analysis.rules import RuleBreaks, together
+from lockprobe.analysis.series import Series
+from lockprobe.analysis.summary import AgentSummary, StudySummary, check_trials, summarise
+from lockprobe.errors import BadFile, BadValue
+from lockprobe.parallel import Each
+from lockprobe.prose.robot import not_judged
+from lockprobe.prose.section_answers import section_answers
+from lockprobe.record import Trial
+from lockprobe.report.opened import OpenedStudy
+from lockprobe.rows import Curve, Estimate, Finding
+from lockprobe.sections import collecting, section
+from lockprobe.studies.directory import RECORDS
+from lockprobe.studies.study import Study
+from lockprobe.studies.study_design import design_of
+
+__all__ = ["PlayedCell", "StudyNumbers", "share_rows", "study_numbers"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlayedCell:
+    """One agent under one condition, with its trials and numbers.
+
+    Attributes:
+        agent: Agent spec.
+        modality: How the box was shown.
+        condition: Name of the condition.
+        doses: The doses of the condition.
+        summary: Its numbers.
+        trials: Its trials, by repetition and trial, broken ones too.
+        player: The numbers of the agent over the flip axis, if the condition is on it.
+    """
+
+    agent: str
+    modality: str
+    condition: str
+    doses: dict[str, float]
+    summary: ConditionSummary
+    trials: tuple[Trial, ...]
+    player: AgentSummary | None
+
+    def estimate(self, quantity: str, value: float | None = None, **columns: Any) -> Estimate:
+        """A row of this cell."""
+        return Estimate(quantity=quantity, value=value, **self._of, **columns)
+
+    def share(self, quantity: str, found: Proportion | ClusteredProportion, **columns: Any) -> list[Estimate]:
+        """The row of a share of this cell; none if it is a share of nothing."""
+        return share_rows(quantity, found, **self._of, **columns)
+
+    def curve(self, quantity: str, **columns: Any) -> Curve:
+        """A curve of this cell."""
+        return Curve(quantity=quantity, **self._of, **columns)
+
+    @property
+    def _of(self) -> dict[str, Any]:
+        return {
+            "agent": self.agent,
+            "modality": self.modality,
+            "condition": self.condition,
+            "doses": self.doses,
+        }
+
+
+def share_rows(quantity: str, found: Proportion | ClusteredProportion, **columns: Any) -> list[Estimate]:
+    """The row of a share with its interval; none if it is a share of nothing."""
+    if not found.n:
+        return []
+    clusters = {} if isinstance(found, Proportion) else {"clusters": found.clusters}
+    row = {"value": found.value, "low": found.low, "high": found.high, "n": found.n, "count": found.count}
+    return [Estimate(quantity=quantity, **row | clusters | columns)]
+
+
+@dataclass(frozen=True, kw_only=True)
+class StudyNumbers:
+    """All numbers of a study, without sentences.
+
+    Attributes:
+        opened: The study and its trials.
+        flips: The numbers over its flip rates, the truth among them.
+        others: Those of its other conditions; None without any.
+        forks: What one report did, by its forks; empty without forks.
+    """
+
+    opened: OpenedStudy
+    flips: StudySummary
+    others: ConditionStudySummary | None = None
+    forks: tuple[BranchEffect, ...] = ()
+
+    @property
+    def study(self) -> Study:
+        """The settings of the study."""
+        return self.opened.study
+
+    @property
+    def trials(self) -> tuple[Trial, ...]:
+        """Its trials, by agent and condition."""
+        return self.opened.trials
+
+    @cached_property
+    def cells(self) -> tuple[PlayedCell, ...]:
+        """Every agent under every condition that has trials, in the order of the study; flip rates ascend."""
+        own: dict[tuple[str, str], list[Trial]] = {}
+        for trial in self.trials:
+            own.setdefault((trial.group, trial.condition), []).append(trial)
+        players = {(one.agent, one.name): agent for agent in self.flips.agents for one in agent.conditions}
+        found = {(one.agent, one.name): one for one in self.flips.conditions}
+        order = list(found)
+        if self.others is not None:
+            found |= {name: one for name, one in self.others.conditions.items() if name not in found}
+            order = [name for name in product(self.study.agents, self._labels) if name in found]
+        return tuple(
+            PlayedCell(
+                agent=agent,
+                modality=found[agent, label].modality,
+                condition=label,
+                doses=dict(self.study.labelled(label).doses),
+                summary=found[agent, label],
+                trials=tuple(own.get((agent, label), ())),
+                player=players.get((agent, label)),
+            )
+            for agent, label in order
+        )
+
+    @property
+    def _labels(self) -> list[str]:
+        return [one.label for one in self.study.conditions]
+
+    @cached_property
+    def series(self) -> tuple[tuple[int, Series, StudySummary], ...]:
+        """The numbers over every dose but plain flip rates, and which it is of several doses of its name."""
+        known, found = Counter[tuple[str, str, str, str]](), []
+        for series, summary in self.others.series if self.others else ():
+            name, rest = series.axis.name, series.axis.rest
+            place = name, rest, series.modality, series.agent
+            known[place] += 1
+            found.append((known[place] + (name == FLIPS.name and not rest), series, summary))
+        return tuple(found)
+
+    @property
+    def subjects(self) -> tuple[str, ...]:
+        """The agents that the study is about."""
+        own = tuple(dict.fromkeys(agent.agent for agent in self.flips.subjects))
+        return own or (self.others.subjects if self.others else ())
+
+    @cached_property
+    def _answers(self) -> dict[str, str]:
+        return section_answers(self.flips)
+
+    def answer(self, name: str) -> Iterator[Finding]:
+        """The answer in the heading of a section, where it has one."""
+        if said := self._answers.get(name):
+            yield Finding(section=name, kind="answer", text=said)
+
+    @cached_property
+    def not_judged(self) -> str:
+        """Why no agent is judged; empty if no attempt broke the rules of the box.
+
+        A hand that misses is no agent that fails: what a sentence would say of an agent, the plant may have done.
+        """
+        return not_judged(self.rules)
+
+    @cached_property
+    def rules(self) -> RuleBreaks | None:
+        """Attempts against the rules of the box; None if the box is not known."""
+        return together(cell.summary.rules for cell in self.cells)
+
+
+def study_numbers(opened: OpenedStudy, *, each: Each = map) -> StudyNumbers:
+    """Compute all numbers of a study.
+
+    Args:
+        opened: The study.
+        each: Works on one job after the other, or on several at once.
+
+    Raises:
+        BadFile: If its records cannot be analysed together.
+    """
+    flips = _of_flips(opened, collecting(each))
+    forks = section(
+        "Effect of one report",
+        lambda: branch_effects(opened.forks, {trial.key: trial for trial in opened.trials}, chances=opened.choices),
+        list[BranchEffect],
+    )
+    others = _of_others(opened, flips, collecting(each))
+    return StudyNumbers(opened=opened, flips=flips, others=others, forks=tuple(forks))
+
+
+def _of_flips(opened: OpenedStudy, each: Each) -> StudySummary:
+    """The numbers over the flip rates; those of no trial if none can be computed."""
+    study, trials = opened.study, opened.flip_trials
+    try:
+        check_trials(trials, study.box)
+    except BadValue as error:
+        raise BadFile(opened.directory / RECORDS, str(error)) from error
+    return section(
+        "All numbers of trials",
+        lambda: summarise(trials, study.box, each=each),
+        lambda: summarise((), study.box, each=each),
+    )
+
+
+def _of_others(opened: OpenedStudy, flips: StudySummary, each: Each) -> ConditionStudySummary | None:
+    """The numbers of conditions that are no flip rates; those of no trial if none can be computed."""
+    study = opened.study
+    if study.of_flips:
+        return None
+
+    def of(trials: Sequence[Trial]) -> ConditionStudySummary:
+        return summarise_conditions(trials, design_of(study), flips, box=study.box, budget=study.max_steps, each=each)
+
+    return section("All numbers of conditions", lambda: of(opened.trials), lambda: of(()))

@@ -1,0 +1,85 @@
+"""How tables name what their rows are of, and how they write estimates."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from lockprobe.formatting import NONE, bracketed, minus, percent, share
+from lockprobe.report.format import EVERY
+from lockprobe.rows import Cell, Estimate, Results
+
+__all__ = [
+    "by_conditions",
+    "chance_cell",
+    "count_of",
+    "distinct",
+    "flips_first",
+    "points_cell",
+    "share_of_row",
+    "under",
+    "value_cell",
+    "varied",
+]
+
+
+def share_of_row(row: Estimate | None) -> str:
+    """A share with its interval, in per cent."""
+    return NONE if row is None else share(row.value, row.low, row.high)
+
+
+def points_cell(row: Estimate | None) -> str:
+    """A difference with its interval, in points."""
+    return NONE if row is None else bracketed(row.value, row.low, row.high)
+
+
+def count_of(row: Estimate | None) -> str:
+    """How many of how many."""
+    return "0 of 0" if row is None else f"{row.count} of {row.n}"
+
+
+def value_cell(row: Estimate | None, form: str = "{:.2f}") -> str:
+    """A number, with its interval in brackets where it has one."""
+    if row is None or row.value is None:
+        return NONE
+    said = form.format(row.value)
+    if row.low is not None and row.high is not None:
+        said += f" [{form.format(row.low)}, {form.format(row.high)}]"
+    return minus(said)
+
+
+def chance_cell(cell: Cell) -> str:
+    """The loop rate of random actions, from uniform to without immediate repeats."""
+    return " to ".join(percent(cell.value("loop_rate_chance", of), 0) for of in ("uniform", "no-repeat"))
+
+
+def by_conditions(cells: Sequence[Cell]) -> bool:
+    """Whether flip rates do not tell the cells apart: then all go by the names of their conditions."""
+    rates = {(cell.label, cell.p) for cell in cells}
+    return None in {p for _, p in rates} or len(rates) < len({(cell.label, cell.condition) for cell in cells})
+
+
+def varied(cells: Sequence[Cell]) -> str:
+    """What tells the rows of one agent apart."""
+    return "condition" if by_conditions(cells) else "flip rate"
+
+
+def under(cell: Cell, among: Sequence[Cell]) -> str:
+    """The flip rate or the condition of a row."""
+    return cell.condition if by_conditions(among) else f"{cell.p:g}"
+
+
+def distinct(cells: Sequence[Cell]) -> list[tuple[Cell, str]]:
+    """Cells with their flip rate or name; of an agent that plays the same at every flip rate only the first."""
+    once = {(cell.agent, cell.modality): cell for cell in reversed(cells) if cell.same_at_every_p}
+    return [
+        (cell, EVERY if cell.same_at_every_p else under(cell, cells))
+        for cell in cells
+        if not cell.same_at_every_p or once[cell.agent, cell.modality] is cell
+    ]
+
+
+def flips_first(found: Results) -> list[Cell]:
+    """All cells: those under flip rates by agent and rate, then those under other conditions."""
+    on_axis = [cell for course in found.courses() for cell in course.cells]
+    known = {(cell.agent, cell.condition) for cell in on_axis}
+    return on_axis + [cell for cell in found.cells if (cell.agent, cell.condition) not in known]

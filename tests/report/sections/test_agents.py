@@ -1,0 +1,80 @@
+"""What agents and plants say they are, replies that were tidied, and trials that broke."""
+
+from dataclasses import replace
+
+import clumsy
+import pytest
+from builders import make_trial, play_study, small_study, write_study
+
+from lockprobe.plugins import allow
+from lockprobe.record import TrialError
+from lockprobe.report.opened import open_study
+from lockprobe.report.pages import page_of
+from lockprobe.report.results import results_of
+from lockprobe.report.study_numbers import study_numbers
+
+
+def found_in(path, planned, trials=None):
+    return results_of(study_numbers(open_study(write_study(path / "study", planned, trials))))
+
+
+def test_refusals_and_tidied_replies_are_counted_by_agent(tmp_path):
+    study = small_study(["random"])
+    first, *others = play_study(study)
+    refused = replace(
+        make_trial([0], agent="random", p=0.3, repetition=2, trial=4, broken="model"),
+        error=TrialError(boundary="refusal", message="refused: I cannot help.", step=2),
+    )
+    decision = replace(first.steps[0].decision, replies=("```{}```",), tidied=("fence", "prose"))
+    first = replace(first, steps=(replace(first.steps[0], decision=decision), *first.steps[1:]))
+    found = found_in(tmp_path, study, trials := [first, *others[:4], refused])
+    assert found.one("broken", agent="random", condition="", of="refusal").value == 1
+    broken = "random, broken at refusal"
+    assert found.facts_about(broken) == {"first message": "refused: I cannot help.", "will be replayed": "no"}
+    tidied = found.where("tidied_replies")
+    assert [(row.of, row.count) for row in tidied] == [("", 1), ("a code fence", 1), ("text around the object", 1)]
+    assert {row.n for row in tidied} == {sum(len(trial.steps) for trial in trials)}
+    page = page_of("report", found)
+    assert "They were tidied, and count as all others do." in page
+    assert "a code fence 1, text around the object 1" in page
+    assert "refused: I cannot help." in page
+    assert "1 trials; excluded from all other numbers." in page
+
+
+def test_broken_trials_are_shown_by_agent_and_boundary_with_the_first_message(tmp_path):
+    ends = {("llm:b", 1): "model", ("llm:a", 1): "reply", ("llm:a", 2): "model", ("llm:a", 3): "reply"}
+    trials = [
+        replace(
+            make_trial([0], agent=agent, trial=trial, broken=boundary),
+            error=TrialError(boundary=boundary, message=f"<i>{trial}</i>", step=2, again=trial == 1),
+        )
+        for (agent, trial), boundary in ends.items()
+    ]
+    found = found_in(tmp_path, small_study(["llm:b", "llm:a"], (0.0,), 1, 3), trials)
+    rows = [(row.agent, row.of, row.value) for row in found.where("broken", condition="")]
+    assert rows == [("llm:a", "model", 1), ("llm:a", "reply", 2), ("llm:b", "model", 1)]
+    assert found.facts_about("llm:a, broken at reply") == {"first message": "<i>1</i>", "will be replayed": "yes"}
+    page = page_of("report", found)
+    assert "4 trials; excluded from all other numbers." in page
+    assert '<td>reply</td><td>2</td><td class="long">&lt;i&gt;1&lt;/i&gt;</td><td>yes</td>' in page
+
+
+def test_facts_that_differ_between_trials_are_listed_up_to_eight(tmp_path):
+    facts = [{"model": "m", "few": f"<{i % 2}>", "many": str(i)} for i in range(1, 11)]
+    trials = [make_trial([0], agent="llm:a", trial=i, facts=facts[i - 1], budget=1) for i in range(1, 11)]
+    found = found_in(tmp_path, replace(small_study(["llm:a"], (0.0,), 1, 10), max_steps=1), trials)
+    said = {"model": "m", "few": "<1>; <0>", "many": "10 different values"}
+    assert found.facts_about("llm:a") == said
+    assert '<th>few</th><td class="long">&lt;1&gt;; &lt;0&gt;</td>' in page_of("report", found)
+
+
+@pytest.mark.parametrize("plant", ["symbolic", clumsy.CLUMSY])
+def test_what_the_plant_says_of_itself_and_the_interlock_are_shown(tmp_path, plant):
+    allow(clumsy.CLUMSY)
+    found = found_in(tmp_path, replace(small_study(["random"], (0.0,), 1, 1), plant=plant))
+    page = page_of("report", found)
+    assert found.fact(f"plant {plant}", "misses") == ("" if plant == "symbolic" else "1")
+    assert ("<summary>Plant</summary>" in page) == (plant != "symbolic")
+    assert "All agents follow fixed rules without settings." in page
+    assert "<th>moves if</th>" in page
+    assert "<td>always</td>" in page

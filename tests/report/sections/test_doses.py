@@ -1,0 +1,115 @@
+"""Other doses than flip rates: the same numbers and figures over each, called by the name of the dose."""
+
+from html import unescape
+
+import pytest
+from builders import write_study
+from captions import too_long
+from drawn import bars
+
+from lockprobe.figures.doses import loops_by_dose, success_by_dose
+from lockprobe.report.opened import open_study
+from lockprobe.report.pages import page_of
+from lockprobe.report.results import results_of
+from lockprobe.report.study_numbers import study_numbers
+from lockprobe.studies.studyfile import study
+
+READER = "cognitive:perseverant"
+LAB = {"agent": [READER, "random"], "p": [0, 0.3, 0.6], "sweep": "tremble?p=0.1,0.2,0.4", "trials": 8, "repetitions": 2}
+SMALL = {"trials": 6, "repetitions": 1}
+
+
+def found_in(directory, **asked):
+    return results_of(study_numbers(open_study(write_study(directory / "study", study("flips", **asked)))))
+
+
+def section(found, name="doses"):
+    page = page_of("report", found, {"series-1-success": {"svg": b"<svg/>"}, "series-1-loops": {"svg": b"<svg/>"}})
+    return unescape(
+        page.partition(f'<details class="section" id="{name}">')[2].partition('<details class="section"')[0]
+    )
+
+
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory):
+    """A study of flip rates and of one other dose."""
+    return found_in(tmp_path_factory.mktemp("doses"), **LAB)
+
+
+def test_a_dose_is_called_by_its_name(lab):
+    (axis,) = [axis for axis in lab.design.axes if axis.key != "flip rate"]
+    assert axis.key == "tremble p"
+    assert axis.doses == {"truth": 0, "tremble?p=0.1": 0.1, "tremble?p=0.2": 0.2, "tremble?p=0.4": 0.4}
+    findings = [one for one in lab.findings if one.section == "doses"]
+    assert {one.kind for one in findings} == {"answer", "finding", "loops", "conclusion"}
+    assert "Tremble p</h2>" in section(lab)
+    said = [one.text for one in findings] + [row.note for row in lab.where("test", axis=axis.key)]
+    assert any("tremble" in one for one in said)
+    assert not [one for one in said if "flip" in one or "alse report" in one]
+
+
+def test_every_axis_has_the_same_quantities(lab):
+    flips, tremble = (
+        {row.quantity for row in lab.rows if row.axis == axis and "turning" not in row.quantity}  # if a fit has one
+        for axis in ("flip rate", "tremble p")
+    )
+    assert tremble < flips  # agents are compared over flip rates alone
+    assert {"success_fit_order", "success_difference", "best_dose", "test", "loop_fit_order", "first_loops"} <= tremble
+
+
+def test_numbers_are_of_the_trials_of_each_dose(lab):
+    (axis,) = [axis for axis in lab.design.axes if axis.key != "flip rate"]
+    for course in lab.courses(axis):
+        assert [cell.dose for cell in course.cells] == [0, 0.1, 0.2, 0.4]
+        assert (
+            [row.value for row in course.where("trials_at_dose")] == [cell.trials for cell in course.cells] == [16] * 4
+        )
+        lowest, *others = [cell.value("success") for cell in course.cells]
+        rows = course.against_lowest("success_difference")
+        assert [row.value for row in rows] == pytest.approx([share - lowest for share in others])
+        assert course.value("success_chance", "random") == lab.curve("success_by_step", of="random").value[-1]
+
+
+def test_figures_of_a_dose_show_every_agent_and_stand_on_the_page(lab):
+    place = len(lab.design.axes) - 1
+    for draw, quantity in ((success_by_dose, "success"), (loops_by_dose, "loop_rate")):
+        shown = [axes for axes in draw(lab, place).axes if axes.get_visible()]
+        for axes, course in zip(shown, lab.courses(lab.design.axes[place]), strict=True):
+            assert [bar[:2] for bar in bars(axes)] == [(cell.dose, cell.value(quantity)) for cell in course.cells]
+    assert section(lab).count("<figure") == 2
+
+
+def test_two_kinds_of_flips_are_told_apart(tmp_path):
+    sticky = [f"flip?p={p}&persistence=sticky" for p in (0.2, 0.4, 0.6)]
+    found = found_in(tmp_path, agent=[READER], p=[0, 0.2, 0.4], condition=sticky, **SMALL)
+    assert [axis.key for axis in found.design.axes] == ["flip rate", "flip rate (2)"]
+    first, second = found.courses()[0], found.courses(found.design.axes[1])[0]
+    assert [cell.dose for cell in first.cells] == [0, 0.2, 0.4]
+    assert [cell.condition for cell in second.cells] == ["truth", *sticky]
+    for course in (first, second):
+        assert [row.doses["flip.p"] for row in course.where("trials_at_dose")] == [cell.dose for cell in course.cells]
+
+
+def test_doses_that_changed_nothing_are_in_no_number_and_no_figure(tmp_path):
+    acts = ["history?last=50", *[f"history?last=50 + tremble?p={p}" for p in (0.1, 0.3, 0.5)]]
+    found = found_in(tmp_path, agent=["human-inspired", "cognitive:careful"], p=[0], condition=acts, **SMALL)
+    (axis,) = found.design.axes
+    assert axis.key == "tremble p, with history?last=50"
+    assert [[cell.dose for cell in course.cells] for course in found.courses(axis)] == [[0], [0]]
+    assert "No test" in section(found)
+
+
+def test_an_option_of_agents_is_a_dose(tmp_path):
+    agents = [f"{READER}?stay={stay}" for stay in (1, 2, 3)]
+    found = found_in(tmp_path, agent=agents, p=[0], condition=["nudge"], **SMALL)
+    (axis,) = found.design.axes
+    assert (axis.key, axis.condition, axis.intervention) == ("stay", "truth", "agent")
+    (course,) = found.courses(axis)
+    assert [(cell.agent, cell.dose) for cell in course.cells] == list(zip(agents, [1, 2, 3], strict=True))
+    assert course.agent == READER
+    assert course.get("test", "success") is not None
+    assert "Stay</h2>" in section(found)
+
+
+def test_captions_are_short(lab):
+    assert too_long(page_of("report", lab), lab.plain()) == []

@@ -1,0 +1,133 @@
+"""Every condition against its control, and interactions: numbers of the records, each tested once."""
+
+import pytest
+from builders import write_study
+from captions import too_long
+
+from lockprobe.report.opened import open_study
+from lockprobe.report.pages import Page, page_of, parts_of, tables_of
+from lockprobe.report.results import results_of
+from lockprobe.report.study_numbers import study_numbers
+from lockprobe.studies.journal import load
+from lockprobe.studies.studyfile import study
+
+READER = "cognitive:perseverant"
+LAB = {
+    "agent": [READER, "random"], "p": [0, 0.3, 0.6], "sweep": "tremble?p=0.1,0.2,0.4",
+    "condition": ["nudge", "nudge + flip?p=0.6"], "trials": 8, "repetitions": 2,
+}  # fmt: skip
+GRID = {
+    "agent": ["human-inspired", "random"], "sweep": "flip?p=0,0.2,0.4 + tremble?p=0,0.1,0.4", "trials": 10,
+    "repetitions": 2,
+}  # fmt: skip
+FAMILIES = {
+    "flip": ("flip rates against the lowest", 2),
+    "tremble": ("tremble ps against the lowest", 3),
+    "nudge": ("conditions against the control", 2),
+}
+"""How conditions begin -> their family, and how many differences it has of each agent."""
+AXIS = "flip rate \N{MULTIPLICATION SIGN} tremble p"
+
+
+def found_in(directory, **asked):
+    return results_of(study_numbers(open_study(write_study(directory, study("flips", **asked)))))
+
+
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory):
+    """A study of eight conditions."""
+    return found_in(tmp_path_factory.mktemp("lab") / "study", **LAB)
+
+
+@pytest.fixture(scope="module")
+def grid(tmp_path_factory):
+    """The directory of a study of crossed doses, and its results."""
+    directory = tmp_path_factory.mktemp("grid") / "study"
+    return directory, found_in(directory, **GRID)
+
+
+def test_differences_are_to_the_control_and_paired(lab):
+    rows = lab.against_control()
+    assert len(rows) == 2 + 2 * 5  # a random agent hears no report, so no flip rate is tested
+    for row in rows:
+        one = {"agent": row.agent, "control": "", "versus": "", "axis": ""}
+        solved = [lab.one("success", **one, condition=name).count for name in ("truth", row.condition)]
+        family, many = next(of for name, of in FAMILIES.items() if row.condition.startswith(name))
+        assert (row.control, row.n, row.family, row.corrected_for) == ("truth", 16, family, many)
+        assert row.value == pytest.approx((solved[1] - solved[0]) / 16)
+        pair = {"agent": row.agent, "condition": row.condition, "control": "truth"}
+        assert [lab.one("success_in_pairs", **pair, of=of).count for of in ("the control", "")] == solved
+    assert {row.value for row in rows if row.agent == "random" and "trem" not in row.condition} == {0}
+
+
+def test_the_table_has_them_in_the_order_of_agents(lab):
+    head, *rows = tables_of(lab)["effects"]
+    assert [row[:2] for row in rows] == [[row.agent, row.condition] for row in lab.against_control()]
+    assert head[-1] == "conclusion"
+    assert (
+        lab.answer_of("effects")
+        == f"{sum(r[-1] == 'detected' for r in rows)} of {len(rows)} differences were detected."
+    )
+
+
+def test_what_was_crossed_has_its_interaction(lab):
+    rows = lab.where("success_interaction")
+    assert [row.value for row in rows] == [0, 0]  # neither agent reads words
+    assert [row[1:4] for row in tables_of(lab)["crossings"][1:]] == [["nudge", "flip?p=0.6", "nudge + flip?p=0.6"]] * 2
+    assert "Interactions of interventions" in page_of("report", lab)
+
+
+def test_cells_of_a_grid_are_the_counts_of_the_records(grid):
+    directory, found = grid
+    played, rows = load(directory), found.where("success_in_grid", axis=AXIS)
+    assert found.facts_about(AXIS) == {
+        "first dose": "flip rate", "first doses": "0, 0.2, 0.4", "second dose": "tremble p",
+        "second doses": "0, 0.1, 0.4",
+    }  # fmt: skip
+    assert len(rows) == 2 * 9
+    for row in rows:
+        own = [one.solved for one in played if (one.agent, one.condition) == (row.agent, row.condition)]
+        assert (row.n, row.count) == (len(own), sum(own))
+
+
+def test_an_interaction_of_doses_is_tested_once_in_its_grid(grid):
+    _, found = grid
+    first, random = found.where("success_interaction")
+    assert (first.axis, first.condition, random.value, random.p_value) == (AXIS, "", 0, 1)
+    assert random.corrected_for == 2  # agents
+    assert not any(part.name == "crossings" for part in parts_of(found, "report"))
+    tables = tables_of(found)
+    assert len(tables["grids"]) == 1 + 2 * 9
+    assert [row[1] for row in tables["trends"][1:]] == [AXIS] * 2
+    assert "with" not in tables["trends"][0]
+
+
+def test_grids_of_one_name_are_told_apart(tmp_path):
+    """A grid of lies that stay, and one of lies that are told once."""
+    sticky = "flip?p=0.4&persistence=sticky"
+    conditions = ["tremble?p=0.3", *(f"{flip} + tremble?p=0.3" for flip in ("flip?p=0.4", sticky)), sticky]
+    found = found_in(tmp_path / "study", agent=["random"], p=[0, 0.4], condition=conditions, trials=2, repetitions=1)
+    assert list(dict.fromkeys(row.axis for row in found.where("success_in_grid"))) == [AXIS, f"{AXIS} (2)"]
+    assert [row[1] for row in tables_of(found)["trends"][1:]] == [AXIS] * 2
+
+
+def test_from_what_changed_nothing_nothing_is_concluded(tmp_path):
+    acts, more = "history?last=50", {"agent": ["human-inspired"], "p": [0], "trials": 6, "repetitions": 1}
+    found = found_in(tmp_path / "alone", condition=acts, **more)
+    assert found.against_control() == []
+    assert not any(part.name == "effects" for part in parts_of(found, "report"))
+    found = found_in(tmp_path / "beside", condition=[acts, "distract?p=0.3"], **more)
+    assert {row.condition for row in found.against_control()} == {"distract?p=0.3"}
+
+
+def test_a_study_of_flips_has_none_of_it(tmp_path):
+    found = found_in(tmp_path / "study", agent=["random"], p=[0, 0.4], trials=2, repetitions=1)
+    tables = tables_of(found)
+    assert [tables[name] for name in ("effects", "crossings", "grids", "trends")] == [[]] * 4
+
+
+def test_captions_are_short(lab, grid):
+    for found in (lab, grid[1]):
+        shown = [part for part in parts_of(found, "report") if part.name in ("effects", "grids", "crossings")]
+        assert len(shown) == 2
+        assert too_long("".join(map(Page(found=found).written, shown))) == []

@@ -1,0 +1,101 @@
+"""What was found, in sentences: of all agents first where there are many, and of plant and panel."""
+
+from builders import SOLUTION, make_trial, modality_study, small_study, study_of, write_study
+
+from lockprobe.lockbox.families import box
+from lockprobe.prose.loops import LOOP_DEFINITION
+from lockprobe.report.opened import open_study
+from lockprobe.report.pages import page_of
+from lockprobe.report.results import results_of
+from lockprobe.report.study_numbers import study_numbers
+from lockprobe.studies.studyfile import study
+
+
+def found_in(directory, planned, trials=None):
+    return results_of(study_numbers(open_study(write_study(directory / "study", planned, trials))))
+
+
+def part_of(found, name="findings"):
+    """A part of the page, with P values in plain letters."""
+    return page_of("report", found).partition(f'id="{name}"')[2].partition("</details>\n<details class")[0]
+
+
+def plain(page):
+    return page.replace("<i>P</i>", "P").replace("&#39;", "'")
+
+
+def test_a_study_of_many_agents_begins_with_who_rises_and_who_falls(tmp_path):
+    agents = ("cognitive:careful", "cognitive:perseverant", "human-inspired?lapse=0.3", "llm:local")
+    trials = [
+        make_trial(SOLUTION if i < solved else (0,) * 20, agent=agent, p=p, trial=1 + (i + round(7 * p)) % 30)
+        for agent, rises in zip(agents, (False, True, False, True), strict=True)
+        for p, solved in ((0.0, 5 if rises else 25), (0.4, 25 if rises else 5))
+        for i in range(30)
+    ]
+    found = found_in(
+        tmp_path, study_of(name="flips", agents=agents, box=box("chain-4"), repetitions=1, trials=30), trials
+    )
+    said = (
+        "higher at some flip rate for cognitive:perseverant, llm:local; lower for cognitive:careful, "
+        "human-inspired?lapse=0.3"
+    )
+    (courses,) = found.said("findings", "courses")
+    assert courses == (
+        f"Success compared with a flip rate of 0: {said}. Tests are corrected for 3 agents and, apart, for 1 baseline "
+        "(Bonferroni)."
+    )
+    part = plain(part_of(found))
+    places = [part.index(one) for one in (said, "Agent by agent", *found.said("findings", "finding"))]
+    assert places == sorted(places)
+
+
+def test_every_sentence_stands_on_the_page_and_belongs_to_its_agent(tmp_path):
+    found = found_in(tmp_path, small_study(("human-inspired", "cognitive:careful"), (0.0, 0.3, 0.6)))
+    part = plain(part_of(found))
+    assert all(said in part for said in found.said("findings"))
+    assert [one.agent for one in found.findings if one.kind == "finding" and one.section == "findings"] == [
+        "cognitive:careful"
+    ]
+    assert "Flip rate <i>p</i>" in part
+
+
+def test_an_action_loop_is_defined_where_it_is_first_named(tmp_path):
+    found = found_in(tmp_path, small_study(["random"], (0.0,), 1, 2))
+    assert LOOP_DEFINITION in part_of(found)
+    assert f"{LOOP_DEFINITION} A loop is no fault by itself" in part_of(found, "loops")
+
+
+def test_only_a_study_without_trials_is_said_to_have_none(tmp_path):
+    said = "No trial has been played yet."
+    assert said in part_of(found_in(tmp_path / "a", small_study(), []))
+    broken = make_trial([], agent="random", p=0.3, broken="model")
+    assert said not in part_of(found_in(tmp_path / "b", small_study(["random"]), [broken]))
+
+
+def test_what_is_said_of_plant_and_panel_judges_nobody(tmp_path, modal):
+    found = found_in(tmp_path, modality_study(), modal)
+    judged = {one.kind: one.judges for one in found.findings if one.section == "findings"}
+    assert judged.items() >= {"modalities": True, "verdicts": False, "panel": False}.items()
+    wrong = found.one("wrong_verdicts")
+    parts = [found.one("wrong_verdicts", of=of) for of in ("blocked for moved", "moved for blocked")]
+    assert wrong.count == sum(row.count for row in parts)
+    assert found.one("undecided_verdicts").count == 0
+    part = plain(part_of(found))
+    assert f"was wrong at {wrong.count} of {wrong.n} attempts" in part
+    assert part.index(found.said("findings", "modalities")[0]) < part.index("Modality by modality")
+
+
+def test_conditions_that_changed_nothing_are_named(tmp_path):
+    planned = study("flips", agent=["cognitive:careful"], p=[0], condition=["history?last=50"], trials=3, repetitions=1)
+    found = found_in(tmp_path, planned)
+    (said,) = found.said("findings", "conditions")
+    assert said.startswith("history?last=50 changed nothing")
+    assert f'<p class="first">{said}</p>' in part_of(found)
+
+
+def test_the_verdict_of_a_study_of_controls_comes_first(tmp_path):
+    found = found_in(tmp_path, study("why", agent=["cognitive:careful"], trials=4, repetitions=1))
+    (said, *_) = found.said("why", "verdict")
+    part = part_of(found)
+    assert f'<p class="first">{said} <a href="why.html">' in part
+    assert '<a href="why.html">' in page_of("report", found).partition("<nav>")[2].partition("</nav>")[0]

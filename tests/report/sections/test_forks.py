@@ -1,0 +1,78 @@
+"""``forks.html`` and the effect by step: numbers of the records, and no such page without forks."""
+
+from html import unescape
+
+import pytest
+from builders import write_study
+from captions import too_long
+
+from lockprobe.report.opened import open_study
+from lockprobe.report.pages import figures_of, page_of, parts_of, tables_of
+from lockprobe.report.results import results_of
+from lockprobe.report.study_numbers import study_numbers
+from lockprobe.studies.branch import FORKS, branching, play_forks
+from lockprobe.studies.journal import Journal, load
+from lockprobe.studies.studyfile import study
+
+
+@pytest.fixture(scope="module", params=["flips", "why"])
+def forked(request, tmp_path_factory):
+    """The name of a small study with forks, and its results."""
+    size = {"trials": 8, "repetitions": 1, "agent": "cognitive:perseverant"}
+    planned = study(request.param, **size, **({"p": [0.0, 0.4]} if request.param == "flips" else {}))
+    directory = write_study(tmp_path_factory.mktemp("forked") / "study", planned)
+    chosen = () if request.param == "flips" else (f"why/{planned.agents[0]}/truth",)
+    wanted = branching(planned, load(directory), keys=chosen, at=["4", "8"], told=["lie", "retracted"])
+    with Journal.open(directory / FORKS, planned) as journal:
+        play_forks(wanted, journal)
+    return request.param, results_of(study_numbers(open_study(directory)))
+
+
+def test_rows_are_effects_of_the_forks_on_record(forked):
+    name, found = forked
+    rows = [row for row in found.rows if row.quantity.endswith("_change_by_fork")]
+    assert {row.condition for row in rows} == {"flips": {"truth", "flip?p=0.4"}, "why": {"truth"}}[name]
+    places = {tuple(row.of.split(", ")) for row in rows}
+    assert {arm for arm, _, _ in places} == {"lie", "retracted"}
+    assert {where for _, where, _ in places} >= {"4", "8"}
+    assert {later for *_, later in places} == {"later reports as in the condition"}
+    for row in rows:
+        assert row.clusters <= 8
+        if row.of.startswith("retracted"):  # a policy reads the corrected report alone
+            assert row.value == 0
+    assert any(row.value > 0.3 for row in rows if row.quantity == "next_choice_change_by_fork")
+    after = found.where("success_after_true_report")
+    assert [row.of for row in after] == [row.of for row in found.where("success_change_by_fork")]
+
+
+def test_the_page_the_table_and_the_figure_are_there(forked):
+    name, found = forked
+    page = unescape(page_of("forks", found))
+    assert found.said("forks", "finding")[0] in page
+    assert "<script" not in page
+    assert len(tables_of(found)["forks"]) == 1 + len(found.where("success_change_by_fork"))
+    pages = ("forks", "why") if name == "why" else ("forks",)
+    assert all("forks" in {one.name for one in figures_of(parts_of(found, one))} for one in pages)
+    if name == "why":
+        (by_step,) = (part for part in parts_of(found, "why") if part.name == "steps")
+        assert by_step.answer == found.said("forks", "finding")[0]
+        assert 'href="forks.html"' in page_of("why", found)
+
+
+def test_forks_are_counted_in_no_number_of_the_study(forked):
+    _, found = forked
+    assert found.progress.finished == sum(
+        row.value + found.one("broken", agent=row.agent, condition=row.condition).value
+        for row in found.where("trials", of="")
+        if row.condition
+    )
+
+
+def test_a_study_without_forks_has_no_such_page(tmp_path):
+    planned = study("flips", agent="random", p=[0.0], trials=2, repetitions=1)
+    found = results_of(study_numbers(open_study(write_study(tmp_path / "study", planned))))
+    assert parts_of(found, "forks") == tables_of(found)["forks"] == []
+
+
+def test_captions_are_short(forked):
+    assert too_long(page_of("forks", forked[1]), forked[1].plain()) == []

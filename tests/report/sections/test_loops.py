@@ -1,0 +1,92 @@
+"""Action loops: their rates beside chance, other detectors, and a definition where they are first named."""
+
+import pytest
+from builders import make_trial, small_study, write_study
+
+from lockprobe.analysis.detectors import DETECTORS
+from lockprobe.prose.loops import LOOP_DEFINITION
+from lockprobe.report.opened import open_study
+from lockprobe.report.pages import page_of, tables_of
+from lockprobe.report.results import results_of
+from lockprobe.report.sections import loops
+from lockprobe.report.study_numbers import study_numbers
+
+STARS = "Hollow stars"
+
+
+def found_in(directory, planned, trials=None):
+    return results_of(study_numbers(open_study(write_study(directory / "study", planned, trials))))
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory):
+    return found_in(tmp_path_factory.mktemp("loops"), small_study(("random", "cognitive:perseverant")))
+
+
+def table(found, name):
+    head, *rows = tables_of(found)[name]
+    return [dict(zip(head, row, strict=True)) for row in rows]
+
+
+def caption(found):
+    (fig5b,) = (one for one in loops.SECTIONS[0].figures if one.name == "fig5b")
+    return fig5b.caption(found).shown
+
+
+def test_every_loop_rate_stands_beside_four_levels_of_chance(found):
+    for cell in found.cells:
+        levels = {
+            row.of: row.value for row in found.where("loop_rate_chance", condition=cell.condition, agent=cell.agent)
+        }
+        assert list(levels) == ["uniform", "no-repeat", "markov", "permutation"]
+        assert levels["uniform"] <= levels["no-repeat"]
+        assert all(cell.value("loop_rate_chance_error", of) is not None for of in levels)
+        rate = cell.get("loop_rate")
+        assert 0 <= rate.low <= rate.value <= rate.high <= 1
+        assert rate.value == pytest.approx(sum(one.value * one.n for _, one in cell.points) / rate.n)
+        assert cell.value("loop_rate", "state-action") <= rate.value
+    rows = table(found, "loops")
+    assert [row["flip rate"] for row in rows] == ["every flip rate", "0", "0.3", "0.6"]  # a blind agent once
+    assert list(rows[0])[3:7] == ["uniform", "without repeats", "own transitions", "own actions shuffled"]
+
+
+def test_detectors_look_at_the_agents_that_the_study_is_about(found):
+    rows = table(found, "detectors")
+    assert [(row["agent"], row["flip rate"]) for row in rows] == [
+        ("cognitive:perseverant", p) for p in ("0", "0.3", "0.6")
+    ]
+    assert list(rows[0])[2:] == [one.name for one in DETECTORS]
+    assert {row["any-loop"] for row in rows} == {
+        f"{100 * cell.value('loop_rate'):.0f} %" for cell in found.cells if cell.agent == "cognitive:perseverant"
+    }
+
+
+def test_leaving_loops_and_repeated_attempts_stand_beside_chance(found):
+    cell = next(one for one in found.cells if one.agent == "random")
+    for quantity in ("loop_escape", "repeated_after_blocked"):
+        share = cell.get(quantity)
+        assert share.low <= share.value <= share.high
+        assert {row.of for row in found.where(f"{quantity}_chance", agent="random")} == {"uniform", "no-repeat"}
+    assert cell.get("loops_left").n == cell.get("loops_left").clusters
+    assert 0 < cell.value("loops_left_chance", "uniform") <= 1
+
+
+def test_an_action_loop_is_defined_where_it_is_first_named(found):
+    page = page_of("report", found)
+    part = page.partition('id="loops"')[2]
+    assert LOOP_DEFINITION in part[: part.index("<figure")] if "<figure" in part else LOOP_DEFINITION in part
+    assert found.answer_of("loops") in part
+
+
+def test_a_caption_names_stars_only_where_they_are_drawn(found, tmp_path):
+    assert STARS in caption(found)
+    far = [make_trial([0] * 20, agent="llm:x", p=p) for p in (0.5, 0.9)]
+    assert STARS not in caption(found_in(tmp_path, small_study(("llm:x",), (0.5, 0.9), 1, 1), far))
+
+
+def test_a_study_without_an_ended_trial_has_empty_tables(tmp_path):
+    broken = [make_trial([0], agent="llm:x", broken="model")]
+    found = found_in(tmp_path, small_study(("llm:x",), (0.0,), 1, 1), broken)
+    assert table(found, "detectors") == []
+    assert not any(found.where(quantity) for quantity in ("loop_rate", "coverage", "odds_ratio_after_loop"))
+    assert 'id="loops"' in page_of("report", found)

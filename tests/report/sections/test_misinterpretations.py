@@ -1,0 +1,74 @@
+"""Misinterpretations: the paper's Table 1 and its corrected companion."""
+
+import pytest
+from builders import SOLUTION, make_trial, modality_study, small_study, write_study
+
+from lockprobe.report.opened import open_study
+from lockprobe.report.pages import page_of, tables_of
+from lockprobe.report.results import results_of
+from lockprobe.report.study_numbers import study_numbers
+
+
+def found_in(directory, planned, trials=None):
+    return results_of(study_numbers(open_study(write_study(directory / "study", planned, trials))))
+
+
+def part_of(found):
+    return page_of("report", found).partition('id="said"')[2].partition('<details class="section"')[0]
+
+
+def test_table_1_is_laid_out_as_in_the_paper(tmp_path, modal):
+    found = found_in(tmp_path, modality_study(), modal)
+    table, corrected = (tables_of(found)[name] for name in ("table1", "table1-corrected"))
+    assert table[0] == [
+        "Input Modality", "Average State Misinterpretation Rate per Trial", "Total State Misinterpretations",
+    ]  # fmt: skip
+    assert [row[0] for row in table[1:]] == ["viewer (RGB)", "viewer (RGB-D)", "viewer (ground truth)"]
+    assert [row[2] for row in table[1:]] == ["10, in 10 of 10 trials", "30, in 10 of 10 trials", "4, in 4 of 10 trials"]
+    assert [row[0] for row in corrected[1:]] == [row[0] for row in table[1:]]
+    part = part_of(found)
+    assert "30, in 10 of 10 trials" in part
+    assert "or what the pictures showed" in part
+    assert "baselines are excluded" in part
+
+
+def test_claims_are_held_against_reports_and_against_the_truth(tmp_path):
+    """Two claims of each trial contradict the report, one of a step with a false report; another one believes it."""
+    trials = [
+        make_trial((0, 0, *SOLUTION), agent="llm:local", trial=i, p=0.4, false_at=(1, 2),
+                   claims=[None, "moved", "blocked", "blocked", "moved", "moved"])
+        for i in (1, 2, 3)
+    ]  # fmt: skip
+    found = found_in(tmp_path, small_study(("llm:local",), (0.4,), 1, 3), trials)
+    (cell,) = found.cells
+    counts = {
+        name: (row.count, row.n)
+        for name in (
+            "misread",
+            "false_report",
+            "false_belief",
+            "false_reports_believed",
+            "trials_with_misinterpretation",
+        )
+        if (row := cell.get(name))
+    }
+    assert counts == {
+        "misread": (6, 15),
+        "false_report": (6, 15),
+        "false_belief": (6, 15),
+        "false_reports_believed": (3, 6),
+        "trials_with_misinterpretation": (3, 3),
+    }
+    assert cell.get("false_report", "steps").n == 18
+    assert cell.value("misinterpretation_rate") == pytest.approx(0.4)
+    assert sum(row.value for row in found.where("claims")) == 15
+    head, row = tables_of(found)["table1-corrected"]
+    said = dict(zip(head, row, strict=True))
+    assert said["agent and condition"] == "llm:local, flip rate 0.4"
+    assert said["false reports believed"] == "3 of 6"
+
+
+def test_where_no_agent_said_anything_that_stands_there(tmp_path):
+    found = found_in(tmp_path, small_study(("random",), (0.0,), 1, 2))
+    assert "No agent of this study said what its actions did" in part_of(found)
+    assert len(tables_of(found)["table1"]) == 1

@@ -1,0 +1,52 @@
+"""Optimal actions: both observers, every condition, and boxes that cannot be judged."""
+
+from dataclasses import replace
+
+from builders import small_study, write_study
+
+from lockprobe.lockbox.families import box
+from lockprobe.report.opened import open_study
+from lockprobe.report.pages import page_of, tables_of
+from lockprobe.report.results import results_of
+from lockprobe.report.study_numbers import study_numbers
+
+CONTRADICTED = "On this box true reports contradict this prior"
+
+
+def found_in(directory, planned):
+    return results_of(study_numbers(open_study(write_study(directory, planned))))
+
+
+def part_of(found):
+    return page_of("report", found).partition('id="rational"')[2].partition('<details class="section"')[0]
+
+
+def test_every_condition_is_judged_by_two_observers(tmp_path):
+    found = found_in(tmp_path / "study", small_study())
+    assert len(found.where("optimal_actions")) == 2 * len(found.cells)
+    for cell in found.cells:
+        for of in ("naive", "aware"):
+            optimal = cell.get("optimal_actions", of)
+            assert optimal.low <= optimal.value <= optimal.high
+            assert (optimal.clusters, cell.get("restarts", of).n) == (8, 8)
+            chance = ("optimal_actions", "steps_lost", "uninformative_actions", "information")
+            assert all(cell.value(f"{quantity}_chance", of) is not None for quantity in chance)
+    assert len(tables_of(found)["rationality"]) == 5  # a blind agent once, the other at every p
+    part = part_of(found)
+    prior = found.where("interlocks")[0]
+    assert f"every joint is free or needs one other joint open: {prior.value:g} equally probable" in part
+    assert CONTRADICTED not in part
+
+
+def test_a_prior_that_true_reports_contradict_is_said_to_be_wrong(tmp_path):
+    """A target that needs two joints open is in none of the priors."""
+    both = {"revolute-left": ({"slider-1": True, "slider-2": True},)}
+    study = replace(small_study(["random"], (0.0,), 1, 6), box=replace(box("chain-4"), name="both", interlock=both))
+    assert CONTRADICTED in part_of(found_in(tmp_path / "both", study))
+
+
+def test_boxes_too_large_for_a_prior_are_not_judged(tmp_path):
+    study = replace(small_study(["random"], (0.0,), 1, 3), box=box("chain-7"))
+    found = found_in(tmp_path / "study", study)
+    assert found.where("optimal_actions") == []
+    assert "there is no prior for boxes with this number of joints (3 trials)" in part_of(found)

@@ -1,0 +1,199 @@
+"""Sections of packages: they join the report, one that is broken leaves it whole, and verification runs none."""
+
+import sys
+
+import pytest
+import strangers
+from builders import small_study, write_study
+
+from lockprobe.plugins import no_foreign_code
+from lockprobe.report import write_report
+from lockprobe.report.pages import parts_of
+from lockprobe.report.results import results
+from lockprobe.report.sections import all_sections, own_sections
+from lockprobe.report.verification import verify
+from lockprobe.rows import Results
+from lockprobe.sections import leaving_out
+from lockprobe.testing import check_section
+
+PACKAGE = "strange-things 0.3"
+
+TEXT = '''
+"""How many trials there are, in dozens."""
+
+from lockprobe.report.section import Caption, Figure, Heading, Part, Section, Table
+from lockprobe.rows import Finding
+
+
+def rows(study):
+    yield from [cell.estimate("dozens", len(cell.trials) / 12, unit="dozens") for cell in study.cells]
+    yield Finding(section="dozens", kind="answer", text="They are counted.", judges=False)
+
+
+def cells(found):
+    return [["agent", "dozens"]] + [[row.agent, f"{row.value:.2f}"] for row in found.where("dozens")]
+
+
+def draw(found):
+    from matplotlib.figure import Figure
+    return Figure()
+
+
+def show(found):
+    yield Part("Dozens", found.answer_of("dozens"), [TABLE, FIGURE])
+    yield Part("More dozens", "", [Heading("Nothing")], name="more-dozens")
+
+
+TABLE = Table("dozens", cells)
+FIGURE = Figure("dozens-drawn", "Nothing", Caption("An empty sheet."), draw="strange:draw")
+GIVEN = {"name": "dozens", "title": "Dozens", "rows": rows, "show": show, "tables": (TABLE,), "figures": (FIGURE,)}
+SECTION = Section(**GIVEN, after="speed")
+# the end
+'''
+
+
+def install(directory, monkeypatch, text=TEXT, points=None):
+    directory.mkdir()
+    strangers.install(directory, monkeypatch, text=text, points=points or {"sections": {"dozens": "SECTION"}})
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory):
+    """A study with a report without packages."""
+    directory = write_study(tmp_path_factory.mktemp("strange") / "study", small_study(["random"], (0.0, 0.3), 1, 3))
+    write_report(directory)
+    return directory
+
+
+def whole(found):
+    """What a package may not change: answer, numbers, and parts of the page."""
+    with leaving_out():
+        parts = [part.name for part in parts_of(found, "report") if not part.source]
+    return found.answer, [row for row in found.rows if not row.source], parts
+
+
+@pytest.fixture(scope="module")
+def alone(study):
+    """The same without packages."""
+    return whole(results(study))
+
+
+def test_it_stands_after_the_section_it_names_and_its_rows_name_the_package(tmp_path, monkeypatch, study, alone):
+    install(tmp_path / "package", monkeypatch)
+    page = write_report(study).read_text("utf-8")
+    found = Results.model_validate_json((study / "results.json").read_bytes())
+    assert whole(found) == alone
+    names = [part.name for part in parts_of(found, "report")]
+    assert names[names.index("speed") :][:3] == ["speed", "dozens", "more-dozens"]
+    part = page.partition('id="speed"')[2].partition('id="dozens"')[2].partition('id="rational"')[0]
+    assert "They are counted." in part
+    assert "An empty sheet." in part
+    assert part.count("0.25</td>") == len(found.where("dozens")) == 2
+    assert {row.source for row in (*found.rows, *found.findings)} == {"", PACKAGE}
+    assert (study / "tables" / "dozens.csv").read_text().splitlines()[1] == "random,0.25"
+    assert (study / "figures" / "dozens-drawn.svg").exists()
+
+
+@pytest.mark.parametrize("after", ["", "nothing"])
+def test_without_a_place_it_stands_at_the_end(tmp_path, monkeypatch, after):
+    install(tmp_path / "package", monkeypatch, TEXT.replace('"speed"', f'"{after}"'))
+    assert [one.name for one in all_sections()] == [*(one.name for one in own_sections()), "dozens"]
+    assert all_sections()[-1].source == PACKAGE
+    with no_foreign_code():
+        assert all_sections() == own_sections()
+
+
+def test_verification_runs_none_of_its_code_and_counts_what_it_left(tmp_path, monkeypatch, study):
+    install(tmp_path / "package", monkeypatch)
+    write_report(study)
+    monkeypatch.delitem(sys.modules, "strange")
+    checks = {check.name: check for check in verify(study)}
+    assert "strange" not in sys.modules
+    assert all(check.holds for check in checks.values()), checks
+    assert checks["results"].said.endswith(f"; 3 of its rows are not checked: they come from {PACKAGE}")
+    assert checks["report"].said.endswith("; 2 parts of report.html are not checked: they come from packages")
+    path = study / "claims.html"  # no package adds to this page
+    path.write_text(path.read_text("utf-8") + "<!-- a section of another package -->x<!-- its end -->\n", "utf-8")
+    (failed,) = [check for check in verify(study) if not check.holds]
+    assert failed.failed == ("claims.html",)
+
+
+def test_a_row_that_names_no_package_is_checked(study):
+    """Who makes numbers up may call them those of a measure, but not of Lockprobe."""
+    write_report(study)
+    path = study / "results.json"
+    made_up = '  {"quantity": "made_up", "family": "measures", "value": 1},\n'
+    path.write_text(path.read_text("utf-8").replace(' "rows": [\n', f' "rows": [\n{made_up}'), "utf-8")
+    (failed,) = [check for check in verify(study) if not check.holds]
+    assert failed.failed == ("rows: made_up is no row of this report",)
+
+
+WRONG = {
+    "its module raises": ("raise OSError('no such thing')", "Section dozens", "(OSError: no such thing)"),
+    "it is not there": ("del SECTION", "Section dozens", "(AttributeError: module 'strange' has no attribute 'SECTION')"),
+    "it is no section": ("SECTION = dict", "Section dozens", "(TypeError: type, not a Section)"),
+    "it has the name of another": ('SECTION = Section(name="speed", title="Speed")', "Section dozens",
+                                   "(ValueError: these names are taken: speed)"),
+    "its table has the name of another": ('SECTION = Section(**GIVEN | {"tables": (Table("courses", cells),)})',
+                                          "Section dozens", "(ValueError: these names are taken: courses)"),
+    "its rows raise": ("def rows(study): raise SystemExit('enough')", "Dozens", "(SystemExit: enough)"),
+    "its rows are none": ("def rows(study): yield {'quantity': 'dozens'}", "Dozens", "(AttributeError: 'dict' object"),
+    "its rows are alike": ("def rows(study): yield from [study.cells[0].estimate('dozens')] * 2", "Dozens",
+                           "ValueError: two rows are of dozens"),
+    "its number is called as another": ("def rows(study): yield study.cells[0].estimate('success', 1.0)", "Dozens",
+                                        f"ValueError: Lockprobe and {PACKAGE} both have a quantity 'success'"),
+    "its sentence is one of another": ("def rows(study): yield Finding(section='overview', kind='answer', text='!')",
+                                       "Dozens", f"ValueError: Lockprobe and {PACKAGE} both have a section 'overview'"),
+    "its part raises": ("def show(found): 1 / 0", "Dozens", "(ZeroDivisionError: division by zero)"),
+    "its table is no text": ('def cells(found): return [["agent", "dozens"], ["random", 1]]', "Table dozens",
+                             "TypeError: expected 2 cells of text in every row of table dozens, not ['random', 1]"),
+    "its figure cannot be drawn": ("def draw(found): 1 / 0", "Figure dozens-drawn", "ZeroDivisionError: division by"),
+}  # fmt: skip
+"""What is wrong -> a function instead of that of the module, or lines at its end; what is left out, and why."""
+
+
+@pytest.mark.parametrize("wrong", WRONG)
+def test_a_broken_one_leaves_the_report_whole_and_is_named(tmp_path, monkeypatch, study, alone, drawn, wrong):
+    text, name, reason = WRONG[wrong]
+    place = "TABLE =" if text.startswith("def ") else "# the end"
+    install(tmp_path / "package", monkeypatch, TEXT.replace(place, f"{text}\n\n{place}"))
+    told = []
+    with drawn("dozens-drawn"):
+        page = write_report(study, left_out=told.append).read_text("utf-8")
+    assert {(one.section, one.source) for one in told} == {(name, PACKAGE)}
+    assert reason in told[0].reason
+    found = Results.model_validate_json((study / "results.json").read_bytes())
+    assert [(one.section, one.reason) for one in found.sections_left_out] == [(name, told[0].reason)]
+    assert f"<li>{name} (" in page
+    assert whole(found) == alone
+    assert all(check.holds for check in verify(study))
+
+
+def test_a_measure_with_the_name_of_a_number_of_lockprobe_leaves_the_report_whole(tmp_path, monkeypatch, study, alone):
+    install(tmp_path / "package", monkeypatch, strangers.WORKING, {"measures": {"steps": "untold"}})
+    write_report(study)
+    found = Results.model_validate_json((study / "results.json").read_bytes())
+    assert [one.reason for one in found.sections_left_out] == [
+        f"ValueError: Lockprobe and {PACKAGE} both have a quantity 'steps'"
+    ]
+    assert whole(found) == alone
+    assert all(check.holds for check in verify(study))
+
+
+FAULTS = {
+    "these names are taken: speed": {"name": "speed"},
+    "dozens: its rows change": {"rows": lambda study, calls=[]: calls.append(1) or [study.cells[0].estimate("d", len(calls))]},
+    "dozens: Lockprobe and a package both have a quantity 'success'":
+        {"rows": lambda study: [cell.estimate("success", 1.0) for cell in study.cells]},
+    "dozens shows nothing of any study": {"show": lambda found: ()},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("said", FAULTS)
+def test_the_contract_says_what_is_wrong(tmp_path, monkeypatch, said):
+    install(tmp_path / "package", monkeypatch)
+    import strange
+
+    check_section(strange.SECTION)
+    with pytest.raises(AssertionError, match=said):
+        check_section(strange.Section(**strange.GIVEN | FAULTS[said]))

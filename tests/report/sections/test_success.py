@@ -1,0 +1,149 @@
+"""Success and false reports: fits, best flip rates, contrasts and courses are the numbers of the analysis."""
+
+import re
+from dataclasses import replace
+from html import unescape
+
+import pytest
+from builders import play_study, small_study, write_study
+from clumsy import CLUMSY
+from drawn import bars
+
+from lockprobe.figures.success_by_flip_rate import fig4_corrected
+from lockprobe.formatting import percent
+from lockprobe.record import TrialError
+from lockprobe.report.opened import open_study
+from lockprobe.report.pages import page_of, tables_of
+from lockprobe.report.results import results_of
+from lockprobe.report.study_numbers import study_numbers
+from lockprobe.studies.studyfile import study
+
+AGENTS = ("cognitive:perseverant", "human-inspired", "random")
+RATES = (0.0, 0.2, 0.4, 0.6)
+DRAWN = {name: {"svg": b"<svg/>"} for name in ("fig4", "fig4-corrected", "courses")}
+
+
+def numbers_in(directory, planned, trials=None):
+    return study_numbers(open_study(write_study(directory / "study", planned, trials)))
+
+
+def section(found):
+    page = page_of("report", found, DRAWN)
+    return unescape(page.partition('<details class="section" id="success">')[2].partition('id="speed"')[0])
+
+
+def broke(trial):
+    error = TrialError(boundary="reply", message="not one JSON object", step=4)
+    return replace(trial, steps=trial.steps[:3], ending="error", error=error, changed={}, changed_steps=0)
+
+
+@pytest.fixture(scope="module")
+def numbers(tmp_path_factory):
+    return numbers_in(tmp_path_factory.mktemp("success"), small_study(AGENTS, RATES, 2, 8))
+
+
+@pytest.fixture(scope="module")
+def found(numbers):
+    return results_of(numbers)
+
+
+@pytest.fixture(scope="module")
+def broken(tmp_path_factory):
+    """Numbers of a study in which every seventh trial broke."""
+    planned = small_study(AGENTS[:2], RATES, 2, 8)
+    trials = [broke(trial) if i % 7 == 3 else trial for i, trial in enumerate(play_study(planned))]
+    return numbers_in(tmp_path_factory.mktemp("broken"), planned, trials)
+
+
+def test_rows_are_the_numbers_of_the_analysis(numbers, found):
+    for agent, course in zip(numbers.flips.agents, found.courses(), strict=True):
+        fit, model, tested = agent.success_fit, agent.inference.orders, agent.inference.difference
+        assert course.value("success_fit_order", "AIC") == fit.order_by_aic
+        assert course.value("success_model_order", "AICc") == model.order
+        for quantity, curve in (("success_fit", fit.quadratic), ("success_model", model.curve)):
+            drawn = course.curve(quantity)
+            assert (drawn and (drawn.x, drawn.value, drawn.low)) == (curve and (curve.p, curve.value, curve.low))
+        rows = {row.doses["flip.p"]: row for row in course.against_lowest("success_difference")}
+        assert {p: (row.value, row.p_value) for p, row in rows.items()} == {
+            one.p: (one.value, one.p_value) for one in tested.at
+        }
+        assert [row.value for row in course.where("best_dose_set")] == [
+            one.p for one in agent.peak.candidates if one.in_set
+        ]
+        assert course.value("success_at_best_dose") == agent.peak.honest
+
+
+def test_why_a_fit_is_missing_is_a_fact(found):
+    blind = next(course for course in found.courses() if course.blind)
+    said = found.fact("success_fit", f"{blind.label}, flip rate")
+    assert said == "No fit: it needs three flip rates with trials that differ, and there is one."
+
+
+def test_every_best_flip_rate_says_whose_it_is(found):
+    caption = section(found).partition("95 % set of the best flip rate")[2].partition("</figcaption>")[0]
+    named = re.findall(r"<code>(.*?)</code>: AICc prefers order \d\. Success is highest", caption)
+    assert named == [AGENTS[0]]  # the baselines are not judged
+    fit = section(found).partition("The fit, agent by agent")[2].partition("</figcaption>")[0]
+    assert re.findall(r"<code>(.*?)</code>: AIC prefers order \d, cross-validation order \d\.", fit) == [AGENTS[0]]
+
+
+def test_the_contrast_is_the_clearest_difference(found):
+    for course in found.courses():
+        rows = course.against_lowest("success_difference")
+        clearest = course.get("clearest_success_difference")
+        assert (clearest is None) == (not rows) == course.blind
+        if clearest is not None:
+            best = min(rows, key=lambda row: (row.p_value, -abs(row.value)))
+            assert (clearest.value, clearest.p_value, clearest.doses) == (best.value, best.p_value, best.doses)
+            assert clearest.corrected_for == 3  # flip rates; agents and baselines are families of one each
+            assert f"<td>0 and {best.doses['flip.p']:g}, the " in section(found)
+
+
+def test_broken_trials_bound_every_difference(broken):
+    found = results_of(broken)
+    for agent, course in zip(broken.flips.agents, found.courses(), strict=True):
+        for one in agent.inference.difference.at:
+            for end, bound in (("unsolved", one.if_unsolved), ("solved", one.if_solved)):
+                rows = course.against_lowest("success_difference", f"broken trials {end}")
+                (row,) = [row for row in rows if row.doses["flip.p"] == one.p]
+                assert (row.value, row.p_value) == (bound.value, bound.p_value)
+                assert one.p_value >= bound.p_value
+        shares = {row.doses["flip.p"]: row.count for row in course.where("broken_share")}
+        assert shares == {p: share.count for p, share in agent.inference.broken.at}
+    said = r"Broken trials counted as unsolved: \S+ points, P = \S+; counted as solved: \S+ points, P = "
+    assert len(re.findall(said, re.sub("</?i>", "", section(found)))) == 2
+    assert "trials finished at both" in section(found)
+
+
+def test_the_table_of_courses_is_what_the_figure_shows(found):
+    _, *rows = tables_of(found)["courses"]
+    assert [row[0] for row in rows] == list(AGENTS)
+    for row, course in zip(rows, found.courses(), strict=True):
+        success = {cell.p: cell.value("success") for cell in (course.cells[:1] if course.blind else course.cells)}
+        loops = [cell.value("loop_rate") for cell in course.cells]
+        highest, lowest = (pick(success, key=success.get) for pick in (max, min))
+        assert row[1:5] == [
+            percent(success[0.0]),
+            *(f"{percent(success[p])} at {p:g}" for p in (highest, lowest)),
+            percent([*success.values()][-1]),
+        ]
+        assert row[6:9] == [percent(share) for share in (loops[0], min(loops), loops[-1])]
+    assert rows[2][5] == rows[2][9] == "the same at every flip rate"
+
+
+def test_a_single_flip_rate_has_no_success_by_flip_rate(tmp_path):
+    found = results_of(numbers_in(tmp_path, small_study(AGENTS, (0.0,), 1, 4)))
+    assert section(found) == ""
+    assert [row[5] for row in tables_of(found)["courses"][1:]] == ["not tested", "not tested", "not tested"]
+
+
+def test_where_nobody_is_judged_numbers_stay_and_verdicts_go(tmp_path):
+    planned = study("flips", agent=AGENTS[:2], p=[0, 0.4], trials=5, repetitions=2, plant=CLUMSY)
+    found = results_of(numbers_in(tmp_path, planned))
+    said = section(found)
+    assert found.not_judged in said
+    assert "<td>not judged</td>" in said
+    assert "Courses of success" not in said
+    assert "AIC prefers" not in said
+    assert {row[5] for row in tables_of(found)["courses"][1:]} == {"not judged"}
+    assert len(bars(fig4_corrected(found).axes[0])) == 2

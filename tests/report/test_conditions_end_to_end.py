@@ -1,0 +1,168 @@
+"""A study of conditions end to end: from records to files, exports and fits, and what is said of what never acted."""
+
+from dataclasses import dataclass, replace
+
+import pytest
+from builders import write_study
+from captions import too_long
+from clumsy import CLUMSY
+
+from lockprobe.export import tidy_rows
+from lockprobe.fit.fitting import fit_agents
+from lockprobe.report import write_report
+from lockprobe.report.pages import figures_of, parts_of
+from lockprobe.rows import Results
+from lockprobe.studies.journal import load
+from lockprobe.studies.studyfile import study
+
+ASKED = {
+    "agent": ["cognitive:perseverant", "random"], "p": [0, 0.3, 0.6], "sweep": "tremble?p=0.1,0.2,0.4",
+    "condition": ["nudge", "nudge + flip?p=0.6"], "trials": 8, "repetitions": 2, "name": "lab",
+}  # fmt: skip
+SMALL = {"p": [0], "trials": 6, "repetitions": 1}
+REAL = ("effects", "series-1-success", "series-1-loops")
+
+
+def reported_in(directory, played=None, **asked):
+    """The directory of a study with its report, the page, and the results as they are on disk."""
+    directory = write_study(directory / "study", study("flips", **asked), played)
+    page = write_report(directory).read_text()
+    return directory, page, Results.model_validate_json((directory / "results.json").read_bytes())
+
+
+@pytest.fixture(scope="module")
+def reported(tmp_path_factory, drawn):
+    """A study of eight conditions."""
+    with drawn(*REAL):
+        return reported_in(tmp_path_factory.mktemp("lab"), **ASKED)
+
+
+def test_every_agent_has_the_counts_of_its_records_under_every_condition(reported):
+    directory, _, found = reported
+    labels = [
+        "truth", "flip?p=0.3", "flip?p=0.6", "nudge", "nudge + flip?p=0.6",
+        "tremble?p=0.1", "tremble?p=0.2", "tremble?p=0.4",
+    ]  # fmt: skip
+    cells = {(cell.agent, cell.condition): cell for cell in found.cells}
+    assert [*cells] == [(agent, label) for agent in ASKED["agent"] for label in labels]
+    assert [one.p for one in found.design.conditions] == [0, 0.3, 0.6, *[None] * 5]
+    solved = {name: [] for name in cells}
+    for trial in load(directory):
+        solved[trial.agent, trial.condition].append(trial.solved)
+    for name, cell in cells.items():
+        assert (cell.trials, cell.get("success").count) == (16, sum(solved[name]))
+        assert len(solved[name]) == 16
+
+
+def test_every_figure_stands_on_its_page_and_among_the_files(reported):
+    directory, page, found = reported
+    for name in REAL:
+        assert (directory / "figures" / f"{name}.svg").read_bytes().startswith(b"<?xml")
+    shown = {one.name for one in figures_of(parts_of(found, "report")) if one.applies(found)}
+    assert {*REAL} < shown
+    assert shown <= {path.stem for path in (directory / "figures").iterdir()}
+    assert page.count("<figure") == len(shown) + 2  # and the first screen, with the box
+
+
+def test_exports_name_the_condition_and_leave_p_empty_where_other_things_acted(reported):
+    directory, _, _ = reported
+    rows = list(tidy_rows(load(directory)))
+    assert {row["p"] for row in rows if row["condition"] == "nudge"} == {""}
+    assert {row["p"] for row in rows if row["condition"] == "flip?p=0.3"} == {0.3}
+    assert {row["chosen"] != "" for row in rows if row["condition"] == "tremble?p=0.4"} == {True, False}
+
+
+def test_nothing_is_fitted_that_has_no_flip_rate(reported):
+    directory, _, _ = reported
+    (found,) = fit_agents(load(directory), agents=["cognitive:perseverant"], models=["random"], folds=2).agents
+    assert found.p == (0, 0.3, 0.6)
+    assert found.trials == 48
+
+
+def test_equal_records_make_equal_files(reported, drawn):
+    directory, _, _ = reported
+    before = {path: path.read_bytes() for path in directory.rglob("*") if path.is_file()}
+    with drawn(*REAL):
+        write_report(directory)
+    assert before == {path: path.read_bytes() for path in directory.rglob("*") if path.is_file()}
+
+
+def test_a_part_of_a_study_says_so(reported, tmp_path):
+    first = [trial for trial in load(reported[0]) if trial.agent == "random"][:20]
+    _, page, found = reported_in(tmp_path, first, **{**ASKED, "agent": ["random"]})
+    assert "Partial: 20 of 128 trials" in page
+    assert sum(cell.trials for cell in found.cells) == 20
+
+
+def test_captions_are_short(reported):
+    _, page, found = reported
+    assert too_long(page, [one.text for one in found.findings]) == []
+
+
+@dataclass(frozen=True, kw_only=True)
+class OutcomeAlone:
+    """Says the opposite outcome, and leaves positions as they are: no report of states shows that."""
+
+    def perceive(self, percept, past, task, rng):
+        return percept if percept.joint is None else replace(percept, outcome="moved")
+
+
+def never_acted(found, condition):
+    """The cells in which a condition changed nothing, and what is said of those of these agents."""
+    idle = [cell for cell in found.cells if cell.condition == condition and cell.get("success").note == "never acted"]
+    assert {cell.value("changed_steps", of) for cell in idle for of in ("", condition)} == {0}
+
+    def said(agents):
+        steps = sum(cell.value("steps") for cell in idle if cell.agent in agents)
+        return f"{condition} changed nothing for any agent (0 of {steps:g} steps), so nothing is concluded from it."
+
+    return {cell.agent for cell in idle}, said
+
+
+def test_a_condition_that_changed_nothing_is_the_answer_and_has_no_effect(tmp_path):
+    acts, agents = f"python:{__name__}:OutcomeAlone", {"human-inspired", "round-robin"}
+    _, page, found = reported_in(tmp_path, agent=[*agents], condition=acts, **SMALL)
+    idle, said = never_acted(found, acts)
+    assert idle == agents
+    assert found.answer == found.said("findings", "conditions")[0] == said(agents)
+    assert not [row for row in found.rows if row.control]
+    assert "No effect" not in page
+    assert "No difference from" not in page
+
+
+def test_beside_a_condition_that_changed_nothing_only_the_other_ones_are_concluded_from(tmp_path):
+    """A baseline's is named too, though nothing is said of its effects."""
+    agents, acts = ["cognitive:careful", "cognitive:insistent", "random"], ["history?last=50", "distract?p=0.3"]
+    _, page, found = reported_in(tmp_path, agent=agents, condition=acts, **SMALL)
+    idle, said = never_acted(found, acts[0])
+    assert idle == {*agents}
+    assert {row.condition for row in found.rows if row.control} == {acts[1]}
+    assert found.answer.endswith("o effect of any other condition on success was detected.")
+    assert "any condition" not in page
+    assert found.said("findings", "conditions")[0] == said(agents)
+    (on_top,) = found.said("overview", "changed_nothing")
+    assert said(agents[:2]) in on_top
+
+
+def test_a_condition_that_changed_nothing_for_a_baseline_alone_is_named(tmp_path):
+    """No loop of the baseline can be named, since it has none."""
+    agents = ["cognitive:insistent", "human-inspired"]
+    _, _, found = reported_in(tmp_path, agent=agents, condition="nudge", **SMALL)
+    assert never_acted(found, "nudge")[0] == {"human-inspired"}
+    (said,) = [one for one in found.said("findings", "conditions") if "changed nothing" in one]
+    assert said.startswith("nudge changed nothing for human-inspired (0 of ")
+
+
+@pytest.mark.parametrize("more", [{}, {"condition": "tremble?p=0.5"}], ids=["flips", "conditions"])
+def test_attempts_against_the_rules_stand_in_the_first_sentence(tmp_path, more):
+    asked = {"agent": "round-robin", "p": [0], "trials": 4, "repetitions": 1, "plant": CLUMSY, "max_steps": 4}
+    directory, page, found = reported_in(tmp_path, **asked, **more)
+    rows = found.where("against_rules", of="")
+    against, attempts = sum(row.count for row in rows), sum(row.n for row in rows)
+    assert 0 < against < attempts
+    assert f" {against} of {attempts} attempts broke the rules of the box" in found.answer
+    assert found.said("overview", "chance") == []
+    (said,) = found.said("findings", "rules")
+    assert said.startswith(f"{against} of {attempts} attempts (")
+    assert said in page
+    assert "against the rules" in (directory / "tables" / "conditions.csv").read_text()
