@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from operator import call
 
@@ -66,16 +66,6 @@ class ConditionStudySummary:
     def agents(self) -> tuple[str, ...]:
         """The agents of the study."""
         return self.design.agents
-
-    @property
-    def together(self) -> tuple[Effects, ...]:
-        """The effects of both families beside each other, by agent and modality, for a figure."""
-        found: dict[tuple[str, str], Effects] = {}
-        for one in (*self.on_axes, *self.effects):
-            first = found.get((one.agent, one.modality))
-            found[one.agent, one.modality] = one if first is None else replace(one, effects=first.effects + one.effects)
-        order = [(agent, modality) for agent in self.agents for modality in dict.fromkeys(name for _, name in found)]
-        return tuple(found[name] for name in order if name in found and found[name].effects)
 
     @property
     def subjects(self) -> tuple[str, ...]:

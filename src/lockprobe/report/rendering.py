@@ -4,14 +4,9 @@ from __future__ import annotations
 
 import base64
 import re
-from collections.abc import Callable
 from functools import cache
 from typing import Any
 
-from lockprobe.formatting import minus
-from lockprobe.prose.hypothesis_tests import name_of_test
-from lockprobe.record import PLAIN_WORDS
-from lockprobe.sections import section
 from lockprobe.terminal_text import printable
 
 __all__ = ["compact_svg", "image", "rendered"]
@@ -46,19 +41,9 @@ def _templates() -> Any:
         lstrip_blocks=True,
         loader=jinja2.PackageLoader("lockprobe.report"),
     )
-    environment.globals["unnamed"] = PLAIN_WORDS
-    environment.filters |= {"minus": minus, "test_said": name_of_test, "breakable": _breakable, "specs": _specs}
-    environment.globals["written"] = _written
+    environment.filters |= {"breakable": _breakable, "specs": _specs}
     environment.tests["wordy"] = lambda cell: len(cell) > _SHORT and re.search("[a-z]{4}", cell) is not None
     return environment
-
-
-def _written(heading: str, write: Callable[[], str]) -> Any:
-    """The content of a section of a page; a line that says so if it cannot be written."""
-    from markupsafe import Markup
-
-    missing = Markup('<p class="off">This section could not be written; the top of the page says why.</p>')
-    return section(heading, lambda: Markup(write()), lambda: missing)  # noqa: S704  a template's own output
 
 
 def image(svg: bytes) -> dict[str, Any]:

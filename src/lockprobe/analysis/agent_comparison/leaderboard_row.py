@@ -19,7 +19,7 @@ from lockprobe.analysis.outcomes import Outcomes, ended, outcomes
 from lockprobe.analysis.reference import Reference
 from lockprobe.record import Trial
 
-__all__ = ["Regret", "Standing", "condition_regret", "standing"]
+__all__ = ["Regret", "Standing", "standing"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -100,11 +100,6 @@ def _share(found: Outcomes, counts: ArrayLike, sizes: ArrayLike) -> ClusteredPro
     summed = (np.bincount(found.luck, weights=np.asarray(of), minlength=blocks) for of in (counts, sizes))
     return clustered_proportion(*summed)
 
-
-def condition_regret(condition: ConditionSummary) -> Regret | None:
-    """The regret in one condition."""
-    found = condition.relative
-    return Regret(value=1 - found.value, low=1 - found.high, high=1 - found.low) if found else None
 
 
 def _pooled(shares: Sequence[tuple[float | None, int]]) -> float | None:
