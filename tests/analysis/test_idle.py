@@ -38,7 +38,7 @@ def test_a_condition_that_changed_nothing_is_compared_with_nothing(acts):
     found = summary(acts, "flip?p=0.4")
     assert [(one.condition, one.intervention) for one in found.idle] == [(acts, "")]
     assert found.conditions["human-inspired", acts].never_acted
-    (effects,) = found.together
+    (effects,) = (*found.effects, *found.on_axes)
     assert [one.condition for one in effects.effects] == ["flip?p=0.4"]
 
 

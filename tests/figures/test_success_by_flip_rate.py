@@ -75,7 +75,7 @@ def test_bars_and_model_of_figure_4(typical, model):
 def test_chance_is_that_of_the_last_step(axes, typical, model):
     draw_success_by_dose(axes, model)
     levels = {line.get_linestyle(): line.get_ydata()[0] for line in axes.lines if line.get_linestyle() in {":", "--"}}
-    chance = [typical.curve("success_by_step", of=of).value[20] for of in ("random", "no-repeat")]
+    chance = [typical.curve("success_by_step", of=of).value[20] for of in ("uniform", "no-repeat")]
     assert [levels[":"], levels["--"]] == chance
     assert {"random\n39 %", "no-repeat\n69 %"} == {text.get_text() for text in axes.texts}
 

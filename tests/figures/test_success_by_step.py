@@ -53,7 +53,7 @@ def test_without_the_lowest_p_there_are_no_stars(typical):
 
 def test_curves_stand_beside_the_exact_ones(typical):
     axes, _ = success_curves_corrected(typical).axes
-    exact = [typical.curve("success_by_step", of=of) for of in ("random", "no-repeat")]
+    exact = [typical.curve("success_by_step", of=of) for of in ("uniform", "no-repeat")]
     drawn = [tuple(line.get_ydata()[:-1]) for line in staircases(axes)]
     assert drawn == [one.value for one in (*(curves_of(course)[0] for course in typical.courses()), *exact)]
     assert [line.get_linestyle() for line in staircases(axes)[-2:]] == [":", "--"]

@@ -244,7 +244,7 @@ def test_agents_near_chance_are_said_to_be():
     assert not_above_chance(answer(a={0: 30}, b={0: 5}, c={0: 40})) == said.format(
         "neither a nor b detectably exceeded"
     )
-    less = "When told the truth, {} solved less than random agents without immediate repeats (69 %)."
+    less = "When told the truth, {} solved fewer boxes than random agents without immediate repeats (69 %)."
     assert not_above_chance(answer(a={0: 5}, b={0: 6})) == less.format("both agents")
     assert not_above_chance(answer(a={0: 5}, b={0: 40})) == less.format("a")
     assert not_above_chance(answer(a={0: 30}, b={0: 5}, c={0: 5})) == said.format(

@@ -11,7 +11,15 @@ def test_every_section_has_one_short_sentence_with_the_numbers_of_its_agents():
     study = small_study(["human-inspired", "cognitive:insistent", "random"], (0.0, 0.4), 1, 8)
     summary = summarise(play_study(study), box("chain-4"))
     found = section_answers(summary)
-    assert set(found) == {"side", "success", "speed", "loops", "rational", "tests", "said", "conditions"}
+    assert set(found) == {
+        "agents_compared",
+        "success",
+        "speed",
+        "loops",
+        "optimal_actions",
+        "hypothesis_tests",
+        "misinterpretations",
+    }
     assert all(said.endswith(".") and len(said.split()) <= 28 for said in found.values())
     (subject,) = summary.subjects
     first = subject.conditions[0]
@@ -22,8 +30,7 @@ def test_every_section_has_one_short_sentence_with_the_numbers_of_its_agents():
     assert found["loops"].endswith(" %) cognitive:insistent.")
     judged = first.rationality[0]
     shares = f"{100 * judged.optimal.value:.0f} % ({100 * judged.by_chance['optimal']:.0f} %)"
-    assert found["rational"].endswith(f"(random choice): {shares} cognitive:insistent.")
-    assert found["conditions"] == "3 agents, 6 rows."
+    assert found["optimal_actions"].endswith(f"(random choice): {shares} cognitive:insistent.")
 
 
 def test_tests_are_counted_for_each_agent():
@@ -36,7 +43,7 @@ def test_tests_are_counted_for_each_agent():
     ]
     summary = summarise(trials, box("chain-4"))
     done = [[t.rejects for t in a.inference.tests if t.recommended and t.p_value is not None] for a in summary.agents]
-    said = section_answers(summary)["tests"]
+    said = section_answers(summary)["hypothesis_tests"]
     assert len(done[0]) == len(done[1])
     assert said == f"Of {len(done[0])} valid tests, {sum(done[0])} reject for llm:a, {sum(done[1])} for llm:b."
     assert sum(done[0]) > sum(done[1])
@@ -50,7 +57,7 @@ def test_misread_claims_are_pooled_as_in_the_tables():
     ]
     summary = summarise(trials, box("chain-4"))
     assert summary.agents[0].conditions[0].claims.mean_rate == 0.5
-    said = section_answers(summary)["said"]
+    said = section_answers(summary)["misinterpretations"]
     assert said == "When told the truth: 25 % llm:a."
 
 
@@ -64,12 +71,15 @@ def test_a_tie_for_the_highest_success_names_all():
         for agent in ("llm:a", "llm:b")
         for i in range(8)
     ]
-    assert section_answers(summarise(trials, box("chain-4")))["side"] == "Highest success: llm:a, llm:b, 50 % each."
+    assert (
+        section_answers(summarise(trials, box("chain-4")))["agents_compared"]
+        == "Highest success: llm:a, llm:b, 50 % each."
+    )
 
 
 def test_an_agent_that_was_shown_the_box_in_two_ways_is_named_with_each():
     shown = ("symbolic", "symbolic?tell=state")
     trials = [make_trial(SOLUTION, agent="llm:a", modality=one, trial=i + 1) for one in shown for i in range(8)]
-    assert section_answers(summarise(trials, box("chain-4")))["side"] == (
+    assert section_answers(summarise(trials, box("chain-4")))["agents_compared"] == (
         "Highest success: llm:a (ground truth), llm:a (ground-truth states), 100 % each."
     )

@@ -158,8 +158,14 @@ def prior_for(joints: int) -> str | None:
 
 
 def rationality(trials: Sequence[Trial]) -> tuple[Rationality, ...]:
-    """Judge the trials of one condition; empty if none has ended with a step, or the box is too large for a prior."""
-    counted = [trial for trial in ended(trials) if trial.steps and trial.ordinary]
+    """Judge the trials of one condition.
+
+    Empty if none has ended with a step, if the box is too large for a prior, or if in some of them an action was not
+    the choice or a report was missing: the others are those in which that did not happen, which is no fair sample.
+    """
+    counted = [trial for trial in ended(trials) if trial.steps]
+    if not all(trial.ordinary for trial in counted):
+        return ()
     prior = prior_for(len(counted[0].joints)) if counted else None
     told = [(trial, _told(trial)) for trial in _first(counted)]
     return tuple(_condition(counted, told, prior, noise) for noise in OBSERVERS) if prior else ()

@@ -111,5 +111,5 @@ def _budget(shown: _Shown) -> int:
 
 def _chance(found: Results) -> list[list[float]]:
     """What random agents with and without immediate repeats solve by each step; empty if it is not known."""
-    curves = [found.curve("success_by_step", agent="", of=of) for of in ("random", "no-repeat")]
+    curves = [found.curve("success_by_step", agent="", of=of) for of in ("uniform", "no-repeat")]
     return [[value or 0.0 for value in curve.value] for curve in curves if curve]

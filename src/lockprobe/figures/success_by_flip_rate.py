@@ -112,7 +112,10 @@ def draw_success_by_dose(axes: Axes, course: Course) -> None:
     p_axis(axes, course.cells, name=course.name)
     if several:
         _peak(axes, course)
-    levels = {name: course.value("success_chance", name) for name in ("random", "no-repeat")}
+    levels = {
+        "random": course.value("success_chance", "uniform"),
+        "no-repeat": course.value("success_chance", "no-repeat"),
+    }
     known = {name: level for name, level in levels.items() if level is not None}
     for name, level in known.items():
         axes.axhline(level, color=FAINT, linewidth=0.9, linestyle=EXACT[name], zorder=2)

@@ -115,7 +115,7 @@ def _budget(shown: _Shown) -> int:
 
 def _exact_curves(axes: Axes, found: Results, budget: int) -> None:
     for name, dash in EXACT.items():
-        if (exact := found.curve("success_by_step", of=name)) is not None:
+        if (exact := found.curve("success_by_step", of="uniform" if name == "random" else name)) is not None:
             style = Style(colour=FAINT, marker="", dash=dash, lead=False)
             staircase(axes, exact.value[: budget + 1], style, label=f"{name} (exact)")
     if (optimum := found.get("optimum")) is not None and optimum.value is not None:

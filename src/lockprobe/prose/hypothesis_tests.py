@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from lockprobe.analysis.axis import FLIPS, Axis
 from lockprobe.analysis.inference.verdict import MEAN_STEPS, Question, TestResult
 from lockprobe.analysis.summary import AgentSummary
-from lockprobe.formatting import p_value
+from lockprobe.formatting import minus, p_value
 from lockprobe.prose.doses import cause, cause_first
 from lockprobe.prose.subject import Subject, subject_of
 
@@ -69,7 +69,7 @@ def conclusions(agent: AgentSummary) -> list[str]:
         if test.baseline is not None:
             interval += f", {test.baseline:.2g} for a blind agent with the same action habits"
         told = test.effect is not None and question != "shape"
-        effect = f"{unit_said(test, agent.axis)} {test.effect:.2g}{interval}; " if told else ""
+        effect = f"{unit_said(test, agent.axis)} {minus(f'{test.effect:.2g}{interval}')}; " if told else ""
         fewer, more, no = conclusions_of(subject_of(agent), question, agent.axis, blind=test.baseline is not None)
         found = no if not test.rejects else more if test.direction > 0 else fewer
         said.append(f"{found} ({effect}{name_of_test(test.name, agent.axis)}, {p_value(test.p_value)}).")

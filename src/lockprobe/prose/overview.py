@@ -287,7 +287,7 @@ def no_advantage_said(shares: Mapping[str, Proportion | ClusteredProportion], wh
     than = f"random agents without immediate repeats ({percent(by_chance)})"
     if all(shares[name].high < by_chance for name in weak):
         all_of_two = len(weak) == len(shares) == 2
-        return f"{where}, {'both agents' if all_of_two else _listed(weak)} solved less than {than}."
+        return f"{where}, {'both agents' if all_of_two else _listed(weak)} solved fewer boxes than {than}."
     who = f"none of {_listed(weak)} detectably exceeded"
     if len(weak) == 1:
         who = f"{weak[0]} did not detectably exceed"

@@ -22,14 +22,14 @@ def section_answers(summary: StudySummary) -> dict[str, str]:
     first = next(one.p for one in agents[0].conditions if one.success.n)
     where = at_dose(first, summary.axis)
     found = {
-        "side": _best(summary),
+        "agents_compared": _best(summary),
         "success": courses_said(summary, brief=True),
         "speed": _said(agents, "Area under the success curve (random agent 0, shortest plan 1)", _relative),
         "loops": _said(agents, f"Trials with a loop {where} (chance)", _loops),
-        "rational": _said(agents, f"{where[0].upper()}{where[1:]} (random choice)", _optimal),
-        "tests": _tests(agents),
-        "said": _said(agents, f"{where[0].upper()}{where[1:]}", _misread) or "No agent said what its actions did.",
-        "conditions": f"{len(summary.agents)} agents, {len(summary.conditions)} rows.",
+        "optimal_actions": _said(agents, f"{where[0].upper()}{where[1:]} (random choice)", _optimal),
+        "hypothesis_tests": _tests(agents),
+        "misinterpretations": _said(agents, f"{where[0].upper()}{where[1:]}", _misread)
+        or "No agent said what its actions did.",
     }
     return {section: said for section, said in found.items() if said}
 

@@ -146,8 +146,8 @@ class Course:
 
     def against_lowest(self, quantity: str, of: str = "") -> list[Estimate]:
         """A number that compares a dose with the lowest, for every dose above it."""
-        rows = self.found.where(quantity, **{name: of for name, of in self._own.items() if name != "condition"}, of=of)
-        return [row for row in rows if row.control]
+        columns = {column: value for column, value in self._own.items() if column != "condition"}
+        return [row for row in self.found.where(quantity, **columns, of=of) if row.control]
 
     def curve(self, quantity: str, of: str = "") -> Curve | None:
         """A curve over the doses; None if it has none."""

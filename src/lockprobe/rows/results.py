@@ -58,6 +58,10 @@ class Results(Part):
             if value or name not in ("not_judged", "sections_left_out")
         }
 
+    def __repr__(self) -> str:
+        """How many rows there are; all of them would fill a screen for minutes."""
+        return f"<Results of {self.study.get('study', 'a study')}: {len(self.rows)} rows; {self.answer}>"
+
     @cached_property
     def _rows(self) -> Mapping[str, Sequence[Estimate]]:
         found = defaultdict(list)
@@ -85,6 +89,10 @@ class Results(Part):
         >>> found = lockprobe.results("runs/flips")  # doctest: +SKIP
         >>> found.where("success", agent="random")  # doctest: +SKIP
         """
+        if unknown := columns.keys() - Estimate.model_fields.keys():
+            raise NoSuchRow(
+                f"no column is called {', '.join(sorted(unknown))}; columns: {', '.join(IDENTITY)}, family, …"
+            )
         rows = self._rows.get(quantity, ()) if quantity else self.rows
         if quantity and "agent" in columns:
             rows = self._of_agents.get((quantity, columns["agent"]), ())
@@ -114,7 +122,8 @@ class Results(Part):
         """
         found = self.get(quantity, **columns)
         if found is None:
-            raise NoSuchRow(f"{quantity}: no row has {_asked(columns)}. {self._near(quantity, columns)}")
+            near = self._near(quantity, {"of": "", **columns})
+            raise NoSuchRow(f"{quantity}: no row has {_asked(columns)}. {near}")
         return found
 
     def _near(self, quantity: str, columns: Mapping[str, str]) -> str:

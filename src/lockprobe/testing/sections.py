@@ -36,6 +36,8 @@ def check_section(section: Section) -> None:
         AssertionError: If it breaks one of these; the message says which.
     """
     assert isinstance(section, Section), f"{section!r} is not a lockprobe.Section"
+    after = [one.name for one in own_sections()]
+    assert section.after in ("", *after), f"{section.name}: no section is called {section.after}; {', '.join(after)}"
     taken = {name for one in own_sections() for name in one.names} & {*section.names}
     assert not taken, f"{section.name}: these names are taken: {', '.join(sorted(taken))}"
     shown = 0
@@ -69,6 +71,10 @@ def _studies(scratch: Path) -> Iterator[StudyNumbers]:
 def _check_page(section: Section, found: Results) -> int:
     """Check its parts of the page and its files; the number of parts."""
     parts = [replace(part, blocks=list(part.blocks)) for part in section.show(found)]
+    for block in (block for part in parts for block in part.blocks):
+        assert hasattr(block, "block"), f"{section.name}: {block!r} is no block of lockprobe.report.section"
+    strange = {one.section for one in found.findings if one.source} - {section.name}
+    assert not strange, f"{section.name}: its sentences are of other sections: {', '.join(sorted(strange))}"
     page = Page(found=found)
     for part in parts:
         page.written(part)
@@ -86,5 +92,9 @@ def _check_figure(figure: Figure, found: Results) -> None:
     if not figure.applies(found):
         return
     module, _, function = figure.draw.partition(":")
-    made = getattr(import_module(module), function)(found, *figure.arguments)
+    try:
+        draw = getattr(import_module(module), function)
+    except (ImportError, AttributeError, ValueError) as error:
+        raise AssertionError(f"figure {figure.name}: draw names no function ({figure.draw!r}: {error})") from error
+    made = draw(found, *figure.arguments)
     assert made is None or hasattr(made, "savefig"), f"figure {figure.name}: {type(made).__name__} is no figure"

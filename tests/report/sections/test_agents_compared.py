@@ -196,13 +196,15 @@ def test_the_page_shows_models_side_by_side(found):
     assert "US$ 2 per million input tokens, 0.1 cached, 10 output, as of 2026-01-02 (acme.test/prices)." in page
     assert "<code>llm:acme/two</code>: no price is known" in page
     assert "data:image/svg" in page[page.index("Pairs of agents on the same boxes") :]
-    assert too_long(page[page.index('id="side"') :].split('<details class="section"')[0], found.plain()) == []
+    assert (
+        too_long(page[page.index('id="agents_compared"') :].split('<details class="section"')[0], found.plain()) == []
+    )
 
 
 def test_one_agent_has_nobody_beside_it(tmp_path):
     found = results(tmp_path, "llm:acme/one")
     assert found.where("played_by_one_only") == []
-    assert 'id="side"' not in page_of("report", found)
+    assert 'id="agents_compared"' not in page_of("report", found)
     assert table(found, "comparisons") == table(found, "interactions") == []
 
 

@@ -67,7 +67,7 @@ def test_numbers_are_of_the_trials_of_each_dose(lab):
         lowest, *others = [cell.value("success") for cell in course.cells]
         rows = course.against_lowest("success_difference")
         assert [row.value for row in rows] == pytest.approx([share - lowest for share in others])
-        assert course.value("success_chance", "random") == lab.curve("success_by_step", of="random").value[-1]
+        assert course.value("success_chance", "uniform") == lab.curve("success_by_step", of="uniform").value[-1]
 
 
 def test_figures_of_a_dose_show_every_agent_and_stand_on_the_page(lab):

@@ -24,7 +24,9 @@ def numbers_in(directory, planned):
 
 
 def section(found):
-    return unescape(page_of("report", found).partition('id="tests"')[2].partition('id="said"')[0])
+    return unescape(
+        page_of("report", found).partition('id="hypothesis_tests"')[2].partition('id="misinterpretations"')[0]
+    )
 
 
 def cells(found):

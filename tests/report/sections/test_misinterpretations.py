@@ -14,7 +14,7 @@ def found_in(directory, planned, trials=None):
 
 
 def part_of(found):
-    return page_of("report", found).partition('id="said"')[2].partition('<details class="section"')[0]
+    return page_of("report", found).partition('id="misinterpretations"')[2].partition('<details class="section"')[0]
 
 
 def test_table_1_is_laid_out_as_in_the_paper(tmp_path, modal):

@@ -60,14 +60,14 @@ def test_every_effect_is_in_the_table_or_among_those_that_are_not_estimated(tmp_
     found = results_of(study_numbers(open_study(write_study(tmp_path / "study", planned))))
     estimated, missing = found.where(EFFECT), [fact for fact in found.facts if "one false report" in fact.about]
     assert len(estimated) + len(missing) == 28
-    table, part = tables_of(found)["lies"], page_of("report", found).partition('id="lies"')[2]
+    table, part = tables_of(found)["lies"], page_of("report", found).partition('id="one_false_report"')[2]
     assert len(table) == 1 + len(estimated)
-    assert found.said("lies", "effect")[0][:60] in part
+    assert found.said("one_false_report", "effect")[0][:60] in part
     assert "Effects that are not estimated for <code>cognitive:<wbr>perseverant</code>" in part
     assert "Fewer than 15 trials hold the outcome, or miss it: " in part
 
 
 def test_there_is_no_such_part_without_flip_rates_between_0_and_1(tmp_path):
     found = results_of(study_numbers(open_study(write_study(tmp_path / "study", small_study(p=(0.0,), trials=1)))))
-    assert 'id="lies"' not in page_of("report", found)
+    assert 'id="one_false_report"' not in page_of("report", found)
     assert tables_of(found)["lies"] == []

@@ -18,7 +18,7 @@ def found_in(directory, planned):
 
 
 def part_of(found):
-    return page_of("report", found).partition('id="rational"')[2].partition('<details class="section"')[0]
+    return page_of("report", found).partition('id="optimal_actions"')[2].partition('<details class="section"')[0]
 
 
 def test_every_condition_is_judged_by_two_observers(tmp_path):

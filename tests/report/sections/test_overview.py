@@ -189,7 +189,7 @@ def test_who_does_not_exceed_chance_is_named_beside_the_level(tmp_path):
     asked = {"agent": ["cognitive:perseverant"], "p": [0], "condition": ["nudge"], "trials": 8, "repetitions": 2}
     found = found_in(tmp_path, study("flips", **asked))
     own = found.one("success", agent="cognitive:perseverant", condition="truth", axis="", control="", versus="")
-    level = found.one("success_by_chance", of="no-repeat").value
+    level = found.one("success_chance", of="no-repeat", axis="").value
     assert own.low < level
     (said,) = found.said("overview", "chance")
     assert said.startswith("When told the truth, ")

@@ -85,7 +85,7 @@ def test_it_stands_after_the_section_it_names_and_its_rows_name_the_package(tmp_
     assert whole(found) == alone
     names = [part.name for part in parts_of(found, "report")]
     assert names[names.index("speed") :][:3] == ["speed", "dozens", "more-dozens"]
-    part = page.partition('id="speed"')[2].partition('id="dozens"')[2].partition('id="rational"')[0]
+    part = page.partition('id="speed"')[2].partition('id="dozens"')[2].partition('id="optimal_actions"')[0]
     assert "They are counted." in part
     assert "An empty sheet." in part
     assert part.count("0.25</td>") == len(found.where("dozens")) == 2

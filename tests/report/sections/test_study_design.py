@@ -26,7 +26,7 @@ def test_what_is_left_out_is_counted(tmp_path):
     assert (left_out.pop("ended as error"), left_out.pop("outside the settings")) == (1, 1)
     assert left_out
     assert not any(left_out.values())
-    part = part_of(found, "settings")
+    part = part_of(found, "design")
     for said in (
         "1 trials that ended as error, 0 incomplete lines",
         "1 trials outside the settings",
@@ -37,7 +37,7 @@ def test_what_is_left_out_is_counted(tmp_path):
 
 def test_the_design_is_named_with_the_hashes_that_a_publication_gives(tmp_path):
     found = found_in(tmp_path, small_study(repetitions=1, trials=1))
-    part = part_of(found, "settings")
+    part = part_of(found, "design")
     for said in (found.settings_hash, found.results_hash, "4 joints", "optimum 4 steps", "0, 0.3, 0.6", "transient"):
         assert said in part
     assert "6 trials of 2 agents." in part
@@ -49,7 +49,7 @@ def test_people_are_counted_apart(tmp_path):
     planned = small_study(("participant", "human-inspired"), (0.0, 0.3), 1, 2)
     trials = [*played_by_people(planned, 2), *play_study(small_study(("human-inspired",), (0.0, 0.3), 1, 2))]
     found = found_in(tmp_path, planned, trials)
-    part = part_of(found, "settings")
+    part = part_of(found, "design")
     assert "8 trials of 1 agent and people." in part
     assert "8 of 8 finished; of these, people: 4 of 4" in part
     assert "People practise before their first box" in part_of(found, "limits")
@@ -59,7 +59,7 @@ def test_conditions_have_limits_of_their_own(tmp_path):
     asked = {"agent": ["cognitive:careful", "cognitive:perseverant"], "trials": 2, "repetitions": 1}
     flips = part_of(found_in(tmp_path / "a", study("flips", **asked, p=[0, 0.4])), "limits")
     other = found_in(tmp_path / "b", study("flips", **asked, p=[0], condition=["nudge"]))
-    assert "<dt>Conditions</dt><dd><code>truth</code>, <code>nudge</code></dd>" in part_of(other, "settings")
+    assert "<dt>Conditions</dt><dd><code>truth</code>, <code>nudge</code></dd>" in part_of(other, "design")
     shown = "A difference between conditions shows the effect of an intervention"
     assert (shown in flips, shown in part_of(other, "limits")) == (False, True)
     pairs = "and comparisons of agents for the number of pairs"

@@ -76,7 +76,7 @@ def test_rows_are_the_numbers_of_the_analysis(numbers, found):
 def test_why_a_fit_is_missing_is_a_fact(found):
     blind = next(course for course in found.courses() if course.blind)
     said = found.fact("success_fit", f"{blind.label}, flip rate")
-    assert said == "No fit: it needs three flip rates with trials that differ, and there is one."
+    assert said == "Not tested: it plays the same trials at every flip rate."
 
 
 def test_every_best_flip_rate_says_whose_it_is(found):

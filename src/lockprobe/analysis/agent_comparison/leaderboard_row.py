@@ -101,7 +101,6 @@ def _share(found: Outcomes, counts: ArrayLike, sizes: ArrayLike) -> ClusteredPro
     return clustered_proportion(*summed)
 
 
-
 def _pooled(shares: Sequence[tuple[float | None, int]]) -> float | None:
     known = [(share, n) for share, n in shares if share is not None]
     return sum(share * n for share, n in known) / sum(n for _, n in known) if known else None

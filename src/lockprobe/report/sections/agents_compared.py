@@ -42,9 +42,14 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
         (agent, modality), said = one.second, " ".join(comparison_said(one, numbers.flips))
         rests_on = ("success_difference", "success_change_difference", "steps_difference")
         yield Finding(
-            section="side", kind=_FAMILIES[one.among], agent=agent, modality=modality, text=said, rests_on=rests_on
+            section="agents_compared",
+            kind=_FAMILIES[one.among],
+            agent=agent,
+            modality=modality,
+            text=said,
+            rests_on=rests_on,
         )
-    yield from numbers.answer("side")
+    yield from numbers.answer("agents_compared")
 
 
 def _versus(one: AgentComparison) -> dict[str, Any]:
@@ -212,7 +217,7 @@ _SIDE_BY_SIDE = Figure(
 
 def _show(found: Results) -> Iterator[Part]:
     if _pairs(found):
-        yield Part("Agents compared", found.answer_of("side"), list(_blocks(found)))
+        yield Part("Agents compared", found.answer_of("agents_compared"), list(_blocks(found)))
 
 
 def _blocks(found: Results) -> Iterator[Block]:
@@ -220,13 +225,13 @@ def _blocks(found: Results) -> Iterator[Block]:
     between = families.count(_SUBJECTS)
     yield Heading("Models compared" if between else "Baselines")
     yield from leaderboard_blocks(found, ranked=between > 0)
-    said = [Text(one) for one in found.said("side", _SUBJECTS)]
+    said = [Text(one) for one in found.said("agents_compared", _SUBJECTS)]
     if between:
         yield Heading("Pairs of agents on the same boxes")
         yield from [Folded("In words", said)] if between > 3 else said
     yield _SIDE_BY_SIDE
     if between < len(families):
-        beside = [Text(one) for one in found.said("side", _BASELINES)]
+        beside = [Text(one) for one in found.said("agents_compared", _BASELINES)]
         yield Folded("Comparisons with baselines, in words", beside)
     yield Folded("In numbers", list(_numbers(found)))
 
@@ -265,7 +270,7 @@ def _numbers(found: Results) -> Iterator[Block]:
 
 SECTIONS = (
     Section(
-        name="side",
+        name="agents_compared",
         title="Agents compared",
         rows=_rows,
         show=_show,

@@ -10,7 +10,7 @@ from lockprobe.report.installed_measures import MEASURES, measure_rows
 from lockprobe.report.section import Block, Heading, Note, Part, Section, Table
 from lockprobe.report.study_numbers import PlayedCell, StudyNumbers
 from lockprobe.report.table_rows import chance_cell, share_of_row, value_cell
-from lockprobe.rows import Cell, Estimate, Finding, Results, Row
+from lockprobe.rows import Cell, Estimate, Results, Row
 
 __all__ = ["SECTIONS"]
 
@@ -20,10 +20,6 @@ _AGAINST = "against the rules"
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     for cell in numbers.cells:
         yield from _of_cell(cell)
-    agents, conditions = numbers.flips.agents, numbers.flips.conditions
-    if any(condition.success.n for agent in numbers.flips.subjects for condition in agent.conditions):
-        said = f"{len(agents)} agents, {len(conditions)} rows."
-        yield Finding(section="conditions", kind="answer", text=said, judges=False)
 
 
 def _of_cell(cell: PlayedCell) -> Iterator[Estimate]:

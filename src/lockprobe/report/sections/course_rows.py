@@ -28,6 +28,7 @@ __all__ = [
     "CONTROL",
     "COURSE",
     "LOWEST",
+    "PERMUTED",
     "RULE",
     "AgentCourse",
     "at",
@@ -49,7 +50,7 @@ CONTROL = "the control"
 RULE = "yes or no"
 """The unit of a test that is a rule without a P value."""
 
-_PERMUTED = "permutation within blocks, and interval"
+PERMUTED = "permutation within blocks, and interval"
 
 
 def at(dose: float, *more: str) -> str:
@@ -101,7 +102,8 @@ class AgentCourse:
 
     def missing(self, quantity: str, code: str) -> Iterator[Fact]:
         """Why a quantity is missing."""
-        return self.fact(quantity, why_missing(code, self.agent.axis))
+        alike = f"Not tested: it plays the same trials at every {self.dose}." if code and self.agent.blind else ""
+        return self.fact(quantity, alike or why_missing(code, self.agent.axis))
 
 
 def course_rows(agent: AgentSummary, axis: str, reference: Reference | None) -> Iterator[Row]:
@@ -138,7 +140,7 @@ def _doses(course: AgentCourse, reference: Reference | None) -> Iterator[Row]:
         yield course.estimate("lowest_dose", lowest, unit=course.dose)
     budget = next((len(one.curve.share) - 1 for one in found.conditions if one.success.n), None)
     if reference is not None and budget is not None:
-        for of, share in (("random", reference.random), ("no-repeat", reference.no_repeat)):
+        for of, share in (("uniform", reference.random), ("no-repeat", reference.no_repeat)):
             yield course.estimate("success_chance", share[budget], of=of, note="exact")
 
 
@@ -223,7 +225,7 @@ def _differences(course: AgentCourse) -> Iterator[Row]:
 
 
 def _difference(course: AgentCourse, quantity: str, one: DifferenceAt, of: dict[str, Any]) -> Estimate:
-    found = {"n": one.second.n, "low": one.low, "high": one.high, "p_value": one.p_value, "test": _PERMUTED}
+    found = {"n": one.second.n, "low": one.low, "high": one.high, "p_value": one.p_value, "test": PERMUTED}
     return course.estimate(quantity, one.value, unit="points", **found, **of)
 
 
@@ -244,7 +246,7 @@ def _details(course: AgentCourse, one: DifferenceAt, corrected: dict[str, Any]) 
             yield course.estimate("solved_at_one_only", count, n=pairs.n, count=count, unit="trials", **of)
     for end, bound in (("unsolved", one.if_unsolved), ("solved", one.if_solved)):
         if bound is not None:
-            yield test(f"broken trials {end}", bound.p_value, _PERMUTED, value=bound.value, **corrected)
+            yield test(f"broken trials {end}", bound.p_value, PERMUTED, value=bound.value, **corrected)
 
 
 def two_lines_rows(course: AgentCourse, quantity: str, found: TwoLines) -> Iterator[Row]:

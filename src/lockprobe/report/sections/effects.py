@@ -17,6 +17,7 @@ from lockprobe.analysis.effects import Effects
 from lockprobe.formatting import NONE, p_cell, percent
 from lockprobe.report.format import DETECTED, TextTable
 from lockprobe.report.section import Block, Caption, Figure, Folded, Note, Part, Section, Table
+from lockprobe.report.sections.course_rows import CONTROL, PERMUTED
 from lockprobe.report.study_numbers import StudyNumbers, share_rows
 from lockprobe.report.table_rows import count_of, points_cell
 from lockprobe.rows import Estimate, Fact, Finding, Results, Row, axis_key
@@ -67,9 +68,9 @@ def _against_control(found: Effects, doses: _Doses) -> Iterator[Estimate]:
             p_value=gap.p_value,
             family=_CONDITIONS,
             corrected_for=len(found.effects) * found.agents,
-            test="permutation within blocks",
+            test=PERMUTED,
         )
-        for of, share in (("", gap.second), ("the control", gap.first)):
+        for of, share in (("", gap.second), (CONTROL, gap.first)):
             yield from share_rows("success_in_pairs", share, **pair, of=of)
 
 
@@ -151,7 +152,7 @@ def _effect_table(found: Results) -> TextTable:
     table = [head]
     for row in found.against_control():
         pair = {name: getattr(row, name) for name in ("agent", "modality", "condition", "control")}
-        counts = [count_of(found.get("success_in_pairs", **pair, of=of)) for of in ("the control", "")]
+        counts = [count_of(found.get("success_in_pairs", **pair, of=of)) for of in (CONTROL, "")]
         table.append([row.agent, row.condition, row.control, *counts, *_tested(row)])
     return table
 
@@ -242,7 +243,8 @@ def _show(found: Results) -> Iterator[Part]:
         Markup(
             "Trials of equal repetition and number use common random numbers under every condition (a block) and are "
             "compared in pairs. <i>P</i> is the larger of two: that of a permutation of conditions within blocks, "
-            "corrected for the number of conditions and of agents, and that of the interval, corrected alike."
+            "corrected for the number of conditions and of the agents that are judged together (baselines apart), and "
+            "that of the interval, corrected alike."
         ),
         Markup(
             "Flip rates are a family of their own, and so are the doses of another intervention with three levels or "

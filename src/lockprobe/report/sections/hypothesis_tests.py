@@ -38,24 +38,21 @@ class _Line:
 
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
-    yield from numbers.answer("tests")  # the tests are among the rows of each course
+    yield from numbers.answer("hypothesis_tests")  # the tests are among the rows of each course
 
 
-def tables_of_tests(
-    courses: Iterable[Course], axis: Axis, *, audited: bool = False, testable: bool = True
-) -> list[Block]:
+def tables_of_tests(courses: Iterable[Course], axis: Axis, *, testable: bool = True) -> list[Block]:
     """A table of tests for each agent that has some, by name.
 
     Args:
         courses: The agents.
         axis: The axis that their tests are over.
-        audited: Whether to mark rejections of tests that reject too often in the audit.
         testable: Whether there are several doses; if not, only questions that need none are shown.
     """
     blocks: list[Block] = []
     for course in sorted(courses, key=lambda course: course.label.lower()):
         valid = [test for test in course.where("test") if testable or test.p_value is not None]
-        lines = [line for test in valid for line in _lines(course, test, axis, audited=audited)]
+        lines = [line for test in valid for line in _lines(course, test, axis)]
         if lines:
             blocks += [Heading(course.label, code=True), Template("tests", {"lines": lines})]
     return blocks
@@ -67,13 +64,12 @@ def _excessive() -> frozenset[str]:
     return frozenset(rate.test for rate in measured() if rate.valid is False and not rate.recommended)
 
 
-def _lines(course: Course, valid: Estimate, axis: Axis, *, audited: bool) -> Iterator[_Line]:
+def _lines(course: Course, valid: Estimate, axis: Axis) -> Iterator[_Line]:
     """The test of a question that conclusions rest on, and the others."""
     others = [test for test in course.where("naive_test") if test.of.startswith(f"{valid.of}: ")]
-    excessive = _excessive() if audited else frozenset()
     for test in (valid, *others):
         rates = false_positives(test.test)
-        conclusion = "not judged" if course.found.not_judged else _conclusion(test, valid=test.test not in excessive)
+        conclusion = "not judged" if course.found.not_judged else _conclusion(test, valid=test.test not in _excessive())
         yield _Line(
             asks=asked(cast("Question", valid.of), axis) if test is valid else "",
             test=name_of_test(test.test, axis),
@@ -105,7 +101,7 @@ def _conclusion(test: Estimate, *, valid: bool) -> str:
 
 
 def _show(found: Results) -> Iterator[Part]:
-    yield Part("Hypothesis tests", found.answer_of("tests"), list(_blocks(found)))
+    yield Part("Hypothesis tests", found.answer_of("hypothesis_tests"), list(_blocks(found)))
 
 
 def _blocks(found: Results) -> Iterator[Block]:
@@ -125,10 +121,10 @@ def _blocks(found: Results) -> Iterator[Block]:
         said = f"; tests of {'other ' * (above == 'conditions')}{above} are above" if above else ""
         yield Text(f"With one flip rate, effects of false reports cannot be tested{said}.")
     courses = [course for course in found.courses() if course.subject]
-    tables = tables_of_tests(courses, FLIPS, audited=True, testable=found.several_p)
+    tables = tables_of_tests(courses, FLIPS, testable=found.several_p)
     if found.several_p and not tables:
         yield Text("No agent has trials that differ between flip rates.")
     yield from tables
 
 
-SECTIONS = (Section(name="tests", title="Hypothesis tests", rows=_rows, show=_show),)
+SECTIONS = (Section(name="hypothesis_tests", title="Hypothesis tests", rows=_rows, show=_show),)

@@ -20,7 +20,7 @@ __all__ = ["SECTIONS"]
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     for cell in numbers.cells:
         yield from _of_cell(cell)
-    yield from numbers.answer("said")
+    yield from numbers.answer("misinterpretations")
 
 
 def _of_cell(cell: PlayedCell) -> Iterator[Estimate]:
@@ -121,7 +121,7 @@ _TABLE1_CORRECTED = Table("table1-corrected", _table1_corrected, numeric_from=1)
 
 
 def _show(found: Results) -> Iterator[Part]:
-    yield Part("Misinterpretations", found.answer_of("said"), list(_blocks(found)))
+    yield Part("Misinterpretations", found.answer_of("misinterpretations"), list(_blocks(found)))
 
 
 def _blocks(found: Results) -> Iterator[Block]:
@@ -158,7 +158,7 @@ def _blocks(found: Results) -> Iterator[Block]:
 
 SECTIONS = (
     Section(
-        name="said",
+        name="misinterpretations",
         title="Misinterpretations",
         rows=_rows,
         show=_show,

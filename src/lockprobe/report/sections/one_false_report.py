@@ -20,7 +20,7 @@ from lockprobe.rows import Estimate, Fact, Finding, Results, Row
 
 __all__ = ["SECTIONS", "effects_on"]
 
-_NAME = "lies"
+_NAME = "one_false_report"
 _EFFECT, _DETECTABLE = "effect_of_one_false_report", "detectable_effect_of_one_false_report"
 _REPORTS = "reports_false_at_random"
 

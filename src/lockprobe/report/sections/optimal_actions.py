@@ -17,6 +17,9 @@ from lockprobe.rows import Cell, Estimate, Results, Row
 
 __all__ = ["SECTIONS"]
 
+_CHANGED = "an action was not the choice, or a report was missing"
+"""Why the trials of a condition are not judged, if it is not for want of a prior."""
+
 _PRIORS = {
     "single-parent": "every joint is free or needs one other joint open",
     "chains": "the joints form a chain that ends in the target",
@@ -30,10 +33,11 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
             known[found.prior] = found.interlocks
             yield from _before(cell, found)
         if cell.summary.success.n and not cell.summary.rationality:
-            yield cell.estimate("trials_not_judged", cell.summary.success.n, of="no prior", unit="trials")
+            why = "no prior" if all(trial.ordinary for trial in cell.trials) else _CHANGED
+            yield cell.estimate("trials_not_judged", cell.summary.success.n, of=why, unit="trials")
     for prior, interlocks in known.items():
         yield Estimate(quantity="interlocks", of=prior, unit="interlocks", value=interlocks)
-    yield from numbers.answer("rational")
+    yield from numbers.answer("optimal_actions")
 
 
 def _before(cell: PlayedCell, found: Rationality) -> Iterator[Estimate]:
@@ -97,7 +101,7 @@ _FIGURE = Figure(
 
 def _show(found: Results) -> Iterator[Part]:
     if found.where("optimal_actions"):
-        yield Part("Optimal actions", found.answer_of("rational"), list(_blocks(found)))
+        yield Part("Optimal actions", found.answer_of("optimal_actions"), list(_blocks(found)))
     elif missing := _not_judged(found, "no prior"):
         text = f"Not judged: there is no prior for boxes with this number of joints ({missing} trials)."
         yield Part("Optimal actions", "Not judged.", [Text(text)])
@@ -106,6 +110,12 @@ def _show(found: Results) -> Iterator[Part]:
 def _not_judged(found: Results, why: str) -> int:
     """How many trials under flip rates were not judged."""
     return sum(int(cell.value("trials_not_judged", why) or 0) for cell in found.cells if cell.p is not None)
+
+
+def _changed(found: Results) -> str:
+    """The conditions whose trials are not judged because not all of them can be."""
+    names = dict.fromkeys(row.condition for row in found.where("trials_not_judged", of=_CHANGED))
+    return f" Not judged under {', '.join(names)}: {_CHANGED} in some trials." if names else ""
 
 
 def _blocks(found: Results) -> Iterator[Block]:
@@ -128,6 +138,8 @@ def _blocks(found: Results) -> Iterator[Block]:
         ),
         lead=True,
     )
+    if changed := _changed(found):
+        yield Text(changed.strip())
     yield _FIGURE
     beyond = _not_judged(found, "beyond the first")
     left_out = f" (for computing time, the other {beyond} trials were not judged)" if beyond else ""
@@ -144,5 +156,7 @@ def _blocks(found: Results) -> Iterator[Block]:
 
 
 SECTIONS = (
-    Section(name="rational", title="Optimal actions", rows=_rows, show=_show, tables=(_TABLE,), figures=(_FIGURE,)),
+    Section(
+        name="optimal_actions", title="Optimal actions", rows=_rows, show=_show, tables=(_TABLE,), figures=(_FIGURE,)
+    ),
 )

@@ -101,7 +101,7 @@ _SAID: Mapping[str, tuple[bool, tuple[str, ...]]] = {
     "answer": (True, ("success", "success_difference", "clearest_success_difference")),
     "changed_nothing": (False, ("changed_steps", "false_report")),
     "interaction": (True, ("success_change_difference",)),
-    "chance": (True, ("success", "success_by_chance")),
+    "chance": (True, ("success", "success_chance")),
     "needed": (True, ("success_difference", "clearest_success_difference")),
 }
 """Kind of a sentence -> whether it judges an agent, and the quantities that it rests on."""
@@ -194,7 +194,9 @@ def _of_conditions(flips: StudySummary, found: ConditionStudySummary, study: Stu
     said = replace(said, changed_nothing=_joined(*idle), by_chance=_chance(found.reference))
     if flips in axes:
         said = _with_flips(_of_flips(flips, study), said)
-    return replace(said, numbers=said.numbers[:_ROWS], more=said.more + len(said.numbers[_ROWS:]))
+    shown = said.numbers[:_ROWS]
+    hidden = {row.agent for row in said.numbers[_ROWS:]} - {row.agent for row in shown}
+    return replace(said, numbers=shown, more=len(hidden))
 
 
 def _tested_axes(flips: StudySummary, found: ConditionStudySummary) -> list[StudySummary]:

@@ -62,9 +62,9 @@ def _references(numbers: StudyNumbers) -> Iterator[Row]:
     reference = numbers.flips.reference
     if reference is None:
         return
-    for of, share in (("random", reference.random), ("no-repeat", reference.no_repeat)):
+    for of, share in (("uniform", reference.random), ("no-repeat", reference.no_repeat)):
         yield Curve(quantity="success_by_step", of=of, axis="step", x=tuple(range(len(share))), value=share)
-        yield Estimate(quantity="success_by_chance", of=of, value=share[-1], note="exact")
+        yield Estimate(quantity="success_chance", of=of, value=share[-1], note="exact")
     if reference.optimum is not None:
         yield Estimate(quantity="optimum", value=reference.optimum, unit="steps", note="exact")
 

@@ -56,4 +56,4 @@ def _show(found: Results) -> Iterator[Part]:
     yield Part("Design", answer, [Template("design", values)])
 
 
-SECTIONS = (Section(name="settings", title="Design", rows=_rows, show=_show),)
+SECTIONS = (Section(name="design", title="Design", rows=_rows, show=_show),)
