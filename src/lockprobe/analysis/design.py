@@ -1,15 +1,15 @@
 """The design of a study, from its conditions alone: controls, axes, crossings, and the families of its contrasts.
 
 Every contrast belongs to one family. The doses of an axis against its control are one: the flip rates of a modality,
-and every dose of another intervention with three levels or more. All other conditions of a modality against its control
-are one, flips of another kind among them; the interactions of all crossings and grids are one. So what is said of one
-family does not depend on the conditions of another. Of another intervention a single dose is a condition like any
-other: with an axis of its own, ten conditions would be ten families.
+and every dose with three levels or more of another intervention or another kind of flips. All other conditions of a
+modality against its control are one; the interactions of all crossings and grids are one. So what is said of one family
+does not depend on the conditions of another. Of another intervention a single dose is a condition like any other: with
+an axis of its own, ten conditions would be ten families.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from lockprobe.analysis.axis import FLIPS
 from lockprobe.analysis.dose_grid import Grid, grids
@@ -93,11 +93,7 @@ class Design:
         own, control = self.shown(modality), self._controls[modality].label
         beside = [self._controls[name].label for name in self.modalities[1:]] if modality == self.modalities[0] else []
         rest = [arm.label for arm in own if arm.label != control]
-        axes = tuple(
-            one
-            for one in self.series
-            if not one.agent and one.axis.name != FLIPS.name and one.modality == modality and control in one.doses
-        )
+        axes = tuple(one for one in self.series if not one.agent and one.modality == modality and control in one.doses)
         on_axes = self.axis | {label for one in axes for label in one.doses}
         kept = {arm.label for arm in own} | {*beside}
         return Comparison(
@@ -121,5 +117,10 @@ class Design:
     @property
     def series(self) -> tuple[Series, ...]:
         """Other doses than flip rates, of three levels or more, and options of agents."""
-        doses = (one for one in series_of(self.arms) if not one.doses.keys() <= self.axis)
+        doses = (_named(one) for one in series_of(self.arms) if not one.doses.keys() <= self.axis)
         return (*doses, *series_of_agents(self.agents))
+
+
+def _named(one: Series) -> Series:
+    """A series beside the flip axis. Flips without options are of another kind there, which its name says."""
+    return replace(one, axis=replace(FLIPS, options="persistence=transient")) if one.axis == FLIPS else one

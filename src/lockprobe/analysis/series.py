@@ -106,7 +106,8 @@ def series_of(arms: Sequence[SeriesArm]) -> tuple[Series, ...]:
             doses |= {one.label: 0.0 for one in zero[:1]}
         if len(doses) >= _FEWEST:
             name, rest = first.specs[place].full_name, " + ".join(first.without(place))
-            axis = Axis(kind=name, dose=first.doses[place], rest=rest)
+            options = str(first.specs[place].without([first.doses[place]])).partition("?")[2]
+            axis = Axis(kind=name, dose=first.doses[place], options=options, rest=rest)
             ascending = dict(sorted(doses.items(), key=lambda both: both[1]))
             found.append(Series(axis=axis, doses=ascending, modality=first.modality))
     return tuple(found)

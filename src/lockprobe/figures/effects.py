@@ -26,6 +26,7 @@ _LONGEST = 38
 class _Panel:
     """One agent: its conditions against the control, and crossings of two interventions that stand in no grid."""
 
+    modality: str
     effects: Sequence[Estimate]
     crossings: Sequence[Estimate]
 
@@ -41,10 +42,11 @@ def effects(found: Results) -> Figure | None:
     """A panel for each agent that has conditions to compare."""
     own: dict[tuple[str, str], list[Estimate]] = {}
     for row in found.against_control():
-        own.setdefault((row.agent, row.modality), []).append(row)
+        own.setdefault((row.agent, row.control), []).append(row)
+    shown = {one.name: one.modality for one in found.design.conditions}
     panels = [
-        _Panel(rows, found.where("success_interaction", agent=agent, modality=modality, axis=""))
-        for (agent, modality), rows in own.items()
+        _Panel(shown[control], rows, found.where("success_interaction", agent=agent, modality=shown[control], axis=""))
+        for (agent, control), rows in own.items()
     ]
     return sheet(panels, _draw, heights=[height(max((one.rows for one in panels), key=len))]) if panels else None
 
@@ -66,7 +68,7 @@ def _draw(axes: Axes, panel: _Panel) -> None:
     """Differences in success from the control, in points."""
     last, sizes = panel.effects[-1], sorted({one.n or 0 for one in panel.effects})
     differences(axes, panel.rows, f"success minus that under {_name(last.control)}, points")
-    shown = "" if last.modality in PLAIN_WORDS else f" ({last.modality})"
+    shown = "" if panel.modality in PLAIN_WORDS else f" ({panel.modality})"
     pairs = f"{sizes[0]} to {sizes[-1]}" if len(sizes) > 1 else f"{sizes[0]}"
     title(axes, _name(last.agent + shown), f"n = {pairs} pairs of trials; filled: detected")
 

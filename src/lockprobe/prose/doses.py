@@ -18,7 +18,8 @@ def cause(axis: Axis) -> str:
     """
     if axis.kind == AGENT:
         return f"higher values of {axis.dose}"
-    return "false reports" if axis.name == FLIPS.name else f"higher doses of {_short(axis)}"
+    said = "false reports" if axis.name == FLIPS.name else f"higher doses of {_short(axis)}"
+    return f"{said} ({axis.options})" if axis.options else said
 
 
 def cause_first(axis: Axis) -> str:

@@ -312,7 +312,8 @@ def flips_needed(summary: StudySummary) -> str:
         for agent in summary.subjects
         if (one := agent.contrast) and not one.detectable and not agent.blind and _course(agent) not in _DOES
     ]
-    return _needed(hidden, f"per {summary.axis.name}")
+    axis = summary.axis
+    return _needed(hidden, f"per {axis.name}" + f" ({axis.options})" * bool(axis.options))
 
 
 def _needed(differences: Iterable[tuple[Subject | None, DifferenceAt, int]], where: str) -> str:

@@ -156,6 +156,7 @@ def _other_axes(numbers: StudyNumbers) -> Iterator[DoseAxis]:
             name=axis.name,
             intervention=axis.kind,
             dose=axis.dose,
+            options=axis.options,
             rest=axis.rest,
             modality=series.modality,
             doses=dict(series.doses),

@@ -9,7 +9,6 @@ from functools import cached_property
 from itertools import product
 from typing import Any
 
-from lockprobe.analysis.axis import FLIPS
 from lockprobe.analysis.branch import BranchEffect, branch_effects
 from lockprobe.analysis.clustered import ClusteredProportion
 from lockprobe.analysis.condition import ConditionSummary
@@ -144,12 +143,12 @@ class StudyNumbers:
     @cached_property
     def series(self) -> tuple[tuple[int, Series, StudySummary], ...]:
         """The numbers over every dose but plain flip rates, and which it is of several doses of its name."""
-        known, found = Counter[tuple[str, str, str, str]](), []
+        known, found = Counter[tuple[str, str, str, str, str]](), []
         for series, summary in self.others.series if self.others else ():
-            name, rest = series.axis.name, series.axis.rest
-            place = name, rest, series.modality, series.agent
+            axis = series.axis
+            place = axis.name, axis.options, axis.rest, series.modality, series.agent
             known[place] += 1
-            found.append((known[place] + (name == FLIPS.name and not rest), series, summary))
+            found.append((known[place], series, summary))
         return tuple(found)
 
     @property

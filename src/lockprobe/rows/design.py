@@ -41,22 +41,24 @@ class DoseAxis(Part):
     name: str = Field(description="What sentences call the dose.")
     intervention: str = Field(description="Name of the intervention; agent for an option of agents.")
     dose: str = Field(description="The option that is the dose.")
+    options: str = Field(default="", description="Other options of the intervention in all of them.")
     rest: str = Field(default="", description="Other interventions in all of them.")
     modality: str = Field(description="How the box is shown in all of them.")
     doses: dict[str, float] = Field(description="Condition, or agent spec -> dose, ascending.")
     condition: str = Field(default="", description="For an option of agents: the condition of all of them.")
     players: tuple[Player, ...] = Field(default=(), description="Agents with trials on it; of flips the design's.")
-    number: int = Field(default=1, ge=1, description="Which it is of several of that name, as of two kinds of flips.")
+    number: int = Field(default=1, ge=1, description="Which it is of several of that name.")
 
     @property
     def key(self) -> str:
         """Its name in the column ``axis``: the dose, and what else acts at all of its levels."""
-        return axis_key(self.name, self.rest, self.number)
+        return axis_key(self.name, self.options, self.rest, self.number)
 
 
-def axis_key(name: str, rest: str = "", number: int = 1) -> str:
-    """What the column ``axis`` says of a dose: its name, what else acts, and which of several of that name it is."""
-    return f"{name}{f', with {rest}' if rest else ''}{f' ({number})' if number > 1 else ''}"
+def axis_key(name: str, options: str = "", rest: str = "", number: int = 1) -> str:
+    """What the column ``axis`` says of a dose: its name, what is equal at all levels, and which of several it is."""
+    said = f"{name} ({options})" if options else name
+    return f"{said}{f', with {rest}' if rest else ''}{f' ({number})' if number > 1 else ''}"
 
 
 class Design(Part):

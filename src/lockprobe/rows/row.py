@@ -19,7 +19,7 @@ class _Measured(Part):
 
     quantity: str = Field(description="What is measured, for example success or success_by_step.")
     agent: str = Field(default="", description="Agent spec; empty for what no agent did.")
-    modality: str = Field(default="", description="How the box was shown.")
+    modality: str = Field(default="", description="How the box was shown; under the condition, if under one.")
     condition: str = Field(default="", description="Name of the condition; empty for several.")
     control: str = Field(default="", description="The condition that is subtracted, in a difference.")
     versus: str = Field(default="", description="The agent that is subtracted, in a comparison of agents.")

@@ -82,12 +82,16 @@ def test_figures_of_a_dose_show_every_agent_and_stand_on_the_page(lab):
 def test_two_kinds_of_flips_are_told_apart(tmp_path):
     sticky = [f"flip?p={p}&persistence=sticky" for p in (0.2, 0.4, 0.6)]
     found = found_in(tmp_path, agent=[READER], p=[0, 0.2, 0.4], condition=sticky, **SMALL)
-    assert [axis.key for axis in found.design.axes] == ["flip rate", "flip rate (2)"]
+    assert [axis.key for axis in found.design.axes] == ["flip rate", "flip rate (persistence=sticky)"]
     first, second = found.courses()[0], found.courses(found.design.axes[1])[0]
     assert [cell.dose for cell in first.cells] == [0, 0.2, 0.4]
     assert [cell.condition for cell in second.cells] == ["truth", *sticky]
     for course in (first, second):
         assert [row.doses["flip.p"] for row in course.where("trials_at_dose")] == [cell.dose for cell in course.cells]
+    contrasts = [row.condition for row in found.against_control()]
+    assert contrasts == ["flip?p=0.2", "flip?p=0.4", *sticky]
+    assert not found.sections_left_out
+    assert "false reports (persistence=sticky)" in " ".join(found.said("overview", "answer"))
 
 
 def test_doses_that_changed_nothing_are_in_no_number_and_no_figure(tmp_path):

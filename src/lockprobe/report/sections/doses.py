@@ -22,7 +22,7 @@ __all__ = ["SECTIONS"]
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     for i, (number, series, summary) in enumerate(numbers.series, 1):
-        axis = axis_key(series.axis.name, series.axis.rest, number)
+        axis = axis_key(series.axis.name, series.axis.options, series.axis.rest, number)
         for agent in summary.agents:
             yield from course_rows(agent, axis, summary.reference)
             yield from loops_over_doses(agent, axis)
@@ -46,11 +46,12 @@ def _name(number: int) -> str:
 def _show(found: Results) -> Iterator[Part]:
     axes = [(place, axis) for place, axis in enumerate(found.design.axes) if axis.key != FLIPS.name]
     for i, (place, axis) in enumerate(axes, 1):
+        options = f" ({axis.options})" if axis.options else ""
         rest = f", with {axis.rest}" if axis.rest else ""
         shown = f", shown as {axis.modality}" if axis.modality not in PLAIN_WORDS else ""
         answer = found.not_judged or found.answer_of(_name(i))
         blocks = list(_blocks(found, axis, i, place, answer))
-        yield Part(f"{axis.name.capitalize()}{rest}{shown}", answer, blocks, _name(i))
+        yield Part(f"{axis.name.capitalize()}{options}{rest}{shown}", answer, blocks, _name(i))
 
 
 def _blocks(found: Results, axis: DoseAxis, number: int, place: int, answer: str) -> Iterator[Block]:
@@ -60,7 +61,7 @@ def _blocks(found: Results, axis: DoseAxis, number: int, place: int, answer: str
     if answer:
         yield Text(answer)
     yield Beside(list(_figures(axis, number, place)))
-    over = Axis(kind=axis.intervention, dose=axis.dose, rest=axis.rest)
+    over = Axis(kind=axis.intervention, dose=axis.dose, options=axis.options, rest=axis.rest)
     untested = Text("No agent has trials that differ between doses.")
     tests = tables_of_tests(found.courses(axis), over) or [untested]
     yield Folded(f"All tests of {axis.name}", tests)

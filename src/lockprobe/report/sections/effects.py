@@ -40,8 +40,9 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     if (others := numbers.others) is None:
         return
     doses = {one.label: dict(one.doses) for one in numbers.study.conditions}
+    shown = {one.label: one.modality for one in numbers.study.conditions}
     for one in others.effects:
-        yield from _against_control(one, doses)
+        yield from _against_control(one, doses, shown)
         yield from _crossings(one, doses)
     yield from _grids(others, doses)
     yield from _answers(others)
@@ -51,10 +52,10 @@ _Doses = Mapping[str, dict[str, float]]
 """Condition -> its doses."""
 
 
-def _against_control(found: Effects, doses: _Doses) -> Iterator[Estimate]:
+def _against_control(found: Effects, doses: _Doses, shown: Mapping[str, str]) -> Iterator[Estimate]:
     for one in found.effects:
         gap = one.difference
-        pair: dict[str, Any] = {"agent": found.agent, "modality": found.modality}
+        pair: dict[str, Any] = {"agent": found.agent, "modality": shown[one.condition]}
         pair |= {"condition": one.condition, "control": found.control}
         yield Estimate(
             quantity="success_difference",
@@ -121,7 +122,7 @@ def _named(design: Design) -> list[tuple[Grid, str]]:
     for grid in (grid for modality in design.modalities for grid in design.comparison(modality).grids):
         name = grid.name, grid.rows.rest
         known[name] += 1
-        named.append((grid, axis_key(*name, known[name])))
+        named.append((grid, axis_key(grid.name, rest=grid.rows.rest, number=known[name])))
     return named
 
 
