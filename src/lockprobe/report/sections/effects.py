@@ -56,11 +56,10 @@ def _against_control(found: Effects, doses: _Doses, shown: Mapping[str, str]) ->
     for one in found.effects:
         gap = one.difference
         pair: dict[str, Any] = {"agent": found.agent, "modality": shown[one.condition]}
-        pair |= {"condition": one.condition, "control": found.control}
+        pair |= {"condition": one.condition, "control": found.control, "doses": doses[one.condition]}
         yield Estimate(
             quantity="success_difference",
             **pair,
-            doses=doses[one.condition],
             unit="points",
             n=gap.first.n,
             value=gap.value,

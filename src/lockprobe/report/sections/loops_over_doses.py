@@ -46,9 +46,9 @@ def _correlation(course: AgentCourse, found: Correlation) -> Iterator[Estimate]:
     if found.n:
         ends = {"low": found.low, "high": found.high, "p_value": found.p_value, "test": "Student's t"}
         yield course.estimate("loop_success_correlation", found.r, unit="r", n=found.n, **ends)
-    for of, value in (("slope", found.slope), ("intercept", found.intercept)):
+    for of, value, unit in (("slope", found.slope, "ratio"), ("intercept", found.intercept, "share")):
         if value is not None:
-            yield course.estimate("loop_success_line", value, of=of, n=found.n)
+            yield course.estimate("loop_success_line", value, of=of, unit=unit, n=found.n)
 
 
 def _onset(course: AgentCourse, found: LogRanks) -> Iterator[Row]:
