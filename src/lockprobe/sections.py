@@ -95,7 +95,7 @@ def section(name: str, make: Callable[[], _T], instead: Callable[[], _T]) -> _T:
         return make()
     try:
         return make()
-    except Exception as error:  # noqa: BLE001  whatever it is, the other sections do not depend on it
+    except (Exception, SystemExit) as error:  # noqa: BLE001  whatever it is, the others do not depend on it
         whom = _whom.get()
         left_out = LeftOutSection(f"{name} of {whom}" if whom else name, _reason(error), _package.get())
         if left_out not in found:
@@ -116,7 +116,7 @@ def without(left_out: Sequence[LeftOutSection]) -> str:
     return f", without {named}" + (f" and {more} more section{'s' * (more > 1)}, named on the page" if more > 0 else "")
 
 
-def _reason(error: Exception) -> str:
+def _reason(error: BaseException) -> str:
     r"""An error in one line.
 
     >>> _reason(ValueError("one\ntwo")), _reason(KeyError())

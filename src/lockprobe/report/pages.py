@@ -7,7 +7,7 @@ others. ``report.html`` runs one script, our own (:mod:`lockprobe.report.explore
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
@@ -15,7 +15,7 @@ from typing import Any
 from lockprobe.report.explorer import script, script_hash
 from lockprobe.report.format import TextTable
 from lockprobe.report.rendering import image, rendered
-from lockprobe.report.section import Beside, Block, Caption, Figure, Folded, Part, Section, Table, Template
+from lockprobe.report.section import Block, Caption, Figure, Part, Section, Table, Template, nested
 from lockprobe.report.sections import all_sections
 from lockprobe.rows import Results
 from lockprobe.sections import of_package, section
@@ -127,14 +127,7 @@ def _shown(one: Section, found: Results) -> list[Part]:
 
 def figures_of(parts: Iterable[Part]) -> list[Figure]:
     """The figures that parts show."""
-    return [block for part in parts for block in _within(part.blocks) if isinstance(block, Figure)]
-
-
-def _within(blocks: Iterable[Block]) -> Iterator[Block]:
-    for block in blocks:
-        yield block
-        inner = block.blocks if isinstance(block, Beside | Folded) else ()
-        yield from _within(inner)
+    return [block for part in parts for block in nested(part.blocks) if isinstance(block, Figure)]
 
 
 def tables_of(found: Results, asked: Iterable[Table] = ()) -> dict[str, TextTable]:

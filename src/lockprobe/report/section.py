@@ -6,7 +6,7 @@ rows of *all* sections, and from nothing else. Packages add sections by the entr
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import ClassVar
 
@@ -31,6 +31,7 @@ __all__ = [
     "Table",
     "Template",
     "Text",
+    "nested",
 ]
 
 
@@ -187,6 +188,13 @@ class Template:
 
 Block = Text | Heading | Note | Cells | Table | Figure | Beside | Folded | Listed | Steps | Picture | Template
 """What a page is made of."""
+
+
+def nested(blocks: Iterable[Block]) -> Iterator[Block]:
+    """Blocks, each followed by those within it."""
+    for block in blocks:
+        yield block
+        yield from nested(block.blocks if isinstance(block, Beside | Folded) else ())
 
 
 @dataclass(frozen=True, slots=True)

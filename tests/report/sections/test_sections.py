@@ -22,7 +22,7 @@ TEXT = '''
 """How many trials there are, in dozens."""
 
 from lockprobe.report.section import Caption, Figure, Heading, Part, Section, Table
-from lockprobe.rows import Finding
+from lockprobe.rows import Estimate, Fact, Finding
 
 
 def rows(study):
@@ -137,7 +137,20 @@ WRONG = {
     "its table has the name of another": ('SECTION = Section(**GIVEN | {"tables": (Table("courses", cells),)})',
                                           "Section dozens", "(ValueError: these names are taken: courses)"),
     "its rows raise": ("def rows(study): raise SystemExit('enough')", "Dozens", "(SystemExit: enough)"),
-    "its rows are none": ("def rows(study): yield {'quantity': 'dozens'}", "Dozens", "(AttributeError: 'dict' object"),
+    "its rows are none": ("def rows(study): yield {'quantity': 'dozens'}", "Dozens", "(TypeError: dict, not a row of lockprobe.rows)"),
+    "its row was made without checks": ("def rows(study): yield Fact.model_construct(about='a', name='b', text=object())",
+                                        "Dozens", "(PydanticSerializationError"),
+    "its row is no JSON": ("def rows(study): yield Estimate(quantity='dozens', doses={'a': float('nan')})",
+                           "Dozens", "(ValueError: Out of range float values are not JSON compliant"),
+    "its table has a path for a name": ('SECTION = Section(**GIVEN | {"tables": (Table("../dozens", cells),)})',
+                                        "Section dozens", "unlike '../dozens')"),
+    "its part has no heading": ("def show(found): return [Part(['x'], '', [])]", "Dozens", "not a Part with a heading"),
+    "its figure has the name of another": (
+        "def show(found): return [Part('x', '', [Figure('courses', 'alt', Caption('c'), f'{__name__}:draw')])]",
+        "Dozens", "(ValueError: these names are taken: courses)"),
+    "its block is none": ("def show(found): return [Part('x', '', ['y'])]", "Dozens", "(TypeError: str, not a block"),
+    "its figure ends the process": ("def draw(found): raise SystemExit('enough')", "Figure dozens-drawn",
+                                    "SystemExit: enough"),
     "its rows are alike": ("def rows(study): yield from [study.cells[0].estimate('dozens')] * 2", "Dozens",
                            "ValueError: two rows are of dozens"),
     "its number is called as another": ("def rows(study): yield study.cells[0].estimate('success', 1.0)", "Dozens",

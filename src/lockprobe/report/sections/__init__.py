@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator
+import json
+import re
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import cache
 from importlib import import_module
+from typing import get_args
 
 from lockprobe.errors import UserMistake
 from lockprobe.plugins import Plugin, find_plugin, plugin_names, runs_foreign_code
-from lockprobe.report.section import Part, Section
+from lockprobe.report.section import Block, Figure, Part, Section, Table, nested
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.rows import Results, Row
 
@@ -21,6 +24,8 @@ _OWN = (
     "conditions", "trials", "broken", "agents", "limits", "claims", "audit", "why", "forks",
 )  # fmt: skip
 """Modules of this package, each with its ``SECTIONS``."""
+
+_NAME = re.compile(r"[a-z0-9][a-z0-9_-]*")
 
 
 @cache
@@ -73,17 +78,43 @@ def section_of_package(plugin: Plugin, taken: Collection[str] = ()) -> Section:
     with plugin.guarded():
         if not isinstance(made, Section):
             raise TypeError(f"{type(made).__name__}, not a Section")
-        if twice := {*taken} & {*made.names}:
-            raise ValueError(f"these names are taken: {', '.join(sorted(twice))}")
+        _check_names(made.names, taken)
 
     def rows(numbers: StudyNumbers) -> Iterator[Row]:
         with plugin.guarded():
-            found = [row.model_copy(update={"source": plugin.package}) for row in made.rows(numbers)]
+            found = [_checked_row(row, plugin.package) for row in made.rows(numbers)]
         yield from found
 
     def show(found: Results) -> Iterator[Part]:
         with plugin.guarded():
-            parts = [replace(part, blocks=list(part.blocks)) for part in made.show(found)]
+            parts = [_checked_part(part, taken) for part in made.show(found)]
         yield from parts
 
     return replace(made, rows=rows, show=show, page="report", source=plugin.package)
+
+
+def _check_names(names: Sequence[str], taken: Collection[str]) -> None:
+    """Refuse names that are no names of files and anchors, or that others have."""
+    if odd := [name for name in names if not _NAME.fullmatch(name)]:
+        raise ValueError(f"a name has small letters, digits, - and _ alone, unlike {', '.join(map(repr, odd))}")
+    if twice := {*taken} & {*names}:
+        raise ValueError(f"these names are taken: {', '.join(sorted(twice))}")
+
+
+def _checked_row(row: Row, source: str) -> Row:
+    """A row of a package, under its name; one that was made without checks, or that JSON cannot hold, is refused."""
+    if type(row) not in get_args(Row):
+        raise TypeError(f"{type(row).__name__}, not a row of lockprobe.rows")
+    json.dumps(row.plain(), ensure_ascii=False, allow_nan=False).encode()
+    return type(row).model_validate(row.model_dump() | {"source": source})
+
+
+def _checked_part(part: Part, taken: Collection[str]) -> Part:
+    if not isinstance(part, Part) or not isinstance(part.heading, str) or not isinstance(part.answer, str):
+        raise TypeError(f"{part!r}, not a Part with a heading and an answer")
+    blocks = list(nested(checked := list(part.blocks)))
+    if odd := [block for block in blocks if not isinstance(block, Block)]:
+        raise TypeError(f"{type(odd[0]).__name__}, not a block of lockprobe.report.section")
+    files = [block.name for block in blocks if isinstance(block, Table | Figure)]
+    _check_names([*files, *filter(None, [part.name])], taken)
+    return replace(part, blocks=checked)
