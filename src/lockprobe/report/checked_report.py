@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -18,7 +19,7 @@ from lockprobe.report.check import Check, check_of
 from lockprobe.report.costs import prices_of
 from lockprobe.report.installed_measures import MEASURES
 from lockprobe.report.opened import OpenedStudy
-from lockprobe.report.pages import without_packages
+from lockprobe.report.package_parts import without_packages
 from lockprobe.report.parallel import one_thread, shared, uncollected
 from lockprobe.report.replayed_trials import is_hosted
 from lockprobe.rows import Results, Row
@@ -66,7 +67,7 @@ class _Compared:
     made: set[str] = field(default_factory=set)
     there: int = 0
     missing: int = 0
-    of_packages: int = 0
+    of_packages: list[str] = field(default_factory=list)
     pages: list[str] = field(default_factory=list)
     figures: list[str] = field(default_factory=list)
     drawn_elsewhere: str = ""
@@ -201,7 +202,8 @@ def _pages(opened: OpenedStudy, found: _Compared, *, newer: bool) -> Check:
     left = [name for name in PAGES if name not in found.made and (opened.directory / name).exists()]
     failed = [*found.pages, *found.figures, *(f"{name}: no file of this report" for name in left)]
     missing = f"; {found.missing} are not there" if found.missing else ""
-    foreign = f"; {found.of_packages} parts of {_REPORT} are not checked: they come from packages"
+    sources = ", ".join(dict.fromkeys(found.of_packages))
+    foreign = f"; {len(found.of_packages)} parts of {_REPORT} are not checked: they come from {sources}"
     holds = f"{found.there} pages, tables and figures are what the records give{missing}"
     holds += foreign * bool(found.of_packages)
     fails = "pages, tables and figures are not what the records give"
@@ -240,7 +242,7 @@ def check_page(name: str, path: Path, made: str) -> Check:
 def check_file(name: str, path: Path, found: Mapping[str, Any]) -> Check:
     """Whether a file of results, if there is one, holds what is computed from the records."""
     try:
-        written = json.loads(read_input(path, _LARGEST))
+        written = json.loads(read_input(path, _LARGEST), object_pairs_hook=_once)
     except BadFile as error:
         if not path.exists():
             return Check(name=name, holds=True, said=f"there is no {path.name} to compare")
@@ -259,12 +261,24 @@ def check_file(name: str, path: Path, found: Mapping[str, Any]) -> Check:
     return check
 
 
+def _once(pairs: Sequence[tuple[str, Any]]) -> dict[str, Any]:
+    """A JSON object. Programs differ in which of two values of one name they read, so there may be only one."""
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        twice = [name for name, count in Counter(name for name, _ in pairs).items() if count > 1]
+        raise ValueError(f"two values of {', '.join(twice)}")
+    return found
+
+
 def _rows_of_packages(value: Any) -> Iterator[Mapping[str, Any]]:
     """The rows that packages add."""
-    lists = value.values() if isinstance(value, Mapping) else ()
-    for rows in lists:
+    for rows in value.values() if isinstance(value, Mapping) else ():
         if _listed(rows):
-            yield from (row for row in rows if isinstance(row, Mapping) and row.get("source"))
+            yield from _of_packages(rows)
+
+
+def _of_packages(rows: Sequence[Any]) -> list[Mapping[str, Any]]:
+    return [row for row in rows if isinstance(row, Mapping) and row.get("source")]
 
 
 def _different(written: Any, found: Any, where: str = "") -> Iterator[str]:
@@ -292,19 +306,27 @@ def _different_rows(written: Sequence[Any], found: Sequence[Any], where: str) ->
         if one is None or other is None:
             yield f"{said} is {'missing' if one is None else 'no row of this report'}"
             continue
-        column = next(key for key in dict.fromkeys([*one, *other]) if one.get(key) != other.get(key))
+        column = next(
+            key for key in dict.fromkeys([*one, *other]) if (key in one, one.get(key)) != (key in other, other.get(key))
+        )
         yield f"{said}: {column} {one.get(column)} written, {other.get(column)} computed"
+    group = _OF_ROWS[where][0]
+    own = {row[group] for row in made.values() if group in row}
+    for row in _of_packages(written):
+        if row.get(group) in own:
+            yield f"{where}: {row[group]} of {row['source']} has a name of Lockprobe's rows"
 
 
 def _by_identity(rows: Sequence[Any], kind: str) -> dict[str, Mapping[str, Any]]:
     """Rows by what they are of, in words; equal ones by their number."""
     named: dict[str, Mapping[str, Any]] = {}
+    copies = Counter[str]()
     for row in (row if isinstance(row, Mapping) else {"all of it": row} for row in rows):
         if row.get("source"):
             continue
         name = ", ".join(str(row[key]) for key in _OF_ROWS[kind] if row.get(key))
-        copies = sum(known == name or known.startswith(f"{name} (") for known in named) if name in named else 0
-        named[f"{name} ({copies + 1})" if copies else name] = row
+        copies[name] += 1
+        named[f"{name} ({copies[name]})" if copies[name] > 1 else name] = row
     return named
 
 

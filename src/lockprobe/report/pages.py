@@ -6,7 +6,6 @@ others. ``report.html`` runs one script, our own (:mod:`lockprobe.report.explore
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -14,6 +13,7 @@ from typing import Any
 
 from lockprobe.report.explorer import script, script_hash
 from lockprobe.report.format import TextTable
+from lockprobe.report.package_parts import stays_within
 from lockprobe.report.rendering import image, rendered
 from lockprobe.report.section import Block, Caption, Figure, Part, Section, Table, Template, nested
 from lockprobe.report.sections import all_sections
@@ -31,7 +31,6 @@ __all__ = [
     "page_of",
     "parts_of",
     "tables_of",
-    "without_packages",
     "without_verdicts",
 ]
 
@@ -84,12 +83,15 @@ class Page:
     def written(self, part: Part) -> Any:
         """The blocks of a part; a line that says so if they cannot be written."""
         missing = '<p class="off">This section could not be written; the top of the page says why.</p>'
+
+        def write() -> Any:
+            text = rendered("written", blocks=list(part.blocks), page=self)
+            if part.source and not stays_within(text):
+                raise ValueError("markup of this part reaches beyond it: it has styles, scripts, comments or open tags")
+            return _own(text)
+
         with of_package(part.source):
-            return section(
-                part.heading,
-                lambda: _own(rendered("written", blocks=list(part.blocks), page=self)),
-                lambda: _own(missing),
-            )
+            return section(part.heading, write, lambda: _own(missing))
 
     @property
     def explorer(self) -> dict[str, Any]:
@@ -172,14 +174,6 @@ def marked(table: TextTable, found: Results) -> TextTable:
     if not found.not_judged:
         return table
     return [[*row, "no" if i else "judged"] for i, row in enumerate(table)]
-
-
-_OF_PACKAGE = re.compile(rb"<!-- a section of another package -->.*?<!-- its end -->\n", re.DOTALL)
-
-
-def without_packages(page: bytes) -> tuple[bytes, int]:
-    """A page without the sections that packages add, and how many these are."""
-    return _OF_PACKAGE.subn(b"", page)
 
 
 def page_of(

@@ -21,7 +21,8 @@ PACKAGE = "strange-things 0.3"
 TEXT = '''
 """How many trials there are, in dozens."""
 
-from lockprobe.report.section import Caption, Figure, Heading, Part, Section, Table
+from lockprobe.report.section import Caption, Figure, Heading, Part, Section, Table, Text
+from markupsafe import Markup
 from lockprobe.rows import Estimate, Fact, Finding
 
 
@@ -111,21 +112,42 @@ def test_verification_runs_none_of_its_code_and_counts_what_it_left(tmp_path, mo
     assert "strange" not in sys.modules
     assert all(check.holds for check in checks.values()), checks
     assert checks["results"].said.endswith(f"; 3 of its rows are not checked: they come from {PACKAGE}")
-    assert checks["report"].said.endswith("; 2 parts of report.html are not checked: they come from packages")
+    assert checks["report"].said.endswith(f"; 2 parts of report.html are not checked: they come from {PACKAGE}")
     path = study / "claims.html"  # no package adds to this page
     path.write_text(path.read_text("utf-8") + "<!-- a section of another package -->x<!-- its end -->\n", "utf-8")
     (failed,) = [check for check in verify(study) if not check.holds]
     assert failed.failed == ("claims.html",)
 
 
-def test_a_row_that_names_no_package_is_checked(study):
-    """Who makes numbers up may call them those of a measure, but not of Lockprobe."""
+def _added(study, row):
     write_report(study)
     path = study / "results.json"
-    made_up = '  {"quantity": "made_up", "family": "measures", "value": 1},\n'
-    path.write_text(path.read_text("utf-8").replace(' "rows": [\n', f' "rows": [\n{made_up}'), "utf-8")
+    path.write_text(path.read_text("utf-8").replace(' "rows": [\n', f' "rows": [\n  {row},\n'), "utf-8")
     (failed,) = [check for check in verify(study) if not check.holds]
-    assert failed.failed == ("rows: made_up is no row of this report",)
+    return failed
+
+
+def test_what_has_a_name_of_ours_is_checked_whoever_is_said_to_have_made_it(study):
+    made_up = '{"quantity": "success", "agent": "random", "condition": "truth", "value": 0.99, "source": "some 1.0"}'
+    assert _added(study, made_up).failed == ("rows: success of some 1.0 has a name of Lockprobe's rows",)
+
+
+def test_a_column_without_a_value_and_two_values_of_a_name_are_named(study):
+    write_report(study)
+    path = study / "results.json"
+    text = path.read_text("utf-8")
+    path.write_text(text.replace('"quantity": "success",', '"quantity": "success", "family": null,', 1), "utf-8")
+    (failed,) = [check for check in verify(study) if not check.holds]
+    assert "family None written, None computed" in failed.failed[0]
+    path.write_text(text.replace('"quantity": "success",', '"quantity": "success", "value": 0.99,', 1), "utf-8")
+    (failed,) = [check for check in verify(study) if not check.holds]
+    assert failed.said == "results.json is damaged (two values of value)"
+
+
+def test_a_row_that_names_no_package_is_checked(study):
+    """Who makes numbers up may call them those of a measure, but not of Lockprobe."""
+    made_up = '{"quantity": "made_up", "family": "measures", "value": 1}'
+    assert _added(study, made_up).failed == ("rows: made_up is no row of this report",)
 
 
 WRONG = {
@@ -144,10 +166,12 @@ WRONG = {
                            "Dozens", "(ValueError: Out of range float values are not JSON compliant"),
     "its table has a path for a name": ('SECTION = Section(**GIVEN | {"tables": (Table("../dozens", cells),)})',
                                         "Section dozens", "unlike '../dozens')"),
-    "its part has no heading": ("def show(found): return [Part(['x'], '', [])]", "Dozens", "not a Part with a heading"),
+    "its part has no heading": ("def show(found): return [Part(['x'], '', [])]", "Dozens", "not a Part whose heading"),
     "its figure has the name of another": (
         "def show(found): return [Part('x', '', [Figure('courses', 'alt', Caption('c'), f'{__name__}:draw')])]",
         "Dozens", "(ValueError: these names are taken: courses)"),
+    "its part hides the page": ("def show(found): return [Part('Dozens', '', [Text(Markup('<style>p {}</style>'))])]",
+                                "Dozens", "ValueError: markup of this part reaches beyond it"),
     "its block is none": ("def show(found): return [Part('x', '', ['y'])]", "Dozens", "(TypeError: str, not a block"),
     "its figure ends the process": ("def draw(found): raise SystemExit('enough')", "Figure dozens-drawn",
                                     "SystemExit: enough"),

@@ -110,8 +110,8 @@ def _checked_row(row: Row, source: str) -> Row:
 
 
 def _checked_part(part: Part, taken: Collection[str]) -> Part:
-    if not isinstance(part, Part) or not isinstance(part.heading, str) or not isinstance(part.answer, str):
-        raise TypeError(f"{part!r}, not a Part with a heading and an answer")
+    if not isinstance(part, Part) or {type(part.heading), type(part.answer)} != {str}:
+        raise TypeError(f"{part!r}, not a Part whose heading and answer are text")
     blocks = list(nested(checked := list(part.blocks)))
     if odd := [block for block in blocks if not isinstance(block, Block)]:
         raise TypeError(f"{type(odd[0]).__name__}, not a block of lockprobe.report.section")
