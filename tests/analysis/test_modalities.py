@@ -148,6 +148,13 @@ def test_a_summary_keeps_modalities_apart_and_names_them():
     assert summarise(trials_of("symbolic", SOON)).agents[0].name == "viewer"
 
 
+def test_an_agent_without_the_lowest_dose_is_not_compared():
+    """As in a study that is half played."""
+    trials = [trial for modality in ("rgb", "symbolic") for trial in trials_of(modality, SOON)]
+    others = [make_trial(SOLUTION, agent="human-inspired", p=0.4, trial=i) for i in range(1, 5)]
+    assert [one.agent for one in summarise([*others, *trials]).modalities] == ["viewer"]
+
+
 def test_several_agents_are_one_family_and_baselines_another():
     def found(*agents):
         played = [trials_of(*one, agent=agent) for agent in agents for one in (("rgb", SOON), ("symbolic", MIDDLE))]

@@ -11,7 +11,7 @@ from jinja2 import UndefinedError
 from lockprobe.figures.boxes import box_figure
 from lockprobe.figures.compose import render
 from lockprobe.lockbox.families import box
-from lockprobe.report.rendering import compact_svg, image, rendered
+from lockprobe.report.rendering import _breakable, compact_svg, image, rendered
 
 
 def test_text_is_escaped_and_a_missing_value_is_an_error():
@@ -52,3 +52,8 @@ def test_a_compact_figure_draws_the_same_in_fewer_bytes():
         assert name == other
         sideways = len(numbers) == len(others) + 1  # a glyph that moves by nothing up or down
         assert others == pytest.approx(numbers[:-1] if sideways else numbers, abs=0.011)
+
+
+def test_a_spec_breaks_after_its_marks_and_never_within_a_tag():
+    assert _breakable("llm:a/b") == "llm:<wbr>a/<wbr>b"
+    assert _breakable("learner:P < 1/x") == "learner:<i>P</i> &lt; 1/<wbr>x"

@@ -104,9 +104,7 @@ def summarise_conditions(
     conditions = {name: one for name in cells if (one := known.get(name) or found.get(name)) is not None}
     idle = _idle(conditions, design)
     acting = {name: cells[name] for name in conditions if name not in _names(idle, whole=True)}
-    series = section(
-        "Doses", lambda: _series(trials, design, box, each, _names(idle)), tuple[tuple[Series, StudySummary], ...]
-    )
+    series = tuple(_series(trials, design, box, each, _names(idle)))
     return ConditionStudySummary(
         design=design,
         conditions=conditions,
@@ -259,7 +257,7 @@ def _whys(cells: _Cells, design: Design) -> tuple[Why, ...]:
 
 def _series(
     trials: Sequence[Trial], design: Design, box: Lockbox, each: Each, idle: _Names
-) -> tuple[tuple[Series, StudySummary], ...]:
+) -> Iterator[tuple[Series, StudySummary]]:
     """The numbers over every other dose, and over options of agents under the first control."""
     first, found = design.control(design.arms[0].label), []
     for series in design.series:
@@ -274,11 +272,15 @@ def _series(
             and not (series.doses[trial.condition] and (trial.group, trial.condition) in idle)
         ]
         found.append((series, members, partial(_by_condition, series)))
-    return tuple(
-        (series, summarise(members, box, each=each, axis=series.axis, place=place))
-        for series, members, place in found
-        if members
-    )
+    for series, members, place in found:
+        make = partial(summarise, members, box, each=each, axis=series.axis, place=place)
+        summary = section(f"Doses of {series.axis.name}", make if members else _nothing, _nothing)
+        if summary is not None:
+            yield series, summary
+
+
+def _nothing() -> None:
+    return None
 
 
 def _by_condition(series: Series, trial: Trial) -> Place:

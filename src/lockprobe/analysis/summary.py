@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -254,7 +253,7 @@ def check_trials(trials: Sequence[Trial], box: Lockbox | None = None) -> None:
 def _check_doses(by_agent: Sequence[AxisTrials], axis: Axis) -> None:
     for members in by_agent:
         for trial, dose in zip(members.trials, members.doses, strict=True):
-            if not 0 <= dose <= (1 if axis == FLIPS else math.inf):
+            if axis == FLIPS and not 0 <= dose <= 1:
                 raise BadValue(f"{axis.name} of {trial.key}", dose, "a number from 0 to 1")
 
 
@@ -303,10 +302,11 @@ def _modalities(by_agent: Sequence[AxisTrials]) -> tuple[ModalityEffect, ...]:
     """
     lowest = [members.lowest for members in by_agent]
     least = min((members.doses[0] for members in lowest), default=0.0)
-    groups = [
-        [members.trials for members in lowest if (members.agent, members.doses[0]) == (name, least)]
-        for name in dict.fromkeys(members.agent for members in lowest)
-    ]
+    named: dict[str, list[Sequence[Trial]]] = {}
+    for members in lowest:
+        if members.doses[0] == least:
+            named.setdefault(members.agent, []).append(members.trials)
+    groups = list(named.values())
     baseline = [is_reference(group[0][0].group) for group in groups if modality_effect(group)]
     return tuple(
         effect

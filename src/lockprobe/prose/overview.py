@@ -80,7 +80,7 @@ def trial_said(budget: int, varied: Literal["flips", "modalities", "conditions"]
         flip: The kind of flip.
     """
     told = _VARIED[varied].format(flipped=_FLIPPED.get(flip, _POSITION))
-    return f"An agent has {budget} steps to open a box whose joints lock each other. {told}"
+    return f"An agent has {budget} step{'s' * (budget != 1)} to open a box whose joints lock each other. {told}"
 
 
 def flips_answer(summary: StudySummary) -> str:
@@ -92,7 +92,8 @@ def flips_answer(summary: StudySummary) -> str:
         return _single(counted[0])
     if not any(agent.contrast for agent in counted):
         return _leaders(counted, summary.standings)
-    return _several(counted, summary.axis)
+    compared = [agent for agent in counted if agent.blind or sum(bool(one.success.n) for one in agent.conditions) > 1]
+    return _several(compared, summary.axis) if len(compared) > 1 else _single(compared[0])
 
 
 def _leaders(agents: Sequence[AgentSummary], standings: Sequence[Standing]) -> str:

@@ -60,4 +60,4 @@ def several_answers(questions: Sequence[Question]) -> str:
             if lost
             else one.answer
         )
-    return " ".join(said)
+    return " ".join(dict.fromkeys(said))

@@ -79,7 +79,7 @@ def _breakable(name: str) -> Any:
     """A spec that a line may end in, after the marks between its parts."""
     from markupsafe import Markup
 
-    return Markup(re.sub(r"(:|/|\?|&amp;)(?=\w)", r"\1<wbr>", str(_shown(name))))  # noqa: S704  escaped by _shown
+    return Markup(re.sub(r"(:|(?<!<)/|\?|&amp;)(?=\w)", r"\1<wbr>", str(_shown(name))))  # noqa: S704  escaped by _shown
 
 
 def _specs(text: str) -> Any:

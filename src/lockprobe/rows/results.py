@@ -264,7 +264,7 @@ class Results(Part):
         agents = list(dict.fromkeys(one.agent for one in self.design.players))
         controls = {one.name: one.control for one in self.design.conditions}
         rows = self.where("success_difference", of="", versus="")
-        own = [row for row in rows if row.control and row.control == controls.get(row.condition)]
+        own = [row for row in rows if row.control and (not row.axis or row.control == controls.get(row.condition))]
         return sorted(own, key=lambda row: (agents.index(row.agent), not row.axis))
 
     def with_rows(self, rows: Iterable[Row], **changed: Any) -> Results:

@@ -100,10 +100,12 @@ def test_a_rule_without_a_p_value_holds_or_not():
     assert not TestResult(**made, p_value=0.05).rejects
 
 
-def test_p_that_is_no_probability_is_refused():
+def test_a_dose_that_is_no_number_is_refused_and_a_negative_one_is_a_dose():
     columns = drawn("no-effect")
-    for wrong in (float("nan"), float("inf"), -0.1):
-        with pytest.raises(BadValue, match="a number from 0"):
+    lowest = replace(columns, p=np.where(columns.p == 0, -0.1, columns.p))
+    assert [one.p_value for one in infer(lowest, generator(1)).tests]
+    for wrong in (float("nan"), float("inf")):
+        with pytest.raises(BadValue, match="a finite number"):
             infer(replace(columns, p=np.where(columns.p == 0, wrong, columns.p)), generator(1))
 
 

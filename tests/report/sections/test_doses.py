@@ -94,6 +94,14 @@ def test_two_kinds_of_flips_are_told_apart(tmp_path):
     assert "false reports (persistence=sticky)" in " ".join(found.said("overview", "answer"))
 
 
+def test_an_option_below_zero_is_a_dose_and_takes_no_other_away(tmp_path):
+    agents = [f"cognitive:softmax-memory?stay={stay}" for stay in (-1, 0, 1)]
+    found = found_in(tmp_path, agent=agents, p=[0], sweep="tremble?p=0.1,0.2", **SMALL)
+    assert [axis.name for axis in found.design.axes] == ["tremble p", "stay"]
+    assert [cell.dose for cell in found.courses(found.design.axes[1])[0].cells] == [-1, 0, 1]
+    assert not found.sections_left_out
+
+
 def test_doses_that_changed_nothing_are_in_no_number_and_no_figure(tmp_path):
     acts = ["history?last=50", *[f"history?last=50 + tremble?p={p}" for p in (0.1, 0.3, 0.5)]]
     found = found_in(tmp_path, agent=["human-inspired", "cognitive:careful"], p=[0], condition=acts, **SMALL)

@@ -126,6 +126,22 @@ def test_a_study_of_flips_has_none_of_it(tmp_path):
     assert [tables[name] for name in ("effects", "crossings", "grids", "trends")] == [[]] * 4
 
 
+def test_every_difference_that_is_counted_stands_in_the_table(tmp_path):
+    shown = ["symbolic?tell=state", "symbolic?tell=outcome"]
+    found = found_in(tmp_path / "study", agent=[READER], p=[0], modality=shown, sweep="tremble?p=0.2,0.4", trials=6)
+    rows = tables_of(found)["effects"][1:]
+    assert ["symbolic?tell=outcome", "truth"] in [row[1:3] for row in rows]
+    assert found.answer_of("effects").endswith(f" of {len(rows)} differences were detected.")
+
+
+def test_the_answer_on_false_reports_is_about_those_who_had_some(tmp_path):
+    more = ["warn + symbolic?tell=outcome", "nudge"]
+    found = found_in(tmp_path / "study", agent=[READER], p=[0, 0.4], condition=more, trials=6)
+    first, *_ = found.answer_of("overview").split(". ")
+    assert "false reports" in first
+    assert "outcome" not in first
+
+
 def test_captions_are_short(lab, grid):
     for found in (lab, grid[1]):
         shown = [part for part in parts_of(found, "report") if part.name in ("effects", "grids", "crossings")]

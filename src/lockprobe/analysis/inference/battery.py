@@ -124,10 +124,10 @@ def infer(
             lines are corrected for them; the tests of other questions are not.
 
     Raises:
-        BadValue: If a dose is negative or no number.
+        BadValue: If a dose is no finite number.
     """
-    if not (proper := np.isfinite(outcomes.p) & (outcomes.p >= 0)).all():
-        raise BadValue("dose of the trials", outcomes.p[~proper][0], "a number from 0")
+    if not (proper := np.isfinite(outcomes.p)).all():
+        raise BadValue("dose of the trials", outcomes.p[~proper][0], "a finite number")
     most = int(outcomes.length.max(initial=1)) if budget is None else budget
     found = _tested(outcomes, rng, blind, most, agents)
     kept = tuple(persistence_tests(persistence)) if persistence else ()
