@@ -24,7 +24,7 @@ from lockprobe.parallel import Each
 from lockprobe.record import Trial
 from lockprobe.sections import of_whom, section
 
-__all__ = ["ConditionStudySummary", "summarise_conditions"]
+__all__ = ["ConditionStudySummary", "dose_series", "summarise_conditions"]
 
 _Cells = Mapping[tuple[str, str], Sequence[Trial]]
 """The trials of every agent under every condition."""
@@ -104,7 +104,7 @@ def summarise_conditions(
     conditions = {name: one for name in cells if (one := known.get(name) or found.get(name)) is not None}
     idle = _idle(conditions, design)
     acting = {name: cells[name] for name in conditions if name not in _names(idle, whole=True)}
-    series = tuple(_series(trials, design, box, each, _names(idle)))
+    series = tuple(dose_series(trials, design, box=box, each=each, idle=_names(idle)))
     return ConditionStudySummary(
         design=design,
         conditions=conditions,
@@ -255,10 +255,18 @@ def _whys(cells: _Cells, design: Design) -> tuple[Why, ...]:
     return tuple(one for make, baseline in answered if (one := make(agents=sizes[baseline])))
 
 
-def _series(
-    trials: Sequence[Trial], design: Design, box: Lockbox, each: Each, idle: _Names
+def dose_series(
+    trials: Sequence[Trial], design: Design, *, box: Lockbox, each: Each, idle: frozenset[tuple[str, str]] = frozenset()
 ) -> Iterator[tuple[Series, StudySummary]]:
-    """The numbers over every other dose, and over options of agents under the first control."""
+    """The numbers over every other dose, and over options of agents under the first control.
+
+    Args:
+        trials: All trials of the study.
+        design: Its design.
+        box: Its box.
+        each: A map function over agents, sequential or parallel.
+        idle: Agents and conditions in which a dose changed nothing, which are in no series.
+    """
     first, found = design.control(design.arms[0].label), []
     for series in design.series:
         if series.agent:

@@ -12,7 +12,7 @@ from typing import Any
 from lockprobe.analysis.branch import BranchEffect, branch_effects
 from lockprobe.analysis.clustered import ClusteredProportion
 from lockprobe.analysis.condition import ConditionSummary
-from lockprobe.analysis.condition_study import ConditionStudySummary, summarise_conditions
+from lockprobe.analysis.condition_study import ConditionStudySummary, dose_series, summarise_conditions
 from lockprobe.analysis.proportions import Proportion
 from lockprobe.analysis.rules import RuleBreaks, together
 from lockprobe.analysis.series import Series
@@ -93,12 +93,14 @@ class StudyNumbers:
         opened: The study and its trials.
         flips: The numbers over its flip rates, the truth among them.
         others: Those of its other conditions; None without any.
+        doses: Those over every other dose, and over options of agents.
         forks: What one report did, by its forks; empty without forks.
     """
 
     opened: OpenedStudy
     flips: StudySummary
     others: ConditionStudySummary | None = None
+    doses: tuple[tuple[Series, StudySummary], ...] = ()
     forks: tuple[BranchEffect, ...] = ()
 
     @property
@@ -144,7 +146,7 @@ class StudyNumbers:
     def series(self) -> tuple[tuple[int, Series, StudySummary], ...]:
         """The numbers over every dose but plain flip rates, and which it is of several doses of its name."""
         known, found = Counter[tuple[str, str, str, str, str]](), []
-        for series, summary in self.others.series if self.others else ():
+        for series, summary in self.doses:
             axis = series.axis
             place = axis.name, axis.options, axis.rest, series.modality, series.agent
             known[place] += 1
@@ -197,7 +199,8 @@ def study_numbers(opened: OpenedStudy, *, each: Each = map) -> StudyNumbers:
         list[BranchEffect],
     )
     others = _of_others(opened, flips, collecting(each))
-    return StudyNumbers(opened=opened, flips=flips, others=others, forks=tuple(forks))
+    doses = others.series if others else _of_options(opened, collecting(each))
+    return StudyNumbers(opened=opened, flips=flips, others=others, doses=tuple(doses), forks=tuple(forks))
 
 
 def _of_flips(opened: OpenedStudy, each: Each) -> StudySummary:
@@ -224,3 +227,8 @@ def _of_others(opened: OpenedStudy, flips: StudySummary, each: Each) -> Conditio
         return summarise_conditions(trials, design_of(study), flips, box=study.box, budget=study.max_steps, each=each)
 
     return section("All numbers of conditions", lambda: of(opened.trials), lambda: of(()))
+
+
+def _of_options(opened: OpenedStudy, each: Each) -> Iterator[tuple[Series, StudySummary]]:
+    """The numbers over options of agents in a study of flip rates alone."""
+    return dose_series(opened.trials, design_of(opened.study), box=opened.study.box, each=each)

@@ -94,6 +94,15 @@ def test_two_kinds_of_flips_are_told_apart(tmp_path):
     assert "false reports (persistence=sticky)" in " ".join(found.said("overview", "answer"))
 
 
+@pytest.mark.parametrize("p", [[0], [0, 0.4]])
+def test_options_of_an_agent_are_a_dose_without_another_condition(tmp_path, p):
+    agents = [f"human-inspired?lapse={lapse}" for lapse in (0, 0.1, 0.3)]
+    found = found_in(tmp_path, agent=agents, p=p, **SMALL)
+    assert found.design.axes[-1].name == "lapse"
+    assert "higher values of lapse" in found.said("doses", "finding")[0]
+    assert not found.beside_flips
+
+
 def test_an_option_below_zero_is_a_dose_and_takes_no_other_away(tmp_path):
     agents = [f"cognitive:softmax-memory?stay={stay}" for stay in (-1, 0, 1)]
     found = found_in(tmp_path, agent=agents, p=[0], sweep="tremble?p=0.1,0.2", **SMALL)
