@@ -20,7 +20,7 @@ from lockprobe.report.section import Cells, Part, Section
 class Hush:
     """The first reports are not given."""
 
-    dose = "steps"
+    doses = ("steps",)
     steps: int = 1
 
     def perceive(self, percept, past, task, rng):

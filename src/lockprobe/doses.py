@@ -20,30 +20,31 @@ _OF_PLAIN_FLIPS = frozenset({"p", "persistence"})
 """The options of a flip that acts on every report."""
 
 
-def doses_of(specs: Sequence[str], names: Sequence[str], modality: str) -> dict[str, float]:
+def doses_of(specs: Sequence[str], names: Sequence[Sequence[str]], modality: str) -> dict[str, float]:
     """The doses that act, by intervention and option.
 
-    >>> doses_of(["flip?p=0.4", "nudge"], ["p", ""], "rgb?blur=8")
+    >>> doses_of(["flip?p=0.4", "nudge"], [["p"], []], "rgb?blur=8")
     {'flip.p': 0.4, 'rgb.blur': 8.0}
-    >>> doses_of(["flip?p=0.4&at=3", "flip?p=0.1"], ["p", "p"], "rgb")
+    >>> doses_of(["flip?p=0.4&at=3", "flip?p=0.1"], [["p"], ["p"]], "rgb")
     {'flip.p': 0.4, 'flip#2.p': 0.1}
 
     Args:
         specs: Specs of the interventions.
-        names: For every one the option that is its dose; empty for none.
+        names: For every one the options that are its doses. At 0 of the first one none of them acts.
         modality: Spec of the modality, whose doses follow.
 
     Returns:
-        Those above 0.
+        Those that are not 0.
     """
     found: dict[str, float] = {}
     seen: Counter[str] = Counter()
-    for spec, option in zip(specs, names, strict=True):
+    for spec, options in zip(specs, names, strict=True):
         said = Spec.parse(spec, "intervention")
         seen[said.full_name] += 1
         number = f"#{seen[said.full_name]}" if seen[said.full_name] > 1 else ""
-        if option and (dose := float(said.options.get(option, "0"))):
-            found[f"{said.full_name}{number}.{option}"] = dose
+        given = {option: float(said.options.get(option, "0")) for option in options}
+        if options and given[options[0]]:
+            found |= {f"{said.full_name}{number}.{option}": dose for option, dose in given.items() if dose}
     shown = Spec.parse(modality, "modality").full_name
     return found | {
         f"{shown}.{option}": float(dose) for option, dose in modality_doses(modality)[1].items() if float(dose)

@@ -28,6 +28,21 @@ def test_flips_are_the_axis_of_the_paper():
     assert series.axis == FLIPS
 
 
+def test_an_intervention_with_two_doses_makes_a_series_over_each():
+    first = [f"burst?p={p}&length=2" for p in (0.1, 0.2)]
+    found = series_of(arms("truth", *first, "burst?p=0.2&length=4", "burst?p=0.2&length=8"))
+    assert [(one.axis.name, one.axis.options, [*one.doses.values()]) for one in found] == [
+        ("burst p", "length=2", [0, 0.1, 0.2]),
+        ("burst length", "p=0.2", [2, 4, 8]),
+    ]
+
+
+def test_equal_doses_are_one_level():
+    found = series_of(arms("nudge", "nudge + flip?p=0.2", "flip?p=0.2 + nudge", "nudge + flip?p=0.4"))
+    assert [[*one.doses] for one in found] == [["nudge", "nudge + flip?p=0.2", "nudge + flip?p=0.4"]]
+    assert series_of(arms("nudge", "nudge + flip?p=0.2", "flip?p=0.2 + nudge")) == ()
+
+
 def test_two_conditions_are_a_difference_and_no_series():
     assert series_of(arms("truth", "tremble?p=0.2", "nudge")) == ()
 

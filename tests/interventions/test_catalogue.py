@@ -115,7 +115,7 @@ def test_a_stranger_s_class_is_named_by_its_module(monkeypatch):
 class Draws:
     """Draws as often as its dose says."""
 
-    dose = "p"
+    doses = ("p",)
     p: float = 0.0
 
     def act(self, joint, past, task, rng):
@@ -139,7 +139,7 @@ SEEN: list[str] = []
 class Always:
     """Acts at dose 0."""
 
-    dose = "p"
+    doses = ("p",)
     p: float = 0.0
 
     def act(self, joint, past, task, rng):
@@ -173,7 +173,7 @@ def test_a_flip_in_a_condition_is_the_flip_of_a_study():
 def test_the_command_lists_them(lockprobe_command):
     rows = [json.loads(line) for line in lockprobe_command("interventions", "--json").splitlines()]
     assert {row["spec"] for row in rows} == set(shipped())
-    assert {row["spec"]: row["dose"] for row in rows}["tremble"] == "p"
+    assert {row["spec"]: row["doses"] for row in rows}["tremble"] == ["p"]
     assert [row["place"] for row in rows] == sorted((row["place"] for row in rows), key=PLACES.index)
 
 

@@ -17,7 +17,7 @@ BESIDE = [
     {"condition": ["flip?p=0.4&persistence=sticky", "drop?p=0.5 + flip?p=0.4"]},
 ]
 FAMILIES = {
-    "tremble ps against the lowest": {"sweep": "tremble?p=0.2,0.5"},
+    "success by tremble p": {"sweep": "tremble?p=0.2,0.5"},
     "conditions against the control": {"condition": ["drop?p=0.5", "distract?p=0.3", "tremble?p=0.2 + drop?p=0.5"]},
 }
 
@@ -67,6 +67,18 @@ def test_no_family_changes_a_p_value_of_another(whole, family, many, tmp_path):
     own = of_family(results(played(tmp_path / "study", p=[0], **FAMILIES[family])), family)
     assert of_family(whole, family) == own
     assert [row.corrected_for for row in own] == [many] * 2 * many  # of two agents, which are judged apart
+
+
+def test_a_modality_more_changes_no_p_value_of_another(tmp_path):
+    """Each modality has its own control, so its own families; the first screen corrects for all of them."""
+    of, shown = {**FLIPS, **FAMILIES["success by tremble p"]}, ["symbolic?tell=state", "symbolic?tell=outcome"]
+    one, both = (results(played(tmp_path / str(len(of_)), **of, modality=of_)) for of_ in (shown[:1], shown))
+    for family in ("success by flip rate", "success by tremble p"):
+        own = of_family(one, family)
+        assert own
+        assert [row for row in own if row not in of_family(both, family)] == []
+    assert "ground-truth states" in both.answer
+    assert "false reports with ground truth, tell=outcome" in both.answer
 
 
 def test_every_dose_stands_in_the_table_of_effects_with_the_p_value_of_its_axis(whole):
@@ -132,8 +144,8 @@ def test_a_dose_that_never_acted_is_no_other_condition_and_no_question_is_asked_
     found = results(played(tmp_path / "idle", p=[0], condition=doses))
     asked = "Do higher doses of tremble change how agents open chain-4?"
     assert found.said("overview", "question") == [asked]
-    assert {row.condition for row in of_family(found, "tremble ps against the lowest")} == {*doses[1:]}
+    assert {row.condition for row in of_family(found, "success by tremble p")} == {*doses[1:]}
     shown = {"modality": ["symbolic?tell=state", "symbolic?tell=outcome"]}
-    found = results(played(tmp_path / "shown", p=[0], **FAMILIES["tremble ps against the lowest"], **shown))
+    found = results(played(tmp_path / "shown", p=[0], **FAMILIES["success by tremble p"], **shown))
     (question,), (needed,) = (found.said("overview", kind) for kind in ("question", "needed"))
     assert question.count("tremble") == needed.count("per tremble p") == 1

@@ -126,9 +126,9 @@ def test_another_dose_is_found(tmp_path):
     assert failing(tmp_path) == {}
     path = tmp_path / "study.json"
     settings = json.loads(path.read_text("utf-8"))
-    settings["conditions"][1]["interventions"][0]["dose"] = ""
+    settings["conditions"][1]["interventions"][0]["doses"] = []
     path.write_text(json.dumps(settings), "utf-8")
-    assert failing(tmp_path)["settings"] == ("tremble?p=0.2: the dose of tremble?p=0.2 is p, not none",)
+    assert failing(tmp_path)["settings"] == ("tremble?p=0.2: the doses of tremble?p=0.2 are p, not none",)
 
 
 def test_an_altered_picture_is_found(tmp_path):

@@ -38,7 +38,7 @@ SAID = {"name": "", "interventions": [], "modality": STATES}
 
 def acting(p):
     """A flip as settings hold it."""
-    return SAID | {"interventions": [{"spec": f"flip?p={p}", "dose": "p"}]}
+    return SAID | {"interventions": [{"spec": f"flip?p={p}", "doses": ["p"]}]}
 
 
 @pytest.mark.parametrize(
@@ -127,8 +127,8 @@ def test_a_long_spec_is_refused():
     ("acting", "message"),
     [
         ({"spec": "nudge + flip?p=0.4"}, "intervention: got 'nudge \\+ flip.p=0.4', expected one"),
-        ({"spec": "flip?p=0.4", "dose": "q"}, "dose q of flip.p=0.4: got '', expected a number among its options"),
-        ({"spec": "flip?p=0.4&persistence=sticky", "dose": "persistence"}, "dose persistence of .*: got 'sticky'"),
+        ({"spec": "flip?p=0.4", "doses": ["q"]}, "dose q of flip.p=0.4: got '', expected a number among its options"),
+        ({"spec": "flip?p=0.4&persistence=sticky", "doses": ["persistence"]}, "dose persistence of .*: got 'sticky'"),
     ],
 )
 def test_an_intervention_of_settings_is_one_with_a_number_for_its_dose(acting, message):

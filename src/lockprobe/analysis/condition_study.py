@@ -175,9 +175,9 @@ class _Compared:
     of: Comparison
 
     @property
-    def baseline(self) -> bool:
-        """Whether the agent is a baseline."""
-        return is_reference(self.agent)
+    def family(self) -> tuple[str, bool]:
+        """What is judged together with it: its control, and whether the agent is a baseline."""
+        return self.of.control, is_reference(self.agent)
 
     @property
     def counts(self) -> bool:
@@ -192,10 +192,11 @@ class _Compared:
 def _effects(cells: _Cells, design: Design, idle: _Names) -> tuple[Effects, ...]:
     """Each modality's other conditions against its control.
 
-    What the report says of the agents that the study is about is one family, and of baselines another.
+    In each modality, what the report says of the agents that the study is about is one family, and of baselines
+    another.
     """
     compared = [_compared(cells, design.comparison(m), agent) for agent in design.agents for m in design.modalities]
-    sizes = Counter(one.baseline for one in compared if one.counts)
+    sizes = Counter(one.family for one in compared if one.counts)
     found = (
         effects(
             one.trials,
@@ -204,7 +205,7 @@ def _effects(cells: _Cells, design: Design, idle: _Names) -> tuple[Effects, ...]
             one.of.grids,
             {label for name, label in idle if name == one.agent},
             axis=(*one.of.flips, *one.of.dosed),
-            agents=max(1, sizes[one.baseline]),
+            agents=max(1, sizes[one.family]),
         )
         for one in compared
     )
@@ -242,17 +243,17 @@ def _axis_effects(found: AgentSummary) -> Effects | None:
 def _whys(cells: _Cells, design: Design) -> tuple[Why, ...]:
     """Why false reports change each agent's success, in each modality that has the arms for it.
 
-    The agents that the study is about are one family, and baselines another. Those that play alike count too: that
-    reports change their success by less than the margin is a conclusion.
+    In each modality the agents that the study is about are one family, and baselines another. Those that play alike
+    count too: that reports change their success by less than the margin is a conclusion.
     """
     asked: list[Callable[..., Why | None]] = []
     for agent in design.agents:
         for shown in map(design.shown, design.modalities):
             own = {arm.label: cells[agent, arm.label] for arm in shown if (agent, arm.label) in cells}
             asked.append(partial(why, own, shown))
-    answered = [(make, is_reference(one.agent)) for make in asked if (one := make())]
-    sizes = Counter(baseline for _, baseline in answered)
-    return tuple(one for make, baseline in answered if (one := make(agents=sizes[baseline])))
+    answered = [(make, (one.modality, is_reference(one.agent))) for make in asked if (one := make())]
+    sizes = Counter(family for _, family in answered)
+    return tuple(one for make, family in answered if (one := make(agents=sizes[family])))
 
 
 def dose_series(

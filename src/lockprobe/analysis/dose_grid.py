@@ -1,4 +1,4 @@
-"""Factorial designs: crossed doses of two interventions, and the interaction of both doses.
+"""Factorial designs: two crossed doses, of two interventions or of one, and the interaction of both doses.
 
 The interaction is the *linear-by-linear contrast* of all cells: the least-squares slope over the product of both doses
 in a model with an effect for every row and column. It is scaled to the whole range: how much more the highest dose of
@@ -27,11 +27,12 @@ __all__ = ["Grid", "GridCell", "GridSummary", "contrast", "grid_summary", "grids
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Grid:
-    """A grid of conditions that differ only in the doses of two interventions.
+    """A grid of conditions that differ only in two doses.
 
     Attributes:
-        rows, columns: The axes of the first and the second intervention.
-        row_doses, column_doses: Their doses, ascending; dose 0 means without the intervention.
+        rows, columns: The axes of the first and the second dose.
+        row_doses, column_doses: Their doses, ascending; dose 0 means without the intervention. Under dose 0 of its
+            first dose an intervention does nothing, whatever its second one is.
         conditions: (Row dose, column dose) -> condition; combinations that are not played are missing.
         modality: How the box is shown in all of them.
     """
@@ -96,7 +97,7 @@ class GridSummary:
 
 
 def grids(arms: Sequence[SeriesArm]) -> tuple[Grid, ...]:
-    """The grids of a study: pairs of interventions with two or more doses each, in the order of conditions.
+    """The grids of a study: pairs of doses with two or more levels each, in the order of conditions.
 
     Args:
         arms: The conditions of a study. Each modality, and each set of other interventions, makes a separate grid.
@@ -104,30 +105,36 @@ def grids(arms: Sequence[SeriesArm]) -> tuple[Grid, ...]:
     known: dict[tuple[str, tuple[str, ...]], str] = {}
     for arm in arms:
         known.setdefault((arm.modality, arm.without()), arm.label)
-    families: dict[tuple[object, ...], list[tuple[SeriesArm, int, int]]] = {}
+    families: dict[tuple[object, ...], list[_Crossed]] = {}
     for arm in arms:
-        for i, j in combinations(arm.acting, 2):
-            if arm.doses[i] and arm.doses[j]:
-                family = (*arm.family(i)[:3], *arm.family(j)[:3], arm.without(i, j), arm.modality)
-                families.setdefault(family, []).append((arm, i, j))
+        for pair in combinations(arm.dosed, 2):
+            families.setdefault(arm.family(*pair), []).append((arm, *pair))
     made = (_grid(members, known) for members in families.values())
     return tuple(grid for grid in made if min(len(grid.row_doses), len(grid.column_doses)) > 1)
 
 
-def _grid(members: Sequence[tuple[SeriesArm, int, int]], known: Mapping[tuple[str, tuple[str, ...]], str]) -> Grid:
-    first, i, j = members[0]
+_Dose = tuple[int, str]
+"""The place of an intervention, and the name of a dose of it."""
+
+_Crossed = tuple[SeriesArm, _Dose, _Dose]
+
+
+def _grid(members: Sequence[_Crossed], known: Mapping[tuple[str, tuple[str, ...]], str]) -> Grid:
+    first, *pair = members[0]
+    i, j = (at for at, _ in pair)
     shown, rest = first.modality, " + ".join(first.without(i, j))
     found: dict[tuple[float, float], str] = {}
     for arm, one, other in members:
-        row, column = arm.dose(one), arm.dose(other)
+        row, column = arm.dose(*one), arm.dose(*other)
         found.setdefault((row, column), arm.label)
-        for place, away in (((row, 0.0), other), ((0.0, column), one)):
-            if alone := known.get((shown, arm.without(away))):
+        for place, (away, option) in (((row, 0.0), other), ((0.0, column), one)):
+            alone = known.get((shown, arm.without(away))) if option == arm.doses[away][0] else None
+            if alone:
                 found.setdefault(place, alone)
     neither = known.get((shown, first.without(i, j)))
     if neither and any(row == 0 for row, _ in found) and any(column == 0 for _, column in found):
         found.setdefault((0.0, 0.0), neither)
-    rows, columns = (Axis(kind=first.specs[at].full_name, dose=first.doses[at], rest=rest) for at in (i, j))
+    rows, columns = (Axis(kind=first.specs[at].full_name, dose=option, rest=rest) for at, option in pair)
     return Grid(
         rows=rows,
         columns=columns,

@@ -23,38 +23,41 @@ class SeriesArm:
     Attributes:
         label: Its name.
         specs: The specs of its interventions, in order.
-        doses: For each intervention the name of its dose option; empty without a dose.
+        doses: For each intervention the names of its dose options; at 0 of the first one it does nothing.
         modality: How the box is shown.
     """
 
     label: str
     specs: tuple[Spec, ...]
-    doses: tuple[str, ...]
+    doses: tuple[tuple[str, ...], ...]
     modality: str = STATES
 
     @property
     def acting(self) -> tuple[int, ...]:
         """The places of interventions with an effect. At dose 0 there is none, unless other options change reports."""
-        return tuple(i for i in range(len(self.specs)) if self._dose(i) != 0 or "outcome-only" in str(self.specs[i]))
+        return tuple(i for i in range(len(self.specs)) if self.dose(i) != 0 or "outcome-only" in str(self.specs[i]))
+
+    @property
+    def dosed(self) -> tuple[tuple[int, str], ...]:
+        """Every dose of an intervention with an effect, as its place and the name of its option."""
+        return tuple((i, dose) for i in self.acting for dose in self.doses[i] if dose in self.specs[i].options)
 
     def without(self, *places: int) -> tuple[str, ...]:
         """The specs of interventions with an effect, except at these places."""
         return tuple(str(self.specs[i]) for i in self.acting if i not in places)
 
-    def dose(self, place: int) -> float:
-        """The dose of the intervention at a place; NaN without a dose."""
-        found = self._dose(place)
-        return float("nan") if found is None else found
+    def dose(self, place: int, option: str = "") -> float:
+        """A dose of the intervention at a place, its first one without a name; NaN without a dose."""
+        option = option or next(iter(self.doses[place]), "")
+        return float(self.specs[place].options.get(option, "nan"))
 
-    def _dose(self, place: int) -> float | None:
-        dose, options = self.doses[place], self.specs[place].options
-        return float(options[dose]) if dose and dose in options else None
-
-    def family(self, place: int) -> tuple[str, str, tuple[tuple[str, str], ...], tuple[str, ...], str]:
-        """A key that is equal for conditions that differ only in the dose at a place."""
-        spec = self.specs[place]
-        others = tuple(sorted(spec.without([self.doses[place]]).options.items()))
-        return spec.full_name, self.doses[place], others, self.without(place), self.modality
+    def family(self, *differ: tuple[int, str]) -> tuple[object, ...]:
+        """A key that is equal for conditions that differ only in these options, each with its place."""
+        acts = []
+        for place, option in differ:
+            away = [name for at, name in differ if at == place]
+            acts.append((self.specs[place].full_name, option, str(self.specs[place].without(away))))
+        return *acts, tuple(sorted(self.without(*(at for at, _ in differ)))), self.modality
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -92,25 +95,31 @@ def control_of(arms: Sequence[SeriesArm], modality: str = STATES) -> SeriesArm |
 
 def series_of(arms: Sequence[SeriesArm]) -> tuple[Series, ...]:
     """Every series of at least three doses, in the order of the conditions."""
-    families: dict[tuple[object, ...], list[tuple[SeriesArm, int]]] = {}
+    families: dict[tuple[object, ...], list[tuple[SeriesArm, int, str]]] = {}
     for arm in arms:
-        for place in arm.acting:
-            if arm.doses[place]:
-                families.setdefault(arm.family(place), []).append((arm, place))
-    found = []
-    for members in families.values():
-        first, place = members[0]
-        doses = {arm.label: arm.dose(at) for arm, at in members}
-        zero = [one for one in arms if one.without() == first.without(place) and one.modality == first.modality]
-        if 0.0 not in doses.values():
-            doses |= {one.label: 0.0 for one in zero[:1]}
-        if len(doses) >= _FEWEST:
-            name, rest = first.specs[place].full_name, " + ".join(first.without(place))
-            options = str(first.specs[place].without([first.doses[place]])).partition("?")[2]
-            axis = Axis(kind=name, dose=first.doses[place], options=options, rest=rest)
-            ascending = dict(sorted(doses.items(), key=lambda both: both[1]))
-            found.append(Series(axis=axis, doses=ascending, modality=first.modality))
-    return tuple(found)
+        for place, option in arm.dosed:
+            families.setdefault(arm.family((place, option)), []).append((arm, place, option))
+    return tuple(one for members in families.values() if len((one := _series(members, arms)).doses) >= _FEWEST)
+
+
+def _series(members: Sequence[tuple[SeriesArm, int, str]], arms: Sequence[SeriesArm]) -> Series:
+    """One series; of conditions at equal doses the first counts."""
+    first, place, option = members[0]
+    labels: dict[float, str] = {}
+    for arm, at, name in members:
+        labels.setdefault(arm.dose(at, name), arm.label)
+    rest = first.without(place)
+    if option == first.doses[place][0]:
+        zero = [one for one in arms if sorted(one.without()) == sorted(rest) and one.modality == first.modality]
+        for one in zero[:1]:
+            labels.setdefault(0.0, one.label)
+    spec = first.specs[place]
+    options = str(spec.without([option])).partition("?")[2]
+    return Series(
+        axis=Axis(kind=spec.full_name, dose=option, options=options, rest=" + ".join(rest)),
+        doses={label: dose for dose, label in sorted(labels.items())},
+        modality=first.modality,
+    )
 
 
 def series_of_agents(agents: Sequence[str]) -> tuple[Series, ...]:

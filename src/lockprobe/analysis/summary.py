@@ -260,15 +260,15 @@ def _check_doses(by_agent: Sequence[AxisTrials], axis: Axis) -> None:
 def _judged_together(by_agent: Sequence[AxisTrials], heeded: Sequence[float | None]) -> list[int]:
     """The size of each agent's family: agents that heed reports and have trials at two doses or more.
 
-    Agents that the study is about are one family, since one sentence names those of them that change; baselines are
-    another.
+    In each modality the agents that the study is about are one family, since one sentence names those of them that
+    change; baselines are another.
     """
     heeding = [
         share is None and len(members.finished_doses) > 1 for members, share in zip(by_agent, heeded, strict=True)
     ]
-    baseline = [members.kind in _REFERENCES for members in by_agent]
-    sizes = Counter(kind for kind, counts in zip(baseline, heeding, strict=True) if counts)
-    return [max(1, sizes[kind]) for kind in baseline]
+    families = [(members.modality, members.kind in _REFERENCES) for members in by_agent]
+    sizes = Counter(family for family, counts in zip(families, heeding, strict=True) if counts)
+    return [max(1, sizes[family]) for family in families]
 
 
 def _entrant(trials: AxisTrials) -> Entrant:

@@ -38,12 +38,12 @@ def interventions(json: AsJson = False) -> None:
     found += [(row.name, row.found, row.package, row.what) for row in packaged()]
     rows: list[dict[str, object]] = []
     for name, kind, package, why in found:
-        dose = getattr(kind, "dose", None)
-        options = [one.name + " (dose)" * (one.field == dose) for one in options_of(kind)] if kind else []
+        doses = list(getattr(kind, "doses", ()))
+        options = [one.name + " (dose)" * (one.field in doses) for one in options_of(kind)] if kind else []
         first = (getattr(kind, "__doc__", None) or "").strip().partition("\n")[0].replace("``", "")
         what = f"{first} Options: {', '.join(options) or 'none'}." if kind else why
         place = place_of(kind) if kind else None
-        rows.append({"place": place, "spec": name, "dose": dose, "what": what} | _of(package))
+        rows.append({"place": place, "spec": name, "doses": doses, "what": what} | _of(package))
     places = [*PLACES, None]
     for row in sorted(rows, key=lambda row: places.index(row["place"])):  # type: ignore[arg-type]
         _print_row(row, f"{row['place'] or '-':11} {row['spec']:10}", json=json)

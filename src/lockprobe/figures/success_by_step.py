@@ -185,5 +185,5 @@ def _curves_of(axes: Axes, course: Course) -> None:
 
 def _contrast(course: Course) -> list[float | None]:
     """The lowest p and the one that differs most clearly from it; none if no two were compared."""
-    clearest = course.get("clearest_success_difference")
-    return [course.value("lowest_dose"), *clearest.doses.values()] if clearest else []
+    clearest = course.value("clearest_dose")
+    return [] if clearest is None else [course.value("lowest_dose"), clearest]

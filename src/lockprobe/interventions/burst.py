@@ -32,7 +32,7 @@ class Burst:
     """
 
     name: ClassVar[str] = "burst"
-    dose: ClassVar[str] = "p"
+    doses: ClassVar[tuple[str, ...]] = ("p", "length")
     p: float = 0.0
     length: float = 3.0
 

@@ -71,7 +71,7 @@ def interventions_of(spec: str) -> tuple[Intervention, ...]:
 
 
 def spec_of(intervention: Intervention) -> str:
-    """The spec of an intervention for :func:`interventions_of`: its dose, and all options not at their defaults.
+    """The spec of an intervention for :func:`interventions_of`: its doses, and all options not at their defaults.
 
     >>> [spec_of(one) for one in interventions_of("flip?persistence=sticky + nudge")]
     ['flip?p=0&persistence=sticky', 'nudge']
@@ -82,7 +82,7 @@ def spec_of(intervention: Intervention) -> str:
     options = {
         option.name: in_words(getattr(intervention, option.field))
         for option in options_of(kind)
-        if option.field == getattr(kind, "dose", "") or getattr(intervention, option.field) != option.default
+        if option.field in getattr(kind, "doses", ()) or getattr(intervention, option.field) != option.default
     }
     return str(Spec.parse(name, "intervention").adding(options))
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import product
+from itertools import chain, product
 from math import prod
 
 from lockprobe.doses import MODALITY_DOSES, doses_of, flip_rate, modality_doses
@@ -39,10 +39,10 @@ _LONGEST = 200
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Recorded:
-    """An intervention as named in a study's settings, which import no code: its spec and its dose, if any."""
+    """An intervention as named in a study's settings, which import no code: its spec and its doses."""
 
     spec: str
-    dose: str = ""
+    doses: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -91,9 +91,9 @@ class Condition:
         return any(isinstance(one, Recorded) for one in self.interventions)
 
     @property
-    def dose_names(self) -> tuple[str, ...]:
-        """For every intervention the name of its dose option; empty if it has no dose."""
-        return tuple(one.dose if isinstance(one, Recorded) else getattr(one, "dose", "") for one in self.interventions)
+    def dose_names(self) -> tuple[tuple[str, ...], ...]:
+        """For every intervention the names of its dose options; at 0 of the first one it does nothing."""
+        return tuple(tuple(getattr(one, "doses", ())) for one in self.interventions)
 
     @property
     def doses(self) -> Mapping[str, float]:
@@ -111,7 +111,7 @@ class Condition:
         if not self.tells_positions:
             return False
         options = [Spec.parse(spec, "intervention").options for spec in self.specs]
-        return all(dose and float(found[dose]) == 0 for found, dose in zip(options, self.dose_names, strict=True))
+        return all(doses and float(found[doses[0]]) == 0 for found, doses in zip(options, self.dose_names, strict=True))
 
     @property
     def tells_positions(self) -> bool:
@@ -200,7 +200,8 @@ def _without_zeros(modality: str) -> str:
 def sweep(spec: str) -> tuple[Condition, ...]:
     """One condition for every value of a dose (separated by commas), or for every combination of several doses.
 
-    In combinations, interventions at dose 0 are left out, so that a combination is named after what acts in it.
+    The doses may be of several interventions or of one. In combinations, interventions at dose 0 are left out, so that
+    a combination is named after what acts in it.
 
     >>> [condition.spec for condition in sweep("nudge?after=2 + tremble?p=0.1,0.2")]
     ['nudge + tremble?p=0.1', 'nudge + tremble?p=0.2']
@@ -209,36 +210,37 @@ def sweep(spec: str) -> tuple[Condition, ...]:
 
     Raises:
         UnknownName: As :func:`read_condition`.
-        BadValue: As :func:`read_condition`; also if no dose has several values, if two options of one intervention
-            have, or if there are too many combinations.
+        BadValue: As :func:`read_condition`; also if no dose has several values, or if there are too many combinations.
     """
     parts = split_specs(spec)
     swept = {at: found for at, part in enumerate(parts) if (found := _several(part))}
-    if not swept or any(len(found) > 1 for found in swept.values()):
+    if not swept:
         raise BadValue("sweep", spec, "several values of a dose, separated by commas, for example tremble?p=0,0.1,0.2")
-    several = {at: _dosed(spec, parts[at], *found[0]) for at, found in swept.items()}
-    many = prod(map(len, several.values()))
+    many = prod(len(values) for found in swept.values() for values in found.values())
     if many > _MOST:
         raise BadValue("sweep", spec, f"at most {_MOST} combinations, not {many}")
+    several = {at: _dosed(spec, parts[at], found) for at, found in swept.items()}
     conditions = []
     for chosen in product(*several.values()):
         doses = dict(zip(several, chosen, strict=True))
         acting = [doses.get(at, part) for at, part in enumerate(parts)]
-        if len(several) > 1:
+        if len(several) > 1 or any(len(found) > 1 for found in swept.values()):
             acting = [part for at, part in enumerate(acting) if at not in several or not _idle(part)]
         conditions.append(read_condition(" + ".join(acting)))
-    return tuple(conditions)
+    return distinct(conditions)
 
 
-def _dosed(spec: str, part: str, option: str, values: Sequence[str]) -> list[str]:
-    """A part of a sweep, once for every value of its dose."""
-    found = [str(Spec.parse(part, "sweep").adding({option: value.strip()})) for value in values]
+def _dosed(spec: str, part: str, swept: Mapping[str, Sequence[str]]) -> list[str]:
+    """A part of a sweep, once for every value of its dose, or every combination of values of its doses."""
+    chosen = [dict(zip(swept, values, strict=True)) for values in product(*swept.values())]
+    found = [str(Spec.parse(part, "sweep").adding(values)) for values in chosen]
     if spec_name(part) in MODALITIES:
-        doses = [one for one in MODALITY_DOSES if option == one]
+        doses = list(MODALITY_DOSES)
     else:
-        doses = list(filter(None, read_condition(found[0]).dose_names))
-    if option not in doses:
-        raise BadValue("sweep", spec, f"values of a dose ({', '.join(doses) or 'this has none'}), not of {option}")
+        doses = list(chain.from_iterable(read_condition(found[0]).dose_names))
+    if wrong := [option for option in swept if option not in doses]:
+        known = ", ".join(doses) or "this has none"
+        raise BadValue("sweep", spec, f"values of a dose ({known}), not of {', '.join(wrong)}")
     return found
 
 
@@ -247,9 +249,9 @@ def _idle(part: str) -> bool:
     return spec_name(part) not in MODALITIES and read_condition(part).does_nothing
 
 
-def _several(part: str) -> list[tuple[str, list[str]]]:
+def _several(part: str) -> dict[str, list[str]]:
     options = Spec.parse(part, "sweep").options
-    return [(option, value.split(",")) for option, value in options.items() if "," in value]
+    return {option: [one.strip() for one in value.split(",")] for option, value in options.items() if "," in value}
 
 
 def distinct(conditions: Iterable[Condition]) -> tuple[Condition, ...]:

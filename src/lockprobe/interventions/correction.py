@@ -35,7 +35,7 @@ class Correction:
     """
 
     name: ClassVar[str] = "correction"
-    dose: ClassVar[str] = "p"
+    doses: ClassVar[tuple[str, ...]] = ("p",)
     stream: ClassVar[str] = OutcomeFlip.stream
     p: float = 0.0
     of: Of = "lie"

@@ -28,7 +28,7 @@ class Delay:
     """
 
     name: ClassVar[str] = "delay"
-    dose: ClassVar[str] = "lag"
+    doses: ClassVar[tuple[str, ...]] = ("lag",)
     lag: int = 1
 
     def __post_init__(self) -> None:

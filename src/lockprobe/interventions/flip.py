@@ -51,7 +51,7 @@ class OutcomeFlip:
     """
 
     name: ClassVar[str] = "flip"
-    dose: ClassVar[str] = "p"
+    doses: ClassVar[tuple[str, ...]] = ("p",)
     stream: ClassVar[str] = "channel"
     p: float = 0.0
     persistence: FlipKind = "transient"

@@ -28,7 +28,7 @@ class Forget:
     """
 
     name: ClassVar[str] = "forget"
-    dose: ClassVar[str] = "p"
+    doses: ClassVar[tuple[str, ...]] = ("p",)
     p: float = 0.0
 
     def __post_init__(self) -> None:

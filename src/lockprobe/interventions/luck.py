@@ -31,7 +31,7 @@ class AtRandomSteps:
     """
 
     name: ClassVar[str]
-    dose: ClassVar[str] = "p"
+    doses: ClassVar[tuple[str, ...]] = ("p",)
     p: float = 0.0
     luck: Luck = "own"
     at: tuple[int, ...] = ()

@@ -62,7 +62,7 @@ class Reword:
     """
 
     name: ClassVar[str] = "reword"
-    dose: ClassVar[str] = "p"
+    doses: ClassVar[tuple[str, ...]] = ("p",)
     after_words: ClassVar[bool] = True
     p: float = 0.0
 

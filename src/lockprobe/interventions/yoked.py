@@ -40,7 +40,7 @@ class Yoked:
     """
 
     name: ClassVar[str] = "yoked"
-    dose: ClassVar[str] = "p"
+    doses: ClassVar[tuple[str, ...]] = ("p",)
     stream: ClassVar[str] = OutcomeFlip.stream
     p: float = 0.0
     how: How = "next"

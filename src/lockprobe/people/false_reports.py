@@ -26,7 +26,7 @@ def can_be_false(condition: Condition) -> bool:
     return any(map(_acts, condition.specs, condition.dose_names))
 
 
-def _acts(spec: str, dose: str) -> bool:
-    """Whether an intervention can make something false; ``dose`` is its dose option, empty for none."""
+def _acts(spec: str, doses: tuple[str, ...]) -> bool:
+    """Whether an intervention can make something false; ``doses`` are its dose options."""
     found = Spec.parse(spec, "intervention")
-    return found.full_name not in _NEVER_FALSE and not (dose and float(found.options.get(dose, "0")) == 0)
+    return found.full_name not in _NEVER_FALSE and not (doses and float(found.options.get(doses[0], "0")) == 0)

@@ -24,6 +24,7 @@ from lockprobe.prose.subject import Subject, subject_of
 from lockprobe.prose.success import alike_said
 
 __all__ = [
+    "Varied",
     "effects_answer",
     "effects_needed",
     "flips_answer",
@@ -55,6 +56,7 @@ _DOES: dict[CourseKind, str] = {
 
 _VARIED = {
     "flips": "After each step it is told what happened. The flip rate is the probability that {flipped}.",
+    "nothing": "After each step it is told what happened.",
     "modalities": "After each step it is shown, or told, how the joints stand.",
     "conditions": (
         "After each step it is told what happened. Conditions change what it is told, what it is asked or what it does."
@@ -71,7 +73,11 @@ _FLIPPED = {
 """What a flip inverts, by its kind."""
 
 
-def trial_said(budget: int, varied: Literal["flips", "modalities", "conditions"], flip: str = "transient") -> str:
+Varied = Literal["flips", "modalities", "conditions", "nothing"]
+"""What differs between the conditions of a study."""
+
+
+def trial_said(budget: int, varied: Varied, flip: str = "transient") -> str:
     """What happens in a trial, and what is varied.
 
     Args:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from lockprobe.analysis.effects import Effects
 from lockprobe.analysis.inference.logrank import holm
+from lockprobe.analysis.modalities import spoken
 from lockprobe.analysis.proportions import ALPHA
 from lockprobe.analysis.summary import StudySummary
 from lockprobe.formatting import p_cell
@@ -31,10 +32,23 @@ class Question:
     p_value: float | None
 
 
-def of_axis(summary: StudySummary) -> Question:
-    """What false reports, or another dose, did."""
+def of_axis(summary: StudySummary) -> list[Question]:
+    """What false reports, or another dose, did: one question in each modality where it was tested."""
+    tested = dict.fromkeys(agent.modality for agent in summary.subjects if agent.contrast)
+    if len(tested) < 2:
+        return [_of_axis(summary, cause(summary.axis))]
+    return [
+        _of_axis(
+            replace(summary, agents=tuple(one for one in summary.subjects if one.modality == modality)),
+            f"{cause(summary.axis)} with {spoken(modality)}",
+        )
+        for modality in tested
+    ]
+
+
+def _of_axis(summary: StudySummary, about: str) -> Question:
     tested = [agent.contrast.difference.p_value for agent in summary.subjects if agent.contrast]
-    return Question(about=cause(summary.axis), answer=flips_answer(summary), p_value=min(tested, default=None))
+    return Question(about=about, answer=flips_answer(summary), p_value=min(tested, default=None))
 
 
 def of_conditions(found: Sequence[Effects], *, other: bool) -> Question:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import chain
 from math import ceil
 
 from lockprobe.analysis.axis import FLIPS, Axis
@@ -185,16 +186,18 @@ def courses_said(summary: StudySummary, *, brief: bool = False) -> str:
 
 def _corrected_said(heeding: Sequence[AgentSummary]) -> str:
     """For how many agents the courses are corrected."""
-    sizes = {agent.reference: agent.inference.difference.agents for agent in heeding}
-    if max(sizes.values(), default=1) < 2:
+    sizes: dict[bool, set[int]] = {}
+    for agent in heeding:
+        sizes.setdefault(agent.reference, set()).add(agent.inference.difference.agents)
+    if max(chain(*sizes.values()), default=1) < 2:
         return ""
+    each = ", in each modality," * (len({agent.modality for agent in heeding}) > 1)
+    many = {kind: " or ".join(map(str, sorted(found))) for kind, found in sizes.items()}
     if len(sizes) == 1:
-        (size,) = sizes.values()
-        return f" Tests are corrected for the {size} agents that use reports (Bonferroni)."
-    agents, baselines = (
-        f"{n} {kind}{'s' * (n != 1)}" for n, kind in ((sizes[False], "agent"), (sizes[True], "baseline"))
-    )
-    return f" Tests are corrected for {agents} and, apart, for {baselines} (Bonferroni)."
+        return f" Tests are corrected{each} for the {next(iter(many.values()))} agents that use reports (Bonferroni)."
+    kinds = ((many[False], "agent"), (many[True], "baseline"))
+    agents, baselines = (f"{n} {kind}{'s' * (n != '1')}" for n, kind in kinds)
+    return f" Tests are corrected{each} for {agents} and, apart, for {baselines} (Bonferroni)."
 
 
 _COURSES: dict[CourseKind, str] = {

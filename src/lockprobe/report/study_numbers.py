@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
@@ -18,6 +18,7 @@ from lockprobe.analysis.rules import RuleBreaks, together
 from lockprobe.analysis.series import Series
 from lockprobe.analysis.summary import AgentSummary, StudySummary, check_trials, summarise
 from lockprobe.errors import BadFile, BadValue
+from lockprobe.interventions.condition import Condition
 from lockprobe.parallel import Each
 from lockprobe.prose.robot import not_judged
 from lockprobe.prose.section_answers import section_answers
@@ -124,13 +125,13 @@ class StudyNumbers:
         order = list(found)
         if self.others is not None:
             found |= {name: one for name, one in self.others.conditions.items() if name not in found}
-            order = [name for name in product(self.study.agents, self._labels) if name in found]
+            order = [name for name in product(self.study.agents, self.conditions) if name in found]
         return tuple(
             PlayedCell(
                 agent=agent,
                 modality=found[agent, label].modality,
                 condition=label,
-                doses=dict(self.study.labelled(label).doses),
+                doses=dict(self.conditions[label].doses),
                 summary=found[agent, label],
                 trials=tuple(own.get((agent, label), ())),
                 player=players.get((agent, label)),
@@ -138,9 +139,10 @@ class StudyNumbers:
             for agent, label in order
         )
 
-    @property
-    def _labels(self) -> list[str]:
-        return [one.label for one in self.study.conditions]
+    @cached_property
+    def conditions(self) -> Mapping[str, Condition]:
+        """The conditions of the study by name, in its order."""
+        return {one.label: one for one in self.study.conditions}
 
     @cached_property
     def series(self) -> tuple[tuple[int, Series, StudySummary], ...]:

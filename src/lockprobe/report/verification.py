@@ -130,7 +130,7 @@ def _settings(opened: OpenedStudy) -> Check:
     said = f"all {len(opened.trials)} trials are of seed {study.seed} and these settings, {study.settings_hash}"
     other = tuple(_other_doses(opened.study.conditions))
     if other:
-        said = f"{len(other)} interventions have another dose than study.json says"
+        said = f"{len(other)} interventions have other doses than study.json says"
     if foreign:
         first = f"; {opened.journal.first_foreign}" if opened.journal.first_foreign else ""
         said = f"{foreign} records are of another seed or of other settings{first}"
@@ -138,20 +138,21 @@ def _settings(opened: OpenedStudy) -> Check:
 
 
 def _other_doses(conditions: Sequence[Condition]) -> Iterator[str]:
-    """Interventions of Lockprobe's own whose dose in the settings is not the one that they have."""
+    """Interventions of Lockprobe's own whose doses in the settings are not those that they have."""
     for condition in conditions:
-        for spec, dose in zip(condition.specs, condition.dose_names, strict=True):
-            if not is_foreign("intervention", spec) and (own := _dose_of(spec, dose)) != dose:
-                yield f"{condition.label}: the dose of {spec} is {own or 'none'}, not {dose or 'none'}"
+        for spec, doses in zip(condition.specs, condition.dose_names, strict=True):
+            if not is_foreign("intervention", spec) and (own := _doses_of(spec, doses)) != doses:
+                found, said = (", ".join(names) or "none" for names in (own, doses))
+                yield f"{condition.label}: the doses of {spec} are {found}, not {said}"
 
 
-def _dose_of(spec: str, recorded: str) -> str:
-    """The dose of an intervention; the recorded one where it cannot be made here, as without the file of a prompt."""
+def _doses_of(spec: str, recorded: tuple[str, ...]) -> tuple[str, ...]:
+    """The doses of an intervention; the recorded ones where it cannot be made here, as without the file of a prompt."""
     try:
         (made,) = interventions_of(spec)
     except UserMistake:
         return recorded
-    return str(getattr(made, "dose", ""))
+    return tuple(getattr(made, "doses", ()))
 
 
 def _planned(opened: OpenedStudy) -> dict[str, Plan]:

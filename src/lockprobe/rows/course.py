@@ -146,8 +146,9 @@ class Course:
 
     def against_lowest(self, quantity: str, of: str = "") -> list[Estimate]:
         """A number that compares a dose with the lowest, for every dose above it."""
-        columns = {column: value for column, value in self._own.items() if column != "condition"}
-        return [row for row in self.found.where(quantity, **columns, of=of) if row.control]
+        own = {cell.condition for cell in self.cells}
+        rows = self.found.where(quantity, agent=self.agent, axis=self.axis, versus="", of=of)
+        return [row for row in rows if row.control and row.condition in own]
 
     def curve(self, quantity: str, of: str = "") -> Curve | None:
         """A curve over the doses; None if it has none."""

@@ -250,7 +250,7 @@ class Results(Part):
             for name, dose in axis.doses.items()
         }
         analysed = self.where("trials_at_dose", agent=player.agent, modality=player.modality, axis=axis.key)
-        doses = {dose for row in analysed for dose in row.doses.values()}
+        doses = {float(row.of) for row in analysed}
         known = {(one.agent, one.condition): one for one in self.cells}
         cells = tuple(
             replace(known[place], dose=dose)

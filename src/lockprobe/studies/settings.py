@@ -31,7 +31,7 @@ Count = Annotated[int, Field(ge=0, le=LARGEST_SEED)]
 class _Intervention(BaseModel):
     model_config = ConfigDict(strict=True, extra="forbid")
     spec: Text
-    dose: str = ""
+    doses: list[Text] = []
 
 
 class _Condition(BaseModel):
@@ -101,7 +101,7 @@ def _conditions(found: _Settings) -> tuple[Condition, ...]:
         _check(act)
     return tuple(
         Condition(
-            interventions=tuple(Recorded(spec=act.spec, dose=act.dose) for act in one.interventions),
+            interventions=tuple(Recorded(spec=act.spec, doses=tuple(act.doses)) for act in one.interventions),
             modality=one.modality,
             name=one.name,
         )
@@ -113,8 +113,9 @@ def _check(act: _Intervention) -> None:
     """Refuse several interventions in one spec, and a dose that is no number of it."""
     if len(split_specs(act.spec)) != 1:
         raise BadValue("intervention", act.spec, "one")
-    said = Spec.parse(act.spec, "intervention").options.get(act.dose, "") if act.dose else "0"
-    try:
-        float(said)
-    except ValueError:
-        raise BadValue(f"dose {act.dose} of {act.spec}", said, "a number among its options") from None
+    options = Spec.parse(act.spec, "intervention").options
+    for dose in act.doses:
+        try:
+            float(options.get(dose, ""))
+        except ValueError:
+            raise BadValue(f"dose {dose} of {act.spec}", options.get(dose, ""), "a number among its options") from None

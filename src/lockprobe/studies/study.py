@@ -368,8 +368,8 @@ def _flip_kind(flips: Sequence[Condition]) -> FlipKind:
 def _settings_of(condition: Condition) -> dict[str, object]:
     """A condition as JSON holds it: enough to read records by, whatever of it can be imported there."""
     acting = [
-        {"spec": spec, **({"dose": dose} if dose else {})}
-        for spec, dose in zip(condition.specs, condition.dose_names, strict=True)
+        {"spec": spec, **({"doses": list(doses)} if doses else {})}
+        for spec, doses in zip(condition.specs, condition.dose_names, strict=True)
     ]
     return {"name": condition.name, "interventions": acting, "modality": condition.modality}
 

@@ -31,6 +31,6 @@ def _arm(condition: Condition) -> SeriesArm:
     return SeriesArm(
         label=condition.label,
         specs=(*map(Spec.parse, condition.specs), *pictured),
-        doses=(*condition.dose_names, *doses),
+        doses=(*condition.dose_names, *((option,) for option in doses)),
         modality=shown,
     )

@@ -28,13 +28,13 @@ def check_intervention(one: Intervention, *, doses: Sequence[object] = (0, 1), m
     """Check that an intervention fulfils its contract.
 
     It is a frozen dataclass that acts at exactly one place. A spec can name it, and its settings survive JSON. It keeps
-    nothing between calls and draws equally often whatever its dose. At dose 0 every agent plays as in truth, byte for
-    byte. If it changes reports, it changes something that they show: the default report (``symbolic?tell=state``) shows
-    ``joint`` and ``positions`` of a percept, and no ``outcome``.
+    nothing between calls and draws equally often whatever its dose. At 0 of its first dose every agent plays as in
+    truth, byte for byte. If it changes reports, it changes something that they show: the default report
+    (``symbolic?tell=state``) shows ``joint`` and ``positions`` of a percept, and no ``outcome``.
 
     Args:
         one: The intervention, with the settings to test.
-        doses: Doses between which draws are compared; unused where it has no dose.
+        doses: Values of its first dose between which draws are compared; unused where it has no dose.
         modality: How reports are shown: ``symbolic`` shows ``outcome`` too.
 
     Raises:
@@ -47,8 +47,9 @@ def check_intervention(one: Intervention, *, doses: Sequence[object] = (0, 1), m
     assert interventions_of(spec_of(one)) == (one,), f"{name} is not made again by its spec {spec_of(one)!r}"
     settings = settings_of(one)
     assert json.loads(json.dumps(settings)) == settings, f"the settings of {name} do not survive JSON"
-    dose = getattr(kind, "dose", None)
-    same = [one] if dose is None else [one, *(replace(one, **{dose: value}) for value in doses)]  # type: ignore[type-var]
+    named = getattr(kind, "doses", ())
+    assert isinstance(named, tuple), f"doses of {name} is no tuple of names of its options: {named!r}"
+    same = [one, *(replace(one, **{named[0]: value}) for value in doses if named)]  # type: ignore[type-var]
     calls, states = _calls(place), set()
     for other in same:
         (first, state), (again, _) = (_answers(other, place, calls) for _ in range(2))
@@ -57,8 +58,8 @@ def check_intervention(one: Intervention, *, doses: Sequence[object] = (0, 1), m
     assert len(states) == 1, f"{name} does not draw equally often at every dose"
     if place == "told" and not getattr(kind, "after_words", False):
         _check_shown(one, calls, modality)
-    if dose is not None:
-        _check_nothing_happens(replace(one, **{dose: 0}))  # type: ignore[type-var]
+    if named:
+        _check_nothing_happens(replace(one, **{named[0]: 0}))  # type: ignore[type-var]
 
 
 def _check_shown(one: Intervention, calls: Sequence[tuple[object, ...]], modality: str) -> None:

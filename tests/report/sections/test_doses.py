@@ -79,6 +79,21 @@ def test_figures_of_a_dose_show_every_agent_and_stand_on_the_page(lab):
     assert section(lab).count("<figure") == 2
 
 
+def test_rows_at_a_dose_hold_all_doses_of_the_condition_and_its_modality(tmp_path):
+    sweep = ["flip?p=0,0.5,0.9 + tremble?p=0.5", "rgb?blur=0,2,4"]
+    of = {"agent": ["viewer"], "plant": "fast-twin", "p": [0], "sweep": sweep, "trials": 3, "repetitions": 2}
+    found = found_in(tmp_path, max_steps=4, **of)
+    known = {one.name: one for one in found.design.conditions}
+    for axis in found.design.axes:
+        (course,) = found.courses(axis)
+        rows = [*course.against_lowest("success_difference"), *course.against_lowest("success_in_pairs")]
+        assert {row.condition for row in rows} == {*list(axis.doses)[1:]}
+        for row in rows:
+            one = known[row.condition]
+            assert (row.doses, row.modality) == (one.doses, one.modality)
+        assert [row.doses for row in course.where("trials_at_dose")] == [known[name].doses for name in axis.doses]
+
+
 def test_two_kinds_of_flips_are_told_apart(tmp_path):
     sticky = [f"flip?p={p}&persistence=sticky" for p in (0.2, 0.4, 0.6)]
     found = found_in(tmp_path, agent=[READER], p=[0, 0.2, 0.4], condition=sticky, **SMALL)
@@ -87,7 +102,7 @@ def test_two_kinds_of_flips_are_told_apart(tmp_path):
     assert [cell.dose for cell in first.cells] == [0, 0.2, 0.4]
     assert [cell.condition for cell in second.cells] == ["truth", *sticky]
     for course in (first, second):
-        assert [row.doses["flip.p"] for row in course.where("trials_at_dose")] == [cell.dose for cell in course.cells]
+        assert [float(row.of) for row in course.where("trials_at_dose")] == [cell.dose for cell in course.cells]
     contrasts = [row.condition for row in found.against_control()]
     assert contrasts == ["flip?p=0.2", "flip?p=0.4", *sticky]
     assert not found.sections_left_out

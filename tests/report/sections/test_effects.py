@@ -21,8 +21,8 @@ GRID = {
     "repetitions": 2,
 }  # fmt: skip
 FAMILIES = {
-    "flip": ("flip rates against the lowest", 2),
-    "tremble": ("tremble ps against the lowest", 3),
+    "flip": ("success by flip rate", 2),
+    "tremble": ("success by tremble p", 3),
     "nudge": ("conditions against the control", 2),
 }
 """How conditions begin -> their family, and how many differences it has of each agent."""

@@ -108,7 +108,7 @@ def test_broken_trials_bound_every_difference(broken):
                 (row,) = [row for row in rows if row.doses["flip.p"] == one.p]
                 assert (row.value, row.p_value) == (bound.value, bound.p_value)
                 assert one.p_value >= bound.p_value
-        shares = {row.doses["flip.p"]: row.count for row in course.where("broken_share")}
+        shares = {float(row.of): row.count for row in course.where("broken_share")}
         assert shares == {p: share.count for p, share in agent.inference.broken.at}
     said = r"Broken trials counted as unsolved: \S+ points, P = \S+; counted as solved: \S+ points, P = "
     assert len(re.findall(said, re.sub("</?i>", "", section(found)))) == 2

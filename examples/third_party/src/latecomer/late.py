@@ -13,7 +13,7 @@ class Late:
         lag: Attempts by which a report is late, from 0.
     """
 
-    dose = "lag"
+    doses = ("lag",)
     lag: int = 1
 
     def __post_init__(self):

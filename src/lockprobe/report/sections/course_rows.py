@@ -5,7 +5,7 @@ Flip rates and every other dose have the same quantities, with another value in 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
 from typing import Any
@@ -19,6 +19,7 @@ from lockprobe.analysis.inference.verdict import TestResult
 from lockprobe.analysis.proportions import Proportion
 from lockprobe.analysis.reference import Reference
 from lockprobe.analysis.summary import AgentSummary
+from lockprobe.interventions.condition import Condition
 from lockprobe.prose.hypothesis_tests import note_said, unit_said, why_missing
 from lockprobe.prose.success import course_said
 from lockprobe.report.study_numbers import share_rows
@@ -60,10 +61,11 @@ def at(dose: float, *more: str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class AgentCourse:
-    """One agent over one axis, whose key its rows have in their column ``axis``."""
+    """One agent over one axis, whose key its rows have in their column ``axis``, and the conditions of its study."""
 
     agent: AgentSummary
     axis: str
+    conditions: Mapping[str, Condition]
 
     @property
     def columns(self) -> dict[str, Any]:
@@ -77,7 +79,7 @@ class AgentCourse:
 
     def estimate(self, quantity: str, value: float | None = None, **more: Any) -> Estimate:
         """A row over all doses."""
-        return Estimate(quantity=quantity, value=value, **self.columns, **more)
+        return Estimate(quantity=quantity, value=value, **self.columns | more)
 
     def curve(self, quantity: str, **more: Any) -> Curve:
         """A curve over all doses."""
@@ -85,15 +87,26 @@ class AgentCourse:
 
     def under(self, dose: float, *more: str) -> dict[str, Any]:
         """The columns of a row at one dose."""
-        return {"of": at(dose, *more), "doses": {f"{self.agent.axis.kind}.{self.agent.axis.dose}": dose}}
+        return {"of": at(dose, *more), "doses": self._doses(dose)}
+
+    def _doses(self, dose: float) -> dict[str, float]:
+        """All doses of the condition at a dose of the axis."""
+        if self.agent.axis.kind == AGENT:
+            return {f"{AGENT}.{self.agent.axis.dose}": dose}
+        return dict(self.conditions[self._names[dose]].doses)
+
+    @property
+    def _names(self) -> dict[float, str]:
+        """Dose -> the name of its condition."""
+        return {one.p: one.name for one in self.agent.conditions}
 
     def against_lowest(self, dose: float, *more: str) -> dict[str, Any]:
         """The columns of a row that compares a dose with the lowest; options of agents have no condition each."""
         if self.agent.axis.kind == AGENT:
             return self.under(dose, *more)
-        names = {one.p: one.name for one in self.agent.conditions}
-        pair = {"condition": names[dose], "control": names[min(names)], "of": ", ".join(more)}
-        return self.under(dose) | pair
+        name, control = self._names[dose], self._names[min(self._names)]
+        pair = {"condition": name, "control": control, "modality": self.conditions[name].modality}
+        return self.under(dose) | pair | {"of": ", ".join(more)}
 
     def fact(self, about: str, text: str) -> Iterator[Fact]:
         """What no number says; none if it is empty."""
@@ -106,15 +119,9 @@ class AgentCourse:
         return self.fact(quantity, alike or why_missing(code, self.agent.axis))
 
 
-def course_rows(agent: AgentSummary, axis: str, reference: Reference | None) -> Iterator[Row]:
-    """The rows of success of an agent over an axis.
-
-    Args:
-        agent: Its numbers.
-        axis: The key of the axis.
-        reference: What blind agents reach on the box.
-    """
-    course, found = AgentCourse(agent, axis), agent.inference
+def course_rows(course: AgentCourse, reference: Reference | None) -> Iterator[Row]:
+    """The rows of success of an agent over an axis; ``reference`` is what blind agents reach on the box."""
+    agent, found = course.agent, course.agent.inference
     yield from _doses(course, reference)
     yield from trend_rows(course, "success_fit", agent.success_fit)
     yield from _model(course)
@@ -209,7 +216,7 @@ def _differences(course: AgentCourse) -> Iterator[Row]:
     """Success at every dose minus that at the lowest, and the clearest of these differences once more."""
     tested, contrast = course.agent.inference.difference, course.agent.contrast
     corrected = {
-        "family": f"{course.dose}s against the lowest",
+        "family": f"success by {course.dose}",
         "corrected_for": max(1, len(tested.at)) * tested.agents,
     }
     for one in tested.at:
@@ -217,6 +224,7 @@ def _differences(course: AgentCourse) -> Iterator[Row]:
         yield from _details(course, one, corrected)
     if contrast is not None:
         of = corrected | course.under(contrast.other.p) | {"of": ""}
+        yield course.estimate("clearest_dose", contrast.other.p, unit=course.dose)
         yield _difference(course, "clearest_success_difference", contrast.difference, of)
         yield course.estimate("clearest_success_difference", of="Fisher", p_value=contrast.fisher, test="Fisher")
     if tested.permutations:
@@ -237,7 +245,7 @@ def _details(course: AgentCourse, one: DifferenceAt, corrected: dict[str, Any]) 
         return course.estimate("success_difference", unit="points", p_value=p_value, test=test, **columns)
 
     for where, share in (((), one.second), ((CONTROL,), one.first)):
-        yield from share_rows("success_in_pairs", share, **course.columns, **course.against_lowest(one.p, *where))
+        yield from share_rows("success_in_pairs", share, **course.columns | course.against_lowest(one.p, *where))
     yield test("permutation", one.exchange, "permutation within blocks", **corrected)
     if (pairs := one.pairs) is not None:
         yield test("McNemar", pairs.p_value, "McNemar", n=pairs.n)

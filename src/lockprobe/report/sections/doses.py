@@ -11,7 +11,7 @@ from lockprobe.prose.loops import loop_finding
 from lockprobe.prose.success import courses_said, finding
 from lockprobe.record import PLAIN_WORDS
 from lockprobe.report.section import Beside, Block, Caption, Figure, Folded, Part, Section, Text
-from lockprobe.report.sections.course_rows import course_rows
+from lockprobe.report.sections.course_rows import AgentCourse, course_rows
 from lockprobe.report.sections.hypothesis_tests import tables_of_tests
 from lockprobe.report.sections.loops_over_doses import loops_over_doses
 from lockprobe.report.study_numbers import StudyNumbers
@@ -24,8 +24,9 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     for i, (number, series, summary) in enumerate(numbers.series, 1):
         axis = axis_key(series.axis.name, series.axis.options, series.axis.rest, number)
         for agent in summary.agents:
-            yield from course_rows(agent, axis, summary.reference)
-            yield from loops_over_doses(agent, axis)
+            course = AgentCourse(agent, axis, numbers.conditions)
+            yield from course_rows(course, summary.reference)
+            yield from loops_over_doses(course)
         for agent in summary.subjects:
             about: dict[str, Any] = {"section": _name(i), "agent": agent.agent, "modality": agent.modality}
             yield Finding(**about, kind="finding", text=finding(agent), rests_on=("clearest_success_difference",))

@@ -39,8 +39,8 @@ def of_blocks(found: BlockMean) -> dict[str, Any]:
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     if (others := numbers.others) is None:
         return
-    doses = {one.label: dict(one.doses) for one in numbers.study.conditions}
-    shown = {one.label: one.modality for one in numbers.study.conditions}
+    doses = {name: dict(one.doses) for name, one in numbers.conditions.items()}
+    shown = {name: one.modality for name, one in numbers.conditions.items()}
     for one in others.effects:
         yield from _against_control(one, doses, shown)
         yield from _crossings(one, doses)

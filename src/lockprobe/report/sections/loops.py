@@ -16,6 +16,7 @@ from lockprobe.formatting import percent
 from lockprobe.prose.loops import LOOP_DEFINITION
 from lockprobe.report.format import TextTable
 from lockprobe.report.section import Beside, Block, Caption, Figure, Folded, Note, Part, Section, Table, Text
+from lockprobe.report.sections.course_rows import AgentCourse
 from lockprobe.report.sections.loops_over_doses import loops_over_doses
 from lockprobe.report.study_numbers import PlayedCell, StudyNumbers
 from lockprobe.report.table_rows import distinct, flips_first, share_of_row, under, varied
@@ -44,7 +45,7 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
             for name, share in share_flagged(cell.trials).items():
                 yield cell.estimate("flagged_by_detector", share, of=name, n=cell.summary.success.n)
     for agent in numbers.flips.agents:
-        yield from loops_over_doses(agent, FLIPS.name)
+        yield from loops_over_doses(AgentCourse(agent, FLIPS.name, numbers.conditions))
     yield from numbers.answer("loops")
 
 

@@ -10,7 +10,6 @@ from lockprobe.analysis.inference.association import Correlation
 from lockprobe.analysis.inference.hazard import LoopEffect
 from lockprobe.analysis.inference.logrank import LogRanks
 from lockprobe.analysis.proportions import Z
-from lockprobe.analysis.summary import AgentSummary
 from lockprobe.report.sections.course_rows import AgentCourse, at, log_rank_rows, trend_rows, two_lines_rows
 from lockprobe.rows import Curve, Estimate, Row
 
@@ -19,16 +18,11 @@ __all__ = ["loops_over_doses"]
 _ODDS = "odds_ratio_after_loop"
 
 
-def loops_over_doses(agent: AgentSummary, axis: str) -> Iterator[Row]:
-    """What concerns the loops of one agent over an axis; nothing if no trial has ended.
-
-    Args:
-        agent: Its numbers over the axis.
-        axis: The key of the axis.
-    """
+def loops_over_doses(course: AgentCourse) -> Iterator[Row]:
+    """What concerns the loops of one agent over an axis; nothing if no trial has ended."""
+    agent, found = course.agent, course.agent.inference
     if not any(condition.success.n for condition in agent.conditions):
         return
-    course, found = AgentCourse(agent, axis), agent.inference
     yield from trend_rows(course, "loop_fit", agent.loop_fit)
     yield from _correlation(course, agent.correlation)
     yield from log_rank_rows(course, "hazard_ratio_of_first_loop", "first_loops", found.onset)

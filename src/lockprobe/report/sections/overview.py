@@ -18,8 +18,8 @@ from lockprobe.interventions.catalogue import TRUTH
 from lockprobe.prose.doses import at_dose, cause
 from lockprobe.prose.idle import idle_doses_said, idle_said, unheeded_said
 from lockprobe.prose.overview import (
+    Varied,
     effects_needed,
-    flips_answer,
     flips_needed,
     interaction_said,
     modality_answer,
@@ -141,6 +141,7 @@ def _of_flips(summary: StudySummary, study: Study) -> _Screen:
     """The first screen of a study of flips or modalities."""
     box, several = study.box.name, len({one.p for one in summary.conditions}) > 1
     modal = bool(summary.modalities) and not several
+    varied: Varied = "modalities" if modal else "flips" if any(study.p) else "nothing"
     subjects = _played_subjects(summary)
     question, answer = f"How well do agents open {box}?", ""
     if modal:
@@ -151,8 +152,8 @@ def _of_flips(summary: StudySummary, study: Study) -> _Screen:
         question = f"Do false reports change how agents open {box}?"
     return _Screen(
         question=question,
-        trial=trial_said(study.max_steps, "modalities" if modal else "flips", study.flip_kind),
-        answer=answer or flips_answer(summary),
+        trial=trial_said(study.max_steps, varied, study.flip_kind),
+        answer=answer or several_answers(of_axis(summary)),
         changed_nothing=_joined(*map(idle_doses_said, subjects)),
         chance=not_above_chance(summary),
         interaction=_joined(smaller_budget_said(summary), interaction_said(summary)),
@@ -173,7 +174,7 @@ def _of_conditions(flips: StudySummary, found: ConditionStudySummary, study: Stu
     if found.whys:
         said = _of_why(found, study)
     else:
-        questions = [of_axis(one) for one in axes]
+        questions = [question for one in axes for question in of_axis(one)]
         if effects or not questions:
             other = bool(questions) or any(not one.intervention for one in named)
             questions.append(of_conditions(effects, other=other))

@@ -26,7 +26,7 @@ from lockprobe.report.section import (
     Table,
     Template,
 )
-from lockprobe.report.sections.course_rows import CONTROL, COURSE, at, course_rows
+from lockprobe.report.sections.course_rows import CONTROL, COURSE, AgentCourse, at, course_rows
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.report.table_rows import count_of, points_cell
 from lockprobe.rows import Cell, Course, Estimate, Finding, Results, Row
@@ -36,7 +36,7 @@ __all__ = ["SECTIONS"]
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     for agent in numbers.flips.agents:
-        yield from course_rows(agent, FLIPS.name, numbers.flips.reference)
+        yield from course_rows(AgentCourse(agent, FLIPS.name, numbers.conditions), numbers.flips.reference)
     yield from numbers.answer("success")
     if said := courses_said(numbers.flips):
         rests_on = ("success_difference", "success_two_lines")
@@ -209,13 +209,13 @@ def _contrast_rows(found: Results) -> Iterator[dict[str, object]]:
     for course in found.courses():
         if (row := course.get("clearest_success_difference")) is None:
             continue
-        dose = _dose(row)
+        dose = course.value("clearest_dose") or 0.0
         first, second = (_at_dose(course, "success_in_pairs", dose, of) for of in (CONTROL, ""))
         alone = [_at_dose(course, "solved_at_one_only", dose, of) for of in (CONTROL, "")]
         tests = _at_dose(course, "success_difference", dose, "McNemar"), course.get(row.quantity, "Fisher")
         yield {
             "label": course.label,
-            "compared": _compared(course, row),
+            "compared": _compared(course, row, dose),
             "cells": [
                 count_of(first),
                 count_of(second),
@@ -229,24 +229,20 @@ def _contrast_rows(found: Results) -> Iterator[dict[str, object]]:
         }
 
 
-def _dose(row: Estimate) -> float:
-    (dose,) = row.doses.values()
-    return dose
-
-
 def _at_dose(course: Course, quantity: str, dose: float, of: str) -> Estimate | None:
     """A number that compares a dose with the lowest."""
-    return next((row for row in course.against_lowest(quantity, of) if _dose(row) == dose), None)
+    names = {cell.condition for cell in course.cells if cell.dose == dose}
+    return next((row for row in course.against_lowest(quantity, of) if row.condition in names), None)
 
 
-def _compared(course: Course, row: Estimate) -> str:
+def _compared(course: Course, row: Estimate, dose: float) -> str:
     """The two flip rates, out of how many they were chosen, and of which trials."""
-    rates = [course.value("lowest_dose") or 0.0, _dose(row)]
+    rates = [course.value("lowest_dose") or 0.0, dose]
     said = " and ".join(f"{rate:g}" for rate in rates)
     others = [abs(one.value or 0.0) for one in course.against_lowest("success_difference")]
     if len(others) > 1:
         said += f", the {'farthest' if abs(row.value or 0.0) >= max(others) - 1e-9 else 'clearest'} of {len(others)}"
-    compared = [_at_dose(course, "success_in_pairs", _dose(row), of) for of in (CONTROL, "")]
+    compared = [_at_dose(course, "success_in_pairs", dose, of) for of in (CONTROL, "")]
     whole = [one.n if one else 0 for one in compared] == [course.value("trials_at_dose", at(rate)) for rate in rates]
     return said if whole else f"{said}, trials finished at both"
 
