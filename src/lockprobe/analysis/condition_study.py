@@ -14,6 +14,7 @@ from lockprobe.analysis.behaviour import heeded_at_most
 from lockprobe.analysis.condition import ConditionSummary, condition_summary
 from lockprobe.analysis.design import Comparison, Design
 from lockprobe.analysis.effects import Effect, Effects, effects
+from lockprobe.analysis.factors import factor_effects
 from lockprobe.analysis.idle import Idle, Unheeded, idle_interventions, unheeded
 from lockprobe.analysis.reference import Reference, reference_of
 from lockprobe.analysis.series import Series
@@ -44,6 +45,7 @@ class ConditionStudySummary:
         conditions: Every agent under every condition -> its numbers, under (agent, condition).
         effects: Every agent's other conditions against their control.
         on_axes: The same of the doses of every axis, as the axis has tested them.
+        on_factors: Conditions that differ in one option that is no number, against its first level.
         series: Conditions that differ in one dose alone, each with the numbers over that dose.
         whys: Of a study of controls: why false reports change each agent's success.
         reference: What blind agents and the shortest plan reach on the box.
@@ -56,6 +58,7 @@ class ConditionStudySummary:
     conditions: Mapping[tuple[str, str], ConditionSummary]
     effects: tuple[Effects, ...]
     on_axes: tuple[Effects, ...]
+    on_factors: tuple[Effects, ...]
     series: tuple[tuple[Series, StudySummary], ...]
     whys: tuple[Why, ...]
     reference: Reference
@@ -110,6 +113,7 @@ def summarise_conditions(
         conditions=conditions,
         effects=section("Every condition against the control", lambda: _effects(acting, design, _names(idle)), tuple),
         on_axes=tuple(_on_axes(flips, series, design)),
+        on_factors=section("Factors", lambda: _on_factors(acting, design), tuple),
         series=series,
         whys=section("Why false reports change success", lambda: _whys(acting, design), tuple),
         reference=reference,
@@ -221,6 +225,10 @@ def _on_axes(flips: StudySummary, series: Sequence[tuple[Series, StudySummary]],
     """The doses of every axis whose lowest level is the control, against it."""
     for summary in (flips, *(summary for one, summary in series if one in design.other_axes)):
         yield from (one for agent in summary.agents if (one := _axis_effects(agent)))
+
+
+def _on_factors(cells: _Cells, design: Design) -> tuple[Effects, ...]:
+    return tuple(one for factor in design.factors for one in factor_effects(cells, factor, design.agents))
 
 
 def _axis_effects(found: AgentSummary) -> Effects | None:

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 
 from lockprobe.analysis.axis import FLIPS
 from lockprobe.analysis.dose_grid import Grid, grids
+from lockprobe.analysis.factors import Factor, factors_of
 from lockprobe.analysis.series import Crossing, Series, SeriesArm, control_of, crossings, series_of, series_of_agents
 
 __all__ = ["Comparison", "Design"]
@@ -113,6 +114,11 @@ class Design:
     def other_axes(self) -> tuple[Series, ...]:
         """The doses of other interventions that are families of their own, in every modality."""
         return tuple(axis for modality in self.modalities for axis in self.comparison(modality).axes)
+
+    @property
+    def factors(self) -> tuple[Factor, ...]:
+        """Options that are no numbers, in which conditions differ alone."""
+        return factors_of(self.arms, self.controls)
 
     @property
     def series(self) -> tuple[Series, ...]:

@@ -19,8 +19,8 @@ from lockprobe.rows import Results, Row
 __all__ = ["all_sections", "own_sections", "section_of_package"]
 
 _OWN = (
-    "overview", "findings", "study_design", "people", "leaderboard", "agents_compared", "success", "effects", "doses",
-    "speed", "seen", "optimal_actions", "loops", "one_false_report", "hypothesis_tests", "misinterpretations",
+    "overview", "findings", "study_design", "people", "leaderboard", "agents_compared", "success", "effects", "factors",
+    "doses", "speed", "seen", "optimal_actions", "loops", "one_false_report", "hypothesis_tests", "misinterpretations",
     "conditions", "trials", "broken", "agents", "limits", "claims", "audit", "why", "forks",
 )  # fmt: skip
 """Modules of this package, each with its ``SECTIONS``."""

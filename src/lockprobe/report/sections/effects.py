@@ -15,6 +15,7 @@ from lockprobe.analysis.design import Design
 from lockprobe.analysis.dose_grid import Grid, GridSummary
 from lockprobe.analysis.effects import Effects
 from lockprobe.formatting import NONE, p_cell, percent
+from lockprobe.interventions.condition import Condition
 from lockprobe.report.format import DETECTED, TextTable
 from lockprobe.report.section import Block, Caption, Figure, Folded, Note, Part, Section, Table
 from lockprobe.report.sections.course_rows import CONTROL, PERMUTED
@@ -22,7 +23,7 @@ from lockprobe.report.study_numbers import StudyNumbers, share_rows
 from lockprobe.report.table_rows import count_of, points_cell
 from lockprobe.rows import Estimate, Fact, Finding, Results, Row, axis_key
 
-__all__ = ["SECTIONS", "of_blocks"]
+__all__ = ["SECTIONS", "compared_rows", "compared_table", "of_blocks"]
 
 _CONDITIONS, _INTERACTIONS = "conditions against the control", "interactions"
 """The families of comparisons beside those of axes."""
@@ -40,9 +41,8 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     if (others := numbers.others) is None:
         return
     doses = {name: dict(one.doses) for name, one in numbers.conditions.items()}
-    shown = {name: one.modality for name, one in numbers.conditions.items()}
     for one in others.effects:
-        yield from _against_control(one, doses, shown)
+        yield from compared_rows(one, numbers.conditions, family=_CONDITIONS)
         yield from _crossings(one, doses)
     yield from _grids(others, doses)
     yield from _answers(others)
@@ -52,11 +52,12 @@ _Doses = Mapping[str, dict[str, float]]
 """Condition -> its doses."""
 
 
-def _against_control(found: Effects, doses: _Doses, shown: Mapping[str, str]) -> Iterator[Estimate]:
+def compared_rows(found: Effects, conditions: Mapping[str, Condition], *, family: str) -> Iterator[Estimate]:
+    """Success under conditions minus success under another one, and both shares."""
     for one in found.effects:
-        gap = one.difference
-        pair: dict[str, Any] = {"agent": found.agent, "modality": shown[one.condition]}
-        pair |= {"condition": one.condition, "control": found.control, "doses": doses[one.condition]}
+        gap, condition = one.difference, conditions[one.condition]
+        pair: dict[str, Any] = {"agent": found.agent, "modality": condition.modality, "axis": found.axis}
+        pair |= {"condition": one.condition, "control": found.control, "doses": dict(condition.doses)}
         yield Estimate(
             quantity="success_difference",
             **pair,
@@ -66,7 +67,7 @@ def _against_control(found: Effects, doses: _Doses, shown: Mapping[str, str]) ->
             low=gap.low,
             high=gap.high,
             p_value=gap.p_value,
-            family=_CONDITIONS,
+            family=family,
             corrected_for=len(found.effects) * found.agents,
             test=PERMUTED,
         )
@@ -146,12 +147,14 @@ def _answers(others: ConditionStudySummary) -> Iterator[Finding]:
 
 
 def _effect_table(found: Results) -> TextTable:
-    if not found.beside_flips:
-        return []
-    head = ["agent", "condition", "control", "solved, control", "solved", "difference, points", "P", "conclusion"]
-    table = [head]
-    for row in found.against_control():
-        pair = {name: getattr(row, name) for name in ("agent", "modality", "condition", "control")}
+    return compared_table(found, found.against_control()) if found.beside_flips else []
+
+
+def compared_table(found: Results, rows: Sequence[Estimate]) -> TextTable:
+    """Conditions that are compared with others, one row each."""
+    table = [["agent", "condition", "control", "solved, control", "solved", "difference, points", "P", "conclusion"]]
+    for row in rows:
+        pair = {name: getattr(row, name) for name in ("agent", "modality", "condition", "control", "axis")}
         counts = [count_of(found.get("success_in_pairs", **pair, of=of)) for of in (CONTROL, "")]
         table.append([row.agent, row.condition, row.control, *counts, *_tested(row)])
     return table
