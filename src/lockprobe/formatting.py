@@ -23,6 +23,9 @@ __all__ = [
 NONE = "\N{EN DASH}"
 """A cell without a value."""
 
+_LEVEL = 0.05
+"""Below it a difference is detected."""
+
 
 def percent(value: float | None, digits: int = 0) -> str:
     """A share in per cent, or a dash where there is none.
@@ -48,12 +51,24 @@ def p_value(value: float | None, letter: str = "P") -> str:
     >>> p_value(0.0004), p_value(0.84), p_value(None)
     ('P < 0.001', 'P = 0.84', 'not tested')
     """
-    return "not tested" if value is None else f"{letter} < 0.001" if value < 0.001 else f"{letter} = {value:.2g}"
+    if value is None:
+        return "not tested"
+    return f"{letter} < 0.001" if value < 0.001 else f"{letter} = {_on_its_side(value)}"
+
+
+def _on_its_side(value: float) -> str:
+    """A P value in two digits, or in more where two would move it to 0.05 from below.
+
+    >>> _on_its_side(0.0494), _on_its_side(0.0496), _on_its_side(0.0504)
+    ('0.049', '0.0496', '0.05')
+    """
+    digits = next(n for n in range(2, 18) if value >= _LEVEL or float(f"{value:.{n}g}") < _LEVEL)
+    return f"{value:.{digits}g}"
 
 
 def p_cell(value: float | None) -> str:
     """A P value in a cell, or a dash where there is none."""
-    return NONE if value is None or math.isnan(value) else f"{value:.2g}"
+    return NONE if value is None or math.isnan(value) else _on_its_side(value)
 
 
 def minus(text: str, *, zeros: bool = False) -> str:

@@ -5,6 +5,11 @@ import pytest
 from lockprobe.prose.several_answers import Question, several_answers
 
 
+def asking(i, *p_values):
+    tested = tuple((f"on agent {n}", p_value) for n, p_value in enumerate(p_values))
+    return Question(about=f"cause {i}", answer=f"Answer {i}.", tested=tested)
+
+
 @pytest.mark.parametrize(
     ("p_values", "lost"),
     [
@@ -20,7 +25,7 @@ from lockprobe.prose.several_answers import Question, several_answers
     ],
 )
 def test_a_change_is_said_if_it_is_detected_after_all(p_values, lost):
-    asked = [Question(about=f"cause {i}", answer=f"Answer {i}.", p_value=value) for i, value in enumerate(p_values)]
+    asked = [asking(i, *([] if value is None else [value])) for i, value in enumerate(p_values)]
     every = "both" if len(asked) == 2 else f"all {len(asked)}"
     expected = [
         f"An effect of cause {i} was detected in its own section (P = {value:.2g}), but not after correction for {every} "
@@ -30,3 +35,18 @@ def test_a_change_is_said_if_it_is_detected_after_all(p_values, lost):
         for i, value in enumerate(p_values)
     ]
     assert several_answers(asked) == " ".join(expected)
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "lost"),
+    [
+        ([0.001, 0.03, 0.04], [0.8], "on agent 1, on agent 2"),  # each twice
+        ([0.001, 0.03], [0.0001], ""),  # the other question is clearer, so this one counts once
+        ([0.001, 0.02], [0.8], ""),
+        ([0.001, 0.06], [0.8], ""),  # it was not detected before
+    ],
+)
+def test_further_agents_of_a_question_are_corrected_alike(first, second, lost):
+    said = several_answers([asking(0, *first), asking(1, *second)])
+    of_these = f" Of these, the effect {lost} was not detected after correction for both questions of this page."
+    assert said == f"Answer 0.{of_these if lost else ''} Answer 1."

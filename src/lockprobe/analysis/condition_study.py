@@ -290,7 +290,8 @@ def dose_series(
         ]
         found.append((series, members, partial(_by_condition, series)))
     for series, members, place in found:
-        make = partial(summarise, members, box, each=each, axis=series.axis, place=place)
+        several = Counter(one.axis for one in design.series)[series.axis] > 1
+        make = partial(summarise, members, box, each=each, axis=series.axis, place=place, one_of_several=several)
         summary = section(f"Doses of {series.axis.name}", make if members else _nothing, _nothing)
         if summary is not None:
             yield series, summary

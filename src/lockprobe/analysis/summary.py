@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import combinations
@@ -155,6 +155,7 @@ def summarise(
     each: Each = map,
     axis: Axis = FLIPS,
     place: Callable[[Trial], Place] = on_flip_axis,
+    one_of_several: bool = False,
 ) -> StudySummary:
     """Compute all results over one axis. The order of an agent's trials does not matter.
 
@@ -164,6 +165,7 @@ def summarise(
         each: A map function over agents, sequential or parallel.
         axis: The dose in which conditions differ.
         place: The place of a trial on the axis.
+        one_of_several: Whether the study has the axis in several modalities, so that agents are named with theirs.
 
     Raises:
         BadValue: If the trials are of several boxes, or a flip rate is no probability.
@@ -177,7 +179,8 @@ def summarise(
         lambda: None,
     )
     shown = Counter(members.agent for members in by_agent)
-    jobs = _jobs(by_agent, reference, box, axis, shown, place)
+    several = {agent for agent, count in shown.items() if one_of_several or count > 1}
+    jobs = _jobs(by_agent, reference, box, axis, several, place)
     compared, *found = each(call, jobs)
     made = [(members, agent) for members, agent in zip(by_agent, found, strict=True) if agent is not None]
     agents = tuple[AgentSummary, ...](agent for _, agent in made)
@@ -206,7 +209,7 @@ def _jobs(
     reference: Reference | None,
     box: Lockbox | None,
     axis: Axis,
-    shown: Mapping[str, int],
+    several: Collection[str],
     place: Callable[[Trial], Place],
 ) -> list[Callable[[], Any]]:
     """The work of a summary: all comparisons first, then each agent."""
@@ -228,7 +231,7 @@ def _jobs(
                     box,
                     axis,
                     place,
-                    several=shown[members.agent] > 1,
+                    several=members.agent in several,
                     heeded=share,
                     agents=n,
                 ),
