@@ -3,15 +3,27 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from lockprobe.rows.design import Player
 from lockprobe.rows.row import Curve, Estimate
 
-if TYPE_CHECKING:
-    from lockprobe.rows.results import Results
-
 __all__ = ["Cell", "Course"]
+
+
+class _Rows(Protocol):
+    """The rows that views select from: :class:`lockprobe.rows.results.Results`."""
+
+    @property
+    def not_judged(self) -> str: ...
+
+    def where(self, quantity: str = "", **columns: str) -> list[Estimate]: ...
+
+    def get(self, quantity: str, **columns: str) -> Estimate | None: ...
+
+    def curve(self, quantity: str, **columns: str) -> Curve | None: ...
+
+    def fact(self, about: str, name: str) -> str: ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -29,7 +41,7 @@ class Cell:
         same_at_every_p: Whether the agent plays the same trials at every flip rate.
     """
 
-    found: Results
+    found: _Rows
     agent: str
     modality: str
     condition: str
@@ -86,7 +98,7 @@ class Course:
         cells: Its cells by dose, ascending.
     """
 
-    found: Results
+    found: _Rows
     player: Player
     axis: str
     name: str

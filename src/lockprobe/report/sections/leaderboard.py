@@ -186,7 +186,7 @@ def leaderboard_blocks(found: Results, *, ranked: bool) -> Iterator[Block]:
                 "failed calls."
             ),
             "Costs are empty if no price is known, and exclude replies without a token count.",
-            Markup(" ").join(said for one in _ranked(found) for said in _prices(one)),
+            Markup(" ").join(said for one in _ranked(found) for said in _prices(found, one)),
         )
     elsewhere = Markup("; tokens and costs are in <code>tables/leaderboard-by-p.csv</code>") if costly else ""
     by_p = Note(
@@ -196,10 +196,10 @@ def leaderboard_blocks(found: Results, *, ranked: bool) -> Iterator[Block]:
     yield Folded("Results by flip rate", [Cells([row[:8] for row in _table_by_p(found)]), by_p])
 
 
-def _prices(one: Course) -> Iterator[Markup]:
+def _prices(found: Results, one: Course) -> Iterator[Markup]:
     """What a provider asks of an agent's calls, and how many of them are not counted."""
     label = printable(one.label)
-    if price := price_of(one.found, one.agent):
+    if price := price_of(found, one.agent):
         yield Markup(
             "<code>{}</code>: US$ {:g} per million input tokens, {:g} cached, {:g} output, as of {} ({})."
         ).format(label, price.input, price.cached, price.output, price.date, printable(_shortened(price.source)))
