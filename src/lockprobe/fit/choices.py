@@ -137,7 +137,7 @@ def hear(trial: Trial, boxes: Mapping[str, Lockbox] | None = None) -> Heard:
         chosen=tuple(at[step.chosen or step.joint] for step in trial.steps),
         told=tuple(
             None
-            if step.told_moved is None
+            if step.told_moved is None or i < lag
             else Told(
                 joint=at[trial.steps[i - lag].joint],
                 moved=step.told_moved,
