@@ -185,7 +185,7 @@ def _stem():
 
 IMPORTED = (
     "agents.catalogue", "audit.rates", "cli.agents", "cli.audit", "cli.box", "cli.chance", "cli.display",
-    "cli.export", "cli.fit", "cli.import_", "cli.doctor", "cli.play", "cli.replay", "cli.report", "cli.run",
+    "cli.export", "cli.fit", "cli.import_", "cli.doctor", "cli.play", "cli.power", "cli.replay", "cli.report", "cli.run",
     "cli.serve", "cli.status", "figures", "fit", "report.report_files", "studies.runner", "web.serving",
 )  # fmt: skip
 

@@ -6,6 +6,8 @@ from dataclasses import replace
 import pytest
 from builders import play_study, small_study, write_study
 
+from lockprobe.interventions.condition import read_condition
+
 STUDY = small_study(agents=("cognitive:careful", "random"), p=(0.0, 0.3), repetitions=1)
 
 
@@ -32,6 +34,17 @@ def test_in_words(lockprobe, labs, tmp_path, monkeypatch):
     ]
     assert sum(line.startswith("cognitive:perseverant in b") for line in lines) == 2  # under two conditions
     assert "4 more differences, with baselines or within one study, are on the page." in lines
+
+
+def test_conditions_that_only_one_study_has_are_named(lockprobe, labs, tmp_path):
+    conditions = tuple(map(read_condition, ("truth", "nudge", "tremble?p=0.2")))
+    other = write_study(tmp_path / "other", replace(STUDY, conditions=conditions))
+    lines = lockprobe("compare", labs[0], other, "--out", tmp_path)[1].splitlines()
+    assert "Only in a: flip?p=0.3." in lines
+    assert "Only in other: nudge; tremble?p=0.2." in lines
+    assert not any(
+        line.startswith("Only in") for line in lockprobe("compare", *labs, "--out", tmp_path)[1].splitlines()
+    )
 
 
 def test_what_is_unfinished_or_differs_is_said_before_the_numbers(lockprobe, labs, tmp_path):

@@ -34,13 +34,14 @@ def test_the_sentence_comes_first_then_the_table_within_100_columns(study):
 
 def test_json_holds_every_number(study, tmp_path):
     path = tmp_path / "fit.json"
-    done = typed("fit", study, *QUICK, "--p", "0,0.4", "--by-p", "--json", "--out", path)
+    done = typed("fit", study, *QUICK, "--by-condition", "--json", "--out", path)
     assert (done.returncode, done.stdout) == (0, "")
     found = json.loads(path.read_text("utf-8"))
     assert (found["schema"], found["folds"]) == (1, 4)
-    assert [(one["agent"], one["p"]) for one in found["agents"]] == [
-        (agent, [p]) for agent in ("human-inspired", "random") for p in (0.0, 0.4)
+    assert [(one["agent"], one["conditions"]) for one in found["agents"]] == [
+        (agent, [label]) for agent in ("human-inspired", "random") for label in ("truth", "flip?p=0.4")
     ]
+    assert found["unpredicted"] == {}
     for one in found["agents"]:
         rivals = {rival["model"]: rival for rival in one["rivals"]}
         assert set(rivals) == {"random", "no-repeat", "human-inspired", "softmax-memory"}
@@ -67,8 +68,7 @@ def test_no_parameters_are_given_of_a_model_that_is_not_shown_to_predict(tmp_pat
     [
         (("--agent", "gpt"), "no agent in these trials is called 'gpt'; there are: human-inspired, random"),
         (("--models", "markov,random"), "no model is called 'markov'; there are: random, favourite-places"),
-        (("--p", "x"), "numbers from 0 to 1"),
-        (("--p", "0.3"), "p: got 0.3, expected one of 0, 0.4"),
+        (("--condition", "nudge"), "no condition of these trials is called 'nudge'; there are: truth, flip?p=0.4"),
         (("--folds", "1"), "folds: got 1"),
         (("--out", "DIR/trials.jsonl"), "belongs to the study"),
         (("--models", "random", "--agent", "random", "--out", "DIR/no/fit.txt"), "cannot be written"),
@@ -85,10 +85,20 @@ def test_a_directory_without_trials_is_named(tmp_path, lockprobe):
     assert "is it the directory of a study?" in lockprobe("fit", tmp_path)[2]
 
 
-def test_trials_under_other_conditions_are_counted_as_left_out(tmp_path):
-    planned = make_study(
-        "flips", agent="random", p=[0], condition=["nudge"], trials=3, repetitions=1, strategy_trials=3
-    )
-    done = typed("fit", write_study(tmp_path / "study", planned), "--models", "no-repeat", "--folds", 2)
+def test_every_condition_is_fitted_and_one_without_a_prediction_is_named(tmp_path):
+    """A study without a single flip: chosen and attempted joints differ, and reports are missing or forgotten."""
+    acting = ["nudge", "tremble?p=0.3", "drop?p=0.3", "history?last=2"]
+    asked = {"agent": "random", "p": [0], "condition": acting, "trials": 3, "repetitions": 1, "strategy_trials": 3}
+    directory = write_study(tmp_path / "study", make_study("flips", **asked))
+    done = typed("fit", directory, "--models", "no-repeat", "--folds", 2)
     assert done.returncode == 0
-    assert "3 of 6 trials are left out: they are under conditions other than flip rates" in done.stderr
+    assert "12 trials" in done.stdout
+    assert "Under truth; nudge; tremble?p=0.3; drop?p=0.3\n" in done.stdout
+    assert done.stderr == (
+        "history?last=2 is left out: history takes reports from the agent, and the record does not hold which it still "
+        "has.\n"
+    )
+    alone = typed("fit", directory, "--models", "no-repeat", "--folds", 2, "--condition", "tremble?p=0.3")
+    assert "3 trials" in alone.stdout
+    assert "Under tremble?p=0.3\n" in alone.stdout
+    assert alone.stderr == ""

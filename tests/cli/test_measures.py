@@ -8,6 +8,7 @@ from builders import small_study, write_study
 
 from lockprobe.analysis.measures import MEASURES, measured
 from lockprobe.studies.journal import load
+from lockprobe.studies.studyfile import study
 
 
 @pytest.fixture
@@ -33,11 +34,37 @@ def test_the_means_of_a_study_are_those_of_its_conditions(lockprobe, directory):
     assert len(rows) == 4 * len(MEASURES)
     trials = [trial for trial in load(directory) if trial.agent == "random" and trial.p == 0.6]
     (expected,) = measured(trials, ["redundant"])
-    (row,) = (row for row in rows if (row["condition"], row["name"]) == ("flips/random/flip?p=0.6", "redundant"))
+    (row,) = (
+        row for row in rows if (row["agent"], row["condition"], row["name"]) == ("random", "flip?p=0.6", "redundant")
+    )
     assert (row["value"], row["low"], row["high"], row["n"]) == (expected.value, expected.low, expected.high, 6)
     status, out, err = lockprobe("measures", directory, "--measure", "solved")
     assert (status, err, len(out.splitlines())) == (0, "", 5)
-    assert "flips/human-inspired/truth" in out
+    assert [line.split()[:3] for line in out.splitlines()[1:3]] == [
+        ["random", "truth", "solved"],
+        ["random", "flip?p=0.6", "solved"],
+    ]
+
+
+def test_every_condition_has_every_measure_those_of_packages_too(lockprobe, tmp_path, monkeypatch):
+    """A study without flips. What breaks, though nobody asked for it, is left out and named."""
+    points = {"measures": {"untold": "untold", "odd": "breaks"}}
+    strangers.install(tmp_path, monkeypatch, points=points)
+    asked = {"agent": ["random", "round-robin"], "p": [0], "condition": ["nudge", "drop?p=0.5"], "trials": 3}
+    planned = study("flips", **asked, sweep="tremble?p=0,0.2,0.4", repetitions=1)
+    directory = write_study(tmp_path / "none flipped", planned)
+    status, out, err = lockprobe("measures", directory, "--json")
+    rows = [json.loads(line) for line in out.splitlines()]
+    assert status == 0
+    cells = dict.fromkeys((row["agent"], row["condition"]) for row in rows)
+    assert list(cells) == [(agent, one.label) for agent in planned.agents for one in planned.conditions]
+    assert [row["name"] for row in rows] == [*MEASURES, "untold"] * len(cells)
+    trembling = next(row for row in rows if row["condition"] == "tremble?p=0.4")
+    assert trembling["doses"] == {"tremble.p": 0.4}
+    silent = [row["value"] for row in rows if (row["name"], row["condition"]) == ("untold", "drop?p=0.5")]
+    assert all(0 < value < 1 for value in silent)
+    assert err.startswith("odd is left out: measure 'odd'")
+    assert err.count("\n") == 1
 
 
 def test_a_measure_of_one_s_own_is_named_on_the_command_line(lockprobe, directory, tmp_path, monkeypatch):

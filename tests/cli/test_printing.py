@@ -8,9 +8,10 @@ import pytest
 from lockprobe.analysis.detectors.comparison import Row
 from lockprobe.audit.power import Needed
 from lockprobe.audit.rates import Rate
-from lockprobe.cli import audit, detectors, fit
+from lockprobe.cli import audit, detectors, fit, power
 from lockprobe.cli.printing import new_table, print_table
 from lockprobe.fit import AgentFit, Predicted, RivalFit
+from lockprobe.montecarlo.condition_power import ConditionPower
 
 TESTS = ("greatest difference from the lowest p, permutation", "order 2 by AIC and cross-validation, maximum inside")
 
@@ -49,7 +50,7 @@ def test_power(shown):
     )
     found = [Needed(world="as stated", question="success", test=test, recommended=True, measured=measured, trials=27,
                     low=23, high=None, below=False) for test in TESTS]  # fmt: skip
-    text, width = shown(audit._print_power, found, 0.8)
+    text, width = shown(power._print_power, found, 0.8)
     table = text[text.index("n=15") : text.index("* recommended")]
     for number in ("0.73±0.01", "0.81±0.01", "0.90±0.01", "0.95±0.01", "1.00±0.00", "27", "[23,", "240]"):
         assert table.count(number) == len(TESTS)
@@ -59,6 +60,22 @@ def test_power(shown):
     else:
         assert f"{TESTS[1]} *" in text
         assert "27 [23, more than 240]" in text
+
+
+def test_the_power_of_conditions(shown):
+    measured = tuple(rate(trials, 731) for trials in (15, 30, 60, 120, 240))
+    needed = Needed(world="as stated", question="success", test="tremble?p=0.1", recommended=True, measured=measured,
+                    trials=27, low=23, high=None, below=False)  # fmt: skip
+    one = ConditionPower(agent="as stated", family="", condition="flip?p=0.4 + tremble?p=0.1", control="truth", success=0.5,
+                         control_success=0.23, choices=6, needed=needed)  # fmt: skip
+    text, width = shown(power._print_conditions, [one], 0.8, 0.0)
+    table = text[text.index("condition") : text.index("Below each")]
+    assert table.count("0.73±0.01") == 5
+    for words in ("50 %", "23 %,", "one of", "tremble?p=0.1", "27", "[23,"):
+        assert words in table
+    assert "…" not in text
+    if width:
+        assert max(map(len, table.splitlines())) <= width
 
 
 def test_an_audit(shown):
@@ -76,7 +93,7 @@ def test_a_fit(shown):
     rival = RivalFit(model="human-inspired", version="human-inspired:target-first", versions=6, spec=None, parameters=(), charged=0.0,
                      log_likelihood=-1234.5, aicc=2469.1, bic=2469.9, behind=134.6,
                      held_out=Predicted(log_likelihood=-0.7, gain=0.52, low=0.41, high=0.63, probability=0.71, hits=0.66))  # fmt: skip
-    one = AgentFit(agent="random", p=(0.0,), trials=1, choices=1, left_out=0, passed_over=0, repeats=1.0, clusters=1, chance_bits=2.0, lead_by_reports=None, own=None,
+    one = AgentFit(agent="random", conditions=("truth",), trials=1, choices=1, left_out=0, passed_over=0, repeats=1.0, clusters=1, chance_bits=2.0, lead_by_reports=None, own=None,
                    described=None, rivals=(rival,))  # fmt: skip
     text, width = shown(print_table, fit._table(one))
     assert "…" not in text

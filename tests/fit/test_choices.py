@@ -13,6 +13,8 @@ from lockprobe.agents.strategies import RoundRobin
 from lockprobe.fit.candidate_models import RIVALS, mapped
 from lockprobe.fit.choices import choices_of, cluster_of, hear, rule
 from lockprobe.fit.likelihood import Lapse
+from lockprobe.fit.unpredicted import why_unpredicted
+from lockprobe.interventions.catalogue import shipped
 from lockprobe.lockbox.families import box
 
 KINDS = [("chain-4", "transient"), ("chain-4", "sticky"), ("chain-4", "outcome-only"), ("random-6-17", "transient")]
@@ -27,8 +29,19 @@ class Open(HumanInspired):
     exact = True
 
 
+CONDITIONS = (
+    "burst?p=0.4", "correction?p=0.4", "delay?lag=1", "delay?lag=3 + flip?p=0.3", "distract?p=0.4", "drop?p=0.4", "drop?p=0.4 + symbolic",
+    "flip?p=0.4 + tremble?p=0.3", "force?at=3", "nudge", "remark", "reword?p=0.4", "tremble?p=0.4 + symbolic", "tremble?p=0.4 + drop?p=0.3", "warn", "yoked?p=0.4",
+)  # fmt: skip
+"""Every intervention at the places told, asked and done that a strategy can be played under."""
+
+
 def played(agent, name="chain-4", flip="transient", n=12):
     return [run_trial(agent=agent, box=name, flip=flip, p=0.3, trial=i, seed=3) for i in range(1, n + 1)]
+
+
+def played_under(condition, agent, n=8):
+    return [run_trial(agent=agent, condition=condition, trial=i, seed=3) for i in range(1, n + 1)]
 
 
 def known(trials, boxes=None):
@@ -71,6 +84,32 @@ def test_so_does_every_human_inspired_strategy(name, flip, preset):
     assert model.probabilities(np.array([0.2])) == pytest.approx(recorded(trials), abs=1e-12)
 
 
+@pytest.mark.parametrize("condition", CONDITIONS)
+def test_under_every_condition_a_choice_has_the_probability_that_it_was_drawn_with(condition):
+    """An attempt other than the chosen one, a report of an earlier attempt, no report: models know what policies do."""
+    trials = played_under(condition, SoftmaxMemory(**PARAMETERS))
+    choices, heard = known(trials)
+    model = RIVALS["softmax-memory"].versions(choices, heard)["softmax-memory"]
+    values = np.array([PARAMETERS[parameter] for parameter in model.bounds])
+    assert model.probabilities(values) == pytest.approx(recorded(trials), abs=1e-12)
+    for window, avoid in ((0, "failed"), (1, "last"), (3, "none")):
+        trials = played_under(condition, RandomMap(window=window, avoid=avoid, lapse=0.3), n=4)
+        choices, _ = known(trials)
+        lapsing = Lapse(follows=mapped(choices, window, avoid), chosen=choices.chosen, present=choices.present)
+        assert lapsing.probabilities(np.array([0.3])) == pytest.approx(recorded(trials), abs=1e-12)
+    trials = played_under(condition, Open(lapse=0.2), n=4)
+    choices, heard = known(trials)
+    preset = RIVALS["human-inspired"].versions(choices, heard)["human-inspired:target-first"]
+    assert preset.probabilities(np.array([0.2])) == pytest.approx(recorded(trials), abs=1e-12)
+
+
+def test_these_are_all_conditions_that_models_predict_and_strategies_can_read():
+    acting = {spec.split("?")[0] for condition in CONDITIONS for spec in condition.split(" + ")} - {"symbolic"}
+    assert acting | {"confidence", "hypothesis", "prompt"} == {
+        name for name in shipped() if not why_unpredicted([name])
+    }
+
+
 def test_a_rule_that_ignores_reports_is_followed_to_the_letter():
     trials = played("round-robin", n=3)
     choices, heard = known(trials)
@@ -102,7 +141,8 @@ def test_boxes_of_different_size_lie_side_by_side():
 def test_what_was_known_stands_at_the_choice_before_the_report():
     """Joints 3, 1, 1 of chain-4: the first moves, the second does not, and does not again."""
     choices, _ = known([make_trial([3, 1, 1, 2])])
-    assert choices.attempt.tolist() == [-1, 7, 2, 2]
+    assert choices.recent.tolist() == [[-1, -1, -1], [7, -1, -1], [2, 7, -1], [2, 2, 7]]
+    assert choices.done.tolist() == choices.chosen.tolist() == [3, 1, 1, 2]
     assert choices.closed[:, 3].tolist() == [True, False, False, False]
     assert choices.age.tolist() == [[-1] * 4, [-1] * 4, [-1, 0, -1, -1], [-1, 0, -1, -1]]
     assert choices.failed.tolist() == [0, 0, 2, 2]

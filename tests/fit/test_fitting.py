@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from builders import make_trial, played_by_people, small_study
 
+from lockprobe import run_trial
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.fit import RIVALS, fit_agents, fitting
 from lockprobe.fit.candidate_models import candidates_named
@@ -33,7 +34,7 @@ def test_every_agent_has_every_model_the_best_first():
         assert {rival.model for rival in one.rivals} == set(RIVALS)
         assert one.rivals[0].behind == 0
         assert [rival.behind for rival in one.rivals] == sorted(rival.bic - one.rivals[0].bic for rival in one.rivals)
-        assert (one.trials, one.clusters, one.p) == (8, 4, (0.0, 0.5))
+        assert (one.trials, one.clusters, one.conditions) == (8, 4, ("truth", "flip?p=0.5"))
         assert one.chance_bits == 2
         assert one.choices == sum(len(trial.steps) for trial in (HUMAN if one.agent == "human-inspired" else RANDOM))
     assert found[0].rivals[0].version == "human-inspired:target-first"
@@ -108,10 +109,25 @@ def test_a_single_trial_is_fitted_and_predicts_no_other(joints):
     assert "No gain over chance in predicting" in finding(one)
 
 
-def test_each_p_on_its_own_is_the_fit_of_its_trials():
-    apart = fitted(RANDOM, by_p=True, models=QUICK)
-    assert [one.p for one in apart] == [(0.0,), (0.5,)]
-    assert apart[1:] == fitted(RANDOM, p=[0.5], models=QUICK)
+def test_each_condition_on_its_own_is_the_fit_of_its_trials():
+    apart = fitted(RANDOM, by_condition=True, models=QUICK)
+    assert [one.conditions for one in apart] == [("truth",), ("flip?p=0.5",)]
+    assert apart[1:] == fitted(RANDOM, conditions=["flip?p=0.5"], models=QUICK)
+
+
+def test_conditions_that_no_model_predicts_are_in_no_fit_and_named():
+    trials = [
+        run_trial(agent="random", condition=condition, trial=i)
+        for condition in ("truth", "tremble?p=0.2", "forget?p=0.5")
+        for i in (1, 2, 3, 4)
+    ]
+    found = fit_agents(trials, folds=2, models=QUICK)
+    assert [one.conditions for one in found.agents] == [("truth", "tremble?p=0.2")]
+    assert list(found.unpredicted) == ["forget?p=0.5"]
+    assert "forget takes reports" in found.unpredicted["forget?p=0.5"]
+    assert found.agents == fit_agents(trials[:8], folds=2, models=QUICK).agents
+    with pytest.raises(BadValue, match=r"trials: got 'forget\?p=0.5: forget takes reports from the agent"):
+        fit_agents(trials, folds=2, conditions=["forget?p=0.5"])
 
 
 def test_boxes_of_any_size_and_reports_without_positions():
@@ -158,7 +174,11 @@ def test_what_is_being_fitted_is_told():
     [
         ({"agents": ["rndom"]}, UnknownName, "no agent in these trials is called 'rndom'"),
         ({"models": ["softmax"]}, UnknownName, "no model is called 'softmax'"),
-        ({"p": [0.3]}, BadValue, "p: got 0.3, expected one of 0, 0.5"),
+        (
+            {"conditions": ["nudge"]},
+            UnknownName,
+            "no condition of these trials is called 'nudge'; there are: truth, flip",
+        ),
         ({"folds": 1}, BadValue, "folds: got 1"),
     ],
 )

@@ -122,7 +122,7 @@ def test_an_agent_that_never_does_a_thing_has_a_pull_without_end():
 def test_what_nothing_depends_on_may_be_anything():
     """Where nothing is ever told to move there is nothing to stay with."""
     choices, heard = known("random", RecoveryDesign(p=(0.0,), repetitions=1, trials=12))
-    still = replace(choices, attempt=choices.attempt & ~1)
+    still = replace(choices, recent=choices.recent & ~1)
     model = model_of("win-stay-lose-shift", still, heard)
     recent, stay = parameters(model, maximum(model), still)
     assert (stay.low, stay.high) == (None, None)

@@ -6,7 +6,8 @@ import pytest
 from lockprobe.analysis.series import SeriesArm
 from lockprobe.analysis.why import verdict_of, why
 from lockprobe.errors import BadValue
-from lockprobe.montecarlo.verdicts import MECHANISMS, STATED, _batch, _BlockRange, stated_rates, verdict_rates
+from lockprobe.montecarlo.blocks import Played, played_blocks
+from lockprobe.montecarlo.verdicts import MECHANISMS, STATED, stated_rates, verdict_rates
 from lockprobe.spec import Spec
 from lockprobe.studies.single import run_trial
 from lockprobe.studies.studyfile import study
@@ -19,7 +20,7 @@ def test_the_pool_is_the_trials_of_a_study_and_its_verdict_that_of_the_report():
         one.name: [run_trial(agent="world:loop-breaker", condition=one, trial=i, seed=5) for i in range(1, 31)]
         for one in arms
     }
-    pool = _batch(_BlockRange(world="world:loop-breaker", p=0.4, seed=5, first=0, end=30))
+    (pool,) = played_blocks([Played(study=planned, agent="world:loop-breaker", conditions=tuple(arms))], 30)
     assert pool.tolist() == np.transpose([[trial.solved for trial in trials[one.name]] for one in arms]).tolist()
     found = why(
         trials,

@@ -46,7 +46,7 @@ MEMORY = replace(
 def fit_of(*rivals, own=None, lead=None):
     return AgentFit(
         agent="llm:local",
-        p=(0.0,),
+        conditions=("truth",),
         trials=30,
         left_out=0,
         passed_over=0,

@@ -1,6 +1,7 @@
 """The sentence about a comparison of studies says what the numbers bear, and no more."""
 
 import re
+from dataclasses import replace
 
 from builders import SOLUTION, make_trial
 
@@ -51,6 +52,20 @@ def test_of_several_the_clearest_that_is_shown_is_told():
     )
     one = said(sample(0, 10), sample(1, 16, luck=2), sample(2, 20, luck=3))
     assert re.match(r"1 of 3 differences between studies was detected: llm:a in c solves the box more often ", one)
+
+
+def test_a_sentence_about_several_families_is_corrected_for_their_number():
+    """A P value of 0.03 in its family: the sentence is about two, and the table about each."""
+    nudged = [replace(sample(study, n, condition="nudge", luck=study), family="") for study, n in ((0, 4), (1, 11))]
+    flips = [replace(sample(study, 10, luck=study), family="flip rate") for study in (0, 1)]
+    alone, both = said(*nudged), said(*flips, *nudged)
+    assert alone.startswith("llm:a in b solves the box more often than llm:a in a under nudge: ")
+    assert both.startswith("No difference between studies was detected in 2 comparisons, ")
+    assert ", corrected for 1 difference of its family and for 2 families of conditions; " in both
+    assert both.endswith(" 1 more is detected if each family is taken alone.")
+    clear = [replace(sample(study, n, condition="nudge"), family="") for study, n in ((0, 1), (1, 19))]
+    assert said(*flips, *clear).startswith("1 of 2 differences between studies was detected: llm:a in b solves ")
+    assert "taken alone" not in said(*flips, *clear)
 
 
 def test_people_are_many_and_broken_trials_are_told():

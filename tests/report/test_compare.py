@@ -114,3 +114,28 @@ def test_two_prompts_of_one_study_are_compared_like_two_agents(tmp_path):
     ]
     assert sorted(one.kind for one in found.differences) == ["between", "between", "within"]
     assert found.names[found.success[1].side] == f"random with {file} in prompted"
+
+
+def test_every_condition_that_two_studies_share_is_compared_and_what_one_has_is_named(tmp_path):
+    """Studies without a flip, with other names for the same conditions and in another order."""
+    flipless = replace(A, agents=("cognitive:careful",), repetitions=1, trials=3)
+
+    def lab(name, *conditions):
+        return write_study(tmp_path / name, replace(flipless, conditions=tuple(conditions)))
+
+    doses = [read_condition(f"tremble?p={p}") for p in (0.1, 0.2)]
+    one = lab("a", read_condition("truth"), read_condition("drop?p=0.3", "mute"), *doses, read_condition("nudge", "x"))
+    two = lab("b", *doses, read_condition("drop?p=0.3", "x"), read_condition("warn", "mute"), read_condition("truth"))
+    found = compare_studies([one, two])
+    assert [(row.condition, row.side.study) for row in found.success] == [
+        (name, study) for name in ("truth", "tremble?p=0.1", "tremble?p=0.2", "drop?p=0.3") for study in (0, 1)
+    ]
+    assert [(one.condition, one.family) for one in found.differences] == [
+        ("truth", "flip rate"),
+        ("tremble?p=0.1", "tremble p"),
+        ("tremble?p=0.2", "tremble p"),
+        ("drop?p=0.3", ""),
+    ]
+    assert all((one.paired, one.value, one.p_value) == (True, 0, 1) for one in found.differences)  # one seed
+    assert [one.not_shared for one in found.studies] == [("nudge",), ("warn",)]
+    assert found.plain()["differences"][1]["family"] == "tremble p"

@@ -9,7 +9,7 @@ from builders import modality_study, small_study, study_of
 from lockprobe.errors import BadFile, BadValue
 from lockprobe.interventions.condition import read_condition
 from lockprobe.lockbox.families import box
-from lockprobe.studies.comparable import SharedCondition, check_comparable, shared_names
+from lockprobe.studies.comparable import check_comparable, families, shared_names
 
 FLIPS = small_study()
 A, B, C = Path("a"), Path("b"), Path("c")
@@ -76,15 +76,48 @@ def test_a_flip_rate_is_the_same_condition_in_every_kind_of_study():
 
 def test_a_name_that_the_experimenter_gives_makes_no_other_condition():
     assert names(of_conditions("truth", mine="nudge")) == names(of_conditions("truth", "nudge"))
-    assert names(of_conditions("truth", "nudge", mine="nudge")) == ["truth", "nudge", "nudge (mine)"]
+    assert names(of_conditions("truth", "nudge", mine="nudge")) == ["truth", "nudge", "nudge (2)"]
 
 
 def test_a_prompt_belongs_to_the_agent(tmp_path):
     file = tmp_path / "curt.txt"
     file.write_text("{joints} {target} {reply}")
     study = of_conditions("truth", f"prompt?file={file}", f"prompt?file={file} + nudge")
-    assert list(shared_names(study).values()) == [
-        SharedCondition("truth"),
-        SharedCondition("truth", str(file)),
-        SharedCondition("nudge", str(file)),
+    assert [(one.name, one.prompt) for one in shared_names(study).values()] == [
+        ("truth", ""),
+        ("truth", str(file)),
+        ("nudge", str(file)),
     ]
+
+
+def test_a_dose_of_0_is_no_intervention_unless_it_changes_what_is_told():
+    assert names(of_conditions("tremble?p=0", "nudge + drop?p=0", "flip?p=0.4 + tremble?p=0")) == [
+        "truth",
+        "nudge",
+        "flip?p=0.4",
+    ]
+    assert names(of_conditions("flip?p=0&persistence=outcome-only + nudge")) != ["nudge"]
+
+
+def test_a_long_condition_of_a_short_name_is_matched_too():
+    specs = [" + ".join([f"tremble?p=0.{i:04}"] * 16) for i in (1234, 1235)]
+    first, second = (names(of_conditions("truth", long=spec))[1] for spec in specs)
+    assert len(first) == len(second) <= 200
+    assert first != second
+    assert names(of_conditions("truth", other=specs[0]))[1] == first
+
+
+def test_families_are_flip_rates_with_the_truth_every_other_axis_and_all_others():
+    study = of_conditions("tremble?p=0.1", "nudge", "truth", "flip?p=0.4", "tremble?p=0.2", "drop?p=0.3")
+    assert list(families(shared_names(study).values()).items()) == [
+        ("truth", "flip rate"),
+        ("flip?p=0.4", "flip rate"),
+        ("tremble?p=0.1", "tremble p"),
+        ("tremble?p=0.2", "tremble p"),
+        ("nudge", ""),
+        ("drop?p=0.3", ""),
+    ]
+    shown = study_of(
+        (0, 0.4), name="flips", agents=("random",), box=box("chain-4"), modalities=("symbolic", "symbolic?tell=state")
+    )
+    assert set(families(shared_names(shown).values()).values()) == {"flip rate"}

@@ -37,7 +37,7 @@ COMMANDS = {
     "detectors": ("detectors", "detectors", "Compare loop detectors and their error rates."),
     "fit": ("fit", "fit", "Find the mechanism that best predicts an agent's choices."),
     "audit": ("audit", "audit", "Measure the error rates and power of every test."),
-    "power": ("audit", "power", "Find how many trials a given effect needs."),
+    "power": ("power", "power", "Find how many trials a given effect needs."),
     "learn": ("learn", "learn", "Train a small network that plays as learner:FILE."),
     "play": ("play", "play", "Play a trial yourself in the terminal."),
     "box": ("box", "app", "List, show, solve and generate boxes."),

@@ -38,8 +38,9 @@ AsJson = Annotated[bool, typer.Option("--json", help="One JSON object.")]
 def compare(directories: Directories, agent: Agents = None, out: Out = PAGE, json: AsJson = False) -> None:
     """Compare studies: success of every agent under the conditions that the studies share, and every difference.
 
-    Studies of one seed share their luck and are compared trial by trial; others are independent samples. Studies of
-    different boxes, budgets of steps, plants or modalities are refused.
+    Conditions are matched by what acts in them, whatever they are called; what only one study has is named. Studies of
+    one seed share their luck and are compared trial by trial; others are independent samples. Studies of different
+    boxes, budgets of steps, plants or modalities are refused.
     """
     from lockprobe.report.compare import compare_studies  # two seconds of imports, which --help need not wait for
     from lockprobe.report.compare_page import write_comparison
@@ -64,6 +65,9 @@ def _print(found: Comparison) -> None:
     for one in found.studies:
         if one.partial:
             print(printable(f"Partial: {one.finished} of {one.planned} trials of {one.name} are finished."))
+    for one in found.studies:
+        if one.not_shared:
+            print(printable(f"Only in {one.name}: {'; '.join(one.not_shared)}."))
     for line in found.unlike:
         print(printable(f"Different settings: {line[:_LONGEST]}"))
     first = leading(found.differences)

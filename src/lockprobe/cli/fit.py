@@ -5,7 +5,7 @@ from __future__ import annotations
 import json as json_
 import sys
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
 from typing import IO, Annotated
@@ -24,11 +24,9 @@ from lockprobe.formatting import percent
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.families import box
 from lockprobe.prose.model_fit import CAUTION, finding, fit_row
-from lockprobe.record import Trial
 from lockprobe.storage.atomic_file import atomic_file
 from lockprobe.studies.journal import load
 from lockprobe.studies.settings import read_study
-from lockprobe.studies.study_options import parse_p
 from lockprobe.terminal_text import printable
 
 __all__ = ["fit"]
@@ -40,50 +38,41 @@ WIDTH = 100
 def fit(
     directory: Annotated[Path, typer.Argument(metavar="DIR", help="The directory of a study.")],
     agent: Annotated[list[str] | None, typer.Option(help="Only this agent; may be repeated.")] = None,
-    p: Annotated[str | None, typer.Option(help="Only these flip rates, for example 0,0.4.")] = None,
+    condition: Annotated[list[str] | None, typer.Option(help="Only this condition; may be repeated.")] = None,
     models: Annotated[
         str | None, typer.Option(help=f"Only these models, separated by commas: {', '.join(RIVALS)}.")
     ] = None,
     folds: Annotated[int, typer.Option(help="Number of parts; each is held out in turn.")] = 10,
-    by_p: Annotated[bool, typer.Option("--by-p", help="Fit each flip rate separately.")] = False,
+    by_condition: Annotated[bool, typer.Option("--by-condition", help="Fit each condition separately.")] = False,
     json: Annotated[bool, typer.Option("--json", help="One JSON object, with all parameters of all models.")] = False,
     out: Annotated[Path | None, typer.Option(help="File to write (standard output, also with -).")] = None,
 ) -> None:
     """Find the simple mechanism that best predicts an agent's choices from what it was told, and how well it does.
 
     Every model is fitted to the choices of every agent, over all conditions, and evaluated on held-out trials.
+    Conditions in which the agent forgets reports are left out: what it still knows is not on record.
     """
     out = None if str(out) == "-" else out
     if out is not None:
         refuse_study_file(out, directory)
-    everything = load(directory)
-    trials = _under_flips(directory, everything)
-    if others := len(everything) - len(trials):
-        said = "conditions other than flip rates of one kind, which no model here describes"
-        print(f"{others} of {len(everything)} trials are left out: they are under {said}.", file=sys.stderr)
+    trials = load(directory)
     report = fit_agents(
         trials,
         agents=agent or None,
-        p=None if p is None else parse_p(p),
+        conditions=condition or None,
         models=None if models is None else [name.strip() for name in models.split(",")],
         folds=folds,
-        by_p=by_p,
+        by_condition=by_condition,
         boxes=_boxes(directory, {trial.box for trial in trials}),
         tell=_progress(),
     )
+    for label, why in report.unpredicted.items():
+        print(printable(f"{label} is left out: {why}."), file=sys.stderr)
     if out is None:
         _write(report, sys.stdout, json=json)
         return
     with atomic_file(out) as draft, draft.open("w", encoding="utf-8") as file:
         _write(report, file, json=json)
-
-
-def _under_flips(directory: Path, trials: Sequence[Trial]) -> list[Trial]:
-    """The trials under flip rates of one kind, those of the study's axis if its settings are here."""
-    with suppress(UserMistake):
-        rates = read_study(directory).flip_labels
-        return [trial for trial in trials if trial.condition in rates]
-    return [trial for trial in trials if trial.p is not None]
 
 
 def _boxes(directory: Path, names: Iterable[str]) -> dict[str, Lockbox]:
@@ -128,13 +117,14 @@ def _write(report: FitReport, file: IO[str], *, json: bool) -> None:
 
 
 def _print_agent(console: Console, one: AgentFit, file: IO[str]) -> None:
-    counted = f"{one.trials} trials, {one.choices} choices, flip rate {', '.join(f'{p:g}' for p in one.p)}"
+    counted = f"{one.trials} trials, {one.choices} choices"
     said = [
         f"{one.left_out} left out (error, or no step)" if one.left_out else "",
         f"{one.passed_over} more not needed" if one.passed_over else "",
         f"design effect {one.repeats:.1f}" if one.repeats > 1.05 else "",
     ]
     console.print(f"\n[bold]{escape(printable(one.agent))}[/bold]  {'; '.join([counted, *filter(None, said)])}")
+    console.print(escape(printable(f"Under {'; '.join(one.conditions)}")))
     console.print(escape(printable(finding(one))))
     print_table(_table(one), file)
     if one.described is not None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json as json_
 import sys
 from collections import defaultdict
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -14,6 +15,8 @@ from rich.markup import escape
 
 from lockprobe.cli.agents import AsJson, list_all
 from lockprobe.cli.printing import new_table, print_table
+from lockprobe.errors import UserMistake
+from lockprobe.record import Trial
 from lockprobe.terminal_text import printable
 
 if TYPE_CHECKING:
@@ -32,33 +35,60 @@ def measures(
     ] = None,
     json: AsJson = False,
 ) -> None:
-    """List the measures of a trial, or print a study's means of them for every condition, with 95 % intervals."""
-    from lockprobe.analysis.measures import MEASURES, find_measure, measured
+    """List the measures of a trial, or print a study's means of them for every condition, with 95 % intervals.
 
-    chosen = [find_measure(spec) for spec in measure or MEASURES]
+    Without --measure these are all measures: those of Lockprobe and those of installed packages.
+    """
+    from lockprobe.analysis.measures import MEASURES, find_measure
+    from lockprobe.plugins import plugin_names
+
     if directory is None:
-        known = {one.name: one.what for one in chosen}
+        known = {one.name: one.what for one in map(find_measure, measure or MEASURES)}
         list_all("measure", known, 14, json=json, packaged=not measure)
         return
     from lockprobe.studies.journal import load
 
-    by_condition = defaultdict(list)
+    cells = defaultdict(list)
     for trial in load(directory):
-        by_condition[trial.cell].append(trial)
-    if not by_condition:
+        cells[trial.group, trial.condition].append(trial)
+    if not cells:
         print(f"No trial is on record in {printable(str(directory))}.", file=sys.stderr)
         return
-    found = {condition: measured(trials, chosen) for condition, trials in by_condition.items()}
-    if json:
-        for condition, rows in found.items():
-            for row in rows:
-                print(json_.dumps({"condition": condition, **asdict(row)}))
-        return
-    table = new_table("condition", "measure", "value", "95 % interval", "trials", "left out")
-    for condition, rows in found.items():
-        for row in rows:
-            table.add_row(escape(printable(condition)), escape(row.name), *_cells(row))
-    print_table(table)
+    found = [_measured(cells, name) for name in measure or MEASURES]
+    for name in () if measure else plugin_names("measure"):
+        try:
+            found.append(_measured(cells, name))
+        except UserMistake as mistake:  # nobody asked for it by name
+            print(printable(f"{name} is left out: {mistake}"), file=sys.stderr)
+    _print(cells, found, json=json)
+
+
+_Cells = Mapping[tuple[str, str], Sequence[Trial]]
+"""The trials of every agent under every condition."""
+
+
+def _measured(cells: _Cells, name: str) -> list[Measured]:
+    """One measure of every cell.
+
+    Raises:
+        UserMistake: If there is none of this name, or it breaks.
+    """
+    from lockprobe.analysis.measures import find_measure, measured
+
+    chosen = find_measure(name)
+    return [row for trials in cells.values() for row in measured(trials, [chosen])]
+
+
+def _print(cells: _Cells, found: Sequence[Sequence[Measured]], *, json: bool) -> None:
+    table = new_table("agent", "condition", "measure", "value", "95 % interval", "trials", "left out")
+    for place, ((agent, condition), (trial, *_)) in enumerate(cells.items()):
+        for row in (of[place] for of in found):
+            if json:
+                named = {"agent": agent, "condition": condition, "doses": trial.doses}
+                print(json_.dumps(named | asdict(row)))
+            table.add_row(*map(escape, (printable(agent), printable(condition), row.name)), *_cells(row))
+    if not json:
+        print_table(table)
 
 
 def _cells(row: Measured) -> tuple[str, str, str, str]:

@@ -85,13 +85,17 @@ class Screen:
 
 def time_left(noun: str) -> Callable[[int, int], None]:
     """Print the time left on standard error, at most one line every two seconds, and none for short work."""
-    began = last = time.monotonic()
+    last = time.monotonic()
+    began: tuple[float, int] | None = None
 
     def tell(done: int, of: int) -> None:
-        nonlocal last
+        nonlocal began, last
         now = time.monotonic()
-        if now - last > 2 and done < of:
+        if began is None:
+            began = now, done  # the work may begin long after this was made
+        elif now - last > 2 and began[1] < done < of:
             last = now
-            print(f"{done} of {of} {noun}, {(now - began) * (of - done) / done:.0f} s left", file=sys.stderr)
+            left = (now - began[0]) * (of - done) / (done - began[1])
+            print(f"{done} of {of} {noun}, {left:.0f} s left", file=sys.stderr)
 
     return tell

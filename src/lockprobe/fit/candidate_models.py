@@ -23,7 +23,6 @@ from lockprobe.fit.result import PULLS
 __all__ = ["RIVALS", "CandidateModel", "Versions", "candidates_named", "mapped"]
 
 Array = NDArray[np.float64]
-Integers = NDArray[np.int64]
 Versions = Mapping[str, Model]
 
 
@@ -135,27 +134,24 @@ def _random_map(choices: Choices, heard: Sequence[Heard]) -> Versions:
 def mapped(choices: Choices, window: int, avoid: str) -> Array:
     """The choices of :class:`lockprobe.agents.cognitive.RandomMap`, as probabilities of shape (choices, joints).
 
-    In a known state it repeats its first choice in that state; in a new state it takes any joint that is not avoided.
+    In a known state it repeats the joint that it first attempted there; in a new state it takes any joint that is not
+    avoided.
     """
     rows, places = np.arange(len(choices)), np.arange(choices.present.shape[1])
     failed = choices.failed if avoid == "failed" else np.zeros_like(choices.failed)
-    state = np.column_stack([choices.trial, choices.reported, failed, *_attempts(choices, window)])
-    first, which = np.unique(state, axis=0, return_index=True, return_inverse=True)[1:]
-    before = first[which.reshape(-1)]
+    state = np.column_stack([choices.trial, choices.reported, failed, choices.recent[:, :window]])
+    states, which = np.unique(state, axis=0, return_inverse=True)
+    which = which.reshape(-1)
+    reported = np.flatnonzero(choices.done >= 0)  # of an attempt without a report the map learns nothing
+    first = np.full(len(states), len(rows))
+    np.minimum.at(first, which[reported], reported)
+    before = first[which]
+    known = before < rows
     barred = choices.last if avoid == "last" else (failed[:, None] >> places) & 1 > 0
     allowed = choices.present & ~barred
     allowed = np.where(allowed.any(axis=1, keepdims=True), allowed, choices.present)
     fresh: Array = allowed / allowed.sum(axis=1, keepdims=True)
-    return np.where((before < rows)[:, None], choices.chosen[before][:, None] == places, fresh)
-
-
-def _attempts(choices: Choices, window: int) -> list[Integers]:
-    """The last attempts as reported, the latest first; -1 before the first attempt."""
-    found = []
-    for back in range(window):
-        there = np.maximum(np.arange(len(choices)) - back, 0)
-        found.append(np.where(choices.trial[there] == choices.trial, choices.attempt[there], -1))
-    return found
+    return np.where(known[:, None], choices.done[np.where(known, before, 0)][:, None] == places, fresh)
 
 
 _SOFTMAX = "cognitive:softmax-memory"

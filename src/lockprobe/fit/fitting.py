@@ -15,6 +15,7 @@ from lockprobe.fit.held_out import folds_of, held_out, predicted
 from lockprobe.fit.model_comparison import FittedCandidate, Tell, compare_models, lead_by_reports
 from lockprobe.fit.optimise import parameters
 from lockprobe.fit.result import AgentFit, FitReport, Parameter, RivalFit
+from lockprobe.fit.unpredicted import why_unpredicted
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.record import Trial
 from lockprobe.seeds import generator
@@ -29,64 +30,69 @@ def fit_agents(
     trials: Sequence[Trial],
     *,
     agents: Iterable[str] | None = None,
-    p: Iterable[float] | None = None,
+    conditions: Iterable[str] | None = None,
     models: Iterable[str] | None = None,
     folds: int = 10,
-    by_p: bool = False,
+    by_condition: bool = False,
     boxes: Mapping[str, Lockbox] | None = None,
     tell: Tell = lambda said: None,
 ) -> FitReport:
     """Fit candidate models to the choices of agents, given the reports that they had received.
 
     Args:
-        trials: Trials of any agents. Trials that ended as an error are left out and counted; trials under
-            interventions other than flips are left out.
+        trials: Trials of any agents. Trials that ended as an error are left out and counted. Conditions under which
+            models predict nothing are left out and named (:func:`lockprobe.fit.unpredicted.why_unpredicted`).
         agents: Only these agents; by default all, sorted by name.
-        p: Only these flip probabilities.
+        conditions: Only these conditions, by label.
         models: Only these models, and ``random``.
         folds: Number of folds of the cross-validation, at least 2.
-        by_p: Whether each flip probability is fitted separately.
+        by_condition: Whether each condition is fitted separately.
         boxes: Name -> box, for models that look at the panel.
         tell: Called with the name of each fit.
 
     Raises:
-        UnknownName: If there is no such agent or model; the message lists those that exist.
-        BadValue: If there are no trials of an agent at such p, or ``folds`` is below 2.
+        UnknownName: If there is no such agent, condition or model; the message lists those that exist.
+        BadValue: If there is no trial of an agent under a condition that models predict, or ``folds`` is below 2.
     """
     if folds < 2:
         raise BadValue("folds", folds, "a whole number of at least 2")
     rivals = candidates_named(models)
-    found = [
-        fit_agent(agent, mine, rivals, folds=folds, boxes=boxes, tell=tell)
-        for agent, mine in _groups(trials, agents, p, by_p=by_p)
-    ]
-    return FitReport(agents=tuple(found), folds=folds)
+    kept = _under(trials, conditions)
+    specs = {trial.condition: trial.specs for trial in kept}
+    unpredicted = {label: why for label, acting in specs.items() if (why := why_unpredicted(acting))}
+    groups = _groups(trials, [trial for trial in kept if trial.condition not in unpredicted], agents, by_condition)
+    if not groups:
+        left = "; ".join(f"{label}: {why}" for label, why in unpredicted.items())
+        raise BadValue("trials", left or 0, "at least one of an agent under a condition that models predict")
+    found = [fit_agent(agent, mine, rivals, folds=folds, boxes=boxes, tell=tell) for agent, mine in groups]
+    return FitReport(agents=tuple(found), folds=folds, unpredicted=unpredicted)
+
+
+def _under(trials: Sequence[Trial], conditions: Iterable[str] | None) -> list[Trial]:
+    """The trials under some conditions, or under all."""
+    known = list(dict.fromkeys(trial.condition for trial in trials))
+    asked = known if conditions is None else list(conditions)
+    for label in asked:
+        if label not in known:
+            raise UnknownName("condition of these trials", label, known)
+    return [trial for trial in trials if trial.condition in asked]
 
 
 def _groups(
-    trials: Sequence[Trial], agents: Iterable[str] | None, p: Iterable[float] | None, *, by_p: bool
+    trials: Sequence[Trial], kept: Sequence[Trial], agents: Iterable[str] | None, by_condition: bool
 ) -> list[tuple[str, list[Trial]]]:
-    """The trials of each agent, or of each agent at each p."""
+    """The kept trials of each agent, or of each agent under each condition."""
     there = sorted({trial.group for trial in trials})
     asked = there if agents is None else list(dict.fromkeys(agents))
-    trials = [trial for trial in trials if trial.p is not None]  # models of choices know flips alone
-    known = sorted({trial.p for trial in trials if trial.p is not None})
-    kept = known if p is None else sorted(set(p))
     for agent in asked:
         if agent not in there:
             raise UnknownName("agent in these trials", agent, there)
-    for value in kept:
-        if value not in known:
-            raise BadValue("p", value, f"one of {', '.join(f'{one:g}' for one in known)}")
-    groups = []
+    groups: dict[tuple[str, str], list[Trial]] = {}
     for agent in asked:
-        for values in [[value] for value in kept] if by_p else [kept]:
-            mine = [trial for trial in trials if trial.group == agent and trial.p in values]
-            if mine:
-                groups.append((agent, mine))
-    if not groups:
-        raise BadValue("trials", 0, "at least one of an agent under flip rates alone")
-    return groups
+        for trial in kept:
+            if trial.group == agent:
+                groups.setdefault((agent, trial.condition if by_condition else ""), []).append(trial)
+    return [(agent, mine) for (agent, _), mine in groups.items()]
 
 
 def fit_agent(
@@ -113,7 +119,7 @@ def fit_agent(
     Raises:
         BadValue: If no trial was played.
     """
-    counted = [trial for trial in ended(trials) if trial.steps and trial.ordinary]
+    counted = [trial for trial in ended(trials) if trial.steps]
     if not counted:
         raise BadValue(f"trials of {agent}", f"{len(trials)} that ended as an error", "at least one that was played")
     used = _sample(counted)
@@ -128,7 +134,7 @@ def fit_agent(
     shown = rows[0].predicts
     return AgentFit(
         agent=agent,
-        p=tuple(sorted({trial.p for trial in used if trial.p is not None})),
+        conditions=tuple(dict.fromkeys(trial.condition for trial in used)),
         trials=len(used),
         left_out=len(trials) - len(counted),
         passed_over=len(counted) - len(used),

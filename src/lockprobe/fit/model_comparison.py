@@ -139,7 +139,7 @@ def lead_by_reports(winner: FittedCandidate, trials: Sequence[Trial], heard: Seq
     """
     if not winner.rival.heeds:
         return None
-    unheeded = [replace(one, told=tuple(map(_as_failure, one.told))) for one in heard]
+    unheeded = [replace(one, told=tuple(told and _as_failure(told) for told in one.told)) for one in heard]
     choices = choices_of(trials, unheeded)
     versions, maxima = _fit_versions(winner.rival, choices, unheeded)
     size = _free_parameters(next(iter(versions.values())))

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 __all__ = ["CLOSE", "PULLS", "AgentFit", "FitClaim", "FitReport", "Parameter", "Predicted", "RivalFit"]
@@ -131,7 +132,7 @@ class AgentFit:
 
     Attributes:
         agent: Agent spec.
-        p: Flip probabilities of its trials, ascending.
+        conditions: Labels of the conditions of its trials.
         trials: Trials fitted: solved or out of budget, with at least one step.
         left_out: Trials that ended as an error.
         passed_over: Trials left out of the random sample of choices.
@@ -148,7 +149,7 @@ class AgentFit:
     """
 
     agent: str
-    p: tuple[float, ...]
+    conditions: tuple[str, ...]
     trials: int
     left_out: int
     passed_over: int
@@ -191,9 +192,11 @@ class FitReport:
     """Fits of some agents.
 
     Attributes:
-        agents: One for each agent, or for each agent and p.
+        agents: One for each agent, or for each agent and condition.
         folds: Parts of the trials that were left out in turn.
+        unpredicted: Conditions under which models predict nothing -> the reason; their trials are in no fit.
     """
 
     agents: tuple[AgentFit, ...]
     folds: int
+    unpredicted: Mapping[str, str] = field(default_factory=dict)

@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-import asyncio
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from lockprobe.agents.catalogue import resolve
 from lockprobe.analysis.why import Verdict, verdict_of
 from lockprobe.errors import BadValue
+from lockprobe.montecarlo.blocks import Played, played_blocks
 from lockprobe.parallel import THIS_PROCESS, Pool
 from lockprobe.seeds import generator
-from lockprobe.studies.play import play_timed
 from lockprobe.studies.studyfile import study
 
 __all__ = ["MECHANISMS", "STATED", "VerdictRates", "stated_rates", "verdict_rates"]
@@ -31,9 +27,6 @@ MECHANISMS: Mapping[str, Verdict] = {
     "world:lost-half": "no change",
 }
 """World -> what is true of it."""
-
-BATCH = 250
-"""Blocks that a process plays before it reports."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -64,14 +57,6 @@ class VerdictRates:
         """Share of studies that claimed a wrong mechanism, or wrongly claimed that nothing changes, [0, 1]."""
         silent = (self.truth, "not detectable", "unexplained")
         return sum(n for found, n in self.verdicts.items() if found not in silent) / self.studies
-
-
-class _BlockRange(NamedTuple):
-    world: str
-    p: float
-    seed: int
-    first: int
-    end: int
 
 
 def verdict_rates(
@@ -105,23 +90,21 @@ def verdict_rates(
     for what, number, least in (("blocks", min(blocks), 2), ("studies", studies, 1), ("pool", pool, max(blocks))):
         if number < least:
             raise BadValue(what, number, f"a number from {least}")
-    jobs = [
-        _BlockRange(world=world, p=p, seed=seed, first=first, end=min(first + BATCH, pool))
-        for world in worlds
-        for first in range(0, pool, BATCH)
-    ]
-    played: dict[str, list[NDArray[np.bool_]]] = {world: [] for world in worlds}
-    for job, found in zip(jobs, workers.map(_batch, jobs), strict=True):
-        played[job.world].append(found)
-        progress(sum(len(part) for parts in played.values() for part in parts), pool * len(played))
+    pools = played_blocks([_arms(world, p, pool, seed) for world in worlds], pool, workers=workers, progress=progress)
     rates = []
-    for world, parts in played.items():
-        solved = np.concatenate(parts)
+    for world, solved in zip(worlds, pools, strict=True):
         for size in blocks:
             rng = generator(seed, "verdicts", world, str(size))
             drawn = (solved[rng.integers(len(solved), size=size)].T.astype(np.float64) for _ in range(studies))
             rates.append(_rates(world, MECHANISMS[world], size, [verdict_of(*arms) for arms in drawn]))
     return rates
+
+
+def _arms(world: str, p: float, pool: int, seed: int) -> Played:
+    """True reports, lies and retracted lies in a world."""
+    planned = study("why", agent=world, p=[p], trials=pool, repetitions=1, seed=seed)
+    arms = tuple(one for one in planned.conditions if one.name in ("truth", "lie", "retracted"))
+    return Played(study=planned, agent=world, conditions=arms)
 
 
 STATED: Mapping[str, tuple[float, float, float]] = {
@@ -168,20 +151,3 @@ def stated_rates(
 def _rates(world: str, truth: Verdict, blocks: int, found: Sequence[Verdict]) -> VerdictRates:
     verdicts = dict(Counter(found).most_common())
     return VerdictRates(world=world, truth=truth, blocks=blocks, studies=len(found), verdicts=verdicts)
-
-
-def _batch(job: _BlockRange) -> NDArray[np.bool_]:
-    """Whether each block was solved under true reports, lies and retracted lies, shape (blocks, 3)."""
-    return asyncio.run(_play(job))
-
-
-async def _play(job: _BlockRange) -> NDArray[np.bool_]:
-    planned = study("why", agent=job.world, p=[job.p], trials=max(job.end, 1), repetitions=1, seed=job.seed)
-    arms = [one for one in planned.conditions if one.name in ("truth", "lie", "retracted")]
-    player = resolve(job.world).make()
-    found = np.zeros((job.end - job.first, len(arms)), dtype=np.bool_)
-    for i in range(len(found)):
-        for j, arm in enumerate(arms):
-            plan = planned.plan(job.world, arm, 1, job.first + i + 1)
-            found[i, j] = (await play_timed(plan, player, lambda key, step: None))[0].solved
-    return found

@@ -55,6 +55,7 @@ def fit_row(report: FitReport) -> dict[str, object]:
             for agent in report.agents
         ],
         "folds": report.folds,
+        "unpredicted": dict(report.unpredicted),
         "caution": CAUTION,
     }
 

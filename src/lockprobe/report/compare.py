@@ -21,7 +21,7 @@ from lockprobe.prose.subject import Subject
 from lockprobe.record import Trial
 from lockprobe.report.opened import OpenedStudy, open_study
 from lockprobe.report.plain_json import plain_json
-from lockprobe.studies.comparable import SharedCondition, check_comparable, shared_names
+from lockprobe.studies.comparable import check_comparable, families, shared_names
 
 __all__ = ["ComparedStudy", "Comparison", "SuccessRow", "compare_studies"]
 
@@ -201,11 +201,11 @@ def _names(directories: Sequence[Path]) -> list[str]:
     return [next(end for end in own if sum(end in other for other in ends) == 1) for own in ends]
 
 
-def _shared(opened: Sequence[OpenedStudy]) -> list[str]:
-    """The names of conditions that two studies or more have, in the order of the studies."""
-    names = [list(dict.fromkeys(one.name for one in shared_names(study.study).values())) for study in opened]
-    every = [name for own in names for name in own]
-    return [name for name in dict.fromkeys(every) if every.count(name) > 1]
+def _shared(opened: Sequence[OpenedStudy]) -> dict[str, str]:
+    """The conditions that two studies or more have, each with its family, in the order of the families."""
+    own = [{one.name: one for one in shared_names(study.study).values()} for study in opened]
+    every = {name: one for names in own for name, one in names.items()}
+    return families(one for name, one in every.items() if sum(name in names for names in own) > 1)
 
 
 def _studied(name: str, one: OpenedStudy, not_shared: Sequence[str]) -> ComparedStudy:
@@ -221,26 +221,28 @@ def _studied(name: str, one: OpenedStudy, not_shared: Sequence[str]) -> Compared
     )
 
 
-def _samples(opened: Sequence[OpenedStudy], shared: Sequence[str], agents: set[str]) -> list[Sample]:
+def _samples(opened: Sequence[OpenedStudy], shared: Mapping[str, str], agents: set[str]) -> list[Sample]:
     """The trials of every side under every shared condition, by condition; none without trials."""
+    order = list(shared)
     found: dict[tuple[str, Side], list[Trial]] = {}
     for number, one in enumerate(opened):
         names = shared_names(one.study)
         for trial in one.trials:
             condition = one.study.condition_of(trial)
-            own = names[condition] if condition else SharedCondition("")
-            if own.name in shared and trial.group in agents:
+            own = names[condition] if condition else None
+            if own and own.name in shared and trial.group in agents:
                 side = Side(number, trial.group, own.prompt)
                 found.setdefault((own.name, side), []).append(trial)
     return [
         Sample(
             side=side,
             condition=name,
+            family=shared[name],
             luck=opened[side.study].study.seed,
             baseline=is_reference(side.agent),
             trials=trials,
         )
-        for (name, side), trials in sorted(found.items(), key=lambda one: (shared.index(one[0][0]), one[0][1].study))
+        for (name, side), trials in sorted(found.items(), key=lambda one: (order.index(one[0][0]), one[0][1].study))
     ]
 
 

@@ -2,25 +2,33 @@
 
 Studies are comparable if they play the same task: box, budget of steps, plant, layout and question are equal. They may
 differ in agents, prompts, seeds, flip rates, conditions and numbers of trials. Conditions are matched by their
-interventions and modality, not by name. A condition is compared if at least two studies have it.
+interventions and modality, never by name. A condition is compared if at least two studies have it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, KeysView, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from hashlib import sha256
 from pathlib import Path
 
+from lockprobe.analysis.design import Design
+from lockprobe.doses import modality_doses
 from lockprobe.errors import BadFile, BadValue
 from lockprobe.interventions.condition import Condition, Recorded
 from lockprobe.interventions.prompt import OwnPrompt
+from lockprobe.rows.design import axis_key
 from lockprobe.spec import Spec, spec_name
-from lockprobe.studies.study import Study
+from lockprobe.studies.study import Study, flip_axis
+from lockprobe.studies.study_design import arms_of
 
-__all__ = ["SharedCondition", "check_comparable", "shared_names"]
+__all__ = ["SharedCondition", "check_comparable", "families", "shared_names"]
 
 _FEWEST = 2
 """Studies that a comparison needs."""
+
+_LONGEST = 180
+"""The most characters of a spec that names a condition; of a longer one a hash says the rest."""
 
 _SAID = 6
 """Names of conditions that a message lists."""
@@ -37,16 +45,21 @@ _ALIKE = {
 
 @dataclass(frozen=True, slots=True)
 class SharedCondition:
-    """A condition under the name that several studies share.
+    """A condition as several studies share it.
 
     Attributes:
-        name: Its interventions as a spec without the prompt; ``truth`` without interventions.
+        acting: What acts in it, without the prompt and without doses of 0; named only to tell it from others.
         prompt: File of the prompt; empty for the default prompt. It counts as part of the agent, so two prompts are
             compared like two agents.
     """
 
-    name: str
+    acting: Condition
     prompt: str = ""
+
+    @property
+    def name(self) -> str:
+        """What acts as a spec; ``truth`` if nothing does."""
+        return self.acting.label
 
 
 def check_comparable(studies: Mapping[Path, Study]) -> None:
@@ -105,22 +118,60 @@ def _names(study: Study) -> KeysView[str]:
 def shared_names(study: Study) -> dict[Condition, SharedCondition]:
     """The conditions of a study under their shared names.
 
-    Conditions of one study that differ only in name keep their names.
+    Of conditions of one study that differ in name alone, the second and later ones are numbered.
     """
     found: dict[Condition, SharedCondition] = {}
     for condition in study.conditions:
         shared = _shared(condition)
-        if shared in found.values():
-            shared = SharedCondition(f"{shared.name} ({condition.label})", shared.prompt)
+        alike = sum((one.acting.specs, one.acting.modality, one.prompt) == _what_acts(shared) for one in found.values())
+        if alike:
+            name = f"{shared.name} ({alike + 1})"
+            shared = replace(shared, acting=replace(shared.acting, name=name))
         found[condition] = shared
     return found
 
 
+def _what_acts(shared: SharedCondition) -> tuple[tuple[str, ...], str, str]:
+    return shared.acting.specs, shared.acting.modality, shared.prompt
+
+
 def _shared(condition: Condition) -> SharedCondition:
     prompts = [spec for spec in condition.specs if spec_name(spec) == OwnPrompt.name]
-    acting = [spec for spec in condition.specs if spec not in prompts]
-    bare = Condition(interventions=tuple(Recorded(spec=spec) for spec in acting), modality=condition.modality)
-    if bare.flip is not None and bare.flip.p == 0 and bare.tells_positions:
-        bare = Condition(modality=condition.modality)  # a flip that never acts is the truth
+    acting = [
+        Recorded(spec=spec, dose=dose)
+        for spec, dose in zip(condition.specs, condition.dose_names, strict=True)
+        if spec not in prompts and not _is_idle(spec, dose, condition.modality)
+    ]
     files = (Spec.parse(spec, "intervention").options.get("file", spec) for spec in prompts)
-    return SharedCondition(bare.spec, " + ".join(files))
+    whole = " + ".join((*(one.spec for one in acting), condition.modality))
+    name = f"{whole[:_LONGEST]}\N{HORIZONTAL ELLIPSIS} {sha256(whole.encode()).hexdigest()[:8]}"
+    bare = Condition(
+        interventions=tuple(acting), modality=condition.modality, name=name if len(whole) > _LONGEST else ""
+    )
+    return SharedCondition(bare, " + ".join(files))
+
+
+def _is_idle(spec: str, dose: str, modality: str) -> bool:
+    """Whether an intervention has a dose of 0 and nothing else that changes reports.
+
+    Flips of outcomes alone take the positions from reports, and the kind of flips says how long false pictures last.
+    """
+    options = Spec.parse(spec, "intervention").options
+    says_more = "outcome-only" in spec or ("persistence" in options and "p" in modality_doses(modality)[1])
+    return bool(dose) and float(options.get(dose, 1)) == 0 and not says_more
+
+
+def families(conditions: Iterable[SharedCondition]) -> dict[str, str]:
+    """The family of each shared condition, by name, in the order of the families.
+
+    Flip rates of every modality are one, with the truth; the doses of every other axis are one; all others are one,
+    whose name is empty. So a condition more changes nothing that is concluded of another family.
+    """
+    acting = list(dict.fromkeys(one.acting for one in conditions))
+    axis = frozenset(one.label for one in flip_axis(acting))
+    design = Design(agents=(), arms=arms_of(acting), axis=axis)
+    found = {one.label: "flip rate" for one in acting if one.label in axis}
+    for one in design.other_axes:
+        name = axis_key(one.axis.name, one.axis.options, one.axis.rest)
+        found |= {label: name for label in one.doses if label not in found and label not in design.controls}
+    return found | {one.label: "" for one in acting if one.label not in found}

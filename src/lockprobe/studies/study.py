@@ -23,7 +23,7 @@ from lockprobe.spec import PEOPLE, Spec, spec_name
 from lockprobe.studies.modality import check_shown, is_pictured, refuse_blind, taken_in
 from lockprobe.studies.playable import PERSON, check_playable
 
-__all__ = ["LARGEST_SEED", "Study", "joined_agents"]
+__all__ = ["LARGEST_SEED", "Study", "flip_axis", "joined_agents"]
 
 CLOSEST_P = 1e-6
 LARGEST_SEED = 2**63
@@ -81,7 +81,7 @@ class Study:
     def __post_init__(self) -> None:
         if self.layout not in get_args(LayoutKind):
             raise BadValue("layout", self.layout, f"one of {', '.join(get_args(LayoutKind))}")
-        object.__setattr__(self, "flip_axis", _flip_axis(self.conditions))
+        object.__setattr__(self, "flip_axis", flip_axis(self.conditions))
         rates = sorted(self.p)
         close = any(second - first < CLOSEST_P for first, second in pairwise(rates))
         if close or len({f"{rate:g}" for rate in rates}) < len(rates):
@@ -350,7 +350,7 @@ def _acted(specs: Sequence[str]) -> list[str]:
     return [str(one.without(["at"])) if one.full_name == "yoked" else str(one) for one in parsed]
 
 
-def _flip_axis(conditions: Sequence[Condition]) -> tuple[Condition, ...]:
+def flip_axis(conditions: Sequence[Condition]) -> tuple[Condition, ...]:
     """Flips of one kind and the truth: each rate once in each modality. Of several kinds, that of the first flip."""
     flips = [one for one in conditions if one.p is not None]
     kind = _flip_kind(flips)

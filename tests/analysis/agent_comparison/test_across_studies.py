@@ -1,5 +1,6 @@
 """Agents of several studies: pairs only where luck is shared, and the numbers of an independent implementation."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -103,6 +104,15 @@ def test_p_values_are_corrected_within_a_kind_as_statsmodels_does():
         expected = multipletests([one.p_value for one in own], method="holm")[1]
         assert [one.p_adjusted for one in own] == pytest.approx(list(expected))
     assert all(one.paired == (2 not in {one.first.study, one.second.study} or one.kind[0] == "w") for one in found)
+
+
+def test_a_condition_more_changes_no_p_value_of_another_family():
+    flips = [sample(study, random_outcomes(), condition=name) for name in ("truth", "flip?p=0.4") for study in (0, 1)]
+    flips = [replace(one, family="flip rate") for one in flips]
+    others = [sample(study, random_outcomes(), condition="nudge") for study in (0, 1)]
+    alone, both = study_differences(flips), study_differences([*flips, *others])
+    assert alone == tuple(one for one in both if one.family == "flip rate")
+    assert [one.p_adjusted for one in both if not one.family] == [one.p_value for one in study_differences(others)]
 
 
 def test_where_all_are_baselines_they_are_what_it_is_about():

@@ -1,8 +1,8 @@
 """Differences in success between agents of several studies, condition by condition.
 
 Studies of one seed share their luck: trials of equal repetition and number are compared in pairs. Studies of different
-seeds are independent samples without pairs. Intervals are at 95 %; P values are
-corrected for the number of differences of one kind (Holm).
+seeds are independent samples without pairs. Intervals are at 95 %; P values are corrected (Holm) for the number of
+differences of one kind under the conditions of one family.
 """
 
 from __future__ import annotations
@@ -57,6 +57,7 @@ class Sample:
         luck: Seed of the study: trials of equal luck, repetition and number share labels, flips and draws.
         baseline: Whether the agent is a baseline.
         trials: All trials played. Trials that ended as error are counted in ``broken``.
+        family: Family of the condition: the axis on which it lies; empty for all conditions on none.
     """
 
     side: Side
@@ -64,6 +65,7 @@ class Sample:
     luck: int
     baseline: bool
     trials: Sequence[Trial]
+    family: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -72,7 +74,7 @@ class StudyDifference:
 
     Attributes:
         condition: Name of the condition.
-        kind: P values are corrected within a kind.
+        kind: P values are corrected within a kind and a family.
         first: The reference side.
         second: The other side.
         paired: Whether trials of equal luck are compared in pairs; otherwise the samples are independent.
@@ -84,7 +86,8 @@ class StudyDifference:
         p_value: McNemar's exact test for pairs, Fisher's for independent samples, two-sided; with people by person.
             Where trials broke, the largest of three: without them, all unsolved, all solved.
         broken: Trials of either side that ended as error; no share counts them.
-        p_adjusted: The P value corrected for the differences of its kind (Holm).
+        family: Family of the condition.
+        p_adjusted: The P value corrected for the differences of its kind and family (Holm).
     """
 
     condition: str
@@ -99,6 +102,7 @@ class StudyDifference:
     high: float
     p_value: float
     broken: int
+    family: str = ""
     p_adjusted: float = 1.0
 
     @property
@@ -120,7 +124,7 @@ class _PairEstimate(NamedTuple):
 
 
 def study_differences(samples: Sequence[Sample]) -> tuple[StudyDifference, ...]:
-    """Pairwise differences of the samples of each condition, corrected within each kind (Holm).
+    """Pairwise differences of the samples of each condition, corrected within each kind and family (Holm).
 
     Args:
         samples: Each side at most once per condition; the order decides which side of a pair comes first.
@@ -135,12 +139,15 @@ def study_differences(samples: Sequence[Sample]) -> tuple[StudyDifference, ...]:
             made = _difference(first, second, _kind(first, second, every_baseline=every_baseline))
             pairs.setdefault((first.side, second.side), []).extend(filter(None, [made]))
     found = [one for rows in pairs.values() for one in rows]
-    corrected = []
-    for kind in _KINDS:
-        own = [one for one in found if one.kind == kind]
-        adjusted = holm([one.p_value for one in own])
-        corrected += [replace(one, p_adjusted=p) for one, p in zip(own, adjusted, strict=True) if p is not None]
-    return tuple(corrected)
+    groups: dict[tuple[str, str], list[int]] = {}
+    for place, one in enumerate(found):
+        groups.setdefault((one.kind, one.family), []).append(place)
+    adjusted = dict[int, float]()
+    for places in groups.values():
+        corrected = holm([found[place].p_value for place in places])
+        adjusted |= {place: p for place, p in zip(places, corrected, strict=True) if p is not None}
+    order = sorted(adjusted, key=lambda place: _KINDS.index(found[place].kind))
+    return tuple(replace(found[place], p_adjusted=adjusted[place]) for place in order)
 
 
 def _kind(first: Sample, second: Sample, *, every_baseline: bool) -> Kind:
@@ -164,6 +171,7 @@ def _difference(first: Sample, second: Sample, kind: Kind) -> StudyDifference | 
         p_value = _worst_case_p([found, *bounds])
     return StudyDifference(
         condition=first.condition,
+        family=first.family,
         kind=kind,
         first=first.side,
         second=second.side,

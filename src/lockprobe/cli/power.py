@@ -1,0 +1,293 @@
+"""``lockprobe power``: how many trials a design needs, by simulation."""
+
+from __future__ import annotations
+
+import json as json_
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.markup import escape
+
+from lockprobe.audit.power import TRIALS, Needed, default_worlds, stated_world
+from lockprobe.audit.power import power as measure_power
+from lockprobe.audit.simulated_agents import WORLDS, P, World
+from lockprobe.cli.printing import new_table, plain_console, print_table, time_left
+from lockprobe.errors import BadValue, Conflict
+from lockprobe.parallel import Processes
+from lockprobe.prose.hypothesis_tests import name_of_test
+from lockprobe.studies.study_options import parse_p
+from lockprobe.terminal_text import printable
+
+if TYPE_CHECKING:
+    from lockprobe.montecarlo.condition_power import ConditionPower
+    from lockprobe.montecarlo.verdicts import VerdictRates
+
+__all__ = ["AsJson", "Seed", "Workers", "power", "print_verdicts", "processes", "whole_numbers"]
+
+AsJson = Annotated[bool, typer.Option("--json", help="One JSON object.")]
+Seed = Annotated[int, typer.Option(min=0, help="Seed of everything.")]
+Workers = Annotated[int | None, typer.Option(min=1, help="Processes (one per core).")]
+
+_WHAT = "why: blocks of a study of controls; a study file: its conditions (trials per flip rate)."
+_SUCCESS = (
+    "Effect: success at each flip rate, as 0.2,0.5,0.4 (two effects); under each condition, the control first; "
+    "for why under truth,lie,retracted."
+)
+_AGENT = (
+    "A strategy or learner that is played under each condition; with --success any, to correct for their number; may "
+    "be repeated (none)."
+)
+_CONDITION = "A condition that is compared with its control, as for lockprobe run; may be repeated (none)."
+_SWEEP = "A dose that is compared with its control: 'tremble?p=0,0.1,0.2'; may be repeated (none)."
+_TRAP = "Effect: chance per step to begin a cycle at each flip rate (none)."
+_HARM = "Effect: factor on the chance to solve after a loop, 0 to 1."
+_STUDIES = "Simulated studies per number of trials."
+_SHARED = "With --success for conditions: share of trials that one number decides under all of them, 0 to 1."
+
+
+def power(
+    what: Annotated[str | None, typer.Argument(metavar="[why|FILE.toml]", help=_WHAT)] = None,
+    success: Annotated[str | None, typer.Option(help=_SUCCESS)] = None,
+    agent: Annotated[list[str] | None, typer.Option(help=_AGENT)] = None,
+    condition: Annotated[list[str] | None, typer.Option(help=_CONDITION)] = None,
+    sweep: Annotated[list[str] | None, typer.Option(help=_SWEEP)] = None,
+    shared: Annotated[float, typer.Option(help=_SHARED)] = 0.0,
+    trap: Annotated[str | None, typer.Option(help=_TRAP)] = None,
+    harm: Annotated[float, typer.Option(help=_HARM)] = 1.0,
+    p: Annotated[str | None, typer.Option(help="Flip rates (0,0.1,...,0.6; beside conditions none).")] = None,
+    trials: Annotated[str | None, typer.Option(help="Trials per condition to measure at (15,30,60,120,240).")] = None,
+    target: Annotated[float, typer.Option(help="Power to reach.")] = 0.8,
+    studies: Annotated[int, typer.Option(min=1, max=100_000, help=_STUDIES)] = 100,
+    seed: Seed = 1,
+    workers: Workers = None,
+    json: AsJson = False,
+) -> None:
+    """Find by simulation how many trials per condition each test needs to detect a given effect.
+
+    --condition, --sweep or --agent: the difference of every condition from its control, by the test of the report: in
+    pairs of equal luck, corrected for the conditions of its family and for the agents. Success is what an --agent
+    reaches that is played here, or --success. Without them, every test over flip rates, for two effects: a rise and
+    fall of success like the paper's (0.23 at flip rate 0, 0.67 at 0.4, then 0.5), and an agent that gets trapped in
+    loops when it is told the truth. power why: how many blocks (--trials) a study of controls needs to name the reason
+    for a change of success.
+    """
+    sizes, beside = whole_numbers("trials", trials), bool(agent or condition or sweep)
+    if what == "why":
+        if beside or shared:
+            raise Conflict(
+                "power why", "--agent, --condition, --sweep and --shared", "its arms are truth, lie, retracted"
+            )
+        _power_why(success, sizes, studies, seed, json=json)
+        return
+    shares = None if success is None else _numbers("success", success)
+    rates = None if p is None else parse_p(p)
+    simulated: dict[str, Any] = {"target": target, "studies": studies, "workers": processes(workers)}
+    if what or beside:
+        if trap is not None or harm != 1.0:
+            raise Conflict("--trap and --harm", "conditions", "they state an effect of flip rates alone")
+        asked = {"agent": agent, "condition": condition, "sweep": sweep, "p": rates, "seed": seed}
+        _power_of_conditions(what, asked, shares, shared, simulated | {"trials": sizes or TRIALS}, json=json)
+        return
+    if shared:
+        raise Conflict("--shared", "flip rates alone", "they share no luck here; --agent or --condition compares pairs")
+    if shares is None and (trap is not None or harm != 1.0 or p is not None):
+        raise BadValue("--success", None, "success at each flip rate: --p, --trap and --harm need it")
+    grid = P if rates is None else rates
+    stated = () if shares is None else (stated_world(shares, p=grid, trap=_numbers("trap", trap), harm=harm),)
+    _power_of_flips(stated or default_worlds(), simulated | {"p": grid, "trials": sizes or TRIALS, "seed": seed}, json)
+
+
+def _power_of_flips(worlds: Sequence[World], simulated: Mapping[str, Any], json: bool) -> None:
+    found = measure_power(worlds, progress=time_left("studies"), **simulated)
+    if json:
+        head = {name: simulated[name] for name in ("target", "studies")}
+        print(json_.dumps(head | {"tests": [_row(one) for one in found]}, indent=1))
+    else:
+        _print_power(found, simulated["target"])
+
+
+def _power_of_conditions(
+    file: str | None,
+    asked: Mapping[str, Any],
+    success: Sequence[float] | None,
+    shared: float,
+    simulated: Mapping[str, Any],
+    *,
+    json: bool,
+) -> None:
+    from lockprobe.montecarlo.condition_power import condition_power
+    from lockprobe.studies.studyfile import study
+
+    given = {name: value for name, value in asked.items() if value not in (None, [])}
+    if file is None and "agent" not in given:
+        if success is None:
+            raise BadValue("--success", None, "success under each condition, or --agent with a strategy to be played")
+        given["agent"] = "random"  # it is not played
+    if file is not None and not file.endswith(".toml"):
+        raise BadValue("power", file, "why, a study file ending in .toml, or nothing")
+    found = condition_power(
+        study(file or "flips", **given),
+        success=success,
+        shared=shared,
+        playing=time_left("blocks"),
+        progress=time_left("studies"),
+        **simulated,
+    )
+    if json:
+        rows = [
+            {name: value for name, value in asdict(one).items() if name != "needed"} | _measured(one.needed)
+            for one in found
+        ]
+        head = {"target": simulated["target"], "studies": simulated["studies"], "shared": shared}
+        print(json_.dumps(head | {"conditions": rows}, indent=1))
+    else:
+        _print_conditions(found, simulated["target"], shared if success is not None else None)
+
+
+def _print_conditions(found: Sequence[ConditionPower], target: float, shared: float | None) -> None:
+    console = plain_console()
+    measured = [f"n={rate.trials}" for rate in found[0].needed.measured]
+    for agent in dict.fromkeys(one.agent for one in found):
+        console.print(f"\n[bold]{escape(agent)}[/bold]")
+        table = new_table("condition", *measured, _heading(target, "condition"))
+        for one in (one for one in found if one.agent == agent):
+            shares = f"{100 * one.success:.0f} % against {100 * one.control_success:.0f} %, one of {one.choices}"
+            table.add_row(f"{escape(printable(one.condition))}\n[dim]{shares}[/dim]", *_cells(one.needed))
+        print_table(table)
+    console.print(
+        "\nBelow each condition: success under it and under its control, and the number of comparisons that are "
+        "corrected together. Flip rates, every other dose and all other conditions are corrected apart. The table "
+        "gives the share of simulated studies in which the report detects the difference."
+    )
+    if any(one.success == one.control_success for one in found):
+        console.print("Where success is equal, there is nothing to detect, and the share is of false positives.")
+    _print_brackets([one.needed for one in found])
+    if shared is None:
+        console.print("Assumption: the agent goes on as in the blocks of luck that it has played here.")
+    else:
+        alike = f"{100 * shared:g} % of the trials are decided by one number" if shared else "trials share no luck"
+        console.print(f"Assumption: {alike} under different conditions (--shared); a sampled model shares none.")
+
+
+def _power_why(success: str | None, sizes: Sequence[int], studies: int, seed: int, *, json: bool) -> None:
+    from lockprobe.montecarlo.verdicts import STATED, stated_rates
+
+    effects = STATED if success is None else {"as stated": _numbers("success", success)}
+    rates = [
+        one
+        for name, shares in effects.items()
+        for one in stated_rates(
+            name, shares, blocks=sizes or [50, 100, 150, 300, 600, 1200], studies=studies, seed=seed
+        )
+    ]
+    print_verdicts(rates, "effect", seed, json=json)
+    if not json:
+        print(
+            "Arms share no luck here, as with a hosted model. A seeded agent's arms share luck and need fewer blocks."
+        )
+
+
+def print_verdicts(rates: Sequence[VerdictRates], what: str, seed: int, *, json: bool) -> None:
+    """Print how often studies of controls conclude what, by world or effect."""
+    if json:
+        rows = [asdict(one) | {"right": one.right, "wrong": one.wrong} for one in rates]
+        print(json_.dumps({"seed": seed, "rates": rows}, indent=1))
+        return
+    table = new_table(what)
+    for name in ("truth", "blocks", "right", "wrong", "verdicts"):
+        table.add_column(name)
+    for one in rates:
+        said = ", ".join(f"{found} {n}" for found, n in one.verdicts.items())
+        table.add_row(one.world, one.truth, str(one.blocks), f"{one.right:.3f}", f"{one.wrong:.3f}", said)
+    print_table(table)
+
+
+def processes(workers: int | None) -> Processes:
+    """The processes of this machine, at most eight unless a user says how many."""
+    return Processes(workers or min(os.cpu_count() or 1, 8))
+
+
+def _numbers(name: str, text: str | None) -> list[float]:
+    try:
+        return [float(part) for part in text.split(",")] if text is not None else []
+    except ValueError:
+        raise BadValue(name, text, "numbers separated by commas") from None
+
+
+def whole_numbers(name: str, text: str | None) -> list[int]:
+    """Whole numbers separated by commas; none of no text.
+
+    Raises:
+        BadValue: If it holds anything else.
+    """
+    values = _numbers(name, text)
+    if not all(value.is_integer() for value in values):
+        raise BadValue(name, text, "whole numbers separated by commas")
+    return [int(value) for value in values]
+
+
+def _row(one: Needed) -> dict[str, object]:
+    named = {"effect": one.world, "question": one.question, "test": one.test, "recommended": one.recommended}
+    return named | _measured(one)
+
+
+def _measured(one: Needed) -> dict[str, object]:
+    return {
+        "trials_needed": one.trials,
+        "trials_needed_low": one.low,
+        "trials_needed_high": one.high,
+        "at_most": one.below,
+        "measured": [
+            {"trials": rate.trials, "power": rate.rate, "error": rate.error, "studies": rate.studies}
+            for rate in one.measured
+        ],
+    }
+
+
+def _print_power(found: Sequence[Needed], target: float) -> None:
+    console = plain_console()
+    for name in dict.fromkeys(one.world for one in found):
+        mine = [one for one in found if one.world == name]
+        says = WORLDS[name].says if name in WORLDS else "As stated."
+        console.print(f"\n[bold]{name}[/bold]  {says}")
+        table = new_table("test", *(f"n={rate.trials}" for rate in mine[0].measured), _heading(target, "flip rate"))
+        for one in mine:
+            label = f"[bold]{name_of_test(one.test)}[/bold] *" if one.recommended else name_of_test(one.test)
+            table.add_row(label, *_cells(one))
+        print_table(table)
+    if not found:
+        console.print("No test has anything to detect: under this effect every question has the answer no.")
+    else:
+        console.print("\n* recommended. The others reject too often, or serve as comparisons.")
+        _print_brackets(found)
+        console.print("Assumption: trials at different flip rates share no luck, as with a sampled model.")
+
+
+def _heading(target: float, each: str) -> str:
+    return f"trials per {each} for {target:g}"
+
+
+def _cells(one: Needed) -> list[str]:
+    """The power at every number of trials, and the number needed."""
+    return [*(f"{rate.rate:.2f}±{rate.error:.2f}" for rate in one.measured), _needed(one)]
+
+
+def _print_brackets(found: Sequence[Needed]) -> None:
+    if any(one.trials is not None and not one.below for one in found):
+        plain_console().print(
+            "In brackets: the 95 % interval from the number of simulated studies; more --studies make it narrower."
+        )
+
+
+def _needed(one: Needed) -> str:
+    most = one.measured[-1].trials
+    if one.trials is None:
+        return f"more than {most}"
+    low = f"{one.low}" if one.low else f"at most {one.measured[0].trials}"
+    high = f"{one.high}" if one.high else f"more than {most}"
+    if one.below:
+        return f"at most {one.trials}"
+    return f"{one.trials} \\[{low}, {high}]"
