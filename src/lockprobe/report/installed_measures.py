@@ -40,7 +40,7 @@ def _of_cell(cell: PlayedCell, name: str) -> tuple[Fact | None, Row]:
     try:
         (found,) = measured(cell.trials, [find_measure(name)])
     except UserMistake as error:
-        return None, cell.estimate(quantity, n=0, unit="broken", note=str(error), source=source)
-    numbers = {"n": found.n, "low": found.low, "high": found.high, "unit": found.kind}
+        return None, cell.estimate(quantity, n=0, unit="", note=str(error), source=source)
+    numbers = {"n": found.n, "low": found.low, "high": found.high, "unit": "share" if found.kind == "share" else ""}
     row = cell.estimate(quantity, found.value, **numbers, source=source)
     return Fact(about=MEASURES, name=name, text=found.what, source=source), row

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
@@ -59,7 +59,7 @@ def results_of(numbers: StudyNumbers, more: Sequence[Section] = ()) -> Results:
         not_judged=not_judged,
         progress=Progress(planned=study.size, finished=opened.finished),
         design=_design(numbers),
-    ).with_rows(_judging_nobody(rows, not_judged) if not_judged else rows)
+    ).with_rows(_resting(_judging_nobody(rows, not_judged) if not_judged else rows))
     return found.changed(answer=found.answer_of("overview"))
 
 
@@ -92,7 +92,18 @@ def _judging_nobody(rows: Sequence[Row], said: str) -> Iterator[Row]:
             yield row
         elif row.kind in _REPLACED and (row.section, row.kind) not in there:
             there.add((row.section, row.kind))
-            yield Finding(section=row.section, kind=row.kind, text=said)
+            yield Finding(section=row.section, kind=row.kind, text=said, rests_on=("against_rules",))
+
+
+def _resting(rows: Iterable[Row]) -> Iterator[Row]:
+    """The rows, of which sentences rest on those quantities alone that there are rows of."""
+    found = list(rows)
+    known = {row.quantity for row in found if isinstance(row, Estimate | Curve)}
+    for row in found:
+        if isinstance(row, Finding):
+            yield row.model_copy(update={"rests_on": tuple(name for name in row.rests_on if name in known)})
+        else:
+            yield row
 
 
 def _design(numbers: StudyNumbers) -> Design:
