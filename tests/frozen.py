@@ -23,7 +23,7 @@ from builders import play_study, played_by_people, write_study
 from placeholders import undrawn
 
 from lockprobe.report import write_report
-from lockprobe.rows import Curve, Estimate, Results
+from lockprobe.rows import Curve, Estimate, Finding, Results
 from lockprobe.studies.branch import FORKS, branching, play_forks
 from lockprobe.studies.journal import Journal, load
 from lockprobe.studies.studyfile import study
@@ -137,9 +137,12 @@ STUDIES: Mapping[str, Callable[[Path, str, pytest.MonkeyPatch], Path]] = {
 
 
 def numbers(directory: Path) -> list[str]:
-    """Every number of the results, a line each: what it is of, then its columns with seven digits."""
+    """Every number of the results, a line each: what it is of, then its columns with seven digits; then the sentences.
+
+    Of a sentence the line says what it rests on, since the pages hold its text.
+    """
     found = Results.model_validate_json((directory / "results.json").read_bytes())
-    return [*map(_line, found.rows), *map(_curve, found.curves)]
+    return [*map(_line, found.rows), *map(_curve, found.curves), *map(_sentence, found.findings)]
 
 
 NUMBERS = ("value", "low", "high", "p_value", "n", "count", "clusters", "corrected_for")
@@ -151,6 +154,15 @@ def _line(row: Estimate) -> str:
 
 def _curve(row: Curve) -> str:
     return "\t".join((*_of(row), _said((*row.x, *row.value, *row.low, *row.high))))
+
+
+def _sentence(row: Finding) -> str:
+    """Whom a sentence judges, and the quantities that it rests on."""
+    of = f"{row.section}, {row.kind}{', judges' * row.judges}{f', of {row.agent}' * bool(row.agent)}"
+    return "\t".join((RESTS_ON, of, " ".join(row.rests_on)))
+
+
+RESTS_ON = "rests on"
 
 
 def _of(row: Estimate | Curve) -> tuple[str, str]:

@@ -78,14 +78,15 @@ def hasty(trial):
 
 def shares(study):
     for cell in study.cells:
-        yield cell.estimate("untold_share", sum(map(untold, cell.trials)) / len(cell.trials), n=len(cell.trials))
+        share = sum(map(untold, cell.trials)) / len(cell.trials)
+        yield cell.estimate("strange.untold_share", share, n=len(cell.trials))
 
 def show(found):
-    if found.where("untold_share"):
-        rows = [["agent", "told nothing"]] + [[row.agent, f"{row.value:.2f}"] for row in found.where("untold_share")]
+    if shares := found.where("strange.untold_share"):
+        rows = [["agent", "told nothing"]] + [[row.agent, f"{row.value:.2f}"] for row in shares]
         yield Part("Told nothing", "", [Cells(rows)])
 
-QUIET = Section(name="quiet", title="Told nothing", rows=shares, show=show, after="speed")
+QUIET = Section(name="strange.quiet", title="Told nothing", rows=shares, show=show, after="speed")
 
 class Quits(First):
     """Ends the process when it is made."""

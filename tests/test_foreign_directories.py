@@ -194,7 +194,7 @@ def test_verify_runs_nothing_of_an_installed_package(tmp_path, monkeypatch, lock
     for plant in ("plain", "symbolic"):
         out = str(tmp_path / plant)
         assert lockprobe(*line, "--plant", plant, "--out", out)[0] == 0
-        assert '"untold"' in (tmp_path / plant / "results.json").read_text("utf-8")
+        assert '"measures.untold"' in (tmp_path / plant / "results.json").read_text("utf-8")
         (tmp_path / foreign.SUNG).unlink()
         monkeypatch.delitem(sys.modules, "strange")
         status, said, _ = lockprobe("verify", out)

@@ -153,7 +153,9 @@ def test_a_summary_names_the_twin_where_the_box_is_known(monkeypatch):
     trials = play_study(small_study(["human-inspired"], trials=15))
     (known,), (unknown,) = summarise(trials, CHAIN).agents, summarise(trials).agents
     one, two = ([t for t in agent.inference.tests if t.question == "harm"][:2] for agent in (known, unknown))
-    assert all(test.baseline > 0 and f"{test.baseline:.2f}" in note_said(test) for test in one)
+    assert all(
+        test.baseline > 0 and f"{test.baseline:.2f}" in note_said(test.name, baseline=test.baseline) for test in one
+    )
     assert [test.baseline for test in two] == [None, None]
-    assert all("odds ratio of 1" in note_said(test) for test in two)
+    assert all("odds ratio of 1" in note_said(test.name) for test in two)
     assert summarise(trials, CHAIN) == summarise(trials[::-1], CHAIN)

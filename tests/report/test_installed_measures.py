@@ -6,7 +6,7 @@ from builders import play_study, small_study, write_study
 from lockprobe.analysis.measures import measured
 from lockprobe.formatting import NONE
 from lockprobe.report import write_report
-from lockprobe.report.installed_measures import MEASURES, measure_rows
+from lockprobe.report.installed_measures import measure_rows
 from lockprobe.report.opened import open_study
 from lockprobe.report.pages import tables_of
 from lockprobe.report.results import results
@@ -22,16 +22,20 @@ def test_every_condition_has_the_mean_of_each_and_of_one_that_breaks_the_reason(
     trials = play_study(STUDY)
     *rows, first, second = measure_rows(study_numbers(open_study(write_study(tmp_path / "study", STUDY, trials))))
     assert [(row.agent, row.condition, row.quantity) for row in rows] == [
-        ("random", condition, name) for condition in ("truth", "flip?p=0.6") for name in ("breaks", "hasty", "untold")
+        ("random", condition, f"measures.{name}")
+        for condition in ("truth", "flip?p=0.6")
+        for name in ("breaks", "hasty", "untold")
     ]
     assert (first.name, second.name) == ("hasty", "untold")
-    assert {(row.family, row.source) for row in rows} == {(MEASURES, "strange-things 0.3")}
+    assert {row.source for row in rows} == {"strange-things 0.3"}
     for row in rows:
-        if row.quantity == "breaks":
-            assert (row.unit, row.n, row.value, row.low, row.high) == ("broken", 0, None, None, None)
+        if row.quantity == "measures.breaks":
+            assert (row.unit, row.n, row.value, row.low, row.high) == ("", 0, None, None, None)
             assert "does not work (ZeroDivisionError: by nothing)" in row.note
             continue
-        (found,) = measured([trial for trial in trials if trial.condition == row.condition], [row.quantity])
+        (found,) = measured(
+            [trial for trial in trials if trial.condition == row.condition], [row.quantity.removeprefix("measures.")]
+        )
         assert (row.value, row.low, row.high, row.n) == (found.value, found.low, found.high, 4)
 
 
@@ -43,19 +47,19 @@ def test_the_table_writes_a_mean_with_its_interval_and_a_dash_without_one(tmp_pa
     said = {(line[1], line[2]): line[-1] for line in lines}
     assert {said["truth", "breaks"], said["flip?p=0.6", "breaks"]} == {NONE}
     assert {said["truth", "untold"], said["flip?p=0.6", "untold"]} == {"0"}  # the same in every trial: no interval
-    hasty = found.one("hasty", condition="truth")
+    hasty = found.one("measures.hasty", condition="truth")
     assert said["truth", "hasty"] == f"{hasty.value:.3g} [{hasty.low:.3g}, {hasty.high:.3g}]"
 
 
 def test_a_report_shows_them(tmp_path, monkeypatch):
     path = write_study(tmp_path / "study", STUDY)
     write_report(path)
-    assert results(path).where(family=MEASURES) == []
+    assert results(path).measures == []
     without = (path / "report.html").read_text("utf-8")
     assert not (path / "tables" / "measures.csv").exists()
     strangers.install(tmp_path, monkeypatch, points=POINTS)
     write_report(path)
-    assert len(results(path).where(family=MEASURES)) == 6
+    assert len(results(path).measures) == 6
     page = (path / "report.html").read_text("utf-8")
     assert "Whether it was solved in five steps" in page
     assert "Whether it was solved in five steps" not in without

@@ -6,7 +6,7 @@ from lockprobe.report.package_parts import stays_within, without_packages
 
 PART = (
     "<!-- a section of another package -->\n"
-    '<details class="section" id="dozens">\n<summary><h2>Dozens</h2></summary>\n'
+    '<details class="section" id="strange.dozens">\n<summary><h2>Dozens</h2></summary>\n'
     '<p class="by">From the package strange 0.3, not from Lockprobe.</p>\n<p>24 &lt; 25</p>\n</details>\n<!-- its end -->\n'
 )
 BEFORE = '<html><head></head><body>\n\n<details class="section" id="speed">\n<p>Ours.</p>\n</details>\n\n'

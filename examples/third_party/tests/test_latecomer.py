@@ -87,12 +87,13 @@ def test_a_sweep_over_the_lag_is_reported_with_all_of_them(tmp_path):
     compared = found.where("success_difference", control="truth", axis="late lag", of="")
     assert [(row.agent, row.condition) for row in compared] == [*product(AGENTS, CONDITIONS[1:])]
     assert "late lag" in found.answer
-    shares, means = ([row.value for row in found.where(name)] for name in ("untold_share", "untold"))
+    shares, means = ([row.value for row in found.where(name)] for name in ("latecomer.untold_share", "measures.untold"))
     assert shares == pytest.approx(means)
     assert shares[0] == 0 < shares[1] < shares[2]
     command("report", str(out))
-    assert (out / "figures" / "silence.svg").exists()
-    assert len((out / "tables" / "silence-by-condition.csv").read_text().splitlines()) == 7
+    assert (out / "figures" / "latecomer.silence.svg").exists()
+    assert len((out / "tables" / "latecomer.silence-by-condition.csv").read_text().splitlines()) == 7
     page = (out / "report.html").read_text("utf-8")
-    assert found.answer_of("silence") in page.partition('id="speed"')[2].partition('id="silence"')[2]
+    part = page.partition('id="speed"')[2].partition('id="latecomer.silence"')[2]
+    assert found.answer_of("latecomer.silence") in part
     assert "come from lockprobe-latecomer 0.1.0" in command("verify", str(out))

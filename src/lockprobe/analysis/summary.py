@@ -147,6 +147,12 @@ class StudySummary:
         """The agents that the study is about: all except baselines, or all if all are baselines."""
         return tuple(agent for agent in self.agents if not agent.reference) or self.agents
 
+    @property
+    def judged(self) -> tuple[AgentSummary, ...]:
+        """Those of them that have an ended trial; all agents that have one if none of them has."""
+        ended = [agent for agent in self.agents if any(one.success.n for one in agent.conditions)]
+        return tuple(agent for agent in ended if agent in self.subjects) or tuple(ended)
+
 
 def summarise(
     trials: Sequence[Trial],

@@ -152,7 +152,7 @@ def hear(trial: Trial, boxes: Mapping[str, Lockbox] | None = None) -> Heard:
 def _lag(trial: Trial) -> int:
     """The number of attempts by which reports are late, and of which they name the joint."""
     specs = (Spec.parse(spec, "intervention") for spec in reversed(trial.specs))
-    return next((int(spec.options[Delay.dose]) for spec in specs if spec.full_name == Delay.name), 0)
+    return next((int(spec.options[Delay.doses[0]]) for spec in specs if spec.full_name == Delay.name), 0)
 
 
 def _shifted(step: Step, start: str, panel: Sequence[int]) -> int | None:

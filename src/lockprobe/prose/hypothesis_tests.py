@@ -17,9 +17,11 @@ __all__ = [
     "asked",
     "conclusions",
     "conclusions_of",
+    "effect_said",
+    "limits_said",
     "name_of_test",
     "note_said",
-    "unit_said",
+    "unit_of_effect",
     "why_missing",
 ]
 
@@ -69,7 +71,7 @@ def conclusions(agent: AgentSummary) -> list[str]:
         if test.baseline is not None:
             interval += f", {test.baseline:.2g} for a blind agent with the same action habits"
         told = test.effect is not None and question != "shape"
-        effect = f"{unit_said(test, agent.axis)} {minus(f'{test.effect:.2g}{interval}')}; " if told else ""
+        effect = f"{effect_said(test.name, agent.axis)} {minus(f'{test.effect:.2g}{interval}')}; " if told else ""
         fewer, more, no = conclusions_of(subject_of(agent), question, agent.axis, blind=test.baseline is not None)
         found = no if not test.rejects else more if test.direction > 0 else fewer
         said.append(f"{found} ({effect}{name_of_test(test.name, agent.axis)}, {p_value(test.p_value)}).")
@@ -122,26 +124,32 @@ def conclusions_of(who: Subject, question: Question, axis: Axis = FLIPS, *, blin
     return tuple(one.format(**words) for one in (_HARM_AGAINST_BLIND if blind else _CONCLUDED[question]))
 
 
-_UNITS: Mapping[str, str] = {
-    "greatest difference from the lowest p, permutation": "difference in success",
-    "highest success, chosen by eye, Fisher": "difference in success",
-    MEAN_STEPS: "difference in mean steps, higher {dose}s minus the lowest",
-    "steps to solve, log-rank": "hazard ratio of solving, higher {dose}s over the lowest",
-    "two lines": "{dose} at which the lines meet",
-    "Lind-Mehlum": "{dose} at the turning point",
-    "loop onset, log-rank": "hazard ratio of a first loop, higher {dose}s over the lowest",
-    "lowest loop rate, chosen by eye, Fisher": "difference in loop rate",
-    "loop onset, two lines": "{dose} at which the lines meet",
-    "loop rates, two lines": "{dose} at which the lines meet",
-    "success after a loop, Mantel-Haenszel by p and step": "odds ratio of solving, after over before a loop",
-    "looped by step 10, Mantel-Haenszel by p": "odds ratio of solving, after over before a loop",
-    "looped against solved, Fisher": "odds ratio of solving, trials with over trials without a loop",
-    "Pearson over repetitions": "r",
-    "Pearson over values of p": "r",
-    "leaving a loop, Student over trials": "share of actions in a loop that leave it",
-    "trying a blocked joint again, Student over trials": "share of actions after a blocked report",
+_EFFECTS: Mapping[str, tuple[str, str]] = {
+    "greatest difference from the lowest p, permutation": ("points", "difference in success"),
+    "highest success, chosen by eye, Fisher": ("points", "difference in success"),
+    MEAN_STEPS: ("steps", "difference in mean steps, higher {dose}s minus the lowest"),
+    "steps to solve, log-rank": ("ratio", "hazard ratio of solving, higher {dose}s over the lowest"),
+    "two lines": ("dose", "{dose} at which the lines meet"),
+    "Lind-Mehlum": ("dose", "{dose} at the turning point"),
+    "loop onset, log-rank": ("ratio", "hazard ratio of a first loop, higher {dose}s over the lowest"),
+    "lowest loop rate, chosen by eye, Fisher": ("points", "difference in loop rate"),
+    "loop onset, two lines": ("dose", "{dose} at which the lines meet"),
+    "loop rates, two lines": ("dose", "{dose} at which the lines meet"),
+    "success after a loop, Mantel-Haenszel by p and step": (
+        "odds ratio",
+        "odds ratio of solving, after over before a loop",
+    ),
+    "looped by step 10, Mantel-Haenszel by p": ("odds ratio", "odds ratio of solving, after over before a loop"),
+    "looped against solved, Fisher": (
+        "odds ratio",
+        "odds ratio of solving, trials with over trials without a loop",
+    ),
+    "Pearson over repetitions": ("r", "r"),
+    "Pearson over values of p": ("r", "r"),
+    "leaving a loop, Student over trials": ("share", "share of actions in a loop that leave it"),
+    "trying a blocked joint again, Student over trials": ("share", "share of actions after a blocked report"),
 }
-"""What the effect of each test is."""
+"""Test -> the unit of its effect, and what the effect is."""
 
 _LENGTH = "Trial length alone can make it significant."
 _PEARSON = f"As in the paper (Fig. 5a), which does not name the unit of analysis. {_LENGTH}"
@@ -221,23 +229,35 @@ def why_missing(code: str, axis: Axis = FLIPS) -> str:
     return _MISSING[code].format(dose=axis.name)
 
 
-def unit_said(test: TestResult, axis: Axis = FLIPS) -> str:
+def effect_said(name: str, axis: Axis = FLIPS) -> str:
     """What the effect of a test is; empty where it has none."""
-    return _UNITS.get(test.name, "").format(dose=axis.name)
+    return _EFFECTS.get(name, ("", ""))[1].format(dose=axis.name)
 
 
-def note_said(test: TestResult, axis: Axis = FLIPS) -> str:
-    """The note on a test: why it is missing, else how to interpret it."""
-    said = why_missing(test.note, axis) or _NOTES.get(test.name, "").format(dose=axis.name, null=_null(test))
-    if test.broken:
-        said += " Trials broke: the P value is the largest without them, with all unsolved, and with all solved."
-    return said.strip()
+def unit_of_effect(name: str) -> str:
+    """The unit of the effect of a test; empty where it has none."""
+    return _EFFECTS.get(name, ("", ""))[0]
 
 
-def _null(test: TestResult) -> str:
+def limits_said(test: TestResult, axis: Axis = FLIPS) -> str:
+    """Why a test is missing, or what broken trials do to its P value; empty in all other cases."""
+    broke = " Trials broke: the P value is the largest without them, with all unsolved, and with all solved."
+    return f"{why_missing(test.note, axis)}{broke * test.broken}".strip()
+
+
+def note_said(name: str, axis: Axis = FLIPS, baseline: float | None = None) -> str:
+    """How to interpret a test.
+
+    Args:
+        name: The test.
+        axis: What conditions differ in.
+        baseline: The effect for a blind agent, if that is the null hypothesis.
+    """
+    return _NOTES.get(name, "").format(dose=axis.name, null=_null(baseline))
+
+
+def _null(baseline: float | None) -> str:
     """Against which odds ratio the effect of a loop is tested."""
-    if test.baseline is None:
+    if baseline is None:
         return "Tested against an odds ratio of 1; the odds ratio of a blind agent on this box is not known."
-    return (
-        f"Tested against {test.baseline:.2f}, the odds ratio of a blind agent with the same action habits on this box."
-    )
+    return f"Tested against {baseline:.2f}, the odds ratio of a blind agent with the same action habits on this box."

@@ -25,6 +25,7 @@ from lockprobe.prose.success import alike_said
 
 __all__ = [
     "Varied",
+    "all_broken_said",
     "effects_answer",
     "effects_needed",
     "flips_answer",
@@ -91,7 +92,7 @@ def trial_said(budget: int, varied: Varied, flip: str = "transient") -> str:
 
 def flips_answer(summary: StudySummary) -> str:
     """What false reports, or another dose, did to the success of the agents that the study is about."""
-    counted = [agent for agent in summary.subjects if any(one.success.n for one in agent.conditions)]
+    counted = summary.judged
     if not counted:
         return "No trial has ended yet."
     if len(counted) == 1:
@@ -100,6 +101,20 @@ def flips_answer(summary: StudySummary) -> str:
         return _leaders(counted, summary.standings)
     compared = [agent for agent in counted if agent.blind or sum(bool(one.success.n) for one in agent.conditions) > 1]
     return _several(compared, summary.axis) if len(compared) > 1 else _single(compared[0])
+
+
+def all_broken_said(broken: Mapping[str, int]) -> str:
+    """That all trials of these agents ended as an error; empty without any.
+
+    >>> all_broken_said({"a": 8}), all_broken_said({"a": 8, "b": 1})
+    ('All 8 trials of a ended as an error.', 'All trials of a and b ended as an error.')
+    """
+    if not broken:
+        return ""
+    trials = [*broken.values()]
+    which = "All" if len(trials) > 1 else f"All {trials[0]}" if trials[0] > 1 else "The only"
+    trial = f"trial{'s' * (sum(trials) > 1)}"
+    return f"{which} {trial} of {_listed([Subject.of(agent).name for agent in broken])} ended as an error."
 
 
 def _leaders(agents: Sequence[AgentSummary], standings: Sequence[Standing]) -> str:

@@ -16,7 +16,7 @@ __all__ = ["section_answers"]
 
 def section_answers(summary: StudySummary) -> dict[str, str]:
     """Section -> its answer in one sentence; sections without numbers are missing."""
-    agents = [agent for agent in summary.subjects if any(one.success.n for one in agent.conditions)]
+    agents = summary.judged
     if not agents:
         return {}
     first = next(one.p for one in agents[0].conditions if one.success.n)

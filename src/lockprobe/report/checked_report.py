@@ -17,12 +17,11 @@ from lockprobe.errors import BadFile, LockprobeError, UserMistake
 from lockprobe.inputs import read_input
 from lockprobe.report.check import Check, check_of
 from lockprobe.report.costs import prices_of
-from lockprobe.report.installed_measures import MEASURES
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.package_parts import without_packages
 from lockprobe.report.parallel import one_thread, shared, uncollected
 from lockprobe.report.replayed_trials import is_hosted
-from lockprobe.rows import Results, Row
+from lockprobe.rows import MEASURES, Results, Row
 from lockprobe.sections import LeftOutSection
 from lockprobe.studies.branch import FORKS
 from lockprobe.studies.directory import RECORDS
@@ -49,6 +48,12 @@ _OF_ROWS: Mapping[str, Sequence[str]] = {
 
 _FORKS = re.compile(r": (\w+_by_fork|\w+_after_true_report|forks)\b")
 """Rows on forks among those that differ."""
+
+_FOLDERS = ("tables", "figures")
+"""The directories of a report, which hold nothing else."""
+
+_PAGE_FORMS = (".html", ".htm", ".xhtml")
+"""How names of pages end."""
 
 _LARGEST = 2**28
 """Bytes of one file of a report."""
@@ -85,7 +90,7 @@ def report_checks(opened: OpenedStudy, *, processes: int = 1) -> tuple[Check, ..
         processes: Processes that may work at a large report.
     """
     directory = opened.directory
-    names = [RESULTS, *PAGES, *(f"{folder}/" for folder in ("tables", "figures"))]
+    names = [RESULTS, *PAGES, *_FOLDERS]
     if not any((directory / name).exists() for name in names):
         return (Check(name="results", holds=True, said="there is no report to compare"),)
     written, compared, results = _written(directory), _Compared(), dict[str, Any]()
@@ -131,7 +136,7 @@ def _measured(written: Results | None) -> tuple[Row, ...]:
     """What installed packages measure, as the results hold it."""
     if written is None:
         return ()
-    measured = (row for row in written.where(family=MEASURES) if row.source)
+    measured = (row for row in written.measures if row.source)
     return (*measured, *(one for one in written.facts if one.about == MEASURES and one.source))
 
 
@@ -199,19 +204,32 @@ def _changed_since(directory: Path) -> bool:
 
 def _pages(opened: OpenedStudy, found: _Compared, *, newer: bool) -> Check:
     """Whether pages, tables and figures are those of the records."""
-    left = [name for name in PAGES if name not in found.made and (opened.directory / name).exists()]
-    failed = [*found.pages, *found.figures, *(f"{name}: no file of this report" for name in left)]
+    left = [name for name in _there(opened.directory) if name not in found.made]
+    of_packages = [name for name in left if "/" in name and "." in Path(name).stem]
+    strange = [f"{name}: no file of this report" for name in left if name not in of_packages]
+    failed = [*found.pages, *found.figures, *strange]
     missing = f"; {found.missing} are not there" if found.missing else ""
     sources = ", ".join(dict.fromkeys(found.of_packages))
     foreign = f"; {len(found.of_packages)} parts of {_REPORT} are not checked: they come from {sources}"
     holds = f"{found.there} pages, tables and figures are what the records give{missing}"
     holds += foreign * bool(found.of_packages)
+    if of_packages:
+        named = ", ".join(dict.fromkeys(Path(name).with_suffix("").as_posix() for name in of_packages))
+        holds += f"; not checked, as they have names of packages: {named}"
     fails = "pages, tables and figures are not what the records give"
     if found.drawn_elsewhere:
         fails += f"; figures were drawn by {found.drawn_elsewhere}: lockprobe report first"
     elif newer:
         fails += "; the records are newer: lockprobe report first"
     return check_of("report", failed, holds, fails)
+
+
+def _there(directory: Path) -> list[str]:
+    """Pages, and all that is in the directories of a report, as paths; what is hidden is left to the system."""
+    pages = [path for path in directory.iterdir() if path.suffix.lower() in _PAGE_FORMS]
+    inside = [path for folder in _FOLDERS for path in (directory / folder).rglob("*")]
+    names = [path.relative_to(directory) for path in (*pages, *inside) if path.is_symlink() or not path.is_dir()]
+    return sorted(name.as_posix() for name in names if not any(part.startswith(".") for part in name.parts))
 
 
 def _results(directory: Path, found: Mapping[str, Any]) -> Check:
@@ -242,7 +260,7 @@ def check_page(name: str, path: Path, made: str) -> Check:
 def check_file(name: str, path: Path, found: Mapping[str, Any]) -> Check:
     """Whether a file of results, if there is one, holds what is computed from the records."""
     try:
-        written = json.loads(read_input(path, _LARGEST), object_pairs_hook=_once)
+        written = json.loads(read_input(path, _LARGEST).decode("utf-8"), object_pairs_hook=_once)
     except BadFile as error:
         if not path.exists():
             return Check(name=name, holds=True, said=f"there is no {path.name} to compare")
@@ -285,14 +303,26 @@ def _different(written: Any, found: Any, where: str = "") -> Iterator[str]:
     """The places at which two JSON values differ; rows are compared by what they are of."""
     if isinstance(written, Mapping) and isinstance(found, Mapping):
         for name in dict.fromkeys([*written, *found]):
-            yield from _different(written.get(name), found.get(name), f"{where}.{name}" if where else name)
+            place, one, other = f"{where}.{name}" if where else name, written.get(name), found.get(name)
+            if one is other is None and (name in written) != (name in found):
+                yield place
+            yield from _different(one, other, place)
     elif where in _OF_ROWS and (_listed(written) or written is None) and (_listed(found) or found is None):
         yield from _different_rows(written or (), found or (), where)
     elif _listed(written) and _listed(found) and len(written) == len(found):
         for i, (one, other) in enumerate(zip(written, found, strict=True)):
             yield from _different(one, other, f"{where}[{i}]")
-    elif written != found:
+    elif not _same(written, found):
         yield where or "all of it"
+
+
+def _same(one: Any, other: Any) -> bool:
+    """Whether two JSON values are equal; ``true`` is not 1, as it is in Python."""
+    if isinstance(one, Mapping) and isinstance(other, Mapping):
+        return one.keys() == other.keys() and all(_same(value, other[name]) for name, value in one.items())
+    if _listed(one) and _listed(other):
+        return len(one) == len(other) and all(map(_same, one, other))
+    return bool(one == other) and isinstance(one, bool) == isinstance(other, bool)
 
 
 def _different_rows(written: Sequence[Any], found: Sequence[Any], where: str) -> Iterator[str]:
@@ -300,21 +330,22 @@ def _different_rows(written: Sequence[Any], found: Sequence[Any], where: str) ->
     there, made = (_by_identity(rows, where) for rows in (written, found))
     for name in dict.fromkeys([*there, *made]):
         one, other = there.get(name), made.get(name)
-        if one == other:
+        if _same(one, other):
             continue
         said = f"{where}: {name}"
         if one is None or other is None:
             yield f"{said} is {'missing' if one is None else 'no row of this report'}"
             continue
         column = next(
-            key for key in dict.fromkeys([*one, *other]) if (key in one, one.get(key)) != (key in other, other.get(key))
+            key
+            for key in dict.fromkeys([*one, *other])
+            if (key in one) != (key in other) or not _same(one.get(key), other.get(key))
         )
         yield f"{said}: {column} {one.get(column)} written, {other.get(column)} computed"
     group = _OF_ROWS[where][0]
-    own = {row[group] for row in made.values() if group in row}
     for row in _of_packages(written):
-        if row.get(group) in own:
-            yield f"{where}: {row[group]} of {row['source']} has a name of Lockprobe's rows"
+        if row.get(group) != MEASURES and "." not in str(row.get(group)):  # as in every name of a package
+            yield f"{where}: {row.get(group)} of {row['source']} has a name of Lockprobe's rows"
 
 
 def _by_identity(rows: Sequence[Any], kind: str) -> dict[str, Mapping[str, Any]]:

@@ -13,7 +13,7 @@ from lockprobe.analysis.proportions import ALPHA, Difference, Proportion, differ
 from lockprobe.analysis.summary import AgentSummary
 from lockprobe.audit.rates import false_positives
 from lockprobe.formatting import minus
-from lockprobe.prose.hypothesis_tests import name_of_test, unit_said
+from lockprobe.prose.hypothesis_tests import effect_said, name_of_test
 from lockprobe.report.paper_reanalysis import share
 
 __all__ = [
@@ -113,7 +113,7 @@ def tested(question: Question, sign: int) -> ClaimMeasure:
         (test,) = (t for t in agent.inference.tests if t.question == question and t.recommended)
         if test.p_value is None or agent.blind:
             return NOT_MEASURED
-        said = "" if test.effect is None else minus(f"{test.effect:.2f} ({unit_said(test)})")
+        said = "" if test.effect is None else minus(f"{test.effect:.2f} ({effect_said(test.name)})")
         return said, borne_out(pattern(test.p_value, sign * test.direction)), name_of_test(test.name), test.p_value
 
     return measure

@@ -8,12 +8,9 @@ from lockprobe.analysis.measures import find_measure, measured
 from lockprobe.errors import UserMistake
 from lockprobe.plugins import find_plugin, plugin_names
 from lockprobe.report.study_numbers import PlayedCell, StudyNumbers
-from lockprobe.rows import Fact, Row
+from lockprobe.rows import MEASURES, Fact, Row
 
-__all__ = ["MEASURES", "measure_rows"]
-
-MEASURES = "measures"
-"""The family of what packages measure."""
+__all__ = ["measure_rows"]
 
 
 def measure_rows(numbers: StudyNumbers) -> Iterator[Row]:
@@ -39,11 +36,11 @@ def measure_rows(numbers: StudyNumbers) -> Iterator[Row]:
 def _of_cell(cell: PlayedCell, name: str) -> tuple[Fact | None, Row]:
     """A description of the measure, if it works, and its row."""
     plugin = find_plugin("measure", name)
-    source = plugin.package if plugin else name
+    source, quantity = plugin.package if plugin else name, f"{MEASURES}.{name}"
     try:
         (found,) = measured(cell.trials, [find_measure(name)])
     except UserMistake as error:
-        return None, cell.estimate(name, n=0, unit="broken", note=str(error), family=MEASURES, source=source)
-    numbers = {"n": found.n, "low": found.low, "high": found.high, "unit": found.kind}
-    row = cell.estimate(name, found.value, **numbers, family=MEASURES, source=source)
+        return None, cell.estimate(quantity, n=0, unit="", note=str(error), source=source)
+    numbers = {"n": found.n, "low": found.low, "high": found.high, "unit": "share" if found.kind == "share" else ""}
+    row = cell.estimate(quantity, found.value, **numbers, source=source)
     return Fact(about=MEASURES, name=name, text=found.what, source=source), row

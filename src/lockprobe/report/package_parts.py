@@ -26,7 +26,7 @@ _EMPTY = frozenset({"br", "col", "hr", "img", "wbr"})
 
 _PART = re.compile(
     r"<!-- a section of another package -->\n"
-    r'(?P<part><details class="section" id="[a-z0-9_-]+">\n<summary>(?P<head>.*?)</summary>\n'
+    r'(?P<part><details class="section" id="[a-z0-9_-]+\.[a-z0-9._-]+">\n<summary>(?P<head>.*?)</summary>\n'
     r'<p class="by">From the package (?P<source>[^<>]+), not from Lockprobe\.</p>\n(?P<body>.*?)</details>\n)'
     r'<!-- its end -->\n(?=<!-- a section of another package -->\n|\n<details class="section" id="|\n</body>)',
     re.DOTALL,

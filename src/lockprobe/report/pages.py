@@ -82,10 +82,11 @@ class Page:
 
     def written(self, part: Part) -> Any:
         """The blocks of a part; a line that says so if they cannot be written."""
+        page = self if part.source else replace(self, found=self.found.own)
         missing = '<p class="off">This section could not be written; the top of the page says why.</p>'
 
         def write() -> Any:
-            text = rendered("written", blocks=list(part.blocks), page=self)
+            text = rendered("written", blocks=list(part.blocks), page=page)
             if part.source and not stays_within(text):
                 raise ValueError("markup of this part reaches beyond it: it has styles, scripts, comments or open tags")
             return _own(text)
@@ -120,7 +121,7 @@ def _shown(one: Section, found: Results) -> list[Part]:
                 source=one.source,
                 blocks=section(one.title, partial(list, part.blocks), list[Block]),
             )
-            for part in one.show(found)
+            for part in one.show(one.read(found))
         ]
 
     with of_package(one.source):
@@ -137,7 +138,7 @@ def tables_of(found: Results, asked: Iterable[Table] = ()) -> dict[str, TextTabl
     made = {table.name: _cells(table, found) for table in asked}
     for one in all_sections() if not made else ():
         with of_package(one.source):
-            made |= {table.name: _cells(table, found) for table in one.tables}
+            made |= {table.name: _cells(table, one.read(found)) for table in one.tables}
     return made
 
 
@@ -196,6 +197,6 @@ def page_of(
     page = Page(found=found, images=images, photographs=photographs or {}, trials=trials)
     return section(
         f"Page {name}.html",
-        lambda: rendered(name, found=found, page=page, parts=parts_of(found, name)),
-        lambda: rendered("left_out", found=found, page=name),
+        lambda: rendered(name, found=found.own, page=page, parts=parts_of(found, name)),
+        lambda: rendered("left_out", found=found.own, page=name),
     )

@@ -61,7 +61,7 @@ def report_files(
         drawn = _drawn(found, collecting(each))
         box = opened.settings.get("box", {})
         trials = section("Trial explorer", lambda: explorer_data(opened.trials, box), lambda: explorer_data((), box))
-        photographs = section("What agents saw", lambda: embedded(opened.directory, found), dict[str, str])
+        photographs = section("What agents saw", lambda: embedded(opened.directory, found.own), dict[str, str])
         files = list(_files(found, drawn, photographs, trials))
         failed.extend(opened.left_out)
         if failed:  # pages and results name what is not in them
@@ -79,8 +79,9 @@ def _drawn(found: Results, each: Each) -> Pictures:
     for source, figures in (*parts, *((one.source, one.figures) for one in all_sections())):
         for figure in figures:
             with of_package(source):
-                if figure.name not in asked and _applies(found, figure):
-                    asked[figure.name] = partial(_draw, found, _alone(figure), source)
+                read = found if source else found.own
+                if figure.name not in asked and _applies(read, figure):
+                    asked[figure.name] = partial(_draw, read, _alone(figure), source)
     done = each(operator.call, asked.values())
     return {name: forms for name, forms in zip(asked, done, strict=True) if forms is not None}
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
@@ -20,8 +20,6 @@ from lockprobe.rows import (
     Design,
     DoseAxis,
     Estimate,
-    Exhibit,
-    Fact,
     Finding,
     LeftOut,
     Player,
@@ -34,15 +32,6 @@ from lockprobe.studies.results_hash import results_hash
 from lockprobe.studies.study_design import design_of
 
 __all__ = ["results", "results_of", "with_left_out"]
-
-_GROUP: Mapping[type, str] = {
-    Estimate: "quantity",
-    Curve: "quantity",
-    Finding: "section",
-    Exhibit: "section",
-    Fact: "about",
-}
-"""Kind of a row -> the column by which sections find theirs."""
 
 _REPLACED = ("answer", "finding")
 """Kinds of sentences in whose place stands why nobody is judged; others are left out."""
@@ -57,7 +46,7 @@ def results_of(numbers: StudyNumbers, more: Sequence[Section] = ()) -> Results:
     """
     opened, study = numbers.opened, numbers.study
     asked = [one for one in all_sections() if one.name not in {of.name for of in more}]
-    rows, named = list[Row](), dict[tuple[str, ...], str]()
+    rows, named = list[Row](), set[tuple[str, ...]]()
     for one in sorted((*asked, *more), key=lambda of: bool(of.source)):  # rows of packages stand last
         with of_package(one.source):
             rows += section(one.title, partial(_rows_of, one, numbers, named), list[Row])
@@ -70,33 +59,28 @@ def results_of(numbers: StudyNumbers, more: Sequence[Section] = ()) -> Results:
         not_judged=not_judged,
         progress=Progress(planned=study.size, finished=opened.finished),
         design=_design(numbers),
-    ).with_rows(_judging_nobody(rows, not_judged) if not_judged else rows)
+    ).with_rows(_resting(_judging_nobody(rows, not_judged) if not_judged else rows))
     return found.changed(answer=found.answer_of("overview"))
 
 
-def _rows_of(one: Section, numbers: StudyNumbers, named: dict[tuple[str, ...], str]) -> list[Row]:
+def _rows_of(one: Section, numbers: StudyNumbers, named: set[tuple[str, ...]]) -> list[Row]:
     """The rows of a section.
 
     Args:
         one: The section.
         numbers: The numbers of the study.
-        named: What there are rows of -> the package that gives them; those of the section are added.
+        named: What there are numbers of; those of the section are added.
 
     Raises:
-        ValueError: If a reader could not tell two numbers apart, or a package's rows from those of Lockprobe.
+        ValueError: If a reader could not tell two numbers apart.
     """
     rows = list(one.rows(numbers))
     for row in rows:
-        group = _GROUP[type(row)]
-        place = group, getattr(row, group)
-        there = named.setdefault(place, row.source)
-        if bool(there) != bool(row.source):
-            raise ValueError(f"Lockprobe and {there or row.source} both have a {group} {place[1]!r}")
         if isinstance(row, Estimate | Curve):
             name = (type(row).__name__, *row.identity)
             if name in named:
                 raise ValueError(f"two rows are of {', '.join(filter(None, row.identity))}")
-            named[name] = row.source
+            named.add(name)
     return rows
 
 
@@ -108,7 +92,18 @@ def _judging_nobody(rows: Sequence[Row], said: str) -> Iterator[Row]:
             yield row
         elif row.kind in _REPLACED and (row.section, row.kind) not in there:
             there.add((row.section, row.kind))
-            yield Finding(section=row.section, kind=row.kind, text=said)
+            yield Finding(section=row.section, kind=row.kind, text=said, rests_on=("against_rules",))
+
+
+def _resting(rows: Iterable[Row]) -> Iterator[Row]:
+    """The rows, of which sentences rest on those quantities alone that there are rows of."""
+    found = list(rows)
+    known = {row.quantity for row in found if isinstance(row, Estimate | Curve)}
+    for row in found:
+        if isinstance(row, Finding):
+            yield row.model_copy(update={"rests_on": tuple(name for name in row.rests_on if name in known)})
+        else:
+            yield row
 
 
 def _design(numbers: StudyNumbers) -> Design:

@@ -230,6 +230,10 @@ class Section:
         page: The page that shows it.
         after: Name of the section that it follows; at the end if empty. For sections of packages.
         source: The package that it comes from; empty for Lockprobe.
+
+    A name that Lockprobe gives has no point, and a name that a package gives has one: its section is called, for
+    example, ``latecomer.silence``, and all names that it gives begin with ``latecomer.``: its tables, figures and
+    parts, the quantities of its rows and the subjects of its facts.
     """
 
     name: str
@@ -241,6 +245,10 @@ class Section:
     page: str = "report"
     after: str = ""
     source: str = ""
+
+    def read(self, found: Results) -> Results:
+        """The rows that its page, tables and figures are made from; of Lockprobe's sections only its own."""
+        return found if self.source else found.own
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -165,10 +165,10 @@ class StudyNumbers:
     def _answers(self) -> dict[str, str]:
         return section_answers(self.flips)
 
-    def answer(self, name: str) -> Iterator[Finding]:
-        """The answer in the heading of a section, where it has one."""
+    def answer(self, name: str, *rests_on: str) -> Iterator[Finding]:
+        """The answer in the heading of a section, where it has one, and the quantities that it rests on."""
         if said := self._answers.get(name):
-            yield Finding(section=name, kind="answer", text=said)
+            yield Finding(section=name, kind="answer", text=said, rests_on=rests_on)
 
     @cached_property
     def not_judged(self) -> str:

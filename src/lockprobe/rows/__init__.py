@@ -7,10 +7,12 @@ not be measured has no row; a fact says why.
 
 from lockprobe.rows.course import Cell, Course
 from lockprobe.rows.design import Condition, Design, DoseAxis, LeftOut, Player, Progress, axis_key
-from lockprobe.rows.results import NoSuchRow, Results
-from lockprobe.rows.row import Curve, Estimate, Exhibit, ExhibitStep, Fact, Finding, Row
+from lockprobe.rows.results import MEASURES, NoSuchRow, Results
+from lockprobe.rows.row import UNITS, Curve, Estimate, Exhibit, ExhibitStep, Fact, Finding, Row
 
 __all__ = [
+    "MEASURES",
+    "UNITS",
     "Cell",
     "Condition",
     "Course",

@@ -18,7 +18,13 @@ from lockprobe.rows.design import Condition, Design, DoseAxis, LeftOut, Player, 
 from lockprobe.rows.part import Part
 from lockprobe.rows.row import IDENTITY, Curve, Estimate, Exhibit, Fact, Finding, Row
 
-__all__ = ["NoSuchRow", "Results"]
+__all__ = ["MEASURES", "NoSuchRow", "Results"]
+
+MEASURES = "measures"
+"""What facts about measures of packages are about; of the measure ``x`` the quantity is ``measures.x``."""
+
+_KINDS = ("rows", "curves", "findings", "facts", "exhibits")
+"""The fields that hold rows."""
 
 
 class NoSuchRow(LockprobeError, LookupError):
@@ -61,6 +67,17 @@ class Results(Part):
     def __repr__(self) -> str:
         """How many rows there are; all of them would fill a screen for minutes."""
         return f"<Results of {self.study.get('study', 'a study')}: {len(self.rows)} rows; {self.answer}>"
+
+    @cached_property
+    def own(self) -> Results:
+        """The same without what sections of packages add: all that a section of Lockprobe reads."""
+        kept = {kind: tuple(row for row in getattr(self, kind) if not row.source or _measures(row)) for kind in _KINDS}
+        return self.changed(**kept) if any(len(getattr(self, kind)) > len(kept[kind]) for kind in _KINDS) else self
+
+    @property
+    def measures(self) -> list[Estimate]:
+        """What measures of packages found, in order."""
+        return [row for row in self.rows if _measures(row)]
 
     @cached_property
     def _rows(self) -> Mapping[str, Sequence[Estimate]]:
@@ -272,13 +289,20 @@ class Results(Part):
         kinds: dict[type, list[Row]] = {kind: [] for kind in (Estimate, Curve, Finding, Fact, Exhibit)}
         for row in rows:
             kinds[type(row)].append(row)
-        named = dict(zip(("rows", "curves", "findings", "facts", "exhibits"), kinds.values(), strict=True))
+        named = dict(zip(_KINDS, kinds.values(), strict=True))
         return self.changed(**{name: tuple(of) for name, of in named.items()}, **changed)
 
     def changed(self, **fields: Any) -> Results:
         """The same with other values of these fields."""
         kept = {name: getattr(self, name) for name in type(self).model_fields}
         return self.model_construct(**kept | fields)  # no copy, which would keep what is cached
+
+
+def _measures(row: Row) -> bool:
+    """Whether a row is of a measure that a package adds, or describes it."""
+    if isinstance(row, Fact):
+        return row.about == MEASURES
+    return isinstance(row, Estimate) and row.quantity.startswith(f"{MEASURES}.")
 
 
 def _asked(columns: Mapping[str, str]) -> str:

@@ -8,7 +8,7 @@ from pydantic import Field
 
 from lockprobe.rows.part import Number, Part, Probability
 
-__all__ = ["IDENTITY", "Curve", "Estimate", "Exhibit", "ExhibitStep", "Fact", "Finding", "Row"]
+__all__ = ["IDENTITY", "UNITS", "Curve", "Estimate", "Exhibit", "ExhibitStep", "Fact", "Finding", "Row"]
 
 
 class _Measured(Part):
@@ -48,10 +48,36 @@ IDENTITY = (
 """The columns that say what a row is of."""
 
 
+UNITS = (
+    *("share", "points", "ratio", "odds ratio", "yes or no", "direction", "verdict", "rank", "order", "dose"),
+    *(
+        "steps",
+        "trials",
+        "people",
+        "claims",
+        "reports",
+        "decisions",
+        "calls",
+        "tokens",
+        "US$",
+        "ms",
+        "records",
+        "lines",
+    ),
+    *("boxes", "blocks", "strata", "sequences", "restarts", "interlocks", "permutations"),
+    *("bits", "logits", "score", "coefficient", "r", "z", "total variation"),
+)
+"""The units of Lockprobe's numbers."""
+
+
 class Estimate(_Measured):
     """One number, with its interval and test where it has them."""
 
-    unit: str = Field(default="share", description="share, points, steps, bits, ratio, trials, …")
+    unit: str = Field(
+        default="share",
+        description=f"{', '.join(UNITS)}, or what a package says; empty if it has none. Points are differences of "
+        "shares, from -1 to 1; the column axis names a dose.",
+    )
     count: int | None = Field(default=None, ge=0, description="Of a share: how many of them.")
     clusters: int | None = Field(default=None, ge=0, description="Clusters that the interval counts as independent.")
     value: Number = Field(default=None, description="The number; null where only its interval is known.")
@@ -99,7 +125,9 @@ class Finding(Part):
     agent: str = Field(default="", description="The agent that it is about; empty if about several.")
     modality: str = Field(default="", description="How that agent was shown the box.")
     text: str = Field(description="The sentence.")
-    rests_on: tuple[str, ...] = Field(default=(), description="The quantities that it rests on.")
+    rests_on: tuple[str, ...] = Field(
+        default=(), description="The quantities that it rests on, which have rows; none if it states no result."
+    )
     judges: bool = Field(default=True, description="Whether it judges an agent.")
     source: str = Field(default="", description="The package that says it; empty for Lockprobe.")
 

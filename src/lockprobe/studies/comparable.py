@@ -138,9 +138,9 @@ def _what_acts(shared: SharedCondition) -> tuple[tuple[str, ...], str, str]:
 def _shared(condition: Condition) -> SharedCondition:
     prompts = [spec for spec in condition.specs if spec_name(spec) == OwnPrompt.name]
     acting = [
-        Recorded(spec=spec, dose=dose)
-        for spec, dose in zip(condition.specs, condition.dose_names, strict=True)
-        if spec not in prompts and not _is_idle(spec, dose, condition.modality)
+        Recorded(spec=spec, doses=doses)
+        for spec, doses in zip(condition.specs, condition.dose_names, strict=True)
+        if spec not in prompts and not _is_idle(spec, doses, condition.modality)
     ]
     files = (Spec.parse(spec, "intervention").options.get("file", spec) for spec in prompts)
     whole = " + ".join((*(one.spec for one in acting), condition.modality))
@@ -151,14 +151,14 @@ def _shared(condition: Condition) -> SharedCondition:
     return SharedCondition(bare, " + ".join(files))
 
 
-def _is_idle(spec: str, dose: str, modality: str) -> bool:
-    """Whether an intervention has a dose of 0 and nothing else that changes reports.
+def _is_idle(spec: str, doses: Sequence[str], modality: str) -> bool:
+    """Whether an intervention has a first dose of 0 and nothing else that changes reports.
 
     Flips of outcomes alone take the positions from reports, and the kind of flips says how long false pictures last.
     """
     options = Spec.parse(spec, "intervention").options
     says_more = "outcome-only" in spec or ("persistence" in options and "p" in modality_doses(modality)[1])
-    return bool(dose) and float(options.get(dose, 1)) == 0 and not says_more
+    return bool(doses) and float(options.get(doses[0], 1)) == 0 and not says_more
 
 
 def families(conditions: Iterable[SharedCondition]) -> dict[str, str]:

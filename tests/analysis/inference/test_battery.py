@@ -15,7 +15,7 @@ from lockprobe.analysis.persistence import persistence
 from lockprobe.audit.simulate import simulate_outcomes, simulate_study
 from lockprobe.audit.simulated_agents import WORLDS, Design
 from lockprobe.errors import BadValue
-from lockprobe.prose.hypothesis_tests import QUESTIONS, note_said
+from lockprobe.prose.hypothesis_tests import QUESTIONS, limits_said
 from lockprobe.seeds import generator
 
 
@@ -84,7 +84,7 @@ def test_too_little_to_test_gives_no_p_value_and_says_why(trials):
         if test.question in ("success", "shape", "looping"):
             assert test.p_value is None, test
         if test.recommended and test.p_value is None:
-            assert note_said(test)
+            assert limits_said(test)
 
 
 def test_equal_seeds_give_equal_tests():

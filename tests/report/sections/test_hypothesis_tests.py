@@ -9,7 +9,7 @@ from builders import small_study, write_study
 
 from lockprobe.analysis.inference.verdict import Question
 from lockprobe.audit.rates import false_positives, measured
-from lockprobe.prose.hypothesis_tests import asked, name_of_test, note_said, unit_said
+from lockprobe.prose.hypothesis_tests import asked, limits_said, name_of_test, unit_of_effect
 from lockprobe.report.opened import open_study
 from lockprobe.report.pages import page_of
 from lockprobe.report.results import results_of
@@ -56,8 +56,8 @@ def test_every_test_of_the_battery_is_a_row(numbers, found):
             assert row.of == (test.question if test.recommended else f"{test.question}: {test.name}")
             assert (row.p_value, row.low, row.high) == (test.p_value, test.low, test.high)
             assert row.value == (test.effect if test.holds is None else test.holds)
-            assert row.unit == (unit_said(test) if test.holds is None else RULE)
-            assert row.note == note_said(test)
+            assert row.unit == (unit_of_effect(test.name) if test.holds is None else RULE)
+            assert row.note == limits_said(test)
             assert (course.value("test_direction", row.of) or 0) == test.direction
             assert course.value("test_null", row.of) == test.baseline
 

@@ -9,6 +9,7 @@ from builders import SOLUTION, make_trial, play_study, small_study, study_of, wr
 from lockprobe.analysis.effects import effects
 from lockprobe.formatting import percent, share
 from lockprobe.lockbox.families import box
+from lockprobe.record import TrialError
 from lockprobe.report.opened import open_study
 from lockprobe.report.pages import page_of
 from lockprobe.report.results import results_of
@@ -103,6 +104,42 @@ def test_a_study_that_has_only_begun_has_no_numbers(tmp_path):
     assert found.answer == "No trial has ended yet."
     assert not found.facts_about("first screen")
     assert "Partial: 0 of 48 trials." in screen(page_of("report", found))
+
+
+@pytest.mark.parametrize("p", [(0.0, 0.4), (0.4,)])
+@pytest.mark.parametrize("other", ["llm:b", "random", "human-inspired"])
+def test_an_agent_that_always_breaks_is_named_and_the_others_are_judged(tmp_path, other, p):
+    planned = small_study(["llm:a", other], p, 1, 2)
+    trials = [
+        make_trial((0,), agent=agent, p=rate, trial=i, broken="reply")
+        if agent == "llm:a"
+        else make_trial(SOLUTION, agent=agent, p=rate, trial=i)
+        for agent in planned.agents
+        for rate in p
+        for i in (1, 2)
+    ]
+    found = found_in(tmp_path, planned, trials)
+    named, _, rest = found.answer.partition(". ")
+    assert named == f"All {2 * len(p)} trials of llm:a ended as an error"
+    assert other in rest
+    assert (found.fact("first screen 1", "agent"), found.fact("first screen 2", "agent")) == (other, "")
+    alone = found_in(tmp_path / "alone", planned, trials[: 2 * len(p)])
+    assert alone.answer == f"{named}."
+
+
+def test_one_that_breaks_under_every_condition_is_named_too(tmp_path):
+    asked = {"p": [0], "condition": ["drop?p=0.5"], "trials": 2, "repetitions": 1}
+    planned = study("flips", agent=["cognitive:careful", "human-inspired"], **asked)
+    broken = {"steps": (), "ending": "error", "error": TrialError(boundary="reply", message="!", step=1), "changed": {}}
+    trials = [
+        replace(one, **broken, changed_steps=0) if one.agent == "cognitive:careful" else one
+        for one in play_study(planned)
+    ]
+    found = found_in(tmp_path, planned, trials)
+    assert found.answer.startswith(
+        "All 4 trials of cognitive:careful ended as an error. Inconclusive: no effect of drop?p=0.5 on"
+    )
+    assert found.fact("first screen 1", "agent") == "human-inspired"
 
 
 def test_where_nobody_is_judged_the_numbers_stay_and_the_verdicts_go(tmp_path):

@@ -49,7 +49,7 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
             text=said,
             rests_on=rests_on,
         )
-    yield from numbers.answer("agents_compared")
+    yield from numbers.answer("agents_compared", "success")
 
 
 def _versus(one: AgentComparison) -> dict[str, Any]:

@@ -45,7 +45,15 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
             note=NOT_JUDGED if not_judged else row.verdict,
         )
         # a number in words, which stays where nobody is judged
-        yield Finding(section="claims", kind=name, agent=agent, modality=modality, text=row.here, judges=False)
+        yield Finding(
+            section="claims",
+            kind=name,
+            agent=agent,
+            modality=modality,
+            text=row.here,
+            rests_on=("claim",),
+            judges=False,
+        )
 
 
 def _measured(found: Results) -> Iterator[tuple[PaperClaim, list[Estimate]]]:

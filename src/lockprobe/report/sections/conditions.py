@@ -6,11 +6,11 @@ from collections.abc import Iterator
 
 from lockprobe.formatting import NONE, minus, percent
 from lockprobe.report.format import TextTable
-from lockprobe.report.installed_measures import MEASURES, measure_rows
+from lockprobe.report.installed_measures import measure_rows
 from lockprobe.report.section import Block, Heading, Note, Part, Section, Table
 from lockprobe.report.study_numbers import PlayedCell, StudyNumbers
 from lockprobe.report.table_rows import chance_cell, share_of_row, value_cell
-from lockprobe.rows import Cell, Estimate, Results, Row
+from lockprobe.rows import MEASURES, Cell, Estimate, Results, Row
 
 __all__ = ["SECTIONS"]
 
@@ -133,13 +133,13 @@ _MIXED = Table("conditions", _table)
 
 def _measures(found: Results) -> TextTable:
     """The measures of installed packages; none without any."""
-    rows = found.where(family=MEASURES)
-    if not rows:
+    if not found.measures:
         return []
     head = ["agent", "condition", "measure", "what it is", "trials", "mean [95 % interval]"]
     return [head] + [
-        [row.agent, row.condition, row.quantity, row.note or found.fact(MEASURES, row.quantity), str(row.n), _mean(row)]
-        for row in rows
+        [row.agent, row.condition, name, row.note or found.fact(MEASURES, name), str(row.n), _mean(row)]
+        for row in found.measures
+        for name in [row.quantity.removeprefix(f"{MEASURES}.")]
     ]
 
 

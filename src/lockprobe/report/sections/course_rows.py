@@ -20,7 +20,7 @@ from lockprobe.analysis.proportions import Proportion
 from lockprobe.analysis.reference import Reference
 from lockprobe.analysis.summary import AgentSummary
 from lockprobe.interventions.condition import Condition
-from lockprobe.prose.hypothesis_tests import note_said, unit_said, why_missing
+from lockprobe.prose.hypothesis_tests import limits_said, unit_of_effect, why_missing
 from lockprobe.prose.success import course_said
 from lockprobe.report.study_numbers import share_rows
 from lockprobe.rows import Curve, Estimate, Fact, Row
@@ -28,6 +28,7 @@ from lockprobe.rows import Curve, Estimate, Fact, Row
 __all__ = [
     "CONTROL",
     "COURSE",
+    "DOSE",
     "LOWEST",
     "PERMUTED",
     "RULE",
@@ -50,6 +51,9 @@ CONTROL = "the control"
 
 RULE = "yes or no"
 """The unit of a test that is a rule without a P value."""
+
+DOSE = "dose"
+"""The unit of a dose, which is named in the column ``axis``."""
 
 PERMUTED = "permutation within blocks, and interval"
 
@@ -144,7 +148,7 @@ def _doses(course: AgentCourse, reference: Reference | None) -> Iterator[Row]:
     for one in found.conditions:
         yield course.estimate("trials_at_dose", one.success.n, unit="trials", **course.under(one.p))
     if (lowest := found.inference.difference.lowest) is not None:
-        yield course.estimate("lowest_dose", lowest, unit=course.dose)
+        yield course.estimate("lowest_dose", lowest, unit=DOSE)
     budget = next((len(one.curve.share) - 1 for one in found.conditions if one.success.n), None)
     if reference is not None and budget is not None:
         for of, share in (("uniform", reference.random), ("no-repeat", reference.no_repeat)):
@@ -164,7 +168,7 @@ def trend_rows(course: AgentCourse, quantity: str, fit: TrendFit) -> Iterator[Ro
     if (curve := fit.quadratic) is not None:
         yield course.curve(quantity, n=fit.n, x=curve.p, value=curve.value, low=curve.low, high=curve.high)
         if curve.turning is not None:
-            yield course.estimate(f"{quantity}_turning", curve.turning, of=curve.turning_kind or "", unit=course.dose)
+            yield course.estimate(f"{quantity}_turning", curve.turning, of=curve.turning_kind or "", unit=DOSE)
         if curve.turning_share is not None:
             yield course.estimate(f"{quantity}_turning_share", curve.turning_share, of=curve.turning_kind or "")
     yield from course.missing(quantity, fit.note)
@@ -200,15 +204,15 @@ def _best(course: AgentCourse) -> Iterator[Row]:
     for one in found.candidates:
         yield course.estimate("best_dose_probability", one.share, n=one.n, **course.under(one.p))
         if one.in_set:
-            yield course.estimate("best_dose_set", one.p, unit=course.dose, **course.under(one.p))
+            yield course.estimate("best_dose_set", one.p, unit=DOSE, **course.under(one.p))
     if found.best is not None:
-        yield course.estimate("best_dose", found.best, unit=course.dose)
+        yield course.estimate("best_dose", found.best, unit=DOSE)
         yield course.estimate("success_at_best_dose", found.success, of="uncorrected")
     if found.honest is not None:
         yield course.estimate("success_at_best_dose", found.honest, note="corrected for selection of the maximum")
     if found.turning is not None:
         ends = {"low": found.turning_low, "high": found.turning_high}
-        yield course.estimate("best_dose", found.turning, of="parabola", unit=course.dose, **ends)
+        yield course.estimate("best_dose", found.turning, of="parabola", unit=DOSE, **ends)
     yield from course.missing("best_dose", found.note)
 
 
@@ -224,7 +228,7 @@ def _differences(course: AgentCourse) -> Iterator[Row]:
         yield from _details(course, one, corrected)
     if contrast is not None:
         of = corrected | course.under(contrast.other.p) | {"of": ""}
-        yield course.estimate("clearest_dose", contrast.other.p, unit=course.dose)
+        yield course.estimate("clearest_dose", contrast.other.p, unit="dose")
         yield _difference(course, "clearest_success_difference", contrast.difference, of)
         yield course.estimate("clearest_success_difference", of="Fisher", p_value=contrast.fisher, test="Fisher")
     if tested.permutations:
@@ -261,7 +265,7 @@ def two_lines_rows(course: AgentCourse, quantity: str, found: TwoLines) -> Itera
     """A line on each side of a break: whether something rises and then falls, or falls and then rises."""
     if found.break_p is not None:
         shape = {"p_value": found.p_value, "test": "two lines", "note": found.direction or ""}
-        yield course.estimate(quantity, found.break_p, unit=course.dose, **shape)
+        yield course.estimate(quantity, found.break_p, unit=DOSE, **shape)
     for of, line in (("first line", found.first), ("second line", found.second)):
         if line is not None:
             yield course.estimate(quantity, line.z, of=of, unit="z", p_value=line.p_value)
@@ -274,9 +278,7 @@ def _lind_mehlum(course: AgentCourse) -> Iterator[Row]:
     found = course.agent.inference.bend
     if found.extremum is not None or found.p_value is not None:
         ends = {"low": found.low, "high": found.high, "p_value": found.p_value, "test": "Lind-Mehlum"}
-        yield course.estimate(
-            "success_lind_mehlum", found.extremum, unit=course.dose, note=found.direction or "", **ends
-        )
+        yield course.estimate("success_lind_mehlum", found.extremum, unit=DOSE, note=found.direction or "", **ends)
     for of, slope in ((LOWEST, found.slope_low), ("highest dose", found.slope_high)):
         if slope is not None:
             yield course.estimate("success_lind_mehlum", slope, of=f"slope at the {of}", unit="logits")
@@ -331,12 +333,12 @@ def _test(course: AgentCourse, test: TestResult) -> Iterator[Estimate]:
         "test" if test.recommended else "naive_test",
         float(test.holds or 0) if rule else test.effect,
         of=of,
-        unit=RULE if rule else unit_said(test, axis),
+        unit=RULE if rule else unit_of_effect(test.name),
         low=test.low,
         high=test.high,
         p_value=test.p_value,
         test=test.name,
-        note=note_said(test, axis),
+        note=limits_said(test, axis),
         corrected_for=many.get(test.question, 1) if test.recommended else 1,
     )
     if test.baseline is not None:

@@ -143,7 +143,8 @@ def _answers(others: ConditionStudySummary) -> Iterator[Finding]:
     ):
         if found:
             said = f"{sum(one.detectable for one in found)} of {len(found)} {what} were detected."
-            yield Finding(section=section, kind="answer", text=said)
+            rests_on = "success_difference" if section == "effects" else "success_interaction"
+            yield Finding(section=section, kind="answer", text=said, rests_on=(rests_on,))
 
 
 def _effect_table(found: Results) -> TextTable:

@@ -33,6 +33,7 @@ _RESTS_ON = {
     "modalities": ("modality_effect", "hazard_ratio_of_modalities"),
     "finding": ("success", "clearest_success_difference"),
     "loops": ("loop_rate", "loop_rate_chance"),
+    "conclusion": ("test", "test_null"),
     "courses": ("success_difference", "success_two_lines"),
     "ranking": ("rank", "success"),
     "baselines": ("success",),

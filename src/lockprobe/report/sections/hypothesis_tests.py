@@ -14,7 +14,7 @@ from lockprobe.analysis.inference.verdict import Question
 from lockprobe.analysis.proportions import ALPHA
 from lockprobe.audit.rates import false_positives, measured
 from lockprobe.formatting import NONE, p_cell
-from lockprobe.prose.hypothesis_tests import asked, name_of_test
+from lockprobe.prose.hypothesis_tests import asked, effect_said, name_of_test, note_said
 from lockprobe.report.section import Block, Heading, Note, Part, Section, Template, Text
 from lockprobe.report.sections.course_rows import RULE
 from lockprobe.report.study_numbers import StudyNumbers
@@ -38,7 +38,7 @@ class _Line:
 
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
-    yield from numbers.answer("hypothesis_tests")  # the tests are among the rows of each course
+    yield from numbers.answer("hypothesis_tests", "test")  # the tests are among the rows of each course
 
 
 def tables_of_tests(courses: Iterable[Course], axis: Axis, *, testable: bool = True) -> list[Block]:
@@ -74,20 +74,27 @@ def _lines(course: Course, valid: Estimate, axis: Axis) -> Iterator[_Line]:
             asks=asked(cast("Question", valid.of), axis) if test is valid else "",
             test=name_of_test(test.test, axis),
             p_value=p_cell(test.p_value),
-            estimate=_estimate(course, test),
+            estimate=_estimate(course, test, axis),
             false_positives=f"{100 * rates[0].rate:.1f} to {100 * rates[1].rate:.1f} %" if rates else "",
             conclusion=conclusion,
-            note=test.note,
+            note=_note(course, test, axis),
         )
 
 
-def _estimate(course: Course, test: Estimate) -> str:
+def _note(course: Course, test: Estimate, axis: Axis) -> str:
+    """Why the test is missing; else how to interpret it, and what limits it."""
+    if test.note and test.p_value is None:
+        return test.note
+    return f"{note_said(test.test, axis, course.value('test_null', test.of))} {test.note}".strip()
+
+
+def _estimate(course: Course, test: Estimate, axis: Axis) -> str:
     """The effect with its interval, what it is, and what it is for a blind agent, where that is the null hypothesis."""
     if test.value is None or test.unit == RULE:
         return ""
-    unit, null = f" ({test.unit})" if test.unit else "", course.value("test_null", test.of)
+    said, null = effect_said(test.test, axis), course.value("test_null", test.of)
     blind = "" if null is None else f"; a blind agent with the same action habits: {null:.2f}"
-    return f"{value_cell(test)}{unit}{blind}"
+    return f"{value_cell(test)}{f' ({said})' * bool(said)}{blind}"
 
 
 def _conclusion(test: Estimate, *, valid: bool) -> str:

@@ -46,7 +46,7 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
                 yield cell.estimate("flagged_by_detector", share, of=name, n=cell.summary.success.n)
     for agent in numbers.flips.agents:
         yield from loops_over_doses(AgentCourse(agent, FLIPS.name, numbers.conditions))
-    yield from numbers.answer("loops")
+    yield from numbers.answer("loops", "loop_rate", "loop_rate_chance")
 
 
 def _of_cell(cell: PlayedCell) -> Iterator[Estimate]:

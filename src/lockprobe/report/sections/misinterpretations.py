@@ -20,7 +20,7 @@ __all__ = ["SECTIONS"]
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     for cell in numbers.cells:
         yield from _of_cell(cell)
-    yield from numbers.answer("misinterpretations")
+    yield from numbers.answer("misinterpretations", "misread", "trials_not_asked", "claims")
 
 
 def _of_cell(cell: PlayedCell) -> Iterator[Estimate]:

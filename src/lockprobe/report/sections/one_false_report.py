@@ -65,7 +65,7 @@ def effects_on(heeding: dict[Who, Subject], trials: Sequence[Trial]) -> Iterator
 
 
 def _said(kind: str, text: str, who: Who = ("", "")) -> Finding:
-    return Finding(section=_NAME, kind=kind, agent=who[0], modality=who[1], text=text, rests_on=(_EFFECT,))
+    return Finding(section=_NAME, kind=kind, agent=who[0], modality=who[1], text=text, rests_on=(_EFFECT, _REPORTS))
 
 
 def _about(agent: str, modality: str) -> str:

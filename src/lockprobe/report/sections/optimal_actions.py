@@ -37,7 +37,7 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
             yield cell.estimate("trials_not_judged", cell.summary.success.n, of=why, unit="trials")
     for prior, interlocks in known.items():
         yield Estimate(quantity="interlocks", of=prior, unit="interlocks", value=interlocks)
-    yield from numbers.answer("optimal_actions")
+    yield from numbers.answer("optimal_actions", "optimal_actions", "optimal_actions_chance")
 
 
 def _before(cell: PlayedCell, found: Rationality) -> Iterator[Estimate]:

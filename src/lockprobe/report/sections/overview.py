@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import count, takewhile
@@ -19,6 +20,7 @@ from lockprobe.prose.doses import at_dose, cause
 from lockprobe.prose.idle import idle_doses_said, idle_said, unheeded_said
 from lockprobe.prose.overview import (
     Varied,
+    all_broken_said,
     effects_needed,
     flips_needed,
     interaction_said,
@@ -31,6 +33,7 @@ from lockprobe.prose.overview import (
 from lockprobe.prose.several_answers import of_axis, of_conditions, several_answers
 from lockprobe.prose.subject import Subject
 from lockprobe.prose.why import mechanism_said
+from lockprobe.record import Trial
 from lockprobe.report.section import Caption, Figure, Part, Section, Template
 from lockprobe.report.sections import all_sections
 from lockprobe.report.study_numbers import StudyNumbers
@@ -98,7 +101,7 @@ class _Screen:
 _SAID: Mapping[str, tuple[bool, tuple[str, ...]]] = {
     "question": (False, ()),
     "trial": (False, ()),
-    "answer": (True, ("success", "success_difference", "clearest_success_difference")),
+    "answer": (True, ("success", "success_difference", "clearest_success_difference", "broken")),
     "changed_nothing": (False, ("changed_steps", "false_report")),
     "interaction": (True, ("success_change_difference",)),
     "chance": (True, ("success", "success_chance")),
@@ -113,6 +116,9 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
         if numbers.others is not None
         else _of_flips(numbers.flips, numbers.study)
     )
+    if broken := all_broken_said(_all_broken(numbers)):
+        ended = any(trial.error is None for cell in numbers.cells for trial in cell.trials)
+        screen = replace(screen, answer=_joined(broken, screen.answer * ended))
     for kind, (judges, rests_on) in _SAID.items():
         if said := getattr(screen, kind):
             yield Finding(section="overview", kind=kind, text=said, rests_on=rests_on, judges=judges)
@@ -129,6 +135,14 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
                 yield Fact(about=f"{_ABOUT} {i}", name=name, text=said)
 
 
+def _all_broken(numbers: StudyNumbers) -> dict[str, int]:
+    """The agents of which no trial ended but as an error -> how many did."""
+    trials = defaultdict[str, list[Trial]](list)
+    for cell in numbers.cells:
+        trials[cell.agent] += cell.trials
+    return {agent: len(own) for agent, own in trials.items() if own and all(trial.error is not None for trial in own)}
+
+
 def _intervals_said(numbers: Sequence[_KeyNumbers]) -> str:
     """What the intervals are, and for what those of changes are corrected."""
     against, many = " ".join(row.against for row in numbers), max(row.agents for row in numbers)
@@ -142,7 +156,7 @@ def _of_flips(summary: StudySummary, study: Study) -> _Screen:
     box, several = study.box.name, len({one.p for one in summary.conditions}) > 1
     modal = bool(summary.modalities) and not several
     varied: Varied = "modalities" if modal else "flips" if any(study.p) else "nothing"
-    subjects = _played_subjects(summary)
+    subjects = summary.judged
     question, answer = f"How well do agents open {box}?", ""
     if modal:
         question = f"Does what agents see change how they open {box}?"
@@ -168,9 +182,10 @@ def _of_flips(summary: StudySummary, study: Study) -> _Screen:
 def _of_conditions(flips: StudySummary, found: ConditionStudySummary, study: Study) -> _Screen:
     """The first screen of a study with conditions beside flip rates: one question for each family of contrasts."""
     axes = _tested_axes(flips, found)
-    effects = [one for one in found.effects if one.agent in found.subjects and one.effects]
-    named = [one for one in found.idle if one.agent in found.subjects]
-    idle = idle_said(named, found.subjects)
+    judged = _judged(found)
+    effects = [one for one in found.effects if one.agent in judged and one.effects]
+    named = [one for one in found.idle if one.agent in judged]
+    idle = idle_said(named, judged)
     if found.whys:
         said = _of_why(found, study)
     else:
@@ -184,20 +199,28 @@ def _of_conditions(flips: StudySummary, found: ConditionStudySummary, study: Stu
             answer=several_answers(questions),
             chance=_no_advantage(found, effects) or _joined(*map(not_above_chance, axes[:1])),
             needed=_joined(*dict.fromkeys((*map(flips_needed, axes), effects_needed(effects)))),
-            numbers=tuple(row for one in axes for row in map(_numbers, _played_subjects(one))),
+            numbers=tuple(row for one in axes for row in map(_numbers, one.judged)),
         )
         if not effects and not axes and idle:
             said, idle = replace(said, answer=idle[0]), idle[1:]
         said = replace(said, numbers=(*said.numbers, *map(_condition_numbers, effects)))
         said = replace(said, figure="effects" if said.numbers else "")
-    if len(found.subjects) == 1:
-        idle += unheeded_said(found.unheeded, found.subjects)
+    if len(judged) == 1:
+        idle += unheeded_said(found.unheeded, judged)
     said = replace(said, changed_nothing=_joined(*idle), by_chance=_chance(found.reference))
     if flips in axes:
         said = _with_flips(_of_flips(flips, study), said)
     shown = said.numbers[:_ROWS]
     hidden = {row.agent for row in said.numbers[_ROWS:]} - {row.agent for row in shown}
     return replace(said, numbers=shown, more=len(hidden))
+
+
+def _judged(found: ConditionStudySummary) -> tuple[str, ...]:
+    """The agents that the study is about and that have an ended trial; all with one if none of them has."""
+    ended = {agent for (agent, _), one in found.conditions.items() if one.success.n}
+    return tuple(agent for agent in found.subjects if agent in ended) or tuple(
+        agent for agent in found.agents if agent in ended
+    )
 
 
 def _tested_axes(flips: StudySummary, found: ConditionStudySummary) -> list[StudySummary]:
@@ -234,10 +257,6 @@ def _of_why(found: ConditionStudySummary, study: Study) -> _Screen:
         figure="why",
         numbers=tuple(map(_why_numbers, found.whys)),
     )
-
-
-def _played_subjects(summary: StudySummary) -> list[AgentSummary]:
-    return [agent for agent in summary.subjects if any(one.success.n for one in agent.conditions)]
 
 
 def _with_flips(flips: _Screen, all_axes: _Screen) -> _Screen:

@@ -31,7 +31,7 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
         yield from _pace(pace)
     for effect in numbers.flips.modalities:
         yield from _modalities(effect)
-    yield from numbers.answer("speed")
+    yield from numbers.answer("speed", "relative_area")
 
 
 def _of_cell(cell: PlayedCell) -> Iterator[Row]:

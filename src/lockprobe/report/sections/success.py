@@ -37,7 +37,7 @@ __all__ = ["SECTIONS"]
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     for agent in numbers.flips.agents:
         yield from course_rows(AgentCourse(agent, FLIPS.name, numbers.conditions), numbers.flips.reference)
-    yield from numbers.answer("success")
+    yield from numbers.answer("success", "success_difference", "success_two_lines")
     if said := courses_said(numbers.flips):
         rests_on = ("success_difference", "success_two_lines")
         yield Finding(section="success", kind="courses", text=said, rests_on=rests_on)
