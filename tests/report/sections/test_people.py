@@ -56,7 +56,7 @@ def found(tmp_path_factory):
 
 def test_places_of_people_are_a_part_of_the_plan(found):
     assert (found.progress.planned, found.progress.finished) == (60, 40 + PLAYED)
-    assert values(found, "boxes", **THEIRS) == {"planned": 20, "finished": PLAYED, "beside flips": 0}
+    assert values(found, "boxes", **THEIRS) == {"planned": 20, "finished": PLAYED}
 
 
 def test_people_are_counted_by_person_and_by_first_boxes(found):
@@ -147,7 +147,7 @@ def test_where_a_median_is_beyond_the_budget_there_is_a_bound(
 
 def test_before_anybody_came_the_report_says_so(tmp_path):
     found = with_people(tmp_path, small_study(("participant", "random"), (0.0,), 1, 3), [])
-    assert values(found, "boxes") == {"planned": 3, "finished": 0, "beside flips": 0}
+    assert values(found, "boxes") == {"planned": 3, "finished": 0}
     assert not found.said("people")
     assert "0 of 3 boxes for people were played; 3 are still available." in page_of("report", found)
     assert tables_of(found)["people"] == tables_of(found)["people-steps"] == tables_of(found)["people-positions"] == []
@@ -212,23 +212,26 @@ def test_the_page_says_who_came_to_the_end_and_how_long_choices_took(tmp_path):
 
 
 def test_people_stand_beside_agents_under_every_condition(tmp_path):
-    """Effects, conditions, speed and loops have them; the section on people counts flip rates and says so."""
+    """Effects, conditions, speed and loops have them, and so does the section on people."""
     conditions = ("truth", "flip?p=0.4", "flip?p=0.4 + nudge", "reword?p=1", "tremble?p=0.3")
     study = under(*conditions, agents=("random", "participant"), trials=5)
     run_study(study, tmp_path)
     seated.take_part(tmp_path, study, seated.short(), people=5)
     found = found_in(tmp_path)
-    boxes = values(found, "boxes", condition="")
-    assert (boxes["finished"], boxes["beside flips"]) == (25, 15)
-    assert found.one("success", **THEIRS, of="by person").n == 10
-    (said,) = [one for one in found.said("people") if "other conditions" in one]
-    assert said.startswith("What follows counts boxes under flip rates alone. People finished 15 boxes under other")
+    own = {one: [trial for trial in load(tmp_path) if trial.player and trial.condition == one] for one in conditions}
+    assert values(found, "boxes", condition="")["finished"] == found.one("success", **THEIRS, of="by person").n == 25
+    counted = {row.condition: (row.count, row.n) for row in found.where("success", of="by person") if row.condition}
+    assert counted == {one: (sum(trial.solved for trial in trials), 5) for one, trials in own.items()}
+    assert found.one("success", condition="tremble?p=0.3", of="by person").doses == {"tremble.p": 0.3}
     times = {row.condition: row.n for row in found.where("response_time", of="")}
-    steps = {
-        one: sum(len(trial.steps) for trial in load(tmp_path) if trial.player and trial.condition == one)
-        for one in conditions[:2]
-    }
+    steps = {one: sum(len(trial.steps) for trial in trials) for one, trials in own.items()}
     assert times == steps | {"": sum(steps.values())}
+    ratios = {row.condition: row.n for row in found.where("mean_steps_ratio", versus="participant")}
+    assert ratios == dict.fromkeys(conditions, 5) | {"": 25}
+    (said,) = [one for one in found.said("people") if one.startswith("Boxes opened, with")]
+    assert [f"] under {one}" in said for one in conditions] == [True] * 5
+    assert [row["condition"] for row in table(found, "people")] == [*conditions, "all"]
+    assert [row["condition"] for row in table(found, "people-steps")] == [*conditions, "all"]
     for part in ("conditions", "effects", "speed", "loops"):
         rows = [row for row in table(found, part) if row["agent"] == "participant"]
         theirs = {row["condition"] for row in rows}
