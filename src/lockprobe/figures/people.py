@@ -128,7 +128,7 @@ def _draw_success(axes: Axes, found: Results, places: _Places) -> None:
         ]
         _draw(axes, marks, style, upright=places.upright)
         if marks:
-            key(axes, style, _name(agent))
+            key(axes, style, agent_label(agent))
     ticks = {tick / 4: f"{25 * tick} %" if tick else "0" for tick in range(5)}
     _value_axis(axes, places, (-0.03, 1.03), ticks, "success rate")
     _place_axis(axes, places)
@@ -137,12 +137,6 @@ def _draw_success(axes: Axes, found: Results, places: _Places) -> None:
     boxes = "1 box" if most == 1 else f"{fewest:g} boxes" if fewest == most else f"{fewest:g} to {most:g} boxes"
     who = "1 person" if everyone.value == 1 else f"{everyone.value:g} people"
     return title(axes, f"{who} with {boxes} each; bars: 95 % intervals")
-
-
-def _name(agent: Course) -> str:
-    if agent.agent == PEOPLE:
-        return f"people ({agent.shown})" if agent.shown else "people"
-    return agent_label(agent)
 
 
 def _draw_ratios(axes: Axes, found: Results, places: _Places) -> None:

@@ -309,7 +309,7 @@ _OF_POSITIONS = Note(
 )
 _OF_PEOPLE = Note(
     Markup(
-        "Elsewhere on these pages, people are one agent, <code>participant</code>. Each trial was played by one "
+        "In tables, people are one agent, <code>participant</code>. Each trial was played by one "
         "person, and another person may have played the same trial under another condition."
     ),
     "Tests of conditions cluster trials by person, as they cluster trials of other agents by block; if everybody "
