@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from lockprobe.analysis.modalities import spoken
 from lockprobe.analysis.people import People
@@ -21,8 +21,8 @@ _SEEN = {
 }
 """Facts of a trial of people, in words."""
 
-_NAMED = 6
-"""Conditions that a sentence has room for; the tables have all of them."""
+_ROOM = 150
+"""Characters of all names of conditions together that a sentence has room for; the tables have every condition."""
 
 
 def flow_said(flow: Flow) -> Iterator[str]:
@@ -57,13 +57,13 @@ def opened_said(found: People) -> str:
 
 
 def conditions_said(found: People, where: Mapping[str, str]) -> Iterator[str]:
-    """The share of boxes that people opened under each condition, if there are several and not too many to name.
+    """The share of boxes that people opened under each condition, if there are several and a sentence can name them.
 
     Args:
         found: The results of people.
         where: Condition -> ``under nudge`` or ``at a flip rate of 0.4``.
     """
-    if 1 < len(found.at) <= _NAMED:
+    if len(found.at) > 1 and _fit(where[at.condition] for at in found.at):
         shares = [(at.condition, at.success) for at in found.at]
         each = (f"{share(one.value, one.low, one.high)} {where[condition]}" for condition, one in shares)
         yield f"Boxes opened, with 95 % intervals: {', '.join(each)}."
@@ -107,12 +107,16 @@ def compared_said(found: People, names: Mapping[tuple[str, str], str], where: Ma
 
 
 def _by_condition(rows: Sequence[RelativeSteps], where: Mapping[str, str]) -> str:
-    """The ratios and bounds under single conditions; empty without any, or if there are too many to name."""
+    """The ratios and bounds under single conditions; empty without any, or if a sentence cannot name them."""
     said = []
-    for row in rows if len(rows) <= _NAMED else ():
+    for row in rows if _fit(where[row.condition] for row in rows) else ():
         bounds = (("", row.ratio), ("at least ", row.least), ("at most ", row.most))
         said += [f"{bound}{value:.2f} {where[row.condition]}" for bound, value in bounds if value is not None]
     return f": {', '.join(said)}" if said else ""
+
+
+def _fit(names: Iterable[str]) -> bool:
+    return sum(map(len, names)) <= _ROOM
 
 
 def _times(value: float, one: RelativeSteps) -> str:

@@ -1,16 +1,18 @@
 """People in the rows, in the tables and on the page; and nothing of them where nobody was asked."""
 
+import re
 import statistics
 from dataclasses import replace
 
 import pytest
 import seated
 import strangers
-from builders import play_study, played_by_people, small_study, write_study
+from builders import SOLUTION, make_trial, play_study, played_by_people, small_study, write_study
 from captions import too_long
 from seated import under
 from taking_part import take_part
 
+from lockprobe.analysis.people import people
 from lockprobe.formatting import NONE
 from lockprobe.people.progress import Flow
 from lockprobe.people.withdrawal import put
@@ -18,7 +20,7 @@ from lockprobe.plugins import allow
 from lockprobe.record import TrialError
 from lockprobe.report.opened import open_study
 from lockprobe.report.pages import page_of, tables_of
-from lockprobe.report.people_said import flow_said
+from lockprobe.report.people_said import conditions_said, flow_said
 from lockprobe.report.results import results_of
 from lockprobe.report.study_numbers import study_numbers
 from lockprobe.studies.journal import load
@@ -237,6 +239,18 @@ def test_people_stand_beside_agents_under_every_condition(tmp_path):
         theirs = {row["condition"] for row in rows}
         assert theirs == set(conditions) - ({"truth"} if part == "effects" else set()), part
         assert len(rows) == len(theirs)
+
+
+def test_a_sentence_names_conditions_as_far_as_there_is_room():
+    trials = [
+        replace(make_trial(SOLUTION, agent=f"participant:{who}"), condition=condition)
+        for condition in ("one", "two")
+        for who in ("aaaa", "bbbb")
+    ]
+    (said,) = conditions_said(people(trials), {"one": "under one", "two": "under two"})
+    assert re.fullmatch(r"Boxes opened, with 95 % intervals: 100 % \[.*\] under one, 100 % \[.*\] under two\.", said)
+    assert not [*conditions_said(people(trials), {"one": "under one" * 9, "two": "under two" * 9})]
+    assert not [*conditions_said(people(trials[:2]), {"one": "under one"})]
 
 
 def test_nobody_who_is_left_is_said_so():
