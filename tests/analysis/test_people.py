@@ -34,7 +34,6 @@ def summary(played):
 
 def test_no_people_nothing():
     assert people([make_trial(SOLUTION)]) is None
-    assert summarise([make_trial(SOLUTION)]).people is None
     assert people([replace(person("aaaa", solved=True), ending="error")]) is None
 
 
@@ -52,9 +51,31 @@ def test_counts_by_hand():
     assert (found.success.count, found.success.n, found.success.clusters) == (3, 5, 3)
     assert (found.first.count, found.first.n) == (1, 3)
     assert [(at.position, at.success.count, at.success.n) for at in found.positions] == [(1, 1, 3), (2, 2, 2)]
-    assert [(at.p, at.people, at.success.count, at.success.n) for at in found.at] == [(0.0, 3, 1, 3), (0.3, 2, 2, 2)]
-    assert [(over.p, over.success.n) for over in found.over] == [(None, 5)]
+    assert [(at.condition, at.people, at.success.count, at.success.n) for at in found.at] == [
+        ("truth", 3, 1, 3),
+        ("flip?p=0.3", 2, 2, 2),
+    ]
+    assert [(over.condition, over.success.n) for over in found.over] == [("", 5)]
     assert found.saw == {"view": {"text": 3, "panel": 2}, "feedback": {"no": 1, "yes": 1}}
+
+
+def test_every_condition_counts_and_flip_rates_come_first():
+    """Nudges beside a flip rate make no flip rate of it."""
+    nudged = {"condition": "flip?p=0.3 + nudge", "specs": ("flip?p=0.3", "nudge?after=2"), "doses": {"flip.p": 0.3}}
+    found = people(
+        [
+            replace(person("aaaa", solved=False, position=2, trial=2), **nudged),
+            person("aaaa", solved=True, p=0.3),
+            replace(person("bbbb", solved=True, position=2, trial=4), **nudged),
+            person("bbbb", solved=True, trial=3),
+        ]
+    )
+    assert [(at.condition, at.success.count, at.success.n) for at in found.at] == [
+        ("truth", 1, 1),
+        ("flip?p=0.3", 1, 1),
+        ("flip?p=0.3 + nudge", 1, 2),
+    ]
+    assert (found.trials, found.success.count, found.most) == (4, 3, 2)
 
 
 def test_trials_that_do_not_say_which_box_they_were_are_no_first_boxes():

@@ -51,6 +51,15 @@ def test_equal_trials_are_one_whatever_is_drawn():
     assert (one.mean_low, one.mean_high) == pytest.approx((1.0, 1.0))
 
 
+def test_steps_are_compared_under_the_same_condition_alone():
+    """An agent that was nudged is compared with people who were nudged, whatever others did at the same flip rate."""
+    nudged = {"condition": "nudge", "specs": ("nudge?after=2",)}
+    trials = [waiting(None, 2, i) for i in (1, 2)] + [waiting("llm:a", 2, i) for i in (1, 2)]
+    trials += [replace(waiting(agent, wait, i), **nudged) for i in (1, 2) for agent, wait in ((None, 0), ("llm:a", 4))]
+    rows = {row.condition: (row.trials, row.steps, row.people) for row in people(trials).relative}
+    assert rows == {"truth": (2, 6, 6), "nudge": (2, 8, 4), "": (4, 6, 4)}
+
+
 def test_only_trials_that_both_finished_count():
     trials = [waiting(None, 2, i) for i in (1, 2, 3)] + [waiting("llm:a", 2, i) for i in (1, 2)]
     trials += [waiting("llm:a", 16, i) for i in (4, 5, 6, 7)] + [replace(waiting("llm:a", 0, 3), ending="error")]
@@ -77,12 +86,12 @@ def test_one_person_gives_no_interval():
     assert (one.low, one.high, one.mean_low, one.mean_high) == (None,) * 4
 
 
-def test_every_agent_at_every_p_and_over_all_of_them_in_the_order_of_the_study():
+def test_every_agent_under_every_condition_and_over_all_of_them_in_the_order_of_the_study():
     study = small_study(("participant",), (0.0, 0.4), 1, 3)
     trials = play_study(small_study(("random", "round-robin"), (0.0, 0.4), 1, 3)) + played_by_people(study)
     rows = people(trials).relative
-    assert [(row.agent, row.p) for row in rows] == [
-        (agent, p) for agent in ("random", "round-robin") for p in (0.0, 0.4, None)
+    assert [(row.agent, row.condition) for row in rows] == [
+        (agent, condition) for agent in ("random", "round-robin") for condition in ("truth", "flip?p=0.4", "")
     ]
     assert [row.trials for row in rows] == [3, 3, 6] * 2
     assert people(trials[::-1]).relative[0].agent in ("random", "round-robin")

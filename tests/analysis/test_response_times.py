@@ -18,7 +18,7 @@ def test_quartiles_by_hand():
     steps = len(one.steps)
     (found,) = response_times([one], {(one.key, step): float(step**2) for step in range(1, steps + 1)})
     squares = [step**2 for step in range(1, steps + 1)]
-    assert (found.p, found.choices, found.first) == (0.0, steps, 1.0)
+    assert (found.condition, found.choices, found.first) == ("truth", steps, 1.0)
     assert squares[0] < found.low < found.median < found.high < squares[-1]
     middle = sorted(squares)[(steps - 1) // 2 : steps // 2 + 1]
     assert found.median == sum(middle) / len(middle)
@@ -27,7 +27,7 @@ def test_quartiles_by_hand():
 def test_conditions_stand_apart_and_then_together():
     low, high = played(0.0, 1), played(0.4, 2)
     found = response_times([high, low], times_of(low, high))
-    assert [one.p for one in found] == [0.0, 0.4, None]
+    assert [one.condition for one in found] == ["truth", "flip?p=0.4", ""]
     assert [one.first for one in found] == [101.0, 201.0, 151.0]
     assert found[2].choices == found[0].choices + found[1].choices
 

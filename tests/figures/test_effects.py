@@ -20,7 +20,7 @@ def found_of(rows):
                 Condition(name="truth", **shown),
                 *(Condition(name=n, control="truth", **shown) for n in names),
             ],
-            players=[Player(agent=agent, **shown) for agent in ("random", "round-robin")],
+            players=[Player(agent=agent, **shown) for agent in ("random", "round-robin", "participant")],
         ),
     )
 
@@ -41,6 +41,14 @@ def test_marks_are_differences_and_interactions_of_one_agent_and_filled_if_detec
     assert [mark.get_markerfacecolor() == mark.get_color() for mark in marks] == [True, False, True]
     assert "n = 12 to 20 pairs of trials" in axes.get_title(loc="left").replace("\n", " ")
     assert len([line for line in other.lines if line.get_linestyle() == "None"]) == 1
+
+
+def test_agents_share_one_axis_and_people_are_called_people():
+    found = [difference("nudge", 0.1), difference("nudge", 0.6, agent="participant")]
+    first, second = effects(found_of(found)).axes
+    assert first.get_xlim() == second.get_xlim()
+    assert second.get_xlim()[1] > 0.7
+    assert second.get_title(loc="left").startswith("people\n")
 
 
 def test_without_a_comparison_there_is_nothing_to_draw():

@@ -30,6 +30,7 @@ def test_names_are_safe_to_set(name, label):
 def test_a_modality_is_named_unless_it_is_the_usual_one():
     assert agent_label(course("x")) == "x"
     assert agent_label(course("x", "rgb", shown="RGB")) == "x (RGB)"
+    assert agent_label(course("participant", "rgb", shown="RGB")) == "people (RGB)"
 
 
 def test_counts_name_the_trials(model, studies):

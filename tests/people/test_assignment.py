@@ -7,7 +7,7 @@ from math import comb
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from seated import people_study, short
+from seated import short, under
 
 from lockprobe.people.assignment import Given, boxes_each, conditions_of, williams
 from lockprobe.people.assignment import assigned as assigned_after
@@ -52,8 +52,14 @@ def leaving(study, experiment, people, leave):
     return given, kept
 
 
+CONDITIONS = (
+    "truth", "flip?p=0.4", "flip?p=0.4 + nudge", "reword?p=1", "tremble?p=0.1", "tremble?p=0.2", "flip?p=0.4 + warn",
+)  # fmt: skip
+"""Several have the same flip rate, or none: an order that went by flip rates would be out of balance."""
+
+
 def study_of(conditions, repetitions=1, trials=4, seed=7):
-    return people_study(p=tuple(i / 16 for i in range(conditions)), repetitions=repetitions, trials=trials, seed=seed)
+    return under(*CONDITIONS[:conditions], repetitions=repetitions, trials=trials, seed=seed)
 
 
 sizes = {"conditions": st.integers(1, 7), "repetitions": st.integers(1, 3), "trials": st.integers(1, 6)}
@@ -166,7 +172,7 @@ def test_orders_stay_balanced_when_people_leave_early(leave):
 def test_a_condition_whose_boxes_always_break_leaves_the_orders_of_the_others_balanced():
     study = study_of(4, trials=40)
     given, _ = leaving(
-        study, short(), 24, lambda _, slots: tuple(slot for slot in slots if slot.condition != "flip?p=0.125")
+        study, short(), 24, lambda _, slots: tuple(slot for slot in slots if slot.condition != "flip?p=0.4 + nudge")
     )
     assert set(Counter(tuple(slot.condition for slot in slots) for slots in given).values()) == {6}
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lockprobe.analysis.clustered import ClusteredProportion, alike_weights, crossed_proportion
-from lockprobe.analysis.outcomes import ended
+from lockprobe.analysis.outcomes import conditions_played, ended
 from lockprobe.analysis.proportions import Proportion, proportion
 from lockprobe.analysis.relative_steps import RelativeSteps, Steps, labels, relative_steps, steps_of
 from lockprobe.record import Fact, Trial
@@ -27,14 +27,14 @@ class PeopleAt:
 
     Attributes:
         modality: How the box was shown.
-        p: Flip probability, [0, 1]; None for all together.
+        condition: Label of the condition; empty for all together.
         people: Number of people.
         success: Trials solved, clustered by player and luck.
         steps: Steps that they needed, with the Kaplan-Meier median.
     """
 
     modality: str
-    p: float | None
+    condition: str
     people: int
     success: ClusteredProportion
     steps: Steps
@@ -55,7 +55,7 @@ class AtPosition:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class People:
-    """All people of a study, in their trials under flip rates.
+    """All people of a study, over all conditions that they played.
 
     Attributes:
         people: People with such a trial that ended.
@@ -65,9 +65,9 @@ class People:
         alike: Mean over people of the share that each solved, [0, 1]; it equals ``success`` if all have as many trials.
         first: Share of first boxes solved, without learning from other boxes.
         positions: Results by position, where it is known.
-        at: Results by modality and p.
-        over: Results by modality, over all p.
-        relative: Agents' steps relative to people's, by agent, modality and p, with all p together last.
+        at: Results by condition: flip rates, ascending, then the others in the order of the trials.
+        over: Results by modality, over all conditions.
+        relative: Agents' steps relative to people's, by agent, modality and condition, with all together last.
         saw: Number of trials by fact about the display (view, language, feedback and so on) and its value.
     """
 
@@ -90,14 +90,14 @@ _SAW = ("view", "history", "feedback", "design", "words", "page")
 
 
 def people(trials: Sequence[Trial]) -> People | None:
-    """The results of people in the trials of one study; None if none of their trials under flip rates has ended."""
+    """The results of people in the trials of one study; None if none of their trials has ended."""
     counted = ended(trials)
-    own = [trial for trial in counted if trial.player and trial.p is not None]
+    own = [trial for trial in counted if trial.player]
     if not own:
         return None
     sizes = Counter(trial.agent for trial in own)
-    conditions = dict.fromkeys((t.modality, p) for t in sorted(own, key=lambda t: t.p or 0.0) if (p := t.p) is not None)
-    modalities = dict.fromkeys(modality for modality, _ in conditions)
+    conditions = conditions_played(own)
+    modalities = dict.fromkeys(conditions.values())
     first = [trial for trial in own if trial.facts.get("position") == 1]
     return People(
         people=len(sizes),
@@ -108,8 +108,8 @@ def people(trials: Sequence[Trial]) -> People | None:
         alike=float(np.mean([trial.solved for trial in own] * alike_weights([trial.agent for trial in own]))),
         first=proportion(sum(trial.solved for trial in first), len(first)),
         positions=tuple(_positions(own)),
-        at=tuple(_at([t for t in own if (t.modality, t.p) == one], *one) for one in conditions),
-        over=tuple(_at([t for t in own if t.modality == one], one, None) for one in modalities),
+        at=tuple(_at([t for t in own if t.condition == one], shown, one) for one, shown in conditions.items()),
+        over=tuple(_at([t for t in own if t.modality == one], one, "") for one in modalities),
         relative=tuple(relative_steps(counted, own, conditions)),
         saw={
             name: dict(Counter(_said(trial.facts[name]) for trial in own if name in trial.facts))
@@ -138,11 +138,11 @@ def _positions(trials: Sequence[Trial]) -> Iterable[AtPosition]:
         yield AtPosition(position=position, success=proportion(sum(by[position]), len(by[position])))
 
 
-def _at(trials: Sequence[Trial], modality: str, p: float | None) -> PeopleAt:
+def _at(trials: Sequence[Trial], modality: str, condition: str) -> PeopleAt:
     return PeopleAt(
         modality=modality,
-        p=p,
+        condition=condition,
         people=len({trial.agent for trial in trials}),
         success=_success(trials),
-        steps=steps_of(trials, modality, p),
+        steps=steps_of(trials, modality, condition),
     )

@@ -7,7 +7,7 @@ ARC-AGI-3 scores the inverse, squared.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -48,7 +48,7 @@ class RelativeSteps:
     Attributes:
         agent: Agent spec.
         modality: How the box was shown to both.
-        p: Flip probability, [0, 1]; None for all together.
+        condition: Label of the condition; empty for all together.
         trials: Trials that both finished.
         steps: The agent's median (Kaplan-Meier); None if it solved fewer than half.
         people: People's median on the same trials; None if people solved fewer than half.
@@ -62,7 +62,7 @@ class RelativeSteps:
 
     agent: str
     modality: str
-    p: float | None
+    condition: str
     trials: int
     steps: int | None
     people: int | None
@@ -76,11 +76,11 @@ class RelativeSteps:
     mean_high: float | None
 
 
-def steps_of(trials: Sequence[Trial], modality: str, p: float | None) -> Steps:
-    """Steps that people needed in ended trials, at least one, of a modality and p (None for several together)."""
+def steps_of(trials: Sequence[Trial], modality: str, condition: str) -> Steps:
+    """Steps that people needed in ended trials, at least one, of a modality and a condition (empty for several)."""
     reached, budget = _reached(trials)
     shares = reached.mean(axis=0)
-    drawn = _drawn(trials, _stream(trials[0], trials[0].group, modality, p), [reached])
+    drawn = _drawn(trials, _stream(trials[0], trials[0].group, modality, condition), [reached])
     low = high = None
     if drawn:
         medians = [_median(one[0]) for one in drawn]
@@ -97,50 +97,50 @@ def labels(trials: Sequence[Trial]) -> tuple[Labels, Labels]:
 
 
 def relative_steps(
-    counted: Sequence[Trial], own: Sequence[Trial], conditions: Iterable[tuple[str, float]]
+    counted: Sequence[Trial], own: Sequence[Trial], conditions: Mapping[str, str]
 ) -> Iterable[RelativeSteps]:
-    """Every agent's steps relative to people's, for each modality: by p, then over all p where there are several.
+    """Every agent's steps relative to people's, for each modality: by condition, then over all where there are several.
 
-    Steps are compared on the trials that people finished: the same panel, labels and false reports.
+    Steps are compared on the trials that people finished: the same panel, labels and interventions.
 
     Args:
         counted: All ended trials.
         own: The trials of people among them.
-        conditions: Modalities and p that people played.
+        conditions: Label of a condition that people played -> its modality.
     """
     agents = dict.fromkeys(trial.group for trial in counted if not trial.player)
-    by_modality: dict[str, list[float | None]] = {}
-    for modality, p in conditions:
-        by_modality.setdefault(modality, []).append(p)
+    by_modality: dict[str, list[str]] = {}
+    for condition, modality in conditions.items():
+        by_modality.setdefault(modality, []).append(condition)
     slots = {_slot(trial): trial for trial in own}
-    for agent, (modality, values) in product(agents, by_modality.items()):
+    for agent, (modality, labelled) in product(agents, by_modality.items()):
         pairs = [
             (trial, slots[_slot(trial)])
             for trial in counted
             if trial.group == agent and trial.modality == modality and _slot(trial) in slots
         ]
-        for p in [*values, *([None] if len(values) > 1 else [])]:
-            if here := [pair for pair in pairs if p is None or pair[0].p == p]:
-                yield _relative(here, agent, modality, p)
+        for condition in [*labelled, *([""] if len(labelled) > 1 else [])]:
+            if here := [pair for pair in pairs if condition in ("", pair[0].condition)]:
+                yield _relative(here, agent, modality, condition)
 
 
-def _slot(trial: Trial) -> tuple[str, float | None, int, int]:
-    return trial.modality, trial.p, trial.repetition, trial.trial
+def _slot(trial: Trial) -> tuple[str, int, int]:
+    return trial.condition, trial.repetition, trial.trial
 
 
-def _relative(pairs: Sequence[tuple[Trial, Trial]], agent: str, modality: str, p: float | None) -> RelativeSteps:
+def _relative(pairs: Sequence[tuple[Trial, Trial]], agent: str, modality: str, condition: str) -> RelativeSteps:
     theirs = [person for _, person in pairs]
     (own, budget), (people_reached, _) = _reached([trial for trial, _ in pairs]), _reached(theirs)
     both = _median(own.mean(axis=0)), _median(people_reached.mean(axis=0))
     steps, human = (_within(float(of), budget) for of in both)
     low, high, mean_low, mean_high = _intervals(
-        _drawn(theirs, _stream(theirs[0], agent, modality, p), [own, people_reached]), budget
+        _drawn(theirs, _stream(theirs[0], agent, modality, condition), [own, people_reached]), budget
     )
     told = steps is not None or human is not None
     return RelativeSteps(
         agent=agent,
         modality=modality,
-        p=p,
+        condition=condition,
         trials=len(pairs),
         steps=steps,
         people=human,
@@ -232,5 +232,7 @@ def _within(step: float, budget: int) -> int | None:
     return int(step) if step <= budget else None
 
 
-def _stream(first: Trial, *use: str | float | None) -> np.random.Generator:
-    return generator(first.seed, "analysis", *(str(part) for part in use), "people")
+def _stream(first: Trial, agent: str, modality: str, condition: str) -> np.random.Generator:
+    """The stream of one number. That of a condition of flips alone is named after its rate, whatever its label is."""
+    place = (condition if first.p is None else str(first.p)) if condition else "None"
+    return generator(first.seed, "analysis", agent, modality, place, "people")

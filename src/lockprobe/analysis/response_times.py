@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lockprobe.analysis.outcomes import ended
+from lockprobe.analysis.outcomes import conditions_played, ended
 from lockprobe.record import Trial
 
 __all__ = ["ResponseTimes", "response_times"]
@@ -19,14 +19,14 @@ class ResponseTimes:
 
     Attributes:
         modality: How the box was shown.
-        p: Flip probability, [0, 1]; None for all together.
+        condition: Label of the condition; empty for all together.
         choices: Number of choices with a time.
         low, median, high: Quartiles, ms.
         first: Median of the first choices of boxes, which include looking at the panel, ms; None without any.
     """
 
     modality: str
-    p: float | None
+    condition: str
     choices: int
     low: float
     median: float
@@ -35,19 +35,19 @@ class ResponseTimes:
 
 
 def response_times(trials: Sequence[Trial], times: Mapping[tuple[str, int], float]) -> tuple[ResponseTimes, ...]:
-    """Response times of people for each modality: by p, ascending, then over all p if there are several.
+    """Response times of people for each modality: by condition, then over all of them if there are several.
 
     Args:
         trials: The trials of one study; agents' trials and errors are left out.
         times: (Key of the trial, step from 1) -> time in ms.
     """
-    own = [trial for trial in ended(trials) if trial.player and trial.p is not None]
+    own = [trial for trial in ended(trials) if trial.player]
     found = []
     for modality in dict.fromkeys(trial.modality for trial in own):
         shown = [trial for trial in own if trial.modality == modality]
-        values = sorted({trial.p for trial in shown if trial.p is not None})
-        for p in (*values, *([None] if len(values) > 1 else [])):
-            members = [trial for trial in shown if p in (None, trial.p)]
+        labels = conditions_played(shown)
+        for condition in (*labels, *([""] if len(labels) > 1 else [])):
+            members = [trial for trial in shown if condition in ("", trial.condition)]
             choices = {
                 (trial.key, step.step): times[trial.key, step.step]
                 for trial in members
@@ -55,16 +55,16 @@ def response_times(trials: Sequence[Trial], times: Mapping[tuple[str, int], floa
                 if (trial.key, step.step) in times
             }
             if choices:
-                found.append(_at(modality, p, choices))
+                found.append(_at(modality, condition, choices))
     return tuple(found)
 
 
-def _at(modality: str, p: float | None, choices: Mapping[tuple[str, int], float]) -> ResponseTimes:
+def _at(modality: str, condition: str, choices: Mapping[tuple[str, int], float]) -> ResponseTimes:
     low, median, high = np.quantile(list(choices.values()), (0.25, 0.5, 0.75))
     first = [time for (_, step), time in choices.items() if step == 1]
     return ResponseTimes(
         modality=modality,
-        p=p,
+        condition=condition,
         choices=len(choices),
         low=float(low),
         median=float(median),

@@ -27,7 +27,6 @@ from lockprobe.analysis.inference.trend import TrendFit, trend_fit
 from lockprobe.analysis.modalities import ModalityEffect, modality_effect, spoken
 from lockprobe.analysis.outcomes import Point, outcomes
 from lockprobe.analysis.pace import Pace, pace
-from lockprobe.analysis.people import People, people
 from lockprobe.analysis.reference import Reference, reference_of
 from lockprobe.analysis.resample import resample
 from lockprobe.analysis.robot import Verdicts, verdicts
@@ -123,7 +122,6 @@ class StudySummary:
         reference: Success of random agents and the shortest plan on the box; None if the box is not known.
         modalities: The effect of the modality on every agent with several.
         verdicts: The robot's verdicts; None without a robot.
-        people: The results of people; None without people.
         axis: The dose in which conditions differ.
     """
 
@@ -134,7 +132,6 @@ class StudySummary:
     reference: Reference | None
     modalities: tuple[ModalityEffect, ...]
     verdicts: Verdicts | None
-    people: People | None
     axis: Axis = FLIPS
 
     @property
@@ -203,9 +200,6 @@ def summarise(
         reference=reference,
         modalities=section("Modalities", lambda: _modalities(by_agent), tuple),
         verdicts=section("Verdicts of the robot", lambda: verdicts(trials), lambda: None),
-        people=section(
-            "People", lambda: people([trial for members in by_agent for trial in members.trials]), lambda: None
-        ),
         axis=axis,
     )
 

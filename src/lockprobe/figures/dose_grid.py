@@ -15,6 +15,7 @@ from lockprobe.figures.forest import interval
 from lockprobe.figures.frame import FAINT, INK, SMALL, axis_label, safe_name, shortened, title
 from lockprobe.figures.settings import own_settings
 from lockprobe.formatting import p_value, percent
+from lockprobe.prose.subject import Subject
 from lockprobe.rows import Estimate, Results
 
 __all__ = ["cell_lines", "dose_grid"]
@@ -55,7 +56,7 @@ def dose_grid(found: Results, axis: str) -> Figure:
         own.setdefault((row.agent, row.modality), {})[row.of] = row
     panels = [
         _Panel(
-            name=agent,
+            name=Subject.of(agent).name,
             axes=names,
             doses=(doses[0].split(", "), doses[1].split(", ")),
             cells=cells,

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from lockprobe.figures.compose import sheet
-from lockprobe.figures.forest import ForestRow, differences, height, interval
+from lockprobe.figures.forest import ForestRow, differences, height, interval, reach_of
 from lockprobe.figures.frame import safe_name, shortened, title
 from lockprobe.figures.palette import ACCENT, SUBJECTS, Marker
 from lockprobe.figures.settings import own_settings
+from lockprobe.prose.subject import Subject
 from lockprobe.record import PLAIN_WORDS
 from lockprobe.rows import Estimate, Results
 
@@ -48,7 +50,10 @@ def effects(found: Results) -> Figure | None:
         _Panel(shown[control], rows, found.where("success_interaction", agent=agent, modality=shown[control], axis=""))
         for (agent, control), rows in own.items()
     ]
-    return sheet(panels, _draw, heights=[height(max((one.rows for one in panels), key=len))]) if panels else None
+    if not panels:
+        return None
+    reach = max(reach_of(one.rows) for one in panels)  # one axis, so that agents can be compared
+    return sheet(panels, partial(_draw, reach=reach), heights=[height(max((one.rows for one in panels), key=len))])
 
 
 def _row(found: Estimate, name: str, colour: str, marker: Marker = "o") -> ForestRow:
@@ -64,13 +69,13 @@ def _row(found: Estimate, name: str, colour: str, marker: Marker = "o") -> Fores
     )
 
 
-def _draw(axes: Axes, panel: _Panel) -> None:
-    """Differences in success from the control, in points."""
+def _draw(axes: Axes, panel: _Panel, reach: float) -> None:
+    """Differences in success from the control, in points, on an axis that ends at ``reach`` on both sides."""
     last, sizes = panel.effects[-1], sorted({one.n or 0 for one in panel.effects})
-    differences(axes, panel.rows, f"success minus that under {_name(last.control)}, points")
+    differences(axes, panel.rows, f"success minus that under {_name(last.control)}, points", reach=reach)
     shown = "" if panel.modality in PLAIN_WORDS else f" ({panel.modality})"
     pairs = f"{sizes[0]} to {sizes[-1]}" if len(sizes) > 1 else f"{sizes[0]}"
-    title(axes, _name(last.agent + shown), f"n = {pairs} pairs of trials; filled: detected")
+    title(axes, _name(Subject.of(last.agent).name + shown), f"n = {pairs} pairs of trials; filled: detected")
 
 
 def _name(name: str) -> str:

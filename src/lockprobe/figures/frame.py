@@ -19,6 +19,7 @@ from matplotlib.ticker import MaxNLocator
 
 from lockprobe.analysis.axis import FLIPS
 from lockprobe.figures.palette import Dash
+from lockprobe.prose.subject import Subject
 from lockprobe.rows import Cell, Course
 from lockprobe.spec import spec_name
 
@@ -77,7 +78,7 @@ def counts(cells: Sequence[Cell]) -> str:
 def agent_label(agent: Course, longest: int = 30) -> str:
     """The agent's name, safe to set: in glyphs that exist, never read as a formula, shortened between words."""
     extra = f" ({agent.shown})" if agent.shown else ""
-    return safe_name(shortened(agent.agent, max(_LEAST, longest - len(extra))) + extra)
+    return safe_name(shortened(Subject.of(agent.agent).name, max(_LEAST, longest - len(extra))) + extra)
 
 
 def safe_name(name: str) -> str:

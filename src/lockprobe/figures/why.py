@@ -14,6 +14,7 @@ from lockprobe.figures.frame import FAINT, INK, SMALL, safe_name, share_axis, sh
 from lockprobe.figures.palette import ACCENT, SUBJECTS
 from lockprobe.figures.settings import own_settings
 from lockprobe.formatting import percent, points
+from lockprobe.prose.subject import Subject
 from lockprobe.rows import Estimate, Results
 
 __all__ = ["change_axis", "why"]
@@ -57,7 +58,7 @@ def _draw_ladder(found: Results, axes: Axes, total: Estimate) -> None:
     axes.tick_params(color="#888888", labelcolor=INK, labelsize=SMALL, width=0.7, length=3)
     axes.tick_params(axis="y", length=0)
     rate = f"intervention rate {total.doses['flip.p']:g}; n = {arms['truth'].n} per arm"
-    title(axes, safe_name(shortened(total.agent, _LONGEST)), rate)
+    title(axes, safe_name(shortened(Subject.of(total.agent).name, _LONGEST)), rate)
 
 
 def _draw_parts(found: Results, axes: Axes, total: Estimate) -> None:

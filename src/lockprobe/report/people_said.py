@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from lockprobe.analysis.modalities import spoken
 from lockprobe.analysis.people import People
 from lockprobe.analysis.relative_steps import RelativeSteps, Steps
-from lockprobe.analysis.summary import StudySummary
-from lockprobe.formatting import percent
+from lockprobe.formatting import percent, share
 from lockprobe.people.progress import Flow
 
-__all__ = ["compared_said", "flow_said", "left_out_said", "limits_said", "opened_said", "steps_said"]
+__all__ = ["compared_said", "conditions_said", "flow_said", "limits_said", "opened_said", "steps_said"]
 
 _SEEN = {
     "view": "reports as",
@@ -21,6 +20,9 @@ _SEEN = {
     "words": "texts",
 }
 """Facts of a trial of people, in words."""
+
+_ROOM = 150
+"""Characters of all names of conditions together that a sentence has room for; the tables have every condition."""
 
 
 def flow_said(flow: Flow) -> Iterator[str]:
@@ -37,22 +39,12 @@ def flow_said(flow: Flow) -> Iterator[str]:
         yield f"Attention checks: {flow.right} of {flow.checks} answered correctly."
 
 
-def left_out_said(others: int) -> Iterator[str]:
-    """That the numbers of this section leave out boxes, where they do."""
-    if others:
-        left = "1 box" if others == 1 else f"{others} boxes"
-        yield (
-            f"What follows counts boxes under flip rates alone. People finished {left} under other conditions, which "
-            "the sections on conditions, speed, loops and optimal actions count beside those of agents."
-        )
-
-
 def opened_said(found: People) -> str:
-    """How many boxes people opened, and of their first ones."""
-    share, first = found.success, found.first
+    """How many boxes people opened over all conditions, and of their first ones."""
+    every, first = found.success, found.first
     each = f"{found.fewest}" if found.fewest == found.most else f"{found.fewest} to {found.most}"
-    interval = f", 95 % interval {percent(share.low)} to {percent(share.high)}" if share.clusters > 1 else ""
-    opened = f"{share.count} of {share.n} boxes ({percent(share.value)}{interval})"
+    interval = f", 95 % interval {percent(every.low)} to {percent(every.high)}" if every.clusters > 1 else ""
+    opened = f"{every.count} of {every.n} boxes ({percent(every.value)}{interval})"
     said = f"{_people(found.people)} opened {opened}, {each} each."
     if found.fewest < found.most:
         said += f" With every person counted alike it is {percent(found.alike)}; the interval holds both."
@@ -62,6 +54,19 @@ def opened_said(found: People) -> str:
         f"{said} Of their first boxes, they opened {first.count} of {first.n} ({percent(first.value)}, 95 % interval "
         f"{percent(first.low)} to {percent(first.high)}): people remember earlier boxes, models do not."
     )
+
+
+def conditions_said(found: People, where: Mapping[str, str]) -> Iterator[str]:
+    """The share of boxes that people opened under each condition, if there are several and a sentence can name them.
+
+    Args:
+        found: The results of people.
+        where: Condition -> ``under nudge`` or ``at a flip rate of 0.4``.
+    """
+    if len(found.at) > 1 and _fit(where[at.condition] for at in found.at):
+        shares = [(at.condition, at.success) for at in found.at]
+        each = (f"{share(one.value, one.low, one.high)} {where[condition]}" for condition, one in shares)
+        yield f"Boxes opened, with 95 % intervals: {', '.join(each)}."
 
 
 def steps_said(found: People) -> Iterator[str]:
@@ -74,24 +79,44 @@ def steps_said(found: People) -> Iterator[str]:
             yield f"Half of the boxes{shown} were open by step {_median(over.steps)}, the human median."
 
 
-def compared_said(summary: StudySummary, found: People) -> Iterator[str]:
-    """Every agent that the study is about, over all p; the baselines if people are the only subject."""
-    subjects = [agent for agent in summary.subjects if not agent.invited] or summary.agents
-    names = {(agent.agent, agent.modality): agent.name for agent in subjects}
-    last: dict[tuple[str, str], RelativeSteps] = {(one.agent, one.modality): one for one in found.relative}
-    for name, one in last.items():
+def compared_said(found: People, names: Mapping[tuple[str, str], str], where: Mapping[str, str]) -> Iterator[str]:
+    """The steps of agents relative to those of people, over all conditions and under each.
+
+    Args:
+        found: The results of people.
+        names: Agent and modality -> what a sentence calls it; others are left out.
+        where: Condition -> ``under nudge`` or ``at a flip rate of 0.4``.
+    """
+    every: dict[tuple[str, str], list[RelativeSteps]] = {}
+    for row in found.relative:
+        every.setdefault((row.agent, row.modality), []).append(row)
+    for name, rows in every.items():
         if name not in names:
             continue
+        *at, one = rows
         on, less = f"on the {one.trials} trials that both played", "solved fewer than half"
-        needs = f"{names[name]} needs"
+        needs, each = f"{names[name]} needs", _by_condition(at, where)
         if one.ratio is not None:
-            yield f"{needs} {_times(one.ratio, one)} the human median of steps {on}."
+            yield f"{needs} {_times(one.ratio, one)} the human median of steps {on}{each}."
         elif one.least is not None:
-            yield f"{needs} at least {_times(one.least, one)} the human median of steps {on}, since it {less}."
+            yield f"{needs} at least {_times(one.least, one)} the human median of steps {on}, since it {less}{each}."
         elif one.most is not None:
-            yield f"{needs} at most {_times(one.most, one)} the human median of steps {on}, since people {less}."
+            yield f"{needs} at most {_times(one.most, one)} the human median of steps {on}, since people {less}{each}."
         else:
-            yield f"Neither {names[name]} nor people solved half of the {one.trials} trials that both played."
+            yield f"Neither {names[name]} nor people solved half of the {one.trials} trials that both played{each}."
+
+
+def _by_condition(rows: Sequence[RelativeSteps], where: Mapping[str, str]) -> str:
+    """The ratios and bounds under single conditions; empty without any, or if a sentence cannot name them."""
+    said = []
+    for row in rows if _fit(where[row.condition] for row in rows) else ():
+        bounds = (("", row.ratio), ("at least ", row.least), ("at most ", row.most))
+        said += [f"{bound}{value:.2f} {where[row.condition]}" for bound, value in bounds if value is not None]
+    return f": {', '.join(said)}" if said else ""
+
+
+def _fit(names: Iterable[str]) -> bool:
+    return sum(map(len, names)) <= _ROOM
 
 
 def _times(value: float, one: RelativeSteps) -> str:

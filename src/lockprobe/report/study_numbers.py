@@ -13,6 +13,7 @@ from lockprobe.analysis.branch import BranchEffect, branch_effects
 from lockprobe.analysis.clustered import ClusteredProportion
 from lockprobe.analysis.condition import ConditionSummary
 from lockprobe.analysis.condition_study import ConditionStudySummary, dose_series, summarise_conditions
+from lockprobe.analysis.people import People, people
 from lockprobe.analysis.proportions import Proportion
 from lockprobe.analysis.rules import RuleBreaks, together
 from lockprobe.analysis.series import Series
@@ -96,6 +97,7 @@ class StudyNumbers:
         others: Those of its other conditions; None without any.
         doses: Those over every other dose, and over options of agents.
         forks: What one report did, by its forks; empty without forks.
+        people: The numbers of people; None if none of their trials has ended.
     """
 
     opened: OpenedStudy
@@ -103,6 +105,7 @@ class StudyNumbers:
     others: ConditionStudySummary | None = None
     doses: tuple[tuple[Series, StudySummary], ...] = ()
     forks: tuple[BranchEffect, ...] = ()
+    people: People | None = None
 
     @property
     def study(self) -> Study:
@@ -202,7 +205,14 @@ def study_numbers(opened: OpenedStudy, *, each: Each = map) -> StudyNumbers:
     )
     others = _of_others(opened, flips, collecting(each))
     doses = others.series if others else _of_options(opened, collecting(each))
-    return StudyNumbers(opened=opened, flips=flips, others=others, doses=tuple(doses), forks=tuple(forks))
+    return StudyNumbers(
+        opened=opened,
+        flips=flips,
+        others=others,
+        doses=tuple(doses),
+        forks=tuple(forks),
+        people=section("People", lambda: people(opened.trials), lambda: None),
+    )
 
 
 def _of_flips(opened: OpenedStudy, each: Each) -> StudySummary:

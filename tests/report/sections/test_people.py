@@ -1,16 +1,18 @@
 """People in the rows, in the tables and on the page; and nothing of them where nobody was asked."""
 
+import re
 import statistics
 from dataclasses import replace
 
 import pytest
 import seated
 import strangers
-from builders import play_study, played_by_people, small_study, write_study
+from builders import SOLUTION, make_trial, play_study, played_by_people, small_study, write_study
 from captions import too_long
 from seated import under
 from taking_part import take_part
 
+from lockprobe.analysis.people import people
 from lockprobe.formatting import NONE
 from lockprobe.people.progress import Flow
 from lockprobe.people.withdrawal import put
@@ -18,7 +20,7 @@ from lockprobe.plugins import allow
 from lockprobe.record import TrialError
 from lockprobe.report.opened import open_study
 from lockprobe.report.pages import page_of, tables_of
-from lockprobe.report.people_said import flow_said
+from lockprobe.report.people_said import conditions_said, flow_said
 from lockprobe.report.results import results_of
 from lockprobe.report.study_numbers import study_numbers
 from lockprobe.studies.journal import load
@@ -56,7 +58,7 @@ def found(tmp_path_factory):
 
 def test_places_of_people_are_a_part_of_the_plan(found):
     assert (found.progress.planned, found.progress.finished) == (60, 40 + PLAYED)
-    assert values(found, "boxes", **THEIRS) == {"planned": 20, "finished": PLAYED, "beside flips": 0}
+    assert values(found, "boxes", **THEIRS) == {"planned": 20, "finished": PLAYED}
 
 
 def test_people_are_counted_by_person_and_by_first_boxes(found):
@@ -147,7 +149,7 @@ def test_where_a_median_is_beyond_the_budget_there_is_a_bound(
 
 def test_before_anybody_came_the_report_says_so(tmp_path):
     found = with_people(tmp_path, small_study(("participant", "random"), (0.0,), 1, 3), [])
-    assert values(found, "boxes") == {"planned": 3, "finished": 0, "beside flips": 0}
+    assert values(found, "boxes") == {"planned": 3, "finished": 0}
     assert not found.said("people")
     assert "0 of 3 boxes for people were played; 3 are still available." in page_of("report", found)
     assert tables_of(found)["people"] == tables_of(found)["people-steps"] == tables_of(found)["people-positions"] == []
@@ -212,28 +214,43 @@ def test_the_page_says_who_came_to_the_end_and_how_long_choices_took(tmp_path):
 
 
 def test_people_stand_beside_agents_under_every_condition(tmp_path):
-    """Effects, conditions, speed and loops have them; the section on people counts flip rates and says so."""
+    """Effects, conditions, speed and loops have them, and so does the section on people."""
     conditions = ("truth", "flip?p=0.4", "flip?p=0.4 + nudge", "reword?p=1", "tremble?p=0.3")
     study = under(*conditions, agents=("random", "participant"), trials=5)
     run_study(study, tmp_path)
     seated.take_part(tmp_path, study, seated.short(), people=5)
     found = found_in(tmp_path)
-    boxes = values(found, "boxes", condition="")
-    assert (boxes["finished"], boxes["beside flips"]) == (25, 15)
-    assert found.one("success", **THEIRS, of="by person").n == 10
-    (said,) = [one for one in found.said("people") if "other conditions" in one]
-    assert said.startswith("What follows counts boxes under flip rates alone. People finished 15 boxes under other")
+    own = {one: [trial for trial in load(tmp_path) if trial.player and trial.condition == one] for one in conditions}
+    assert values(found, "boxes", condition="")["finished"] == found.one("success", **THEIRS, of="by person").n == 25
+    counted = {row.condition: (row.count, row.n) for row in found.where("success", of="by person") if row.condition}
+    assert counted == {one: (sum(trial.solved for trial in trials), 5) for one, trials in own.items()}
+    assert found.one("success", condition="tremble?p=0.3", of="by person").doses == {"tremble.p": 0.3}
     times = {row.condition: row.n for row in found.where("response_time", of="")}
-    steps = {
-        one: sum(len(trial.steps) for trial in load(tmp_path) if trial.player and trial.condition == one)
-        for one in conditions[:2]
-    }
+    steps = {one: sum(len(trial.steps) for trial in trials) for one, trials in own.items()}
     assert times == steps | {"": sum(steps.values())}
+    ratios = {row.condition: row.n for row in found.where("mean_steps_ratio", versus="participant")}
+    assert ratios == dict.fromkeys(conditions, 5) | {"": 25}
+    (said,) = [one for one in found.said("people") if one.startswith("Boxes opened, with")]
+    assert [f"] under {one}" in said for one in conditions] == [True] * 5
+    assert [row["condition"] for row in table(found, "people")] == [*conditions, "all"]
+    assert [row["condition"] for row in table(found, "people-steps")] == [*conditions, "all"]
     for part in ("conditions", "effects", "speed", "loops"):
         rows = [row for row in table(found, part) if row["agent"] == "participant"]
         theirs = {row["condition"] for row in rows}
         assert theirs == set(conditions) - ({"truth"} if part == "effects" else set()), part
         assert len(rows) == len(theirs)
+
+
+def test_a_sentence_names_conditions_as_far_as_there_is_room():
+    trials = [
+        replace(make_trial(SOLUTION, agent=f"participant:{who}"), condition=condition)
+        for condition in ("one", "two")
+        for who in ("aaaa", "bbbb")
+    ]
+    (said,) = conditions_said(people(trials), {"one": "under one", "two": "under two"})
+    assert re.fullmatch(r"Boxes opened, with 95 % intervals: 100 % \[.*\] under one, 100 % \[.*\] under two\.", said)
+    assert not [*conditions_said(people(trials), {"one": "under one" * 9, "two": "under two" * 9})]
+    assert not [*conditions_said(people(trials[:2]), {"one": "under one"})]
 
 
 def test_nobody_who_is_left_is_said_so():

@@ -8,7 +8,7 @@ from typing import Any
 
 from markupsafe import Markup
 
-from lockprobe.analysis.outcomes import ended
+from lockprobe.analysis.modalities import spoken
 from lockprobe.analysis.people import People, PeopleAt
 from lockprobe.analysis.relative_steps import RelativeSteps
 from lockprobe.analysis.response_times import ResponseTimes, response_times
@@ -18,8 +18,8 @@ from lockprobe.people.step_times import times_of_steps
 from lockprobe.report.format import TextTable
 from lockprobe.report.people_said import (
     compared_said,
+    conditions_said,
     flow_said,
-    left_out_said,
     limits_said,
     opened_said,
     steps_said,
@@ -29,13 +29,12 @@ from lockprobe.report.study_numbers import StudyNumbers, share_rows
 from lockprobe.report.table_rows import share_of_row
 from lockprobe.rows import Estimate, Finding, Results, Row
 from lockprobe.spec import PEOPLE
+from lockprobe.studies.study import Study
 
 __all__ = ["SECTIONS"]
 
 _BY_PERSON = "by person"
 """Marks numbers whose interval is clustered by person and block."""
-
-_OVER_P = "flip rate"
 
 _BEYOND = "beyond the budget"
 
@@ -44,36 +43,30 @@ _people = partial(Estimate, agent=PEOPLE)
 
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
-    opened, found = numbers.opened, numbers.flips.people
+    opened, found = numbers.opened, numbers.people
     if not opened.study.invited and found is None:
         return
     flow = flow_of(opened.study, opened.diaries, opened.withdrawn)
     times = times_of_steps(opened.study, opened.trials, opened.diaries, opened.directory)
-    on_axis = opened.flip_trials
-    everywhere, here = (sum(bool(trial.player) for trial in ended(trials)) for trials in (opened.trials, on_axis))
-    others = everywhere - here
-    boxes = {"planned": opened.study.invited, "finished": opened.finished_by_people, "beside flips": others}
-    for of, count in boxes.items():
+    for of, count in (("planned", opened.study.invited), ("finished", opened.finished_by_people)):
         yield _people(quantity="boxes", of=of, value=count, unit="boxes")
     if flow:
         yield from _flow(flow)
-    labels = {(trial.modality, trial.p): trial.condition for trial in on_axis}
     if found:
         yield from _all_people(found)
         for at in (*found.at, *found.over):
-            yield from _at(at, _place(labels, at))
+            yield from _at(at, _place(opened.study, at))
         for relative in found.relative:
-            yield from _relative(relative, _place(labels, relative))
-    for took in response_times(on_axis, times):
-        yield from _times(took, _place(labels, took))
-    yield from _said(numbers, flow, others)
+            yield from _relative(relative, _place(opened.study, relative))
+    for took in response_times(opened.trials, times):
+        yield from _times(took, _place(opened.study, took))
+    yield from _said(numbers, flow)
 
 
-def _place(labels: dict[tuple[str, float | None], str], at: PeopleAt | RelativeSteps | ResponseTimes) -> dict[str, Any]:
-    """What a number is of: a condition of the flip axis, or all of them."""
-    if at.p is None:
-        return {"modality": at.modality, "axis": _OVER_P}
-    return {"modality": at.modality, "condition": labels[at.modality, at.p], "doses": {"flip.p": at.p}}
+def _place(study: Study, at: PeopleAt | RelativeSteps | ResponseTimes) -> dict[str, Any]:
+    """What a number is of: one condition, or all conditions of a modality."""
+    doses = dict(study.labelled(at.condition).doses) if at.condition else {}
+    return {"modality": at.modality, "condition": at.condition, "doses": doses}
 
 
 def _flow(flow: Flow) -> Iterator[Estimate]:
@@ -89,22 +82,21 @@ def _flow(flow: Flow) -> Iterator[Estimate]:
 
 
 def _all_people(found: People) -> Iterator[Estimate]:
-    """All people together, in every modality; by the position of the box, and what they were shown."""
-    over = partial(_people, axis=_OVER_P)
-    yield over(quantity="people", value=found.people, unit="people")
+    """All people together, under all conditions; by the position of the box, and what they were shown."""
+    yield _people(quantity="people", value=found.people, unit="people")
     for of, count in (("fewest", found.fewest), ("most", found.most)):
-        yield over(quantity="boxes_each", of=of, value=count, unit="boxes")
-    yield from share_rows("success", found.success, agent=PEOPLE, axis=_OVER_P, of=_BY_PERSON)
-    yield over(quantity="success", of="every person alike", value=found.alike, n=found.people)
+        yield _people(quantity="boxes_each", of=of, value=count, unit="boxes")
+    yield from share_rows("success", found.success, agent=PEOPLE, of=_BY_PERSON)
+    yield _people(quantity="success", of="every person alike", value=found.alike, n=found.people)
     for one in found.positions:
-        yield from share_rows("success", one.success, agent=PEOPLE, axis=_OVER_P, of=f"position={one.position}")
+        yield from share_rows("success", one.success, agent=PEOPLE, of=f"position={one.position}")
     for name, values in found.saw.items():
         for value, count in values.items():
-            yield over(quantity="trials_shown", of=f"{name}={value}", value=count, unit="trials")
+            yield _people(quantity="trials_shown", of=f"{name}={value}", value=count, unit="trials")
 
 
 def _at(at: PeopleAt, place: dict[str, Any]) -> Iterator[Estimate]:
-    """People under one condition, or in one modality over all of them."""
+    """People under one condition, or in one modality over all conditions."""
     yield _people(quantity="people", **place, value=at.people, unit="people")
     yield from share_rows("success", at.success, agent=PEOPLE, **place, of=_BY_PERSON)
     of, steps = {**place, "of": _BY_PERSON, "unit": "steps", "n": at.success.n}, at.steps
@@ -137,36 +129,62 @@ def _times(took: ResponseTimes, place: dict[str, Any]) -> Iterator[Estimate]:
             yield _people(quantity="response_time", **place, of=of, value=value, unit="ms", n=n)
 
 
-def _said(numbers: StudyNumbers, flow: Flow | None, others: int) -> Iterator[Finding]:
+def _said(numbers: StudyNumbers, flow: Flow | None) -> Iterator[Finding]:
     plain = partial(Finding, section="people", judges=False)
-    for text in (*(flow_said(flow) if flow else ()), *left_out_said(others)):
+    for text in flow_said(flow) if flow else ():
         yield plain(text=text, rests_on=("participants", "boxes"))
-    if found := numbers.flips.people:
+    if found := numbers.people:
         yield plain(text=opened_said(found), rests_on=("people", "boxes_each", "success"))
+        where = {at.condition: _where(numbers.study, at) for at in found.at}
+        for text in conditions_said(found, where):
+            yield plain(text=text, rests_on=("success",))
         for text in steps_said(found):
             yield plain(text=text, rests_on=("median_steps_all",))
-        for text in compared_said(numbers.flips, found):
+        for text in compared_said(found, _names(numbers, found), where):
             yield Finding(section="people", kind="finding", text=text, rests_on=("steps_ratio",))
         yield plain(text=limits_said(found), rests_on=("trials_shown",))
 
 
+def _where(study: Study, at: PeopleAt) -> str:
+    """What a sentence says of a condition: its name, or its flip rate if all conditions are flip rates."""
+    if not study.of_flips:
+        return f"under {at.condition}"
+    shown = f", shown as {spoken(at.modality)}" if len(study.modalities) > 1 else ""
+    return f"at a flip rate of {study.labelled(at.condition).p:g}{shown}"
+
+
+def _names(numbers: StudyNumbers, found: People) -> dict[tuple[str, str], str]:
+    """What sentences call the agents that the study is about; the baselines if people are its only subject."""
+    known = {(agent.agent, agent.modality): agent.name for agent in numbers.flips.agents}
+    every = dict.fromkeys((one.agent, one.modality) for one in found.relative)
+    subjects = [one for one in every if one[0] in numbers.subjects]
+    return {one: known.get(one, one[0]) for one in subjects or every}
+
+
 def _over(row: Estimate) -> dict[str, str]:
     """What a row is of, to find others of the same."""
-    return {name: getattr(row, name) for name in ("agent", "modality", "condition", "axis", "versus")}
+    return {name: getattr(row, name) for name in ("agent", "modality", "condition", "versus")}
 
 
-def _p(row: Estimate) -> str:
-    return f"{row.doses['flip.p']:g}" if row.condition else "all"
+def _condition(found: Results, row: Estimate) -> str:
+    """What tables call the condition of a row: its name, or its flip rate if all conditions are flip rates."""
+    if found.beside_flips or not row.condition:
+        return row.condition or "all"
+    return next(f"{one.p:g}" for one in found.design.conditions if one.name == row.condition)
+
+
+def _varied(found: Results) -> str:
+    return "condition" if found.beside_flips else "flip rate"
 
 
 def _people_table(found: Results) -> TextTable:
-    """People by condition, and over all p last; with how long they took for a choice, where that is known."""
+    """People by condition, and over all conditions last; with how long they took for a choice, if that is known."""
     every = [row for row in found.where("success", agent=PEOPLE, of=_BY_PERSON) if row.modality]
     if not every:
         return []
     at, over = [row for row in every if row.condition], [row for row in every if not row.condition]
     several, timed = len(over) > 1, bool(found.where("response_time"))
-    head = ["flip rate", "people", "trials", "solved", "success", "median steps", "mean steps"]
+    head = [_varied(found), "people", "trials", "solved", "success", "median steps", "mean steps"]
     head += ["ms per choice", "ms of first choices"] if timed else []
     table = [(["modality"] if several else []) + head]
     for row in [*at, *(over if len(at) > len(over) else [])]:
@@ -174,7 +192,7 @@ def _people_table(found: Results) -> TextTable:
             found.one(quantity, **_over(row), of=of)
             for quantity, of in (("people", ""), ("median_steps_all", _BY_PERSON), ("mean_steps_all", _BY_PERSON))
         )
-        cells = [_p(row), f"{people.value:g}", str(row.n), str(row.count), share_of_row(row)]
+        cells = [_condition(found, row), f"{people.value:g}", str(row.n), str(row.count), share_of_row(row)]
         cells += [_steps_cell(steps), f"{mean.value:.1f}", *(_took(found, row) if timed else [])]
         table.append([row.modality, *cells] if several else cells)
     return table
@@ -204,11 +222,19 @@ def _steps_table(found: Results) -> TextTable:
     """Agents' steps and those of people."""
     if not _any(found):
         return []
-    head = ["agent", "flip rate", "common trials", "median steps", "median of people", "ratio", "ratio of mean steps"]
+    head = [
+        "agent",
+        _varied(found),
+        "common trials",
+        "median steps",
+        "median of people",
+        "ratio",
+        "ratio of mean steps",
+    ]
     return [head] + [
         [
             found.label(row.agent, row.modality),
-            _p(row),
+            _condition(found, row),
             str(row.n),
             *(_step(found.one("median_steps_of_both", **_over(row), of=of).value) for of in ("agent", "people")),
             _ratio(found.get("steps_ratio", **_over(row))),
@@ -239,21 +265,21 @@ def _positions_table(found: Results) -> TextTable:
 
 
 def _any(found: Results) -> bool:
-    """Whether a trial of people has ended under a flip rate."""
-    return found.get("people", agent=PEOPLE, modality="", axis=_OVER_P) is not None
+    """Whether a trial of people has ended."""
+    return found.get("people", agent=PEOPLE, modality="") is not None
 
 
-_PEOPLE = Table("people", _people_table, numeric_from=0)
-_STEPS = Table("people-steps", _steps_table, numeric_from=1)
+_PEOPLE = Table("people", _people_table, numeric_from=1)
+_STEPS = Table("people-steps", _steps_table, numeric_from=2)
 _POSITIONS = Table("people-positions", _positions_table, numeric_from=0)
 
 _FIGURE = Figure(
     "people",
-    "Success by flip rate and steps relative to the human median: people, models and strategies",
-    Caption(
-        "People, models and strategies on the same boxes: success by flip rate (top), and an agent's median steps "
-        "divided by the human median (bottom). People play several boxes and may learn from one to the next; agents "
-        "keep nothing.",
+    "Success under each condition and steps relative to the human median: people, models and strategies",
+    lambda found: Caption(
+        f"People, models and strategies on the same boxes: success by {_varied(found)} (top), and an agent's median "
+        "steps divided by the human median (bottom). People play several boxes and may learn from one to the next; "
+        "agents keep nothing.",
         "Bars are 95 % intervals, clustered by person and block for people; bars that reach the edge of the lower "
         "panel are open. Medians are over trials that both played, with unsolved ones censored at the budget.",
         "Baselines are thin with hollow markers and have no bars.",
@@ -271,7 +297,7 @@ _OF_TIMES = Note(
     ),
 )
 _OF_STEPS = Note(
-    "Steps in the trials that people also played, with the same panel, labels and false reports. Ratios above 1: more "
+    "Steps in the trials that people also played, with the same panel, labels and interventions. Ratios above 1: more "
     "steps than people; at most and at least: one of the two medians exceeds the budget.",
     "Medians are Kaplan-Meier estimates with unsolved trials censored at the budget; in means they count with the "
     "whole budget. Intervals resample people with all their boxes, and blocks of trials; each end is the wider of the "
@@ -283,11 +309,11 @@ _OF_POSITIONS = Note(
 )
 _OF_PEOPLE = Note(
     Markup(
-        "Elsewhere on these pages, people are one agent, <code>participant</code>. Each trial was played by one "
-        "person, and another person may have played the same trial at another flip rate."
+        "In tables, people are one agent, <code>participant</code>. Each trial was played by one "
+        "person, and another person may have played the same trial under another condition."
     ),
-    "Tests over flip rates cluster trials by person, as they cluster trials of other agents by block; if everybody "
-    "plays at one flip rate, whole people are permuted. Comparisons with an agent cluster by both.",
+    "Tests of conditions cluster trials by person, as they cluster trials of other agents by block; if everybody "
+    "plays under one condition, whole people are permuted. Comparisons with an agent cluster by both.",
 )
 
 
