@@ -15,7 +15,7 @@ from lockprobe.studies.settings import study_from
 from lockprobe.studies.single import run_trial
 from lockprobe.studies.study import joined_agents
 from lockprobe.studies.study_options import StudyOptions, parse_p, read_options_file
-from lockprobe.studies.studyfile import study
+from lockprobe.studies.studyfile import study, trial_study
 
 GOLDEN = Path(__file__).parents[1] / "golden" / "identities.json"
 STUDY = study(StudyOptions(agent=["random"], trials=2, repetitions=2, p=[0, 0.4]))
@@ -420,6 +420,27 @@ def test_a_condition_is_played_in_every_modality_unless_it_says_its_own():
     assert [condition.label for condition in planned.conditions] == [
         "truth", "nudge", "symbolic", "nudge + symbolic", "rgb", "nudge + rgb", "rgbd", "warn + rgbd",
     ]  # fmt: skip
+
+
+@pytest.mark.parametrize(("default", "other"), [("symbolic?tell=state", "symbolic"), ("symbolic", "rgb")])
+def test_a_modality_that_is_written_is_played_even_if_it_is_the_default(default, other):
+    planned = study(
+        "modalities", agent="viewer", modality=[other], condition=[f"warn + {default}", "nudge"],
+        sweep=f"tremble?p=0.1,0.2 + {default}",
+    )  # fmt: skip
+    assert [(one.specs, one.modality) for one in planned.conditions] == [
+        ((), other), (("nudge",), other), ((), default),
+        (("warn",), default), (("tremble?p=0.1",), default), (("tremble?p=0.2",), default),
+    ]  # fmt: skip
+    alone = trial_study({"condition": "warn + symbolic?tell=state", "p": 0.4}, agent="random").conditions[0]
+    assert (alone.specs, alone.modality) == (("flip?p=0.4", "warn"), "symbolic?tell=state")
+    with pytest.raises(BadValue, match="modality: got 'rgb', expected none with a condition that says symbolic"):
+        trial_study({"condition": "warn + symbolic?tell=state", "modality": "rgb"}, agent="random")
+
+
+def test_a_named_control_of_one_modality_is_the_control_there():
+    planned = study("modalities", agent="viewer", modality=["symbolic"], condition=["seen=rgb", "warn + rgb"])
+    assert [one.label for one in planned.conditions] == ["symbolic", "seen", "warn + rgb"]
 
 
 def test_a_named_condition_is_called_so_in_keys_and_settings(tmp_path):

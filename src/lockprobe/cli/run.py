@@ -55,7 +55,8 @@ def run(
     they disturb; without options three strategies. suite-1: five scores over four fixed boxes, 288 trials an agent;
     only --agent is chosen.
 
-    --condition and --sweep vary anything else that lockprobe interventions lists, with the truth as control.
+    --condition and --sweep vary anything else that lockprobe interventions lists; the truth is played with them, as
+    control. --p without them plays those rates and no others.
 
     Another --agent with --out and settings of a study is added to it, with the same luck. Exit status 3: a budget ended
     it; 1: a trial broke and is owed, or a condition has no valid trial.

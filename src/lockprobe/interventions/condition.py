@@ -24,6 +24,7 @@ __all__ = [
     "distinct",
     "flips",
     "read_condition",
+    "says_modality",
     "sweep",
 ]
 
@@ -185,10 +186,19 @@ def read_condition(spec: str, name: str = "") -> Condition:
         BadValue: As :func:`interventions_of`, or as :class:`Condition`.
     """
     *acting, last = split_specs(spec)
-    if spec_name(last) in MODALITIES:
+    if says_modality(spec):
         interventions = interventions_of(" + ".join(acting))
         return Condition(interventions=interventions, modality=_without_zeros(last), name=name)
     return Condition(interventions=interventions_of(spec), modality=default_modality(spec), name=name)
+
+
+def says_modality(spec: str) -> bool:
+    """Whether the last part of a condition's spec says how the box is shown.
+
+    >>> says_modality("warn + symbolic?tell=state"), says_modality("warn")
+    (True, False)
+    """
+    return spec_name(split_specs(spec)[-1]) in MODALITIES
 
 
 def _without_zeros(modality: str) -> str:

@@ -143,7 +143,7 @@ class StudyOptions(BaseModel):
         Conditions | None,
         _about(
             "Interventions, with plus signs between: 'flip?p=0.4 + nudge'; 'NAME=SPEC' names them; may be repeated "
-            "(truth is always played)."
+            "(nothing; with any, truth is played too, as the control)."
         ),
     ] = None
     sweep: Annotated[

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.doses import modality_doses
@@ -20,6 +20,7 @@ from lockprobe.interventions.condition import (
     distinct,
     flips,
     read_condition,
+    says_modality,
     sweep,
 )
 from lockprobe.interventions.flip import FlipKind, OutcomeFlip
@@ -185,16 +186,23 @@ def _conditions(request: StudyOptions, extent: paper.Extent, modalities: Sequenc
         return _arms(request, p, modalities)
     if request.condition is None and request.sweep is None:
         return flips(p, flip, modalities)
-    found = [*(flips(p, flip) if request.p is not None else ()), *_asked(request)]
-    return _with_controls(found, modalities)
+    rates = flips(p, flip) if request.p is not None else ()
+    return _with_controls([*(_Asked(one, shown=False) for one in rates), *_asked(request)], modalities)
 
 
-def _asked(request: StudyOptions) -> list[Condition]:
+class _Asked(NamedTuple):
+    """A condition that was asked for, and whether its text says how the box is shown."""
+
+    condition: Condition
+    shown: bool
+
+
+def _asked(request: StudyOptions) -> list[_Asked]:
     """The conditions and sweeps that are named."""
-    return [
-        *(_acting(read_condition(one.spec, one.name), one.spec) for one in request.conditions_named),
-        *(one for spec in request.sweep or () if not spec.startswith(AGENT_SWEEP) for one in sweep(spec)),
-    ]
+    named = [(_acting(read_condition(one.spec, one.name), one.spec), one.spec) for one in request.conditions_named]
+    doses = [spec for spec in request.sweep or () if not spec.startswith(AGENT_SWEEP)]
+    swept = [(one, spec) for spec in doses for one in sweep(spec)]
+    return [_Asked(one, says_modality(spec)) for one, spec in (*named, *swept)]
 
 
 def _acting(asked: Condition, text: str) -> Condition:
@@ -223,9 +231,19 @@ def _arms(request: StudyOptions, p: Sequence[float], modalities: Sequence[str]) 
     if request.flip not in (None, "transient"):
         raise BadValue("flip", request.flip, "transient, the only kind that can be corrected")
     (shown,) = modalities
-    found = [*arm_conditions(p[0], shown), *(replace(one, modality=shown) for one in _asked(request))]
+    arms, asked = arm_conditions(p[0], shown), _asked(request)
+    for one in asked:
+        if one.shown and one.condition.modality != shown:
+            raise BadValue("condition", one.condition.spec, f"none that is shown otherwise than all arms, {shown}")
+    more = [replace(one.condition, modality=shown) for one in asked]
+    for one in more:
+        if same := next((arm for arm in arms if arm.specs == one.specs), None):
+            raise BadValue("condition", one.label, f"another condition than the arm {same.label}, which is the same")
+        if same := next((arm for arm in arms if arm.label == one.label), None):
+            raise BadValue("condition", f"{one.label}={one.spec}", f"another name: {one.label} is the arm {same.spec}")
+    found = distinct([*arms, *more])
     _check_names(found)
-    return distinct(found)
+    return found
 
 
 def _one_condition(asked: str | Condition | Sequence[Intervention] | None, request: StudyOptions) -> Condition:
@@ -233,6 +251,7 @@ def _one_condition(asked: str | Condition | Sequence[Intervention] | None, reque
     (p,) = _given(request.p, paper.ONE_TRIAL.p)
     if not asked:
         return flips((p,), _flip(request), request.modality)[0]
+    said = isinstance(asked, str) and says_modality(asked)
     if isinstance(asked, str):
         asked = read_condition(asked)
     found = asked if isinstance(asked, Condition) else _composed(asked)
@@ -240,7 +259,7 @@ def _one_condition(asked: str | Condition | Sequence[Intervention] | None, reque
         raise BadValue("p", p, "0 with a condition that flips reports itself")
     if request.flip is not None and not p:
         raise BadValue("flip", request.flip, "a flip rate p with it, where a condition says what else acts")
-    unsaid = found.modality == default_modality(*found.specs)
+    unsaid = not said and found.modality == default_modality(*found.specs)
     if p:
         flip = OutcomeFlip(p=p, persistence=_flip(request))
         found = replace(found, interventions=(flip, *found.interventions))
@@ -256,21 +275,31 @@ def _composed(acting: Sequence[Intervention]) -> Condition:
     return Condition(interventions=tuple(acting), modality=default_modality(*map(spec_of, acting)))
 
 
-def _with_controls(found: Sequence[Condition], modalities: Sequence[str]) -> tuple[Condition, ...]:
+def _with_controls(found: Sequence[_Asked], modalities: Sequence[str]) -> tuple[Condition, ...]:
     """Conditions shown in every way, those that say their own only in that, each way with the truth as its control."""
-    own = [one for one in found if one.modality != default_modality(*one.specs)]
-    acting = [one for one in found if one not in own and (one.name or not one.does_nothing)]
+    own = [one.condition for one in found if one.shown]
+    acting = [
+        one.condition for one in found if not one.shown and (one.condition.name or not one.condition.does_nothing)
+    ]
     named = [one for one in acting if one.does_nothing]
     controls = named or [Condition()]
     everywhere = [*controls, *(one for one in acting if one not in named)]
-    _check_names([*everywhere, *own])
-    return distinct(
+    known = {one.modality: one for one in own if one.name and one.does_nothing}
+
+    def shown(one: Condition, modality: str) -> Condition:
+        """A condition shown in one way; in place of the control that with a name, if there is one."""
+        here = replace(one, modality=modality)
+        return known.get(modality, here) if one is controls[0] else here
+
+    planned = distinct(
         [
-            *(replace(one, modality=modality) for modality in modalities for one in everywhere),
-            *(replace(controls[0], modality=modality_doses(one.modality)[0]) for one in own),
+            *(shown(one, modality) for modality in modalities for one in everywhere),
+            *(shown(controls[0], modality_doses(one.modality)[0]) for one in own),
             *own,
         ]
     )
+    _check_names(planned)
+    return planned
 
 
 def _check_names(conditions: Sequence[Condition]) -> None:
