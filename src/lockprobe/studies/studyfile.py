@@ -232,10 +232,10 @@ def _arms(request: StudyOptions, p: Sequence[float], modalities: Sequence[str]) 
         raise BadValue("flip", request.flip, "transient, the only kind that can be corrected")
     (shown,) = modalities
     arms, asked = arm_conditions(p[0], shown), _asked(request)
-    for one in asked:
-        if one.shown and one.condition.modality != shown:
-            raise BadValue("condition", one.condition.spec, f"none that is shown otherwise than all arms, {shown}")
-    more = [replace(one.condition, modality=shown) for one in asked]
+    for condition, says_own in asked:
+        if says_own and condition.modality != shown:
+            raise BadValue("condition", condition.spec, f"none that is shown otherwise than all arms, {shown}")
+    more = [replace(condition, modality=shown) for condition, _ in asked]
     for one in more:
         if same := next((arm for arm in arms if arm.specs == one.specs), None):
             raise BadValue("condition", one.label, f"another condition than the arm {same.label}, which is the same")
