@@ -357,6 +357,7 @@ class Trial:
         changed_steps: Steps at which all of them together did.
         replays: How often it was replayed on request after an error of its agent; the earlier records stay.
         fork: Of a fork, the recorded trial, the step and the arm; else None.
+        called: The name that the experimenter gave the agent; empty without one.
     """
 
     key: str
@@ -389,6 +390,7 @@ class Trial:
     changed_steps: Count = 0
     replays: Count = 0
     fork: ForkName | None = None
+    called: str = ""
 
     def __repr__(self) -> str:
         ending = f"error at {self.error.boundary}" if self.error else self.ending
@@ -401,7 +403,12 @@ class Trial:
 
     @property
     def group(self) -> str:
-        """The agent that the trial counts for: itself, or ``participant`` for any person."""
+        """What keys, tables and pages call its agent: its name, or its :attr:`spec` if it has none."""
+        return self.called or self.spec
+
+    @property
+    def spec(self) -> str:
+        """The spec of the agent that it counts for: its own, or ``participant`` for any person."""
         return group_of(self.agent)
 
     @property

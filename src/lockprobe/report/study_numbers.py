@@ -124,7 +124,7 @@ class StudyNumbers:
         order = list(found)
         if self.others is not None:
             found |= {name: one for name, one in self.others.conditions.items() if name not in found}
-            order = [name for name in product(self.study.agents, self._labels) if name in found]
+            order = [name for name in product(self.study.labels, self._labels) if name in found]
         return tuple(
             PlayedCell(
                 agent=agent,

@@ -33,6 +33,7 @@ from lockprobe.plugins import allow
 from lockprobe.protocols import Intervention
 from lockprobe.spec import Spec, spec_name
 from lockprobe.studies import paper
+from lockprobe.studies.agent_names import named_agents
 from lockprobe.studies.modality import taken_in
 from lockprobe.studies.settings import LONGEST_SPEC
 from lockprobe.studies.study import Study
@@ -80,14 +81,15 @@ def study(asked: StudyOptions | str | Path = "flips", /, **options: Any) -> Stud
     plant = resolve_plant(_plant(request))
     modalities = tuple(_given(request.modality, _shown_by_default(request, plant, modal=modal)))
     extent = paper.MODALITY_TRIALS if modal else EXTENT if request.study == "why" else _flips_extent(request)
-    agents = request.agent if request.agent is not None else _players_by_default(request.study, modalities)
+    written = request.agent if request.agent is not None else _players_by_default(request.study, modalities)
+    agents, names = named_agents(written)
     for spec in agents:
         resolve(spec)
     for spec in request.sweep or ():
         if spec.startswith(AGENT_SWEEP):
-            agents = _swept_agents(agents, spec)
+            agents, names = _swept_agents(agents, names, spec)
     allow(*agents)
-    planned = _planned(request, plant, agents, _conditions(request, extent, modalities), extent)
+    planned = _planned(request, plant, agents, _conditions(request, extent, modalities), extent, names)
     planned.check_agents()
     check_sources(planned.conditions)
     _check_kept(planned.box)
@@ -112,7 +114,7 @@ def trial_study(given: Mapping[str, Any], *, agent: str, name: str = "trial") ->
     request = trial_options(given).model_copy(update={"name": name})
     _check_lengths(request)
     condition = _one_condition(given.get("condition"), request)
-    return _planned(request, resolve_plant(_plant(request)), [agent], [condition], paper.ONE_TRIAL)
+    return _planned(request, resolve_plant(_plant(request)), [agent], [condition], paper.ONE_TRIAL, {})
 
 
 def _planned(
@@ -121,6 +123,7 @@ def _planned(
     agents: Sequence[str],
     conditions: Sequence[Condition],
     extent: paper.Extent,
+    names: Mapping[str, str],
 ) -> Study:
     return Study(
         name=_given(request.name, request.study),
@@ -136,6 +139,7 @@ def _planned(
         plant=plant.spec,
         layout=_given(request.layout, paper.MODALITY_PANEL if request.study == "modalities" else "fixed"),
         assessment=_given(request.assessment, True),
+        names=names,
     )
 
 
@@ -157,22 +161,29 @@ def _check_kept(box: Lockbox) -> None:
         raise BadValue("box", box.name, f"one that can be played ({fault.reason})")
 
 
-def _swept_agents(agents: Sequence[str], spec: str) -> list[str]:
-    """Agents with every value of one of their options: ``agent.temperature=0,0.5,1``. Those without it stay."""
+def _swept_agents(agents: Sequence[str], names: Mapping[str, str], spec: str) -> tuple[list[str], dict[str, str]]:
+    """Agents with every value of one of their options: ``agent.temperature=0,0.5,1``. Those without it stay.
+
+    A name gets the option too: ``small`` is ``small?temperature=0``.
+    """
     option, _, values = spec.removeprefix(AGENT_SWEEP).partition("=")
     if not option or "," not in values:
         raise BadValue("sweep", spec, "several values with commas between, for example agent.temperature=0,0.5,1")
-    found, refused = [], ""
+    found, called, refused = list[str](), dict(names), ""
     for agent in agents:
-        several = [Spec.parse(agent).appending(option, value.strip()) for value in values.split(",")]
+        said = [value.strip() for value in values.split(",")]
+        several = [Spec.parse(agent).appending(option, value) for value in said]
         try:
             found += [str(one) for one in several if resolve(one)]
+            if name := names.get(agent):
+                here = [str(Spec.parse(name).appending(option, value)) for value in said]
+                called |= dict(zip(map(str, several), here, strict=True))
         except UnknownName as error:
             refused = refused or str(error)
             found.append(agent)
     if len(found) == len(agents):
         raise BadValue("sweep", spec, f"an option that one of the agents has ({refused})")
-    return found
+    return found, called
 
 
 def _conditions(request: StudyOptions, extent: paper.Extent, modalities: Sequence[str]) -> tuple[Condition, ...]:
