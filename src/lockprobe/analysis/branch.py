@@ -51,7 +51,7 @@ class BranchEffect:
     """The effect of an arm at one fork point of one agent's trials, compared with a true report.
 
     Attributes:
-        agent: Agent spec.
+        agent: Its name, or its spec if it has none.
         condition: The condition of the forked trials, as their keys name it.
         where: The fork point: a step's number, or a rule (:data:`RULES`).
         arm: Name of the arm.

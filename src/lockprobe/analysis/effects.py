@@ -68,7 +68,7 @@ class Effects:
     """The effects of the conditions of one modality on one agent.
 
     Attributes:
-        agent: Agent spec.
+        agent: Its name, or its spec if it has none.
         modality: How the box was shown.
         control: The condition that the others are compared with.
         effects: The other conditions, in the order of the study, if they share a trial with the control.

@@ -46,7 +46,7 @@ class RelativeSteps:
     """An agent's steps relative to those of people, on the trials that both finished.
 
     Attributes:
-        agent: Agent spec.
+        agent: Its name, or its spec if it has none.
         modality: How the box was shown to both.
         p: Flip probability, [0, 1]; None for all together.
         trials: Trials that both finished.

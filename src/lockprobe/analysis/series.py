@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from itertools import combinations
 
 from lockprobe.analysis.axis import AGENT, Axis
+from lockprobe.doses import can_be_fitted
 from lockprobe.record import STATES
 from lockprobe.spec import Spec
 
@@ -145,10 +146,12 @@ def _together(agents: Sequence[str], option: str) -> str:
 
 
 def _number(text: str) -> float | None:
+    """The number that an option is; None for a word, and for a number to which no curve can be fitted."""
     try:
-        return float(text)
+        number = float(text)
     except ValueError:
         return None
+    return number if can_be_fitted(number) else None
 
 
 def crossings(arms: Sequence[SeriesArm]) -> tuple[Crossing, ...]:

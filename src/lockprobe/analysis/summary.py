@@ -56,7 +56,7 @@ class AgentSummary:
     """The results of one agent in one modality over all doses of one axis.
 
     Attributes:
-        agent: Agent spec.
+        agent: Its name, or its spec if it has none.
         modality: How the box was shown.
         shown: The modality (unless it is the default and the only one) and ``axis.rest``, in words.
         reference: Whether it is a baseline.

@@ -24,7 +24,7 @@ class ClaimRow:
     """One claim against one agent.
 
     Attributes:
-        agent: Agent spec; empty if no agent of the study speaks to the claim.
+        agent: Its name or spec; empty if no agent of the study speaks to the claim.
         here: What was measured, in words.
         verdict: On the claim as a whole, not on one of its figures.
         test: What the verdict rests on.

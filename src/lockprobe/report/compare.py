@@ -37,7 +37,7 @@ class ComparedStudy:
         name: The end of its directory's path by which it is told from the others.
         study: Name in its settings.
         seed: Studies of equal seed share their luck.
-        agents: Agent specs.
+        agents: Their names, or specs of those that have none.
         planned: Trials that the settings ask for, also of people.
         finished: Of these, trials that are not owed (any more).
         people_trials: Of these, trials of people.

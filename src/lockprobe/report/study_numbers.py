@@ -37,7 +37,7 @@ class PlayedCell:
     """One agent under one condition, with its trials and numbers.
 
     Attributes:
-        agent: Agent spec.
+        agent: Its name, or its spec if it has none.
         modality: How the box was shown.
         condition: Name of the condition.
         doses: The doses of the condition.

@@ -51,7 +51,7 @@ class Entry:
     """An agent of a suite, shown the boxes in one way.
 
     Attributes:
-        agent: Agent spec.
+        agent: Its name, or its spec if it has none.
         modality: How the boxes were shown.
         shown: The same in words, if it looks at pictures; else empty.
         planned: Trials planned.

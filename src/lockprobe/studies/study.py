@@ -10,6 +10,7 @@ from itertools import pairwise
 from typing import get_args
 
 from lockprobe.agents.catalogue import is_strategy
+from lockprobe.doses import DOSES_SAID, can_be_fitted
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.interventions.condition import Condition
 from lockprobe.interventions.flip import FlipKind
@@ -86,10 +87,6 @@ class Study:
         if self.layout not in get_args(LayoutKind):
             raise BadValue("layout", self.layout, f"one of {', '.join(get_args(LayoutKind))}")
         object.__setattr__(self, "flip_axis", _flip_axis(self.conditions))
-        rates = sorted(self.p)
-        close = any(second - first < CLOSEST_P for first, second in pairwise(rates))
-        if close or len({f"{rate:g}" for rate in rates}) < len(rates):
-            raise BadValue("p", list(self.p), "values that differ by 0.000001 or more, within six digits")
         names = {agent: name for agent in self.agents if (name := self.names.get(agent)) and name != agent}
         object.__setattr__(self, "names", names)
         check_names(self.agents, names)
@@ -108,7 +105,19 @@ class Study:
             raise BadValue("name", self.name, f"a name of at most {LONGEST_NAME} characters without slashes")
         if PEOPLE in self.agents:
             check_playable((one for one in self.conditions if not one.is_recorded), PERSON)
+        self._check_doses()
         self._check_plant()
+
+    def _check_doses(self) -> None:
+        """Refuse flip rates that are almost equal, and doses that no curve can be fitted to."""
+        rates = sorted(self.p)
+        close = any(second - first < CLOSEST_P for first, second in pairwise(rates))
+        if close or len({f"{rate:g}" for rate in rates}) < len(rates):
+            raise BadValue("p", list(self.p), "values that differ by 0.000001 or more, within six digits")
+        for one in self.conditions:
+            for name, dose in one.doses.items():
+                if not can_be_fitted(dose):
+                    raise BadValue(f"{name} of {one.label}", dose, DOSES_SAID)
 
     def _check_plant(self) -> None:
         """Refuse what the plant cannot show."""

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.doses import modality_doses
+from lockprobe.doses import DOSES_SAID, can_be_fitted, modality_doses
 from lockprobe.errors import BadValue, UnknownName, UserMistake
 from lockprobe.interventions.catalogue import TRUTH, shipped, spec_of
 from lockprobe.interventions.condition import (
@@ -169,6 +169,9 @@ def _swept_agents(agents: Sequence[str], names: Mapping[str, str], spec: str) ->
     option, _, values = spec.removeprefix(AGENT_SWEEP).partition("=")
     if not option or "," not in values:
         raise BadValue("sweep", spec, "several values with commas between, for example agent.temperature=0,0.5,1")
+    for value in values.split(","):
+        if not _can_be_dose(value):
+            raise BadValue(f"sweep, {option}", value, DOSES_SAID)
     found, called, refused = list[str](), dict(names), ""
     for agent in agents:
         said = [value.strip() for value in values.split(",")]
@@ -184,6 +187,14 @@ def _swept_agents(agents: Sequence[str], names: Mapping[str, str], spec: str) ->
     if len(found) == len(agents):
         raise BadValue("sweep", spec, f"an option that one of the agents has ({refused})")
     return found, called
+
+
+def _can_be_dose(text: str) -> bool:
+    """Whether a value of an option is a word, or a number that can be a dose."""
+    try:
+        return can_be_fitted(float(text))
+    except ValueError:
+        return True
 
 
 def _conditions(request: StudyOptions, extent: paper.Extent, modalities: Sequence[str]) -> tuple[Condition, ...]:
