@@ -488,6 +488,18 @@ def test_people_play_every_condition_that_reaches_them():
     study("flips", agent="random", condition="forget?p=0.2")
 
 
+@pytest.mark.parametrize(
+    ("agent", "sweep", "said"),
+    [
+        ("cognitive:softmax-memory", "agent.target=1,2,1e300", "sweep, target: got '1e300', expected 0, or a number"),
+        ("random", "drop?p=0,1e-300", "drop.p of drop.p=1e-300: got 1e-300, expected 0, or a number from 1e-09"),
+    ],
+)
+def test_a_dose_that_no_curve_can_be_fitted_to_is_refused(agent, sweep, said):
+    with pytest.raises(BadValue, match=said):
+        study("flips", agent=agent, sweep=sweep)
+
+
 def test_options_in_python_are_those_of_the_command_line():
     with pytest.raises(UnknownName, match="no option is called 'trails' .did you mean 'trials'"):
         study("flips", trails=2)
