@@ -337,12 +337,10 @@ class Trial:
         doses: Their doses above 0, and those of the modality: ``{"flip.p": 0.4}``.
         modality: How the box was shown.
         channels: The channels between box and agent, in order, each with its settings.
-        repetition: From 1.
-        trial: From 1.
+        repetition, trial: From 1.
         seed: Seed of the study.
         budget: The number of steps.
-        joints: Joint names in panel order.
-        labels: The labels the agent knew them by, in panel order.
+        joints, labels: Joint names, and the labels the agent knew them by, in panel order.
         listing: The same labels in the order in which they were listed to the agent.
         target: Name of the target joint.
         opening: The report before the agent's first step.
@@ -440,11 +438,6 @@ class Trial:
     def p(self) -> float | None:
         """The flip rate, [0, 1], if nothing but flips acted, 0 under the truth; else None."""
         return flip_rate(self.specs, self.modality, self.doses)
-
-    @property
-    def cell(self) -> str:
-        """Its agent under its condition, for example ``flips/random/flip?p=0.4``."""
-        return self.name.cell
 
     @property
     def name(self) -> TrialName:

@@ -126,7 +126,7 @@ def condition_summary(
     curve, found = success_curve(trials), outcomes(trials)
     budget = len(curve.share)
     return ConditionSummary(
-        key=first.cell,
+        key=first.name.cell,
         name=first.condition,
         agent=agent,
         modality=modality,

@@ -44,7 +44,7 @@ def measures(
 
     by_condition = defaultdict(list)
     for trial in load(directory):
-        by_condition[trial.cell].append(trial)
+        by_condition[trial.name.cell].append(trial)
     if not by_condition:
         print(f"No trial is on record in {printable(str(directory))}.", file=sys.stderr)
         return

@@ -23,7 +23,8 @@ from lockprobe.interventions.condition import default_modality
 from lockprobe.storage.atomic_file import write_file
 from lockprobe.storage.links import refuse_links
 from lockprobe.studies.call_log import ASKED, CALLS
-from lockprobe.studies.study import Study, in_no_order, joined_agents
+from lockprobe.studies.settings_hash import in_no_order
+from lockprobe.studies.study import Study, joined_agents
 
 __all__ = [
     "ATTEMPTS",

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
@@ -24,8 +22,9 @@ from lockprobe.spec import PEOPLE, Spec, spec_name
 from lockprobe.studies.agent_names import check_names
 from lockprobe.studies.modality import check_shown, is_pictured, refuse_blind, taken_in
 from lockprobe.studies.playable import PERSON, check_playable
+from lockprobe.studies.settings_hash import hash_of, in_no_order, sorted_text
 
-__all__ = ["LARGEST_SEED", "Study", "in_no_order", "joined_agents"]
+__all__ = ["LARGEST_SEED", "Study", "joined_agents"]
 
 CLOSEST_P = 1e-6
 LARGEST_SEED = 2**63
@@ -193,8 +192,8 @@ class Study:
     def ordered_as(self, settings: Mapping[str, object]) -> Study:
         """The study with its conditions in the order of settings that have the same; else as it is."""
         there = settings.get("conditions")
-        places = {_sorted_text(one): place for place, one in enumerate(there if isinstance(there, list) else ())}
-        own = [_sorted_text(_settings_of(one)) for one in self.conditions]
+        places = {sorted_text(one): place for place, one in enumerate(there if isinstance(there, list) else ())}
+        own = [sorted_text(_settings_of(one)) for one in self.conditions]
         if {*own} != places.keys():
             return self
         order = sorted(range(len(own)), key=lambda i: places[own[i]])
@@ -207,7 +206,7 @@ class Study:
         The order of agents and conditions is no setting: it changes no trial. The digits stand under a preregistration,
         so they are too many to find two studies with equal ones by trying.
         """
-        return _hash_of(self.unordered_settings)[:32]
+        return hash_of(self.unordered_settings)[:32]
 
     @property
     def identity(self) -> str:
@@ -217,7 +216,7 @@ class Study:
     @property
     def task_identity(self) -> str:
         """Twelve hexadecimal digits of what all its trials have alike; more agents, conditions or trials keep it."""
-        return _hash_of({"study": self.name} | self._trial_settings())[:12]
+        return hash_of({"study": self.name} | self._trial_settings())[:12]
 
     def record_identity(self, condition: Condition) -> str:
         """What a record under a condition is of: twelve hexadecimal digits that change with whatever acts in its trial.
@@ -226,7 +225,7 @@ class Study:
         a name are never taken for each other. Study, agent, label, repetition and trial are in the record itself.
         """
         acting = {"specs": list(condition.specs), "modality": condition.modality}
-        return _hash_of(self._trial_settings() | acting)[:12]
+        return hash_of(self._trial_settings() | acting)[:12]
 
     @property
     def has_pictures(self) -> bool:
@@ -416,30 +415,6 @@ def _settings_of(condition: Condition) -> dict[str, object]:
         for spec, dose in zip(condition.specs, condition.dose_names, strict=True)
     ]
     return {"name": condition.name, "interventions": acting, "modality": condition.modality}
-
-
-def in_no_order(settings: Mapping[str, object]) -> dict[str, object]:
-    """Settings as JSON has them, with agents and conditions sorted, whose order changes no trial."""
-    found = dict(settings)
-    for name in ("agents", "conditions"):
-        if isinstance(there := found.get(name), list):
-            found[name] = sorted(there, key=_sorted_text)
-    return found
-
-
-def _sorted_text(value: object) -> str:
-    return json.dumps(value, sort_keys=True)
-
-
-def _hash_of(settings: Mapping[str, object]) -> str:
-    """The SHA-256 of settings as JSON has them."""
-    text = json.dumps(json.loads(json.dumps(settings), parse_float=_number), sort_keys=True)
-    return hashlib.sha256(text.encode()).hexdigest()
-
-
-def _number(text: str) -> float:
-    """A number as JSON has it; 1.0 and 1 are the same."""
-    return int(number) if (number := float(text)).is_integer() else number
 
 
 def joined_agents(there: Sequence[str], asked: Sequence[str]) -> tuple[str, ...]:
