@@ -488,6 +488,13 @@ def test_people_play_every_condition_that_reaches_them():
     study("flips", agent="random", condition="forget?p=0.2")
 
 
+def test_a_condition_with_a_long_spec_needs_a_name():
+    spec = " + ".join(f"remark?after={after}" for after in range(2, 18))
+    with pytest.raises(BadValue, match="expected at most 200 characters, not 269, or a name: --condition 'NAME=SPEC'"):
+        study("flips", agent="random", condition=spec)
+    assert study("flips", agent="random", condition=f"chatty={spec}").conditions[1].label == "chatty"
+
+
 @pytest.mark.parametrize(
     ("agent", "sweep", "said"),
     [

@@ -73,6 +73,8 @@ class Condition:
         object.__setattr__(self, "flip", _flip_alone(specs))
         if not self.label.isprintable() or self.label != self.label.strip() or len(self.label) > _LONGEST:
             expected = f"a name of at most {_LONGEST} visible characters without blanks around it"
+            if not self.name and len(self.label) > _LONGEST:
+                expected = f"at most {_LONGEST} characters, not {len(self.label)}, or a name: --condition 'NAME=SPEC'"
             raise BadValue("condition", printable(self.label), expected)
 
     @property
