@@ -12,6 +12,7 @@ from typer.exceptions import TyperException
 from lockprobe.agents.catalogue import known_specs, resolve
 from lockprobe.cli import COMMANDS, build
 from lockprobe.lockbox.boxfile import read_box
+from lockprobe.studies.agent_names import named_agents
 from lockprobe.studies.study_options import read_options_file
 from lockprobe.studies.studyfile import study
 
@@ -158,10 +159,13 @@ def test_a_study_in_toml_is_shown():
 
 @pytest.mark.parametrize(
     "spec",
-    sorted({one for whole in PAGE.values() for one in re.findall(r"--agent '?([^\s'`]+)", whole) if one != "SPEC"}),
+    sorted(
+        {one for whole in PAGE.values() for one in re.findall(r"--agent '?([^\s'`]+)", whole)} - {"SPEC", "NAME=SPEC"}
+    ),
 )
 def test_an_agent_that_is_named_exists(spec):
-    assert resolve(spec).spec == spec
+    (alone,), _ = named_agents([spec])
+    assert resolve(alone).spec == alone
 
 
 def test_the_agents_of_the_readme_are_those_that_are_listed():

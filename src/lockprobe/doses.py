@@ -8,13 +8,20 @@ from functools import lru_cache
 
 from lockprobe.spec import Spec
 
-__all__ = ["FLIP_RATE", "MODALITY_DOSES", "doses_of", "flip_rate", "modality_doses"]
+__all__ = ["DOSES_SAID", "FLIP_RATE", "MODALITY_DOSES", "can_be_fitted", "doses_of", "flip_rate", "modality_doses"]
 
 FLIP_RATE = "flip.p"
 """The dose of the paper: the probability that a report is inverted (Sec. 3.2)."""
 
 MODALITY_DOSES = ("p", "blur", "noise", "occlude")
 """Options of a modality that are doses: how often pictures are false, and how much they are degraded."""
+
+_LEAST, _MOST = 1e-9, 1e9
+
+DOSES_SAID = (
+    f"0, or a number from {_LEAST:g} to {_MOST:g} or from -{_MOST:g} to -{_LEAST:g}, which curves can be fitted to"
+)
+"""The doses that :func:`can_be_fitted` takes, in words."""
 
 _OF_PLAIN_FLIPS = frozenset({"p", "persistence"})
 """The options of a flip that acts on every report."""
@@ -78,3 +85,12 @@ def modality_doses(modality: str) -> tuple[str, dict[str, str]]:
     """
     bare, doses = _modality_doses(modality)
     return bare, dict(doses)
+
+
+def can_be_fitted(dose: float) -> bool:
+    """Whether a dose is of a magnitude that fits can square without losing it.
+
+    >>> can_be_fitted(0.4), can_be_fitted(1e300), can_be_fitted(1e-300)
+    (True, False, False)
+    """
+    return dose == 0 or _LEAST <= abs(dose) <= _MOST

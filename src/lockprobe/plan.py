@@ -66,6 +66,7 @@ class Plan:
         assessment: Whether the agent is asked what its last action did.
         fork: The fork of a recorded trial; None for an ordinary trial.
         luck: The number of its luck, from 1; only continuations of a fork have numbers above 1.
+        called: The name that the experimenter gave the agent; empty without one.
     """
 
     study: str
@@ -81,11 +82,12 @@ class Plan:
     assessment: bool = True
     fork: Fork | None = None
     luck: int = 1
+    called: str = ""
 
     @property
     def group(self) -> str:
-        """The agent that the trial counts for, as :attr:`lockprobe.record.Trial.group`."""
-        return group_of(self.agent)
+        """What keys call its agent, as :attr:`lockprobe.record.Trial.group`."""
+        return self.called or group_of(self.agent)
 
     @property
     def name(self) -> TrialName:

@@ -337,12 +337,10 @@ class Trial:
         doses: Their doses above 0, and those of the modality: ``{"flip.p": 0.4}``.
         modality: How the box was shown.
         channels: The channels between box and agent, in order, each with its settings.
-        repetition: From 1.
-        trial: From 1.
+        repetition, trial: From 1.
         seed: Seed of the study.
         budget: The number of steps.
-        joints: Joint names in panel order.
-        labels: The labels the agent knew them by, in panel order.
+        joints, labels: Joint names, and the labels the agent knew them by, in panel order.
         listing: The same labels in the order in which they were listed to the agent.
         target: Name of the target joint.
         opening: The report before the agent's first step.
@@ -357,6 +355,7 @@ class Trial:
         changed_steps: Steps at which all of them together did.
         replays: How often it was replayed on request after an error of its agent; the earlier records stay.
         fork: Of a fork, the recorded trial, the step and the arm; else None.
+        called: The name that the experimenter gave the agent; empty without one.
     """
 
     key: str
@@ -389,6 +388,7 @@ class Trial:
     changed_steps: Count = 0
     replays: Count = 0
     fork: ForkName | None = None
+    called: str = ""
 
     def __repr__(self) -> str:
         ending = f"error at {self.error.boundary}" if self.error else self.ending
@@ -401,7 +401,12 @@ class Trial:
 
     @property
     def group(self) -> str:
-        """The agent that the trial counts for: itself, or ``participant`` for any person."""
+        """What keys, tables and pages call its agent: its name, or its :attr:`spec` if it has none."""
+        return self.called or self.spec
+
+    @property
+    def spec(self) -> str:
+        """The spec of the agent that it counts for: its own, or ``participant`` for any person."""
         return group_of(self.agent)
 
     @property
@@ -433,11 +438,6 @@ class Trial:
     def p(self) -> float | None:
         """The flip rate, [0, 1], if nothing but flips acted, 0 under the truth; else None."""
         return flip_rate(self.specs, self.modality, self.doses)
-
-    @property
-    def cell(self) -> str:
-        """Its agent under its condition, for example ``flips/random/flip?p=0.4``."""
-        return self.name.cell
 
     @property
     def name(self) -> TrialName:

@@ -24,6 +24,7 @@ __all__ = [
     "arguments_from",
     "group_of",
     "in_words",
+    "named_spec",
     "options_of",
     "settings_of",
     "spec_kind",
@@ -152,6 +153,32 @@ def spec_kind(text: str) -> str:
     'llm'
     """
     return spec_name(text).partition(":")[0]
+
+
+def named_spec(text: str, what: str, example: str) -> tuple[str, str]:
+    """The name and the spec in ``NAME=SPEC``; in a spec alone the name is empty.
+
+    A name has none of ``? : / +``, so the first equals sign before any of them ends it.
+
+    >>> named_spec("lies=flip?p=0.4", "condition", "")
+    ('lies', 'flip?p=0.4')
+    >>> named_spec("flip?p=0.4", "condition", "")
+    ('', 'flip?p=0.4')
+
+    Args:
+        text: The text.
+        what: What a message calls it.
+        example: One that is well formed, for a message.
+
+    Raises:
+        BadValue: If the name or the spec is blank.
+    """
+    name, equals, spec = text.partition("=")
+    if not equals or any(mark in name for mark in "?:/+"):
+        return "", text
+    if not name.strip() or not spec.strip():
+        raise BadValue(what, text, f"NAME=SPEC, for example {example}")
+    return name.strip(), spec.strip()
 
 
 def split_specs(text: str) -> list[str]:

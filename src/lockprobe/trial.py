@@ -165,6 +165,7 @@ def _blank(plan: Plan, names: Names, ending: Ending) -> Trial:
         key=plan.key,
         study=plan.study,
         agent=plan.agent,
+        called=plan.called,
         facts={},
         box=plan.box.name,
         condition=plan.label,

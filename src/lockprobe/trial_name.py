@@ -18,7 +18,7 @@ class TrialName:
 
     Attributes:
         study: Name of the study.
-        agent: Agent spec; ``participant`` for people, who share its trials.
+        agent: The agent's name, or its spec if it has none; ``participant`` for people, who share its trials.
         condition: Label of the condition.
         repetition: From 1.
         trial: From 1.

@@ -89,9 +89,23 @@ def test_what_has_no_dose_has_no_number():
     assert arm.dose(1) == 0.1
 
 
+def as_they_are(*agents):
+    """Agents without names."""
+    return dict(zip(agents, agents, strict=True))
+
+
+def test_agents_with_names_are_a_series_under_their_names():
+    swept = {"small?t=0": "x:/home?t=0", "small?t=1": "x:/home?t=1", "small?t=2": "x:/home?t=2"}
+    (found,) = series_of_agents(swept)
+    assert (found.agent, found.doses) == ("small", {"small?t=0": 0, "small?t=1": 1, "small?t=2": 2})
+    (found,) = series_of_agents(dict(zip(("cold", "warm", "hot"), swept.values(), strict=True)))
+    assert (found.agent, found.doses) == ("cold, warm, hot", {"cold": 0, "warm": 1, "hot": 2})
+
+
 def test_agents_that_differ_in_one_number_are_a_series_too():
-    (found,) = series_of_agents(["random", "a:b?t=1&x=2", "a:b?x=2&t=0", "a:b?t=0.5&x=2", "a:b?t=0.5&x=3"])
+    (found,) = series_of_agents(as_they_are("random", "a:b?t=1&x=2", "a:b?x=2&t=0", "a:b?t=0.5&x=2", "a:b?t=0.5&x=3"))
     assert (found.agent, found.axis.name) == ("a:b?x=2", "t")
     assert list(found.doses.values()) == [0, 0.5, 1]
-    assert series_of_agents(["a?t=1", "a?t=2"]) == ()
+    assert series_of_agents(as_they_are("a?t=1", "a?t=2")) == ()
+    assert series_of_agents(as_they_are("a?t=1", "a?t=2", "a?t=1e300")) == ()
     assert (cause_first(found.axis), at_dose(0, found.axis)) == ("Higher values of t", "at a t of 0")

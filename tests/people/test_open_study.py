@@ -56,6 +56,19 @@ def test_people_join_a_study_that_models_have_played(tmp_path):
     assert run_study(read_study(tmp_path), tmp_path) == trials  # and models can go on beside them
 
 
+def test_people_play_conditions_in_the_order_of_the_directory_whatever_the_order_asked_for(tmp_path):
+    begun(tmp_path, STUDY)
+    before = (tmp_path / "study.json").read_bytes()
+    begun(tmp_path, replace(STUDY, conditions=STUDY.conditions[::-1]))
+    assert (tmp_path / "study.json").read_bytes() == before
+
+
+def test_a_named_agent_keeps_its_name_when_people_join(tmp_path):
+    run_study(replace(STUDY, agents=("random",), names={"random": "blind"}), tmp_path)
+    begun(tmp_path, STUDY)
+    assert read_study(tmp_path).labels == ("blind", "participant")
+
+
 def test_models_join_a_study_that_people_have_played(tmp_path):
     take_part(tmp_path, STUDY, short())
     played = load(tmp_path)

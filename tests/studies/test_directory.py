@@ -114,6 +114,21 @@ def test_any_other_setting_that_differs_is_named_with_both_values(tmp_path, chan
     assert everything(tmp_path) == before
 
 
+def test_the_order_of_agents_and_conditions_is_no_setting(tmp_path):
+    planned = replace(STUDY, agents=("random", "round-robin"), conditions=(*STUDY.conditions, *flips((0.2,))))
+    reordered = replace(planned, agents=planned.agents[::-1], conditions=planned.conditions[::-1])
+    assert (reordered.identity, reordered.settings()) != (planned.identity, planned.settings())
+    assert reordered.identity == planned.identity
+    run_study(planned, tmp_path)
+    before = everything(tmp_path)
+    run_study(reordered, tmp_path)
+    assert everything(tmp_path) == before
+    run_study(replace(reordered, agents=("human-inspired",)), tmp_path)
+    assert read_study(tmp_path) == replace(planned, agents=(*planned.agents, "human-inspired"))
+    assert reordered.ordered_as(planned.settings()).conditions == planned.conditions
+    assert STUDY.ordered_as(planned.settings()) == STUDY
+
+
 def test_conditions_on_disk_that_are_none_are_no_traceback(tmp_path):
     planned = replace(STUDY, conditions=(Condition(),))
     write_study(tmp_path, planned, [])

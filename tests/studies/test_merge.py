@@ -48,6 +48,13 @@ def test_a_directory_that_does_not_exist_becomes_the_study(tmp_path):
     assert read_study(tmp_path / "new") == ALL
 
 
+def test_studies_in_another_order_are_the_same_study(tmp_path):
+    here = write_study(tmp_path / "here", only("random"))
+    there = write_study(tmp_path / "there", replace(only("human-inspired"), conditions=ALL.conditions[::-1]))
+    assert gather(here, [source_of_directory(there)]).taken == 8
+    assert read_study(here) == ALL
+
+
 def test_what_is_there_is_left_alone_and_what_is_owed_is_taken(tmp_path):
     trials = play_study(only("random"))
     broken = make_trial([], p=0.4, repetition=2, trial=2, broken="model")

@@ -15,7 +15,7 @@ from lockprobe.studies.settings import study_from
 from lockprobe.studies.single import run_trial
 from lockprobe.studies.study import joined_agents
 from lockprobe.studies.study_options import StudyOptions, parse_p, read_options_file
-from lockprobe.studies.studyfile import study
+from lockprobe.studies.studyfile import study, trial_study
 
 GOLDEN = Path(__file__).parents[1] / "golden" / "identities.json"
 STUDY = study(StudyOptions(agent=["random"], trials=2, repetitions=2, p=[0, 0.4]))
@@ -422,6 +422,27 @@ def test_a_condition_is_played_in_every_modality_unless_it_says_its_own():
     ]  # fmt: skip
 
 
+@pytest.mark.parametrize(("default", "other"), [("symbolic?tell=state", "symbolic"), ("symbolic", "rgb")])
+def test_a_modality_that_is_written_is_played_even_if_it_is_the_default(default, other):
+    planned = study(
+        "modalities", agent="viewer", modality=[other], condition=[f"warn + {default}", "nudge"],
+        sweep=f"tremble?p=0.1,0.2 + {default}",
+    )  # fmt: skip
+    assert [(one.specs, one.modality) for one in planned.conditions] == [
+        ((), other), (("nudge",), other), ((), default),
+        (("warn",), default), (("tremble?p=0.1",), default), (("tremble?p=0.2",), default),
+    ]  # fmt: skip
+    alone = trial_study({"condition": "warn + symbolic?tell=state", "p": 0.4}, agent="random").conditions[0]
+    assert (alone.specs, alone.modality) == (("flip?p=0.4", "warn"), "symbolic?tell=state")
+    with pytest.raises(BadValue, match="modality: got 'rgb', expected none with a condition that says symbolic"):
+        trial_study({"condition": "warn + symbolic?tell=state", "modality": "rgb"}, agent="random")
+
+
+def test_a_named_control_of_one_modality_is_the_control_there():
+    planned = study("modalities", agent="viewer", modality=["symbolic"], condition=["seen=rgb", "warn + rgb"])
+    assert [one.label for one in planned.conditions] == ["symbolic", "seen", "warn + rgb"]
+
+
 def test_a_named_condition_is_called_so_in_keys_and_settings(tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text(
@@ -465,6 +486,25 @@ def test_people_play_every_condition_that_reaches_them():
     with pytest.raises(BadValue, match="condition: got 'forget.p=0.2', expected what is told or done, or nudge"):
         study("flips", agent=["random", "participant"], condition="forget?p=0.2")
     study("flips", agent="random", condition="forget?p=0.2")
+
+
+def test_a_condition_with_a_long_spec_needs_a_name():
+    spec = " + ".join(f"remark?after={after}" for after in range(2, 18))
+    with pytest.raises(BadValue, match="expected at most 200 characters, not 269, or a name: --condition 'NAME=SPEC'"):
+        study("flips", agent="random", condition=spec)
+    assert study("flips", agent="random", condition=f"chatty={spec}").conditions[1].label == "chatty"
+
+
+@pytest.mark.parametrize(
+    ("agent", "sweep", "said"),
+    [
+        ("cognitive:softmax-memory", "agent.target=1,2,1e300", "sweep, target: got '1e300', expected 0, or a number"),
+        ("random", "drop?p=0,1e-300", "drop.p of drop.p=1e-300: got 1e-300, expected 0, or a number from 1e-09"),
+    ],
+)
+def test_a_dose_that_no_curve_can_be_fitted_to_is_refused(agent, sweep, said):
+    with pytest.raises(BadValue, match=said):
+        study("flips", agent=agent, sweep=sweep)
 
 
 def test_options_in_python_are_those_of_the_command_line():

@@ -35,8 +35,8 @@ PUBLISHED = {
     "chain-4": "57f59bb8671d",
     "reset": "2ccfe2169640",
     "gray-code-4": "feae5b192667",
-    "fork-pictures": "301e331b816f",
-    "gray-code-4-pictures": "dbcf365cdb64",
+    "fork-pictures": "c7f1e515fa23",
+    "gray-code-4-pictures": "68b324ce5ad5",
 }
 
 

@@ -54,7 +54,10 @@ def test_it_is_shown_in_one_way_throughout():
         ({"modality": ["rgb"], "plant": "fast-twin"}, "pictures cannot be corrected"),
         ({"modality": ["symbolic", "symbolic?tell=state"]}, "one, which all arms have"),
         ({"flip": "sticky"}, "transient"),
-        ({"condition": "flip?p=0.4"}, "another condition than lie"),
+        ({"condition": "flip?p=0.4"}, "another condition than the arm lie, which is the same"),
+        ({"condition": "nudge"}, "got 'nudge', expected another condition than the arm nudge, which is the same"),
+        ({"condition": "retracted=nudge?after=5"}, r"got 'retracted=nudge.*another name: retracted is the arm correc"),
+        ({"condition": "warn + symbolic"}, "none that is shown otherwise than all arms, symbolic.tell=state"),
     ],
 )
 def test_what_it_cannot_have_is_one_line(options, said):

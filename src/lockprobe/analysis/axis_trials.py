@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from lockprobe.analysis.outcomes import Outcomes, broken_off, ended, outcomes
 from lockprobe.record import Trial
-from lockprobe.spec import spec_kind
+from lockprobe.spec import spec_kind, spec_name
 
 __all__ = ["AxisTrials", "Place", "on_axis", "on_flip_axis"]
 
@@ -19,7 +19,7 @@ class Place(NamedTuple):
     """The place of a trial on an axis.
 
     Attributes:
-        agent: The agent whose course over the axis it belongs to: its own, or several that differ in an option.
+        agent: What tables call the agent whose course over the axis it belongs to, or several that differ in an option.
         modality: How the box is shown, without doses.
         dose: Its dose.
     """
@@ -39,7 +39,7 @@ class AxisTrials:
     """The trials of one agent, shown in one way, over the doses of one axis.
 
     Attributes:
-        agent: Agent spec.
+        agent: What tables call it.
         modality: How the box is shown.
         trials: Its trials, by dose, repetition and trial.
         doses: The dose of each.
@@ -53,7 +53,16 @@ class AxisTrials:
     @property
     def kind(self) -> str:
         """The kind of the agent: ``random``, ``llm``, ``participant``."""
-        return spec_kind(self.agent)
+        return spec_kind(self.spec)
+
+    @property
+    def spec(self) -> str:
+        """The spec of the agent, which names its random streams; of several that differ in an option, without options.
+
+        A name changes no number.
+        """
+        specs = {trial.spec for trial in self.trials}
+        return self.trials[0].spec if len(specs) == 1 else spec_name(self.trials[0].spec)
 
     @property
     def seed(self) -> int:

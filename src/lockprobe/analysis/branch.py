@@ -51,7 +51,7 @@ class BranchEffect:
     """The effect of an arm at one fork point of one agent's trials, compared with a true report.
 
     Attributes:
-        agent: Agent spec.
+        agent: Its name, or its spec if it has none.
         condition: The condition of the forked trials, as their keys name it.
         where: The fork point: a step's number, or a rule (:data:`RULES`).
         arm: Name of the arm.
@@ -153,9 +153,10 @@ def branch_effects(
             continue
         cell = placed.setdefault((parent.group, parent.condition, name.truthful), {})
         cell.setdefault((name.parent, name.at), {}).setdefault(name.arm, {})[name.time] = fork
-    found, sizes = [], Counter(is_reference(agent) for agent in {agent for agent, *_ in placed})
+    baseline = {trial.group: is_reference(trial.spec) for trial in parents.values()}
+    found, sizes = [], Counter(baseline[agent] for agent in {agent for agent, *_ in placed})
     for (agent, condition, truthful), there in placed.items():
-        agents = sizes[is_reference(agent)]
+        agents = sizes[baseline[agent]]
         for where, points in _by_place(there, parents, rules).items():
             for arm in dict.fromkeys(arm for at in there.values() for arm in at if arm != TRUTH):
                 forked = [point for point in points if arm in there.get(point, ())]

@@ -33,7 +33,7 @@ class ConditionSummary:
     Attributes:
         key: Its readable name, for example ``flips/random/flip?p=0.4``.
         name: Name of the condition.
-        agent: Agent spec.
+        agent: Its name, or its spec if it has none.
         modality: How the box was shown.
         p: The dose on the axis of the analysis: the flip probability, [0, 1], or another dose.
         success: Share solved of the trials that ended as solved or out of budget; players are clusters.
@@ -126,7 +126,7 @@ def condition_summary(
     curve, found = success_curve(trials), outcomes(trials)
     budget = len(curve.share)
     return ConditionSummary(
-        key=first.cell,
+        key=first.name.cell,
         name=first.condition,
         agent=agent,
         modality=modality,

@@ -73,7 +73,7 @@ class ConditionStudySummary:
     @property
     def subjects(self) -> tuple[str, ...]:
         """The agents that the study is about: those that are no reference, or all if all are."""
-        return tuple(agent for agent in self.agents if not is_reference(agent)) or self.agents
+        return tuple(agent for agent in self.agents if not is_reference(self.design.spec_of(agent))) or self.agents
 
 
 def summarise_conditions(
@@ -175,13 +175,14 @@ class _Compared:
     """The conditions of one agent in one modality, with the control that they are compared with."""
 
     agent: str
+    spec: str
     trials: Mapping[str, Sequence[Trial]]
     of: Comparison
 
     @property
     def family(self) -> tuple[str, bool]:
         """What is judged together with it: its control, and whether the agent is a baseline."""
-        return self.of.control, is_reference(self.agent)
+        return self.of.control, is_reference(self.spec)
 
     @property
     def counts(self) -> bool:
@@ -199,7 +200,11 @@ def _effects(cells: _Cells, design: Design, idle: _Names) -> tuple[Effects, ...]
     In each modality, what the report says of the agents that the study is about is one family, and of baselines
     another.
     """
-    compared = [_compared(cells, design.comparison(m), agent) for agent in design.agents for m in design.modalities]
+    compared = [
+        _compared(cells, design.comparison(modality), agent, design.spec_of(agent))
+        for agent in design.agents
+        for modality in design.modalities
+    ]
     sizes = Counter(one.family for one in compared if one.counts)
     found = (
         effects(
@@ -216,9 +221,9 @@ def _effects(cells: _Cells, design: Design, idle: _Names) -> tuple[Effects, ...]
     return tuple(one for one in found if one)
 
 
-def _compared(cells: _Cells, of: Comparison, agent: str) -> _Compared:
+def _compared(cells: _Cells, of: Comparison, agent: str, spec: str) -> _Compared:
     trials = {label: cells[agent, label] for label in of.labels if (agent, label) in cells}
-    return _Compared(agent=agent, trials=trials, of=of)
+    return _Compared(agent=agent, spec=spec, trials=trials, of=of)
 
 
 def _on_axes(flips: StudySummary, series: Sequence[tuple[Series, StudySummary]], design: Design) -> Iterator[Effects]:
@@ -259,7 +264,7 @@ def _whys(cells: _Cells, design: Design) -> tuple[Why, ...]:
         for shown in map(design.shown, design.modalities):
             own = {arm.label: cells[agent, arm.label] for arm in shown if (agent, arm.label) in cells}
             asked.append(partial(why, own, shown))
-    answered = [(make, (one.modality, is_reference(one.agent))) for make in asked if (one := make())]
+    answered = [(make, (one.modality, is_reference(design.spec_of(one.agent)))) for make in asked if (one := make())]
     sizes = Counter(family for _, family in answered)
     return tuple(one for make, family in answered if (one := make(agents=sizes[family])))
 
@@ -279,7 +284,7 @@ def dose_series(
     first, found = design.control(design.arms[0].label), []
     for series in design.series:
         if series.agent:
-            members = [trial for trial in trials if trial.agent in series.doses and trial.condition == first]
+            members = [trial for trial in trials if trial.group in series.doses and trial.condition == first]
             found.append((series, members, partial(_by_option, series)))
             continue
         members = [
@@ -308,4 +313,4 @@ def _by_condition(series: Series, trial: Trial) -> Place:
 
 def _by_option(series: Series, trial: Trial) -> Place:
     """The place of a trial by an option of its agent."""
-    return Place(series.agent, trial.modality, series.doses[trial.agent])
+    return Place(series.agent, trial.modality, series.doses[trial.group])

@@ -9,6 +9,7 @@ an axis of its own, ten conditions would be ten families.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 from lockprobe.analysis.axis import FLIPS
@@ -56,19 +57,25 @@ class Design:
     """What differs between the conditions of a study.
 
     Attributes:
-        agents: Agent specs.
+        agents: What tables call the agents.
         arms: The conditions as their specs tell them, in the order of the study.
         axis: Labels of the conditions that differ in flip rate and modality alone, the truth among them.
+        specs: Agent -> its spec, of those that are called otherwise.
     """
 
     agents: tuple[str, ...]
     arms: tuple[SeriesArm, ...]
     axis: frozenset[str]
+    specs: Mapping[str, str] = field(default_factory=dict)
     _controls: dict[str, SeriesArm] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         found = {modality: control_of(self.arms, modality) for modality in dict.fromkeys(a.modality for a in self.arms)}
         object.__setattr__(self, "_controls", {name: one for name, one in found.items() if one is not None})
+
+    def spec_of(self, agent: str) -> str:
+        """The spec of an agent."""
+        return self.specs.get(agent, agent)
 
     @property
     def modalities(self) -> tuple[str, ...]:
@@ -124,7 +131,7 @@ class Design:
     def series(self) -> tuple[Series, ...]:
         """Other doses than flip rates, of three levels or more, and options of agents."""
         doses = (_named(one) for one in series_of(self.arms) if not one.doses.keys() <= self.axis)
-        return (*doses, *series_of_agents(self.agents))
+        return (*doses, *series_of_agents({agent: self.spec_of(agent) for agent in self.agents}))
 
 
 def _named(one: Series) -> Series:

@@ -68,7 +68,7 @@ class Effects:
     """The effects of the conditions of one modality on one agent.
 
     Attributes:
-        agent: Agent spec.
+        agent: Its name, or its spec if it has none.
         modality: How the box was shown.
         control: The condition that the others are compared with.
         effects: The other conditions, in the order of the study, if they share a trial with the control.
@@ -119,7 +119,7 @@ def effects(
     others = [name for name in found if name != control and name not in axis]
     names = [control, *others]
     together = joined([found[name] for name in names])
-    rng = generator(first.seed, "analysis", first.group, first.modality, "conditions")
+    rng = generator(first.seed, "analysis", first.spec, first.modality, "conditions")
     tested = any_difference(together, rng, agents=agents)
     acting = {name: one for name, one in found.items() if name not in idle}
     interplays, summaries = interactions(crossed, gridded, acting, agents)

@@ -99,12 +99,13 @@ def factor_effects(cells: _Cells, factor: Factor, agents: Sequence[str]) -> Iter
         agents: The agents.
     """
     asked = [(agent, group) for agent in agents for group in factor.groups if _can_differ(cells, agent, group)]
-    sizes = Counter(map(is_reference, {agent for agent, _ in asked}))
+    baseline = {agent: is_reference(cells[agent, group[0]][0].spec) for agent, group in asked}
+    sizes = Counter(baseline.values())
     for agent, group in asked:
         names = [label for label in group if (agent, label) in cells]
         first = cells[agent, names[0]][0]
-        rng = generator(first.seed, "analysis", agent, first.modality, factor.name, *first.specs)
-        many = sizes[is_reference(agent)] * len(factor.groups)
+        rng = generator(first.seed, "analysis", first.spec, first.modality, factor.name, *first.specs)
+        many = sizes[baseline[agent]] * len(factor.groups)
         tested = any_difference(joined([outcomes(cells[agent, name]) for name in names]), rng, agents=many)
         if tested.at:
             seen = tuple(Effect(condition=names[int(one.p)], difference=one) for one in tested.at)

@@ -39,7 +39,7 @@ class Idle:
     """A condition in which nothing was changed, or one of its interventions changed nothing, for one agent.
 
     Attributes:
-        agent: Agent spec.
+        agent: Its name, or its spec if it has none.
         condition: Name of the condition.
         intervention: The spec of the one that changed nothing; empty if all of them together did not.
         steps: The steps at which it could have.
@@ -56,7 +56,7 @@ class Unheeded:
     """A condition under which an agent chose the same joints as under the control in every trial.
 
     Attributes:
-        agent: Agent spec.
+        agent: Its name, or its spec if it has none.
         condition: Name of the condition.
         control: Name of the control.
         changed: The steps that were changed.
@@ -106,7 +106,7 @@ def idle_interventions(agent: str, condition: str, found: StepsChanged | None, a
     """What changed nothing: the condition as a whole, or some of the interventions that have an effect by their dose.
 
     Args:
-        agent: Agent spec.
+        agent: Its name, or its spec if it has none.
         condition: Name of the condition.
         found: What its interventions changed, if it is known.
         acting: Specs of the interventions whose dose is not 0.

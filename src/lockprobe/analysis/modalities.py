@@ -55,7 +55,7 @@ class ModalityEffect:
     """The effect of the modality on one agent.
 
     Attributes:
-        agent: Agent spec.
+        agent: Its name, or its spec if it has none.
         p: Flip probability, [0, 1].
         modalities: The modalities, from low to high fidelity.
         direction: 1 if the box is solved sooner at higher fidelity, -1 if later or more rarely, else 0.

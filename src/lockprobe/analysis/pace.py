@@ -17,7 +17,7 @@ class Pace:
     """The speed of two agents, or of one agent in two modalities, at one p.
 
     Attributes:
-        first, second: Agent spec and modality of each.
+        first, second: Agent and modality of each.
         p: The dose: flip probability, [0, 1], or another.
         hazard_ratio: Hazard ratio of solving, second over first: above 1 if the second is faster; None if undefined.
         p_value: Log-rank, two-sided, clustered by luck, or by player.

@@ -179,7 +179,7 @@ def _condition(
     steps = [step for trial in found for step in trial.steps]
     first = trials[0]
     acting = " + ".join(first.specs)
-    rng = generator(first.seed, "analysis", first.group, first.modality, acting, "rationality", noise)
+    rng = generator(first.seed, "analysis", first.spec, first.modality, acting, "rationality", noise)
     return Rationality(
         prior=prior,
         interlocks=len(interlocks(prior, len(first.joints))),

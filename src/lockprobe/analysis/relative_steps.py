@@ -46,7 +46,7 @@ class RelativeSteps:
     """An agent's steps relative to those of people, on the trials that both finished.
 
     Attributes:
-        agent: Agent spec.
+        agent: Its name, or its spec if it has none.
         modality: How the box was shown to both.
         condition: Label of the condition; empty for all together.
         trials: Trials that both finished.
@@ -80,7 +80,7 @@ def steps_of(trials: Sequence[Trial], modality: str, condition: str) -> Steps:
     """Steps that people needed in ended trials, at least one, of a modality and a condition (empty for several)."""
     reached, budget = _reached(trials)
     shares = reached.mean(axis=0)
-    drawn = _drawn(trials, _stream(trials[0], trials[0].group, modality, condition), [reached])
+    drawn = _drawn(trials, _stream(trials[0], trials[0].spec, modality, condition), [reached])
     low = high = None
     if drawn:
         medians = [_median(one[0]) for one in drawn]
@@ -134,7 +134,7 @@ def _relative(pairs: Sequence[tuple[Trial, Trial]], agent: str, modality: str, c
     both = _median(own.mean(axis=0)), _median(people_reached.mean(axis=0))
     steps, human = (_within(float(of), budget) for of in both)
     low, high, mean_low, mean_high = _intervals(
-        _drawn(theirs, _stream(theirs[0], agent, modality, condition), [own, people_reached]), budget
+        _drawn(theirs, _stream(theirs[0], pairs[0][0].spec, modality, condition), [own, people_reached]), budget
     )
     told = steps is not None or human is not None
     return RelativeSteps(

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from itertools import combinations
 
 from lockprobe.analysis.axis import AGENT, Axis
+from lockprobe.doses import can_be_fitted
 from lockprobe.record import STATES
 from lockprobe.spec import Spec
 
@@ -66,9 +67,10 @@ class Series:
 
     Attributes:
         axis: The dose or option.
-        doses: Condition, or agent spec -> its dose, ascending; 0 for the condition without the intervention.
+        doses: Condition, or agent -> its dose, ascending; 0 for the condition without the intervention.
         modality: How the box is shown in all of them.
-        agent: For a series of agents, their spec without the option; else empty.
+        agent: For a series of agents, what tables call them: their spec or their common name without the option, or all
+            their names; else empty.
     """
 
     axis: Axis
@@ -122,10 +124,15 @@ def _series(members: Sequence[tuple[SeriesArm, int, str]], arms: Sequence[Series
     )
 
 
-def series_of_agents(agents: Sequence[str]) -> tuple[Series, ...]:
-    """Every series of at least three agents that differ only in one number, such as their temperature."""
+def series_of_agents(agents: Mapping[str, str]) -> tuple[Series, ...]:
+    """Every series of at least three agents that differ only in one number, such as their temperature.
+
+    Args:
+        agents: What tables call an agent -> its spec.
+    """
     families: dict[tuple[str, str], dict[str, float]] = {}
-    for agent, spec in zip(agents, map(Spec.parse, agents), strict=True):
+    for agent, text in agents.items():
+        spec = Spec.parse(text)
         for option, value in spec.options.items():
             if (number := _number(value)) is not None:
                 families.setdefault((str(spec.without([option])), option), {})[agent] = number
@@ -134,18 +141,26 @@ def series_of_agents(agents: Sequence[str]) -> tuple[Series, ...]:
             axis=Axis(kind=AGENT, dose=option),
             doses=dict(sorted(doses.items(), key=lambda both: both[1])),
             modality=STATES,
-            agent=agent,
+            agent=_together(list(doses), option),
         )
-        for (agent, option), doses in families.items()
+        for (_, option), doses in families.items()
         if len(doses) >= _FEWEST
     )
 
 
+def _together(agents: Sequence[str], option: str) -> str:
+    """What several agents that differ in one option are called: what they are called without it, or all of them."""
+    without = list(dict.fromkeys(str(Spec.parse(agent).without([option])) for agent in agents))
+    return ", ".join(without)
+
+
 def _number(text: str) -> float | None:
+    """The number that an option is; None for a word, and for a number to which no curve can be fitted."""
     try:
-        return float(text)
+        number = float(text)
     except ValueError:
         return None
+    return number if can_be_fitted(number) else None
 
 
 def crossings(arms: Sequence[SeriesArm]) -> tuple[Crossing, ...]:

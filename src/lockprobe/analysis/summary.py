@@ -55,7 +55,7 @@ class AgentSummary:
     """The results of one agent in one modality over all doses of one axis.
 
     Attributes:
-        agent: Agent spec.
+        agent: Its name, or its spec if it has none.
         modality: How the box was shown.
         shown: The modality (unless it is the default and the only one) and ``axis.rest``, in words.
         reference: Whether it is a baseline.
@@ -68,6 +68,7 @@ class AgentSummary:
         inference: The tests, recommended ones and the paper's.
         contrast: The lowest p against the p that differs most clearly; None with one p, or if blind.
         axis: The dose in which its conditions differ.
+        spec: The spec of the agent; of several that differ in an option, without options.
     """
 
     agent: str
@@ -83,10 +84,11 @@ class AgentSummary:
     inference: Inference
     contrast: Contrast | None
     axis: Axis = FLIPS
+    spec: str = ""
 
     @property
     def name(self) -> str:
-        """Its spec, and ``shown`` in brackets."""
+        """What tables call it, and ``shown`` in brackets."""
         return f"{self.agent} ({self.shown})" if self.shown else self.agent
 
     @property
@@ -277,6 +279,7 @@ def _judged_together(by_agent: Sequence[AxisTrials], heeded: Sequence[float | No
 def _entrant(trials: AxisTrials) -> Entrant:
     return Entrant(
         agent=trials.agent,
+        spec=trials.spec,
         modality=trials.modality,
         counted=trials.outcomes,
         broken=trials.broken_off,
@@ -287,7 +290,7 @@ def _entrant(trials: AxisTrials) -> Entrant:
 
 
 def is_reference(agent: str) -> bool:
-    """Whether an agent is a baseline."""
+    """Whether the agent of a spec is a baseline."""
     return spec_kind(agent) in _REFERENCES
 
 
@@ -310,11 +313,11 @@ def _modalities(by_agent: Sequence[AxisTrials]) -> tuple[ModalityEffect, ...]:
         if members.doses[0] == least:
             named.setdefault(members.agent, []).append(members.trials)
     groups = list(named.values())
-    baseline = [is_reference(group[0][0].group) for group in groups if modality_effect(group)]
+    baseline = [is_reference(group[0][0].spec) for group in groups if modality_effect(group)]
     return tuple(
         effect
         for group in groups
-        if (effect := modality_effect(group, max(1, baseline.count(is_reference(group[0][0].group)))))
+        if (effect := modality_effect(group, max(1, baseline.count(is_reference(group[0][0].spec)))))
     )
 
 
@@ -344,6 +347,7 @@ def _agent(
     inference = _tested(looked_at, box, conditions, trials.budget, agents)
     return AgentSummary(
         agent=trials.agent,
+        spec=trials.spec,
         modality=trials.modality,
         shown=", ".join(filter(None, (_shown(trials.modality, several=several), axis.rest))),
         reference=trials.kind in _REFERENCES,
@@ -434,4 +438,4 @@ def _shown(modality: str, *, several: bool) -> str:
 
 
 def _stream(trials: AxisTrials, use: str) -> np.random.Generator:
-    return generator(trials.seed, "analysis", trials.agent, trials.modality, use)
+    return generator(trials.seed, "analysis", trials.spec, trials.modality, use)

@@ -70,7 +70,7 @@ class Why:
     some of them is wrong in at most 5 % of studies.
 
     Attributes:
-        agent: Agent spec.
+        agent: Its name, or its spec if it has none.
         modality: How the box was shown.
         p: The rate at which reports were hit, (0, 1].
         arms: Success in each arm.

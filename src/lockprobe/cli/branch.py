@@ -140,10 +140,10 @@ def _estimate(asked: Branching, directory: Path, *, json: bool) -> None:
     """Print the number of forks and their possible cost, estimated from the calls of their trials."""
     costs = fork_costs(asked, directory)
     if json:
-        print(json_.dumps([asdict(one) for one in costs]))
+        print(json_.dumps([{**asdict(one), "agent": asked.study.label_of(one.agent)} for one in costs]))
         return
     for one in costs:
-        said = f"{one.agent}: {count(one.forks, 'fork')}, at most {count(one.steps, 'step')}"
+        said = f"{asked.study.label_of(one.agent)}: {count(one.forks, 'fork')}, at most {count(one.steps, 'step')}"
         if one.hosted:
             cost = "cost not known" if one.dollars is None else f"about {money(one.dollars)}"
             most = "" if one.most_dollars is None else f", if none is solved {money(one.most_dollars)}"

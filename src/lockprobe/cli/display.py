@@ -67,7 +67,7 @@ class JsonLines(Plain):
     def agent(self, source: AgentSource, owed: int) -> None:
         """Print that an agent begins."""
         super().agent(source, owed)
-        self.event("agent", agent=source.spec, owed=owed)
+        self.event("agent", agent=self.tally.agent, owed=owed)
 
     def step(self, key: str, step: Step) -> None:
         """Print a step of a slow agent."""
@@ -121,7 +121,7 @@ class JsonLines(Plain):
     def given_up(self, source: AgentSource, owed: int, why: UserMistake) -> None:
         """Print that an agent cannot go on."""
         super().given_up(source, owed, why)
-        self.event("given-up", agent=source.spec, owed=owed, message=str(why))
+        self.event("given-up", agent=self.tally.agent, owed=owed, message=str(why))
 
     def interrupted(self, directory: Path) -> None:
         """Print that Ctrl-C stopped the run."""

@@ -74,7 +74,7 @@ def estimate_lines(found: Estimate) -> list[str]:
     """The estimated cost of an agent's trials, in words."""
     low, high = found.expected, found.full
     first = (
-        f"{found.agent}: about {_span(low.calls, high.calls)} calls, "
+        f"{found.called}: about {_span(low.calls, high.calls)} calls, "
         f"{_span(low.input_tokens, high.input_tokens)} tokens in ({found.repeated:.0%} of them sent before), "
         f"{_span(low.output_tokens, high.output_tokens)} out"
     )
@@ -100,7 +100,7 @@ def estimate_facts(found: Estimate) -> dict[str, object]:
         }
 
     return {
-        "agent": found.agent,
+        "agent": found.called,
         "trials": found.trials,
         "rests_on": found.rests_on,
         "expected": one(found.expected),

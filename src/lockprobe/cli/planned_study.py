@@ -34,9 +34,12 @@ def planned_study(
     directory = out or Path("lockprobe-runs") / f"{planned.name}-{planned.identity}"
     if is_suite(directory):
         raise BadFile(directory, f"it holds {read_suite(directory).name}; {planned.name} needs another directory")
-    if request.agent is None and "agent" not in asked and (directory / SETTINGS).exists():
-        planned = replace(planned, agents=read_study(directory).run_agents or planned.agents)
-    return planned, directory
+    if not (directory / SETTINGS).exists():
+        return planned, directory
+    there = read_study(directory)
+    if request.agent is None and "agent" not in asked and there.run_agents:
+        planned = replace(planned, agents=there.run_agents, names=there.names)
+    return planned.ordered_as(there.settings()), directory
 
 
 def refuse_followers(planned: Study, part: Shard | None) -> None:

@@ -97,7 +97,7 @@ def _of_the_plant(study: Study, owed: int) -> list[str]:
 
 def _of_agents(study: Study) -> list[str]:
     """Which agents look at no pictures."""
-    reading = [agent for agent in study.agents if study.modalities_of(agent) != study.modalities]
+    reading = [study.label_of(agent) for agent in study.agents if study.modalities_of(agent) != study.modalities]
     return [f"Reports only, since they look at no pictures: {', '.join(reading)}"] if reading else []
 
 
@@ -154,7 +154,7 @@ class Plain:
         self.say(
             f"{f'Short {kind.lower()}' if short else kind} on {study.box.name}: {_conditions(study)}; "
             f"{count(study.repetitions, 'repetition')} of {count(study.trials, 'trial')}{_of_strategies(study)} of "
-            f"{study.max_steps} steps; agents {', '.join(study.agents)}; seed {study.seed}"
+            f"{study.max_steps} steps; agents {', '.join(study.labels)}; seed {study.seed}"
         )
         invited = [_invited(study, journal)] if study.invited else []
         for line in (*_of_the_plant(study, owed), *_of_agents(study), *invited):
@@ -229,7 +229,7 @@ class Plain:
         guess = ""
         if source.engine == "process":
             guess = f", about {minutes(owed)} min on two cores"
-        self.say(f"{source.spec}: {owed} trial{'s' * (owed != 1)} to play{guess}")
+        self.say(f"{self.tally.agent}: {owed} trial{'s' * (owed != 1)} to play{guess}")
 
     def step(self, key: str, step: Step) -> None:
         """Count a step; show it if it is of the first trial."""
@@ -252,7 +252,7 @@ class Plain:
 
     def given_up(self, source: AgentSource, owed: int, why: UserMistake) -> None:
         """Say that an agent cannot go on; the others do."""
-        self.tally.given_up[source.spec] = (str(why), owed)
+        self.tally.given_up[self.tally.agent] = (str(why), owed)
         self.say(f"  given up: {why}")
 
     def interrupted(self, directory: Path) -> None:

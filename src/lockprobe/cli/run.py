@@ -18,6 +18,7 @@ from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.model_access import Access
 from lockprobe.cli import options
 from lockprobe.errors import BadValue, UnknownName
+from lockprobe.studies.agent_names import named_agents
 from lockprobe.studies.study_options import SHIPPED, STUDIES, SUITE_NAMES
 
 if TYPE_CHECKING:
@@ -55,7 +56,8 @@ def run(
     they disturb; without options three strategies. suite-1: five scores over four fixed boxes, 288 trials an agent;
     only --agent is chosen.
 
-    --condition and --sweep vary anything else that lockprobe interventions lists, with the truth as control.
+    --condition and --sweep vary anything else that lockprobe interventions lists; the truth is played with them, as
+    control. --p without them plays those rates and no others.
 
     Another --agent with --out and settings of a study is added to it, with the same luck. Exit status 3: a budget ended
     it; 1: a trial broke and is owed, or a condition has no valid trial.
@@ -129,5 +131,5 @@ def _check_names(name: str, asked: Mapping[str, object]) -> None:
         raise BadValue("study", name, f"one of {known}, or FILE.toml; to go on, the same command with --out {name}")
     if name not in STUDIES and name not in SUITE_NAMES and not name.endswith(".toml"):
         raise UnknownName("study", name, [*STUDIES, *SUITE_NAMES, *SHIPPED, "FILE.toml"])
-    for agent in cast("list[str]", asked.get("agent", [])):
+    for agent in named_agents(cast("list[str]", asked.get("agent", [])))[0]:
         resolve(agent)

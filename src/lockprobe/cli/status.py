@@ -57,7 +57,7 @@ def _status(directory: Path, *, json: bool) -> None:
     ledger, forks = _ledger(directory, study, everything), _ledger(directory / FORKS, study)
     facts = {"of_forks": of_forks, **_played(study, trials, everything, of_forks=of_forks), **_took(directory, trials)}
     facts["forks"] = sum(not fork.owed_again for fork in read_forks(directory))
-    facts |= {"foreign": left_out.foreign, "first_foreign": left_out.first_foreign, "added": added_agents(directory)}
+    facts |= {"foreign": left_out.foreign, "first_foreign": left_out.first_foreign, "added": _added(directory, study)}
     keyed = {trial.key: trial for trial in trials}
     invalid = [] if of_forks else invalid_conditions(study, keyed)
     unchanged = [] if of_forks else idle_conditions(study, keyed)
@@ -66,15 +66,21 @@ def _status(directory: Path, *, json: bool) -> None:
     facts |= _in_progress(directory, trials)
     if not json:
         idle = [("idle", f"{cell}: no intervention has changed anything so far") for cell in unchanged]
-        _show([*_lines(directory, facts), *(("invalid", said) for said in _invalid(invalid)), *idle], ledger, forks)
+        _show(
+            [*_lines(directory, facts), *(("invalid", said) for said in _invalid(invalid)), *idle], ledger, forks, study
+        )
         if foreign := foreign_in_words(left_out):
             _print_named([("left out", foreign)])
         return
-    agents = {agent: spent_facts(spent) for agent, spent in ledger.by_agent.items()}
+    agents = {study.label_of(agent): spent_facts(spent) for agent, spent in ledger.by_agent.items()}
     dates = {str(found["price_date"]) for found in agents.values() if found["price_date"]}
     spent = spent_facts(ledger.total) | {"price_date": min(dates, default=None), "agents": agents}
     spent |= {"spent_on_forks": spent_facts(forks.total), "spent_with_forks": spent_facts(_both(ledger, forks))}
     print(json_.dumps(facts | spent))
+
+
+def _added(directory: Path, study: Study) -> dict[str, str]:
+    return {study.label_of(agent): when for agent, when in added_agents(directory).items()}
 
 
 def _ledger(directory: Path, study: Study, trials: Sequence[Trial] = ()) -> Ledger:
@@ -172,11 +178,11 @@ def _invalid(found: Sequence[Invalid]) -> list[str]:
     return [invalid_in_words(found)] if found else []
 
 
-def _show(lines: list[tuple[str, str]], ledger: Ledger, forks: Ledger) -> None:
+def _show(lines: list[tuple[str, str]], ledger: Ledger, forks: Ledger, study: Study) -> None:
     if ledger.by_agent or forks.by_agent:
         _print_named(lines)
         print()
-        _print_columns(_table(ledger, forks))
+        _print_columns(_table(ledger, forks, study))
         print()
         lines = [*_about_calls(_both(ledger, forks), [*ledger.by_agent.values(), *forks.by_agent.values()])]
     _print_named(lines)
@@ -241,11 +247,11 @@ def _played_lines(directory: Path, facts: Mapping[str, object]) -> Iterator[tupl
     yield "results", f"hash {facts['results_hash']} (lockprobe verify {directory} --results HASH)"
 
 
-def _table(ledger: Ledger, forks: Ledger) -> list[tuple[str, ...]]:
+def _table(ledger: Ledger, forks: Ledger, study: Study) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = [
         ("calls of", "replies", "failed", "broken off", "retries", "tokens in", "cached", "out", "reasoning", "cost")
     ]
-    parts = [*ledger.by_agent.items()]
+    parts = [(study.label_of(agent), spent) for agent, spent in ledger.by_agent.items()]
     if len(parts) > 1:
         parts.append(("all", ledger.total))
     if forks.by_agent:

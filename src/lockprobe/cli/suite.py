@@ -99,8 +99,9 @@ def _say_settings(directory: Path, studies: Mapping[str, Study], *, json: bool) 
     """Print the hash of the settings of all studies, with the agents that are there."""
     parts = {}
     for name, study in studies.items():
-        there = read_study(directory / name).agents if (directory / name / SETTINGS).exists() else ()
-        parts[name] = replace(study, agents=joined_agents(there, study.agents)).settings_hash
+        there = read_study(directory / name) if (directory / name / SETTINGS).exists() else study
+        agents, names = joined_agents(there.agents, study.agents), {**there.names, **study.names}
+        parts[name] = replace(study, agents=agents, names=names).settings_hash
     found = hash_of_parts(parts)
     print(json_.dumps({"event": "settings", "settings_hash": found}) if json else settings_line(found), flush=True)
 
@@ -118,7 +119,9 @@ def _agents(suite: Suite, directory: Path, asked: list[str] | None) -> tuple[str
         return tuple(asked)
     there: tuple[str, ...] = ()
     for name in suite_directories(directory, suite):
-        there = joined_agents(there, read_study(directory / name).agents)
+        found = read_study(directory / name)
+        named = [f"{found.names[agent]}={agent}" if agent in found.names else agent for agent in found.agents]
+        there = joined_agents(there, named)
     return there or ("llm:local", paper.LEARNER, *paper.REFERENCES)
 
 

@@ -34,6 +34,7 @@ class Tally:
     """
 
     def __init__(self, study: Study | None = None) -> None:
+        self._called = (lambda agent: agent) if study is None else study.label_of
         self.owed = self.played = self.steps = self.ended_in_all = self.broken_in_all = 0
         self.tells_solved = True
         self.first_error = ""
@@ -52,9 +53,10 @@ class Tally:
     def turn(self, source: AgentSource, owed: int, done: list[Trial], *, slow: bool) -> None:
         """Start counting another agent, with ``owed`` trials to play.
 
-        Trials of an earlier run (``done``) count as solved or not, but not as played. ``slow`` agents show their steps.
+        Lines call it as the study does. Trials of an earlier run (``done``) count as solved or not, but not as played.
+        ``slow`` agents show their steps.
         """
-        self.agent, self.slow, self.agent_owed = source.spec, slow, owed
+        self.agent, self.slow, self.agent_owed = self._called(source.spec), slow, owed
         self.played = self.steps = 0
         self.errors.clear()
         self.solved.clear()
@@ -71,7 +73,7 @@ class Tally:
         """A trial is on disk."""
         self.played += 1
         self.broken_in_all += trial.owed_again
-        self.broken_of.update([trial.agent] if trial.owed_again else [])
+        self.broken_of.update([trial.group] if trial.owed_again else [])
         self.ended_in_all += not trial.owed_again
         if trial.error is not None and trial.owed_again and not self.first_error:
             self.first_error = f"{trial.error.boundary}: {trial.error.message}"

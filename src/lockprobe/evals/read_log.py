@@ -109,7 +109,7 @@ def read_log(path: Path | str) -> MergeSource:
         path=path,
         study=study,
         trials=tuple(trials.values()),
-        unfinished=frozenset(_key(sample, study.agents[0], study, header) for sample in broken),
+        unfinished=frozenset(_key(sample, study.labels[0], study, header) for sample in broken),
         seconds=seconds,
         from_log=frozenset(trials),
         picture=pictures.get,
@@ -173,8 +173,9 @@ def _line(sample: EvalSample) -> str | None:
 def _study(log: EvalLog, trials: Iterable[Trial], path: Path) -> Study:
     settings = _settings(log, path)
     if not settings.get("agents"):  # a task does not know its model
-        agents = list(dict.fromkeys(trial.group for trial in trials))
-        settings = {**settings, "agents": agents or [_agent(log)]}
+        called = {trial.spec: trial.called for trial in trials}
+        names = {spec: name for spec, name in called.items() if name}
+        settings = {**settings, "agents": list(called) or [_agent(log)], **({"names": names} if names else {})}
     study = study_from(settings, path)
     return replace(study, repetitions=study.repetitions * (log.eval.config.epochs or 1))
 

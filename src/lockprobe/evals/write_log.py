@@ -188,7 +188,7 @@ def _sample(trial: Trial, pictures: Path | None, seconds: float | None) -> EvalS
 
 
 def _model(trial: Trial) -> str:
-    return str(trial.facts.get("model") or trial.agent)
+    return str(trial.facts.get("model") or trial.group)
 
 
 class _Messages:

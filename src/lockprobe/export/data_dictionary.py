@@ -45,7 +45,9 @@ def _count(meaning: str, least: int = 1) -> Column:
 COLUMN: Mapping[str, Column] = {
     "participant": Column("The participant: a random ID from the server, independent of the person."),
     "key": Column("The trial: its readable name in the study. A trial is one box, played from its start."),
-    "agent": Column("The agent that played: participant:ID for people, the spec for strategies and models."),
+    "agent": Column(
+        "The agent that played: participant:ID for people; its name, or its spec if it has none, for others."
+    ),
     "box": Column("Name of the lockbox."),
     "modality": Column("How the box was shown: symbolic (reports), rgb or rgbd (pictures)."),
     "p": Column(

@@ -69,11 +69,11 @@ NO_TIMES: Times = MappingProxyType({})
 def tidy_rows(trials: Iterable[Trial], times: Times = NO_TIMES) -> Iterator[dict[str, TidyCell]]:
     """One row per step.
 
-    ``moved`` (the truth) and ``told_moved`` (what the report implied) are 0 or 1. ``claimed`` is what the agent
-    said in *this* row's decision about its previous action: moved, blocked, or empty. ``state`` is the true
-    configuration before the step, a bit string in panel order. ``target`` is 1 on the row that moved the target.
-    A trial that broke before its first step has no row. In a modality with pictures ``told_moved`` is what the picture
-    shows: the truth.
+    ``agent`` is its name if it has one, else its spec. ``moved`` (the truth) and ``told_moved`` (what the report
+    implied) are 0 or 1. ``claimed`` is what the agent said in *this* row's decision about its previous action: moved,
+    blocked, or empty. ``state`` is the true configuration before the step, a bit string in panel order. ``target`` is 1
+    on the row that moved the target. A trial that broke before its first step has no row. In a modality with pictures
+    ``told_moved`` is what the picture shows: the truth.
 
     Columns that come last, and only where they say something: ``condition``, its name, where others than
     flip rates were played, for which ``p`` is empty; ``chosen``, the joint that the agent had chosen,
@@ -130,7 +130,8 @@ def _several(trials: Trial | Iterable[Trial]) -> list[Trial]:
 
 
 def _which(trial: Trial) -> dict[str, TidyCell]:
-    return {name: "" if (value := getattr(trial, name)) is None else value for name in _WHICH}
+    found = {name: "" if (value := getattr(trial, name)) is None else value for name in _WHICH}
+    return {**found, "agent": trial.called or trial.agent}
 
 
 def _has_others_than_flips(trials: Sequence[Trial]) -> bool:

@@ -92,7 +92,15 @@ def _spans(trial: Trial, calls: Sequence[Call], times: TrialTimes, study: str) -
     trace = _identity(32, study, trial.key)
     root = _identity(16, study, trial.key, "trial")
     status: _Json = {"code": _ERROR, "message": readable(trial.error.message)} if trial.error else {}
-    yield _span(trace, root, "", f"invoke_agent {trial.agent}", times.trial, _of_trial(trial, times, study), status)
+    yield _span(
+        trace,
+        root,
+        "",
+        f"invoke_agent {trial.called or trial.agent}",
+        times.trial,
+        _of_trial(trial, times, study),
+        status,
+    )
     ids = {}
     for step, interval in zip(trial.steps, times.steps, strict=True):
         ids[step.step] = _identity(16, study, trial.key, "step", str(step.step))
@@ -131,7 +139,7 @@ def _span(
 def _of_trial(trial: Trial, times: TrialTimes, study: str) -> dict[str, Attribute]:
     return {
         "gen_ai.operation.name": "invoke_agent",
-        "gen_ai.agent.name": trial.agent,
+        "gen_ai.agent.name": trial.called or trial.agent,
         "gen_ai.conversation.id": trial.key,
         "error.type": trial.error.boundary if trial.error else None,
         "lockprobe.study": study,

@@ -43,7 +43,9 @@ def opening_lines(trial: Trial) -> tuple[CaptionLine, ...]:
     """The first caption: agent, box, condition, target and budget."""
     target = trial.labels[trial.joints.index(trial.target)]
     return (
-        CaptionLine(f"{trial.agent} on {trial.box}, {trial.modality}, trial {trial.repetition}.{trial.trial}"),
+        CaptionLine(
+            f"{trial.called or trial.agent} on {trial.box}, {trial.modality}, trial {trial.repetition}.{trial.trial}"
+        ),
         CaptionLine(f"Target: {target} ({trial.target}); {trial.budget} steps"),
     )
 

@@ -24,6 +24,7 @@ __all__ = [
     "distinct",
     "flips",
     "read_condition",
+    "says_modality",
     "sweep",
 ]
 
@@ -72,6 +73,8 @@ class Condition:
         object.__setattr__(self, "flip", _flip_alone(specs))
         if not self.label.isprintable() or self.label != self.label.strip() or len(self.label) > _LONGEST:
             expected = f"a name of at most {_LONGEST} visible characters without blanks around it"
+            if not self.name and len(self.label) > _LONGEST:
+                expected = f"at most {_LONGEST} characters, not {len(self.label)}, or a name: --condition 'NAME=SPEC'"
             raise BadValue("condition", printable(self.label), expected)
 
     @property
@@ -185,10 +188,19 @@ def read_condition(spec: str, name: str = "") -> Condition:
         BadValue: As :func:`interventions_of`, or as :class:`Condition`.
     """
     *acting, last = split_specs(spec)
-    if spec_name(last) in MODALITIES:
+    if says_modality(spec):
         interventions = interventions_of(" + ".join(acting))
         return Condition(interventions=interventions, modality=_without_zeros(last), name=name)
     return Condition(interventions=interventions_of(spec), modality=default_modality(spec), name=name)
+
+
+def says_modality(spec: str) -> bool:
+    """Whether the last part of a condition's spec says how the box is shown.
+
+    >>> says_modality("warn + symbolic?tell=state"), says_modality("warn")
+    (True, False)
+    """
+    return spec_name(split_specs(spec)[-1]) in MODALITIES
 
 
 def _without_zeros(modality: str) -> str:

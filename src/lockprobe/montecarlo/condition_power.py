@@ -282,7 +282,7 @@ def _stated(study: Study, families: Sequence[Family], success: Sequence[float], 
     if not 0 <= shared <= 1:
         raise BadValue("shared", shared, "a share from 0 to 1")
     at = dict(zip(labels, success, strict=True))
-    agents = max(1, sum(not is_reference(agent) for agent in study.agents)) * len(study.modalities)
+    agents = max(1, sum(not is_reference(agent) for agent in study.agents))
     return [
         _Source(
             agent=STATED,
@@ -321,9 +321,9 @@ def _played(study: Study, families: Sequence[Family], pool: int, workers: Pool, 
     ]
 
 
-def _judged(agent: str, family: Family) -> tuple[bool, str]:
-    """What is judged together: agents that the study is about, or baselines, on one axis."""
-    return is_reference(agent), family.name
+def _judged(agent: str, family: Family) -> tuple[bool, str, str]:
+    """What is judged together: agents that the study is about, or baselines, in one family of contrasts."""
+    return is_reference(agent), family.control, family.name
 
 
 def _batch(job: _StudyRange) -> Counter[str]:

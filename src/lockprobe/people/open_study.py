@@ -116,8 +116,10 @@ async def open_study(
         BadFile: If a file in it is damaged.
         UserMistake: If the plant is not available, there is no such practice box, or people cannot play a condition.
     """
-    known = read_study(directory).agents if (directory / "study.json").exists() else study.agents
-    study = replace(study, agents=tuple(dict.fromkeys((*known, PEOPLE))))
+    there = read_study(directory) if (directory / "study.json").exists() else study
+    known = there.agents
+    study = replace(study, agents=tuple(dict.fromkeys((*known, PEOPLE))), names=there.names)
+    study = study.ordered_as(there.settings())  # people play the conditions in an order that is drawn from this one
     study.check_agents()
     check_playable(study.conditions, PERSON)
     _check(study, experiment)

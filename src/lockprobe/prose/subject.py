@@ -27,7 +27,7 @@ class Subject:
         """The subject that stands for an agent.
 
         Args:
-            agent: Agent spec.
+            agent: Its name, or its spec if it has none.
             shown: How the box was shown, where that has to be said.
         """
         plural = agent == PEOPLE

@@ -24,7 +24,7 @@ class ClaimRow:
     """One claim against one agent.
 
     Attributes:
-        agent: Agent spec; empty if no agent of the study speaks to the claim.
+        agent: Its name or spec; empty if no agent of the study speaks to the claim.
         here: What was measured, in words.
         verdict: On the claim as a whole, not on one of its figures.
         test: What the verdict rests on.
@@ -56,7 +56,7 @@ def claim_rows(summary: StudySummary) -> tuple[ClaimRow, ...]:
 def _by_agent(claim: PaperClaim, summary: StudySummary) -> list[tuple[str, ClaimFinding]]:
     """What every agent that was shown the box as the claim has it says to it."""
     reference = claim.measure in ("reference", "reference-steps")
-    agents = [a for a in summary.agents if spec_kind(a.agent) == "human-inspired"] if reference else summary.subjects
+    agents = [a for a in summary.agents if spec_kind(a.spec) == "human-inspired"] if reference else summary.subjects
     return [(agent.name, _measure(claim, agent)) for agent in agents if spec_name(agent.modality) == claim.modality]
 
 

@@ -37,7 +37,7 @@ class ComparedStudy:
         name: The end of its directory's path by which it is told from the others.
         study: Name in its settings.
         seed: Studies of equal seed share their luck.
-        agents: Agent specs.
+        agents: Their names, or specs of those that have none.
         planned: Trials that the settings ask for, also of people.
         finished: Of these, trials that are not owed (any more).
         people_trials: Of these, trials of people.
@@ -153,7 +153,7 @@ def compare_studies(directories: Sequence[Path], agents: Sequence[str] = ()) -> 
 
     Args:
         directories: Two or more, each of another study.
-        agents: Agent specs to compare; all if none are given.
+        agents: Agents to compare, as pages call them; all if none are given.
 
     Raises:
         BadFile: If a directory is given twice or is that of no study, or if studies cannot be compared.
@@ -163,7 +163,7 @@ def compare_studies(directories: Sequence[Path], agents: Sequence[str] = ()) -> 
     _refuse_twice(directories)
     opened = {directory: open_study(directory) for directory in directories}
     check_comparable({directory: one.study for directory, one in opened.items()})
-    known = dict.fromkeys(agent for one in opened.values() for agent in one.study.agents)
+    known = dict.fromkeys(agent for one in opened.values() for agent in one.study.labels)
     for agent in agents:
         if agent not in known:
             raise UnknownName("agent of these studies", agent, known)
@@ -213,7 +213,7 @@ def _studied(name: str, one: OpenedStudy, not_shared: Sequence[str]) -> Compared
         name=name,
         study=one.study.name,
         seed=one.study.seed,
-        agents=one.study.agents,
+        agents=one.study.labels,
         planned=one.study.size,
         finished=one.finished,
         people_trials=one.finished_by_people,
@@ -239,7 +239,7 @@ def _samples(opened: Sequence[OpenedStudy], shared: Mapping[str, str], agents: s
             condition=name,
             family=shared[name],
             luck=opened[side.study].study.seed,
-            baseline=is_reference(side.agent),
+            baseline=is_reference(trials[0].spec),
             trials=trials,
         )
         for (name, side), trials in sorted(found.items(), key=lambda one: (order.index(one[0][0]), one[0][1].study))
@@ -275,11 +275,15 @@ def _share(role: str, found: Proportion) -> dict[str, Any]:
 def _unlike(samples: Sequence[Sample], studies: Sequence[ComparedStudy]) -> list[str]:
     """Facts about agents of one spec that differ between studies."""
     facts: dict[str, dict[int, Mapping[str, Any]]] = {}
+    called: dict[str, str] = {}
     for one in samples:
         if not one.trials[0].player:
-            facts.setdefault(one.side.agent, {}).setdefault(one.side.study, one.trials[0].facts)
+            spec = one.trials[0].spec
+            called.setdefault(spec, one.side.agent)
+            facts.setdefault(spec, {}).setdefault(one.side.study, one.trials[0].facts)
     said = []
-    for agent, by_study in facts.items():
+    for spec, by_study in facts.items():
+        agent = called[spec]
         for fact in dict.fromkeys(name for own in by_study.values() for name in own):
             values = {studies[number].name: own.get(fact) for number, own in by_study.items()}
             if len({repr(value) for value in values.values()}) > 1:

@@ -6,7 +6,7 @@ cannot bear it out.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from itertools import pairwise
 
 from lockprobe.analysis.curves import SuccessCurve
@@ -149,9 +149,11 @@ def _reference_faster(summary: StudySummary) -> MeasuredModalities:
 
 def _faster(summary: StudySummary, effect: ModalityEffect, shown: Shown) -> ClaimFinding:
     found: dict[str, tuple[float, float]] = {}
+    inspired = {one.agent for one in summary.agents if spec_kind(one.spec) == "human-inspired"}
     for pace in summary.paces:
-        reference, other = (pace.first, pace.second) if _is_reference(pace.first) else (pace.second, pace.first)
-        if not _is_reference(reference) or other[0] != effect.agent or other[1] not in shown:
+        sides = (pace.first, pace.second) if _is_reference(pace.first, inspired) else (pace.second, pace.first)
+        reference, other = sides
+        if not _is_reference(reference, inspired) or other[0] != effect.agent or other[1] not in shown:
             continue
         if pace.p_value is not None and pace.hazard_ratio:
             hazard = pace.hazard_ratio if reference == pace.second else 1 / pace.hazard_ratio
@@ -169,8 +171,8 @@ def _faster(summary: StudySummary, effect: ModalityEffect, shown: Shown) -> Clai
     return here, borne_out(_whole(shows, shown)), test, max(p for _, p in found.values())
 
 
-def _is_reference(both: tuple[str, str]) -> bool:
-    return spec_kind(both[0]) == "human-inspired" and both[1] in PLAIN_WORDS
+def _is_reference(both: tuple[str, str], inspired: Collection[str]) -> bool:
+    return both[0] in inspired and both[1] in PLAIN_WORDS
 
 
 MODALITY_MEASURES: Mapping[str, Callable[[StudySummary], MeasuredModalities]] = {

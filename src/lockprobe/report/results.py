@@ -8,7 +8,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 from lockprobe.analysis.summary import StudySummary
-from lockprobe.report.opened import open_study
+from lockprobe.report.opened import OpenedStudy, open_study
 from lockprobe.report.parallel import one_thread
 from lockprobe.report.section import Section
 from lockprobe.report.sections import all_sections
@@ -53,7 +53,7 @@ def results_of(numbers: StudyNumbers, more: Sequence[Section] = ()) -> Results:
     not_judged = section("Attempts against the rules", lambda: numbers.not_judged, str)
     found = Results(
         lockprobe=version("lockprobe"),
-        study=dict(opened.settings),
+        study=_settings(opened),
         settings_hash=study.settings_hash,
         results_hash=results_hash(study, opened.trials),
         not_judged=not_judged,
@@ -61,6 +61,14 @@ def results_of(numbers: StudyNumbers, more: Sequence[Section] = ()) -> Results:
         design=_design(numbers),
     ).with_rows(_resting(_judging_nobody(rows, not_judged) if not_judged else rows))
     return found.changed(answer=found.answer_of("overview"))
+
+
+def _settings(opened: OpenedStudy) -> dict[str, object]:
+    """The settings, with what pages call the agents in place of their specs, which may say more than is shown."""
+    study = opened.study
+    found = {name: value for name, value in opened.settings.items() if name not in ("agents", "names")}
+    added = {study.label_of(agent): when for agent, when in opened.settings.get("added", {}).items()}
+    return {**found, "agents": list(study.labels), **({"added": added} if added else {})}
 
 
 def _rows_of(one: Section, numbers: StudyNumbers, named: set[tuple[str, ...]]) -> list[Row]:

@@ -39,7 +39,7 @@ class PlayedCell:
     """One agent under one condition, with its trials and numbers.
 
     Attributes:
-        agent: Agent spec.
+        agent: Its name, or its spec if it has none.
         modality: How the box was shown.
         condition: Name of the condition.
         doses: The doses of the condition.
@@ -128,7 +128,7 @@ class StudyNumbers:
         order = list(found)
         if self.others is not None:
             found |= {name: one for name, one in self.others.conditions.items() if name not in found}
-            order = [name for name in product(self.study.agents, self.conditions) if name in found]
+            order = [name for name in product(self.study.labels, self.conditions) if name in found]
         return tuple(
             PlayedCell(
                 agent=agent,

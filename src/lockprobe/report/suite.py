@@ -51,7 +51,7 @@ class Entry:
     """An agent of a suite, shown the boxes in one way.
 
     Attributes:
-        agent: Agent spec.
+        agent: Its name, or its spec if it has none.
         modality: How the boxes were shown.
         shown: The same in words, if it looks at pictures; else empty.
         planned: Trials planned.
@@ -129,7 +129,7 @@ def suite_results(directory: Path) -> SuiteResults:
     cells = dict.fromkeys(
         (agent, modality, name.removeprefix(study.study.box.name))
         for name, study in studies.items()
-        for agent in study.study.agents
+        for agent in study.study.labels
         for modality in study.study.modalities
     )
     with leaving_out() as left_out:
@@ -183,7 +183,7 @@ def _played(agent: str, modality: str, studies: Mapping[Level, OpenedStudy | Non
     found, pictures = list[LevelTrials](), False
     for level, opened in studies.items():
         trials = () if opened is None else opened.trials
-        own = [one for one in trials if (one.agent, one.modality) == (agent, modality)]
+        own = [one for one in trials if (one.group, one.modality) == (agent, modality)]
         told, misled = ([one for one in own if bool(one.p) == false] for false in (False, True))
         found.append(LevelTrials(box=level.box, chance=level.chance, told=told, misled=misled, judged=level.judged))
         pictures = pictures or (opened is not None and opened.study.has_pictures)

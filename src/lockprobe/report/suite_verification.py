@@ -98,10 +98,10 @@ def _unlike(directory: Path, suite: Suite, names: list[str]) -> Iterator[str]:
         except LockprobeError as error:
             yield str(error)
             continue
-        if found.settings() != suite_study(suite, name, found.agents).settings():
+        if found.settings() != suite_study(suite, name, found.agents, found.names).settings():
             yield f"{name}: its settings are not those of {suite.name}"
         ending = next(name.removeprefix(box) for box in suite.boxes if name.startswith(box))
-        agents.setdefault(ending, set()).add(" ".join(found.agents))
+        agents.setdefault(ending, set()).add(" ".join(found.labels))
     for ending, players in agents.items():
         for box in suite.boxes:
             if f"{box}{ending}" not in names:

@@ -32,7 +32,7 @@ class Cell:
 
     Attributes:
         found: The results.
-        agent: Agent spec.
+        agent: Its name, or its spec if it has none.
         modality: How the box was shown.
         condition: Name of the condition.
         p: Flip rate; None if other things than flips can act.
@@ -106,7 +106,7 @@ class Course:
 
     @property
     def agent(self) -> str:
-        """Agent spec."""
+        """Its name, or its spec if it has none."""
         return self.player.agent
 
     @property

@@ -23,7 +23,7 @@ class Condition(Part):
 class Player(Part):
     """An agent in one modality."""
 
-    agent: str = Field(description="Agent spec.")
+    agent: str = Field(description="Name of the agent, or its spec if it has none.")
     modality: str = Field(description="How the box was shown.")
     shown: str = Field(default="", description="What tells it apart in words: the modality, if it has several.")
     subject: bool = Field(default=False, description="Whether the study is about it; others are baselines.")
@@ -44,7 +44,7 @@ class DoseAxis(Part):
     options: str = Field(default="", description="Other options of the intervention in all of them.")
     rest: str = Field(default="", description="Other interventions in all of them.")
     modality: str = Field(description="How the box is shown in all of them.")
-    doses: dict[str, float] = Field(description="Condition, or agent spec -> dose, ascending.")
+    doses: dict[str, float] = Field(description="Condition, or agent -> dose, ascending.")
     condition: str = Field(default="", description="For an option of agents: the condition of all of them.")
     players: tuple[Player, ...] = Field(default=(), description="Agents with trials on it; of flips the design's.")
     number: int = Field(default=1, ge=1, description="Which it is of several of that name.")

@@ -18,7 +18,9 @@ class _Measured(Part):
     """
 
     quantity: str = Field(description="What is measured, for example success or success_by_step.")
-    agent: str = Field(default="", description="Agent spec; empty for what no agent did.")
+    agent: str = Field(
+        default="", description="Name of the agent, or its spec if it has none; empty for what no agent did."
+    )
     modality: str = Field(default="", description="How the box was shown; under the condition, if under one.")
     condition: str = Field(default="", description="Name of the condition; empty for several.")
     control: str = Field(default="", description="The condition that is subtracted, in a difference.")
@@ -162,7 +164,7 @@ class Exhibit(Part):
 
     section: str = Field(description="The section of the report that shows it.")
     of: str = Field(default="", description="Which it is of several that belong together.")
-    agent: str = Field(default="", description="Agent spec.")
+    agent: str = Field(default="", description="Name of the agent, or its spec if it has none.")
     why: str = Field(description="Why it is shown.")
     key: str = Field(description="Key of its record.")
     ending: str = Field(description="How it ended: solved or budget.")

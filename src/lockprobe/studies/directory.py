@@ -23,6 +23,7 @@ from lockprobe.interventions.condition import default_modality
 from lockprobe.storage.atomic_file import write_file
 from lockprobe.storage.links import refuse_links
 from lockprobe.studies.call_log import ASKED, CALLS
+from lockprobe.studies.settings_hash import in_no_order
 from lockprobe.studies.study import Study, joined_agents
 
 __all__ = [
@@ -190,17 +191,36 @@ def claim(directory: Path, study: Study) -> None:
     if not (played or somebody):
         write_settings(directory, study)
         return
-    there, asked = read_settings(directory), json.loads(json.dumps(study.settings()))
+    there = read_settings(directory)
+    asked = json.loads(json.dumps(study.settings()))
+    known, wanted = in_no_order(there), in_no_order(asked)
     different = {
         name: told_apart(name, there.get(name), asked.get(name))
-        for name in sorted({*there, *asked} - {"agents", "added"})
-        if there.get(name) != asked.get(name)
-    }
+        for name in sorted({*known, *wanted} - {"agents", "names", "added"})
+        if known.get(name) != wanted.get(name)
+    } | _renamed(there, study)
     if different:
         raise SettingsChanged(directory, different)
     agents = joined_agents(_texts(there["agents"]), study.agents)
     if list(agents) != there["agents"]:
-        write_settings(directory, replace(study, agents=agents))
+        joined = replace(study, agents=agents, names={**_names(there), **study.names})
+        write_settings(directory, joined.ordered_as(there))
+
+
+def _names(settings: Mapping[str, object]) -> dict[str, str]:
+    """Spec -> name of the agents that have one."""
+    names = settings.get("names")
+    return {str(spec): str(name) for spec, name in names.items()} if isinstance(names, dict) else {}
+
+
+def _renamed(there: Mapping[str, object], study: Study) -> dict[str, tuple[object, object]]:
+    """The agents that are called otherwise in a directory."""
+    names = _names(there)
+    return {
+        f"name of {agent}": (names.get(agent, agent), study.label_of(agent))
+        for agent in _texts(there["agents"])
+        if agent in study.agents and names.get(agent, agent) != study.label_of(agent)
+    }
 
 
 def told_apart(name: str, there: object, asked: object) -> tuple[object, object]:

@@ -41,9 +41,11 @@ class Estimate:
         repeated: Share of the input tokens that repeat the start of the request before.
         price: The provider's price; None if it is not known.
         batch: Whether the provider's batch interface is used.
+        called: What the study calls the agent.
     """
 
     agent: str
+    called: str
     trials: int
     rests_on: int
     expected: Usage
@@ -183,6 +185,7 @@ class _AgentEstimator:
             most += prompt.most(begun + 1, trials)
         return Estimate(
             agent=self._agent,
+            called=self._study.label_of(self._agent),
             trials=sum(owed.values()),
             rests_on=self._replies,
             expected=expected.usage,

@@ -17,6 +17,6 @@ def idle_conditions(study: Study, trials: Mapping[str, Trial]) -> list[str]:
     for agent in study.agents:
         for plan in study.plans(agent):
             if not plan.condition.does_nothing and (trial := trials.get(plan.key)) is not None:
-                played.setdefault(trial.cell, []).append(trial)
+                played.setdefault(trial.name.cell, []).append(trial)
     found = {cell: steps_changed(members) for cell, members in played.items()}
     return [cell for cell, steps in found.items() if steps and steps.known and not steps.changed]

@@ -129,8 +129,10 @@ def gather(
         raise BadValue("sources", 0, "at least one")
     known = read_study(directory) if (directory / "study.json").exists() else None
     finished = [_finished(source) for source in sources]
-    first = known or replace(sources[0].study, agents=_agents(finished) or sources[0].study.agents)
-    joined = replace(first, agents=tuple(dict.fromkeys((*first.agents, *_agents(finished)))))
+    names = {spec: name for source in reversed(finished) for spec, name in source.study.names.items()}
+    names |= known.names if known else {}
+    first = known or replace(sources[0].study, agents=_agents(finished) or sources[0].study.agents, names=names)
+    joined = replace(first, agents=tuple(dict.fromkeys((*first.agents, *_agents(finished)))), names=names)
     for source in finished:
         _refuse_another_study(source, joined, directory)
     if known is None and not any(source.trials or source.calls for source in finished):
@@ -154,7 +156,7 @@ def gather(
         different=different,
         unfinished=unfinished,
         replies=replies,
-        agents=joined.agents if known is None else joined.agents[len(first.agents) :],
+        agents=joined.labels if known is None else joined.labels[len(first.agents) :],
         pictures_missing=missing,
     )
 
@@ -181,14 +183,15 @@ def _agents(sources: Iterable[MergeSource]) -> tuple[str, ...]:
     """The agents with trials or calls, each once, in the order of the study."""
     found: list[str] = []
     for source in sources:
-        playing = {trial.group for trial in source.trials}
+        playing = {trial.spec for trial in source.trials}
         playing |= {agent for agent, keys in _begun(source, source.unfinished).items() if keys}
         found += [agent for agent in source.study.agents if agent in playing]
     return tuple(dict.fromkeys(found))
 
 
 def _refuse_another_study(source: MergeSource, joined: Study, directory: Path) -> None:
-    theirs, ours = ({**study.settings(), "agents": []} for study in (source.study, joined))
+    both = [agent for agent in source.study.agents if agent in joined.agents]
+    theirs, ours = (_settings_to_compare(study, both) for study in (source.study, joined))
     for name in sorted({*theirs, *ours}):
         if theirs.get(name) != ours.get(name):
             there, here = map(_short, told_apart(name, theirs.get(name), ours.get(name)))
@@ -202,6 +205,12 @@ def _refuse_another_study(source: MergeSource, joined: Study, directory: Path) -
             raise BadFile(source.path, f"{trial.key}: {mistake}") from None
         if not asked:
             raise BadFile(source.path, f"{trial.key} is no trial of that study")
+
+
+def _settings_to_compare(study: Study, agents: Sequence[str]) -> dict[str, object]:
+    """The settings that two studies must share to be merged: all but their agents; shared ones are called alike."""
+    called = {f"name of {agent}": study.label_of(agent) for agent in agents}
+    return {**study.unordered_settings, "agents": [], "names": {}} | called
 
 
 def _short(value: object) -> str:

@@ -110,7 +110,8 @@ class _RecordFilter:
         study = self._study
         own = self._identities.get(trial.condition)
         if identity == own and trial.study == study.name:
-            return ""
+            here = study.label_of(trial.spec) if trial.spec in study.agents else trial.group
+            return "" if here == trial.group else f"its agent {trial.group} is called {here} here"
         values = {"study": study.name, "box": study.box.name, "seed": study.seed, "budget": study.max_steps}
         different = [
             f"{name} is {getattr(trial, name)!r}, not {value!r}"

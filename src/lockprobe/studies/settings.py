@@ -45,6 +45,7 @@ class _Settings(BaseModel):
     model_config = ConfigDict(strict=True, extra="forbid")
     study: Text
     agents: list[AgentSpec]
+    names: dict[AgentSpec, Text] = {}
     box: dict[str, Any]
     conditions: list[_Condition]
     repetitions: Count

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import get_args
 
 from lockprobe.agents.catalogue import is_strategy
+from lockprobe.doses import DOSES_SAID, can_be_fitted
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.interventions.condition import Condition
 from lockprobe.interventions.flip import FlipKind
@@ -20,8 +19,10 @@ from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.record import Trial
 from lockprobe.seeds import trial_stream
 from lockprobe.spec import PEOPLE, Spec, spec_name
+from lockprobe.studies.agent_names import check_names
 from lockprobe.studies.modality import check_shown, is_pictured, refuse_blind, taken_in
 from lockprobe.studies.playable import PERSON, check_playable
+from lockprobe.studies.settings_hash import hash_of, in_no_order, sorted_text
 
 __all__ = ["LARGEST_SEED", "Study", "flip_axis", "joined_agents"]
 
@@ -56,6 +57,8 @@ class Study:
             one kind, each rate once in each modality.
         assessment: Whether agents are asked what their last action did (the paper's always are). Asking may change
             behaviour.
+        names: Agent spec -> the experimenter's name for it, for those that have one; those of other agents are dropped.
+            Keys, tables and pages show it in place of the spec. It changes no draw.
 
     Raises:
         UnknownName: If there is no such plant or modality.
@@ -76,17 +79,18 @@ class Study:
     plant: str = "symbolic"
     layout: LayoutKind = "fixed"
     assessment: bool = True
+    names: Mapping[str, str] = field(default_factory=dict, hash=False)
     flip_axis: tuple[Condition, ...] = field(init=False, compare=False)
 
     def __post_init__(self) -> None:
         if self.layout not in get_args(LayoutKind):
             raise BadValue("layout", self.layout, f"one of {', '.join(get_args(LayoutKind))}")
         object.__setattr__(self, "flip_axis", flip_axis(self.conditions))
-        rates = sorted(self.p)
-        close = any(second - first < CLOSEST_P for first, second in pairwise(rates))
-        if close or len({f"{rate:g}" for rate in rates}) < len(rates):
-            raise BadValue("p", list(self.p), "values that differ by 0.000001 or more, within six digits")
-        for what, values in (("agents", self.agents), ("condition", [one.label for one in self.conditions])):
+        names = {agent: name for agent in self.agents if (name := self.names.get(agent)) and name != agent}
+        object.__setattr__(self, "names", names)
+        check_names(self.agents, names)
+        labels = [one.label for one in self.conditions]
+        for what, values in (("agents", self.agents), ("agents", self.labels), ("condition", labels)):
             written = [value.replace("/", "%2F") for value in values]
             if not values or len(set(written)) != len(values):
                 raise BadValue(what, list(values), "at least one, and every one once")
@@ -100,7 +104,19 @@ class Study:
             raise BadValue("name", self.name, f"a name of at most {LONGEST_NAME} characters without slashes")
         if PEOPLE in self.agents:
             check_playable((one for one in self.conditions if not one.is_recorded), PERSON)
+        self._check_doses()
         self._check_plant()
+
+    def _check_doses(self) -> None:
+        """Refuse flip rates that are almost equal, and doses that no curve can be fitted to."""
+        rates = sorted(self.p)
+        close = any(second - first < CLOSEST_P for first, second in pairwise(rates))
+        if close or len({f"{rate:g}" for rate in rates}) < len(rates):
+            raise BadValue("p", list(self.p), "values that differ by 0.000001 or more, within six digits")
+        for one in self.conditions:
+            for name, dose in one.doses.items():
+                if not can_be_fitted(dose):
+                    raise BadValue(f"{name} of {one.label}", dose, DOSES_SAID)
 
     def _check_plant(self) -> None:
         """Refuse what the plant cannot show."""
@@ -108,6 +124,15 @@ class Study:
         check_shown(self.conditions, plant)
         if self.shuffle and self.has_pictures and plant.painted_labels:
             raise BadValue("shuffle", True, "--no-shuffle with pictures of a real box, on which labels are painted")
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """What keys, tables and pages call the agents: their names, or their specs if they have none."""
+        return tuple(map(self.label_of, self.agents))
+
+    def label_of(self, agent: str) -> str:
+        """What keys, tables and pages call the agent of a spec."""
+        return self.names.get(agent, agent)
 
     @property
     def p(self) -> tuple[float, ...]:
@@ -135,10 +160,11 @@ class Study:
         return tuple(dict.fromkeys(one.modality for one in self.conditions))
 
     def settings(self) -> dict[str, object]:
-        """The study as JSON would hold it; equal settings mean equal trials."""
+        """The study as JSON would hold it."""
         return {
             "study": self.name,
             "agents": list(self.agents),
+            **({"names": dict(self.names)} if self.names else {}),
             "conditions": [_settings_of(condition) for condition in self.conditions],
             "repetitions": self.repetitions,
             "trials": self.trials,
@@ -159,12 +185,28 @@ class Study:
         }
 
     @property
+    def unordered_settings(self) -> dict[str, object]:
+        """The settings with agents and conditions sorted: they are equal if and only if the trials are."""
+        return in_no_order(self.settings())
+
+    def ordered_as(self, settings: Mapping[str, object]) -> Study:
+        """The study with its conditions in the order of settings that have the same; else as it is."""
+        there = settings.get("conditions")
+        places = {sorted_text(one): place for place, one in enumerate(there if isinstance(there, list) else ())}
+        own = [sorted_text(_settings_of(one)) for one in self.conditions]
+        if {*own} != places.keys():
+            return self
+        order = sorted(range(len(own)), key=lambda i: places[own[i]])
+        return replace(self, conditions=tuple(self.conditions[i] for i in order))
+
+    @property
     def settings_hash(self) -> str:
         """Thirty-two hexadecimal digits that change with any setting, and are the same read back from disk.
 
-        They stand under a preregistration, so they are too many to find two studies with equal ones by trying.
+        The order of agents and conditions is no setting: it changes no trial. The digits stand under a preregistration,
+        so they are too many to find two studies with equal ones by trying.
         """
-        return _hash_of(self.settings())[:32]
+        return hash_of(self.unordered_settings)[:32]
 
     @property
     def identity(self) -> str:
@@ -174,7 +216,7 @@ class Study:
     @property
     def task_identity(self) -> str:
         """Twelve hexadecimal digits of what all its trials have alike; more agents, conditions or trials keep it."""
-        return _hash_of({"study": self.name} | self._trial_settings())[:12]
+        return hash_of({"study": self.name} | self._trial_settings())[:12]
 
     def record_identity(self, condition: Condition) -> str:
         """What a record under a condition is of: twelve hexadecimal digits that change with whatever acts in its trial.
@@ -183,7 +225,7 @@ class Study:
         a name are never taken for each other. Study, agent, label, repetition and trial are in the record itself.
         """
         acting = {"specs": list(condition.specs), "modality": condition.modality}
-        return _hash_of(self._trial_settings() | acting)[:12]
+        return hash_of(self._trial_settings() | acting)[:12]
 
     @property
     def has_pictures(self) -> bool:
@@ -265,6 +307,7 @@ class Study:
             plant=self.plant,
             shuffle=self.shuffle,
             assessment=self.assessment,
+            called=self.names.get(agent, ""),
         )
 
     def condition_of(self, trial: Trial) -> Condition | None:
@@ -284,7 +327,7 @@ class Study:
 
     def asks_for(self, trial: Trial) -> bool:
         """Whether a trial on record is one of this study: key, place, doses, settings and panel agree."""
-        agent = trial.group
+        agent = trial.spec
         return agent in self.agents and self._is_own(trial, self.modalities_of(agent), self.trials_of(agent))
 
     def own_trials(self, trials: Iterable[Trial]) -> list[Trial]:
@@ -294,7 +337,7 @@ class Study:
             UnknownName: If there is no such agent as one of the study's.
         """
         played = self._played
-        return [trial for trial in trials if trial.group in played and self._is_own(trial, *played[trial.group])]
+        return [trial for trial in trials if trial.spec in played and self._is_own(trial, *played[trial.spec])]
 
     def _is_own(self, trial: Trial, modalities: Sequence[str], trials: int) -> bool:
         condition = self.condition_of(trial)
@@ -304,7 +347,7 @@ class Study:
             return False
         plan = self.plan(trial.agent, condition, trial.repetition, trial.trial)
         return (
-            trial.key == plan.key
+            (trial.key, trial.called) == (plan.key, plan.called)
             and (trial.study, trial.seed, trial.budget) == (self.name, self.seed, self.max_steps)
             and trial.doses == condition.doses
             and _acted(trial.specs) == _acted(condition.specs)
@@ -315,7 +358,7 @@ class Study:
     def place_of(self, trial: Trial) -> tuple[int, int, int, int]:
         """A sort key of this study's trials: by agent, condition, repetition and trial."""
         condition = next(i for i, one in enumerate(self.conditions) if one.label == trial.condition)
-        return self.agents.index(trial.group), condition, trial.repetition, trial.trial
+        return self.agents.index(trial.spec), condition, trial.repetition, trial.trial
 
     def places_filled(self, trials: Iterable[Trial]) -> int:
         """The number of places of the plan with a finished trial among trials of this study.
@@ -372,17 +415,6 @@ def _settings_of(condition: Condition) -> dict[str, object]:
         for spec, doses in zip(condition.specs, condition.dose_names, strict=True)
     ]
     return {"name": condition.name, "interventions": acting, "modality": condition.modality}
-
-
-def _hash_of(settings: Mapping[str, object]) -> str:
-    """The SHA-256 of settings as JSON has them."""
-    text = json.dumps(json.loads(json.dumps(settings), parse_float=_number), sort_keys=True)
-    return hashlib.sha256(text.encode()).hexdigest()
-
-
-def _number(text: str) -> float:
-    """A number as JSON has it; 1.0 and 1 are the same."""
-    return int(number) if (number := float(text)).is_integer() else number
 
 
 def joined_agents(there: Sequence[str], asked: Sequence[str]) -> tuple[str, ...]:

@@ -16,7 +16,12 @@ __all__ = ["arms_of", "design_of"]
 
 def design_of(study: Study) -> Design:
     """What differs between the conditions of a study."""
-    return Design(agents=study.agents, arms=arms_of(study.conditions), axis=study.flip_labels)
+    return Design(
+        agents=study.labels,
+        arms=arms_of(study.conditions),
+        axis=study.flip_labels,
+        specs=dict(zip(study.labels, study.agents, strict=True)),
+    )
 
 
 def arms_of(conditions: Iterable[Condition]) -> tuple[SeriesArm, ...]:

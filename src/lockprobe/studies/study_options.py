@@ -28,6 +28,8 @@ from lockprobe.inputs import read_toml
 from lockprobe.interventions.flip import FlipKind
 from lockprobe.lockbox.box import LayoutKind, Lockbox
 from lockprobe.plugins import refuse_python
+from lockprobe.spec import named_spec
+from lockprobe.studies.agent_names import named_agents
 from lockprobe.validation import plain
 
 __all__ = [
@@ -106,7 +108,11 @@ class StudyOptions(BaseModel):
 
     study: Annotated[str, _about("flips, modalities, why, or the study of a file.")] = "flips"
     agent: Annotated[
-        Several | None, _about("Agent spec; may be repeated (flips: llm:local, a learner and three baselines).")
+        Several | None,
+        _about(
+            "Agent spec, or 'NAME=SPEC', whose name keys, tables and pages show in its place; may be repeated (flips: "
+            "llm:local, a learner and three baselines)."
+        ),
     ] = None
     box: Annotated[Box | None, _about("A box by name, random-N-SEED, or a TOML file (chain-4).")] = None
     p: Annotated[
@@ -143,7 +149,7 @@ class StudyOptions(BaseModel):
         Conditions | None,
         _about(
             "Interventions, with plus signs between: 'flip?p=0.4 + nudge'; 'NAME=SPEC' names them; may be repeated "
-            "(truth is always played)."
+            "(nothing; with any, truth is played too, as the control)."
         ),
     ] = None
     sweep: Annotated[
@@ -173,7 +179,8 @@ class StudyOptions(BaseModel):
     @property
     def specs(self) -> dict[str, list[str]]:
         """The specs that can name code, by option."""
-        named = {"agent": self.agent, "condition": self.acting, "sweep": self.sweep, "plant": [self.plant]}
+        agents, _ = named_agents(self.agent or ())
+        named = {"agent": agents, "condition": self.acting, "sweep": self.sweep, "plant": [self.plant]}
         return {
             what: [spec for spec in specs or () if isinstance(spec, str)]
             for what, specs in {**named, "box": [self.box]}.items()
@@ -186,17 +193,8 @@ class StudyOptions(BaseModel):
 
 
 def _named_condition(text: str) -> NamedCondition:
-    """A condition from ``SPEC`` or ``NAME=SPEC``; a name has no question mark, colon, slash or plus sign.
-
-    >>> _named_condition("lies=flip?p=0.4").name, _named_condition("flip?p=0.4").name
-    ('lies', '')
-    """
-    name, equals, spec = text.partition("=")
-    if not equals or any(mark in name for mark in "?:/+"):
-        return NamedCondition(spec=text)
-    if not name.strip() or not spec.strip():
-        raise BadValue("condition", text, "NAME=SPEC, for example lies=flip?p=0.4")
-    return NamedCondition(spec=spec.strip(), name=name.strip())
+    name, spec = named_spec(text, "condition", "lies=flip?p=0.4")
+    return NamedCondition(spec=spec, name=name)
 
 
 def study_options(given: Mapping[str, Any]) -> StudyOptions:

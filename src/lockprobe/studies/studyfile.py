@@ -8,10 +8,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.doses import modality_doses
+from lockprobe.doses import DOSES_SAID, can_be_fitted, modality_doses
 from lockprobe.errors import BadValue, UnknownName, UserMistake
 from lockprobe.interventions.catalogue import TRUTH, shipped, spec_of
 from lockprobe.interventions.condition import (
@@ -20,6 +20,7 @@ from lockprobe.interventions.condition import (
     distinct,
     flips,
     read_condition,
+    says_modality,
     sweep,
 )
 from lockprobe.interventions.flip import FlipKind, OutcomeFlip
@@ -32,6 +33,7 @@ from lockprobe.plugins import allow
 from lockprobe.protocols import Intervention
 from lockprobe.spec import Spec, spec_name
 from lockprobe.studies import paper
+from lockprobe.studies.agent_names import named_agents
 from lockprobe.studies.modality import taken_in
 from lockprobe.studies.settings import LONGEST_SPEC
 from lockprobe.studies.study import Study
@@ -79,14 +81,15 @@ def study(asked: StudyOptions | str | Path = "flips", /, **options: Any) -> Stud
     plant = resolve_plant(_plant(request))
     modalities = tuple(_given(request.modality, _shown_by_default(request, plant, modal=modal)))
     extent = paper.MODALITY_TRIALS if modal else EXTENT if request.study == "why" else _flips_extent(request)
-    agents = request.agent if request.agent is not None else _players_by_default(request.study, modalities)
+    written = request.agent if request.agent is not None else _players_by_default(request.study, modalities)
+    agents, names = named_agents(written)
     for spec in agents:
         resolve(spec)
     for spec in request.sweep or ():
         if spec.startswith(AGENT_SWEEP):
-            agents = _swept_agents(agents, spec)
+            agents, names = _swept_agents(agents, names, spec)
     allow(*agents)
-    planned = _planned(request, plant, agents, _conditions(request, extent, modalities), extent)
+    planned = _planned(request, plant, agents, _conditions(request, extent, modalities), extent, names)
     planned.check_agents()
     check_sources(planned.conditions)
     _check_kept(planned.box)
@@ -111,7 +114,7 @@ def trial_study(given: Mapping[str, Any], *, agent: str, name: str = "trial") ->
     request = trial_options(given).model_copy(update={"name": name})
     _check_lengths(request)
     condition = _one_condition(given.get("condition"), request)
-    return _planned(request, resolve_plant(_plant(request)), [agent], [condition], paper.ONE_TRIAL)
+    return _planned(request, resolve_plant(_plant(request)), [agent], [condition], paper.ONE_TRIAL, {})
 
 
 def _planned(
@@ -120,6 +123,7 @@ def _planned(
     agents: Sequence[str],
     conditions: Sequence[Condition],
     extent: paper.Extent,
+    names: Mapping[str, str],
 ) -> Study:
     return Study(
         name=_given(request.name, request.study),
@@ -135,6 +139,7 @@ def _planned(
         plant=plant.spec,
         layout=_given(request.layout, paper.MODALITY_PANEL if request.study == "modalities" else "fixed"),
         assessment=_given(request.assessment, True),
+        names=names,
     )
 
 
@@ -156,22 +161,40 @@ def _check_kept(box: Lockbox) -> None:
         raise BadValue("box", box.name, f"one that can be played ({fault.reason})")
 
 
-def _swept_agents(agents: Sequence[str], spec: str) -> list[str]:
-    """Agents with every value of one of their options: ``agent.temperature=0,0.5,1``. Those without it stay."""
+def _swept_agents(agents: Sequence[str], names: Mapping[str, str], spec: str) -> tuple[list[str], dict[str, str]]:
+    """Agents with every value of one of their options: ``agent.temperature=0,0.5,1``. Those without it stay.
+
+    A name gets the option too: ``small`` is ``small?temperature=0``.
+    """
     option, _, values = spec.removeprefix(AGENT_SWEEP).partition("=")
     if not option or "," not in values:
         raise BadValue("sweep", spec, "several values with commas between, for example agent.temperature=0,0.5,1")
-    found, refused = [], ""
+    for value in values.split(","):
+        if not _can_be_dose(value):
+            raise BadValue(f"sweep, {option}", value, DOSES_SAID)
+    found, called, refused = list[str](), dict(names), ""
     for agent in agents:
-        several = [Spec.parse(agent).appending(option, value.strip()) for value in values.split(",")]
+        said = [value.strip() for value in values.split(",")]
+        several = [Spec.parse(agent).appending(option, value) for value in said]
         try:
             found += [str(one) for one in several if resolve(one)]
+            if name := names.get(agent):
+                here = [str(Spec.parse(name).appending(option, value)) for value in said]
+                called |= dict(zip(map(str, several), here, strict=True))
         except UnknownName as error:
             refused = refused or str(error)
             found.append(agent)
     if len(found) == len(agents):
         raise BadValue("sweep", spec, f"an option that one of the agents has ({refused})")
-    return found
+    return found, called
+
+
+def _can_be_dose(text: str) -> bool:
+    """Whether a value of an option is a word, or a number that can be a dose."""
+    try:
+        return can_be_fitted(float(text))
+    except ValueError:
+        return True
 
 
 def _conditions(request: StudyOptions, extent: paper.Extent, modalities: Sequence[str]) -> tuple[Condition, ...]:
@@ -185,16 +208,23 @@ def _conditions(request: StudyOptions, extent: paper.Extent, modalities: Sequenc
         return _arms(request, p, modalities)
     if request.condition is None and request.sweep is None:
         return flips(p, flip, modalities)
-    found = [*(flips(p, flip) if request.p is not None else ()), *_asked(request)]
-    return _with_controls(found, modalities)
+    rates = flips(p, flip) if request.p is not None else ()
+    return _with_controls([*(_Asked(one, shown=False) for one in rates), *_asked(request)], modalities)
 
 
-def _asked(request: StudyOptions) -> list[Condition]:
+class _Asked(NamedTuple):
+    """A condition that was asked for, and whether its text says how the box is shown."""
+
+    condition: Condition
+    shown: bool
+
+
+def _asked(request: StudyOptions) -> list[_Asked]:
     """The conditions and sweeps that are named."""
-    return [
-        *(_acting(read_condition(one.spec, one.name), one.spec) for one in request.conditions_named),
-        *(one for spec in request.sweep or () if not spec.startswith(AGENT_SWEEP) for one in sweep(spec)),
-    ]
+    named = [(_acting(read_condition(one.spec, one.name), one.spec), one.spec) for one in request.conditions_named]
+    doses = [spec for spec in request.sweep or () if not spec.startswith(AGENT_SWEEP)]
+    swept = [(one, spec) for spec in doses for one in sweep(spec)]
+    return [_Asked(one, says_modality(spec)) for one, spec in (*named, *swept)]
 
 
 def _acting(asked: Condition, text: str) -> Condition:
@@ -223,9 +253,19 @@ def _arms(request: StudyOptions, p: Sequence[float], modalities: Sequence[str]) 
     if request.flip not in (None, "transient"):
         raise BadValue("flip", request.flip, "transient, the only kind that can be corrected")
     (shown,) = modalities
-    found = [*arm_conditions(p[0], shown), *(replace(one, modality=shown) for one in _asked(request))]
+    arms, asked = arm_conditions(p[0], shown), _asked(request)
+    for condition, says_own in asked:
+        if says_own and condition.modality != shown:
+            raise BadValue("condition", condition.spec, f"none that is shown otherwise than all arms, {shown}")
+    more = [replace(condition, modality=shown) for condition, _ in asked]
+    for one in more:
+        if same := next((arm for arm in arms if arm.specs == one.specs), None):
+            raise BadValue("condition", one.label, f"another condition than the arm {same.label}, which is the same")
+        if same := next((arm for arm in arms if arm.label == one.label), None):
+            raise BadValue("condition", f"{one.label}={one.spec}", f"another name: {one.label} is the arm {same.spec}")
+    found = distinct([*arms, *more])
     _check_names(found)
-    return distinct(found)
+    return found
 
 
 def _one_condition(asked: str | Condition | Sequence[Intervention] | None, request: StudyOptions) -> Condition:
@@ -233,6 +273,7 @@ def _one_condition(asked: str | Condition | Sequence[Intervention] | None, reque
     (p,) = _given(request.p, paper.ONE_TRIAL.p)
     if not asked:
         return flips((p,), _flip(request), request.modality)[0]
+    said = isinstance(asked, str) and says_modality(asked)
     if isinstance(asked, str):
         asked = read_condition(asked)
     found = asked if isinstance(asked, Condition) else _composed(asked)
@@ -240,7 +281,7 @@ def _one_condition(asked: str | Condition | Sequence[Intervention] | None, reque
         raise BadValue("p", p, "0 with a condition that flips reports itself")
     if request.flip is not None and not p:
         raise BadValue("flip", request.flip, "a flip rate p with it, where a condition says what else acts")
-    unsaid = found.modality == default_modality(*found.specs)
+    unsaid = not said and found.modality == default_modality(*found.specs)
     if p:
         flip = OutcomeFlip(p=p, persistence=_flip(request))
         found = replace(found, interventions=(flip, *found.interventions))
@@ -256,21 +297,31 @@ def _composed(acting: Sequence[Intervention]) -> Condition:
     return Condition(interventions=tuple(acting), modality=default_modality(*map(spec_of, acting)))
 
 
-def _with_controls(found: Sequence[Condition], modalities: Sequence[str]) -> tuple[Condition, ...]:
+def _with_controls(found: Sequence[_Asked], modalities: Sequence[str]) -> tuple[Condition, ...]:
     """Conditions shown in every way, those that say their own only in that, each way with the truth as its control."""
-    own = [one for one in found if one.modality != default_modality(*one.specs)]
-    acting = [one for one in found if one not in own and (one.name or not one.does_nothing)]
+    own = [one.condition for one in found if one.shown]
+    acting = [
+        one.condition for one in found if not one.shown and (one.condition.name or not one.condition.does_nothing)
+    ]
     named = [one for one in acting if one.does_nothing]
     controls = named or [Condition()]
     everywhere = [*controls, *(one for one in acting if one not in named)]
-    _check_names([*everywhere, *own])
-    return distinct(
+    known = {one.modality: one for one in own if one.name and one.does_nothing}
+
+    def shown(one: Condition, modality: str) -> Condition:
+        """A condition shown in one way; in place of the control that with a name, if there is one."""
+        here = replace(one, modality=modality)
+        return known.get(modality, here) if one is controls[0] else here
+
+    planned = distinct(
         [
-            *(replace(one, modality=modality) for modality in modalities for one in everywhere),
-            *(replace(controls[0], modality=modality_doses(one.modality)[0]) for one in own),
+            *(shown(one, modality) for modality in modalities for one in everywhere),
+            *(shown(controls[0], modality_doses(one.modality)[0]) for one in own),
             *own,
         ]
     )
+    _check_names(planned)
+    return planned
 
 
 def _check_names(conditions: Sequence[Condition]) -> None:

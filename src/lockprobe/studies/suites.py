@@ -25,6 +25,7 @@ from lockprobe.spec import PEOPLE
 from lockprobe.storage.atomic_file import write_file
 from lockprobe.storage.links import refuse_links
 from lockprobe.studies import paper
+from lockprobe.studies.agent_names import named_agents
 from lockprobe.studies.directory import SETTINGS
 from lockprobe.studies.study import Study
 
@@ -99,12 +100,13 @@ def suite_studies(suite: Suite, agents: Sequence[str]) -> dict[str, Study]:
 
     Args:
         suite: The suite.
-        agents: Agent specs.
+        agents: Agents, each as ``SPEC`` or ``NAME=SPEC``.
 
     Raises:
         UnknownName: If there is no such agent.
         BadValue: If there is no agent, people are among them, or an agent is listed twice.
     """
+    agents, names = named_agents(agents)
     if PEOPLE in agents:
         raise BadValue("agent", PEOPLE, f"an agent that runs by itself: people do not play {suite.name}")
     if not agents:
@@ -112,15 +114,15 @@ def suite_studies(suite: Suite, agents: Sequence[str]) -> dict[str, Study]:
     looks = {agent: resolve(agent).senses == "pictures" for agent in agents}
     groups = [("", [one for one in agents if not looks[one]]), (_PICTURES, [one for one in agents if looks[one]])]
     return {
-        (directory := f"{name}{ending}"): suite_study(suite, directory, players)
+        (directory := f"{name}{ending}"): suite_study(suite, directory, players, names)
         for name in suite.boxes
         for ending, players in groups
         if players
     }
 
 
-def suite_study(suite: Suite, directory: str, agents: Sequence[str]) -> Study:
-    """One study of a suite, by the name of its directory; the agents are not looked up."""
+def suite_study(suite: Suite, directory: str, agents: Sequence[str], names: Mapping[str, str] | None = None) -> Study:
+    """One study of a suite, by the name of its directory; the agents are not looked up. ``names`` as of a study."""
     name, pictures = directory.removesuffix(_PICTURES), directory.endswith(_PICTURES)
     return Study(
         name=f"{suite.name}-{name}",
@@ -133,6 +135,7 @@ def suite_study(suite: Suite, directory: str, agents: Sequence[str]) -> Study:
         seed=suite.seed + suite.boxes.index(name),
         plant=paper.ROBOT if pictures else "symbolic",
         layout="shuffled",
+        names=names or {},
     )
 
 

@@ -39,7 +39,7 @@ def invalid_conditions(study: Study, trials: Mapping[str, Trial]) -> list[Invali
     for agent in study.run_agents:
         for plan in study.plans(agent):
             if (trial := trials.get(plan.key)) is not None:
-                played.setdefault(trial.cell, []).append(trial)
+                played.setdefault(trial.name.cell, []).append(trial)
     return [
         Invalid(
             condition=condition,

@@ -40,7 +40,7 @@ def solving(condition, many, of=40):
 def test_of_equal_p_values_the_largest_effect_is_the_clearest():
     found = effects({name: solving(name, many) for name, many in (("truth", 0), ("x", 30), ("y", 40))}, "truth")
     assert len({one.difference.p_value for one in found.effects}) == 1
-    row = _condition_numbers(found)
+    row = _condition_numbers(found, found.agent)
     assert row.against == "clearest change under y"
     assert row.change.startswith("+100")
 

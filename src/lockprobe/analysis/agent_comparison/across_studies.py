@@ -38,7 +38,7 @@ class Side(NamedTuple):
 
     Attributes:
         study: Number of the study, from 0.
-        agent: Agent spec.
+        agent: Its name, or its spec if it has none.
         prompt: File of its prompt; empty for the default prompt.
     """
 

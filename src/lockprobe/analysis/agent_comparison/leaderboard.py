@@ -32,7 +32,8 @@ class Entrant:
     """One agent to compare.
 
     Attributes:
-        agent: Agent spec.
+        agent: What tables call it.
+        spec: Agent spec, which names its random streams.
         modality: How the box was shown.
         head: The agent spec without options.
         reference: Whether it is a baseline, which others are compared with.
@@ -42,6 +43,7 @@ class Entrant:
     """
 
     agent: str
+    spec: str
     modality: str
     head: str
     reference: bool
@@ -51,7 +53,7 @@ class Entrant:
 
     @property
     def name(self) -> tuple[str, str]:
-        """Agent spec and modality."""
+        """Agent and modality, as tables call them."""
         return self.agent, self.modality
 
 
@@ -91,7 +93,7 @@ def _uncorrected(
                 values,
                 (sheet[first.name], sheet[second.name]),
                 among,
-                generator(seed, "analysis", *first.name, *second.name, "comparison"),
+                generator(seed, "analysis", *_stream(first), *_stream(second), "comparison"),
                 budget=max(first.budget, second.budget),
             )
             for values, sheet in (three if bounded else three[:1])
@@ -100,6 +102,10 @@ def _uncorrected(
             continue
         found.append(worst_case(one, (made[1], made[2])) if bounded and made[1] and made[2] else one)
     return found
+
+
+def _stream(one: Entrant) -> tuple[str, str]:
+    return one.spec, one.modality
 
 
 def _sheets_by_name(

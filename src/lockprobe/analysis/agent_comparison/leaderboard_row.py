@@ -44,7 +44,7 @@ class Standing:
     """One agent over all p.
 
     Attributes:
-        agent: Agent spec.
+        agent: Its name, or its spec if it has none.
         modality: How the box was shown.
         success: Share of trials solved, clustered by luck and by person.
         steps_to_80: The first step by which 80 % of all trials are solved; None if that never happens.

@@ -46,8 +46,8 @@ class AgentComparison:
     """Two agents over all p in one modality. Differences are second minus first.
 
     Attributes:
-        first: Agent spec and modality of the reference.
-        second: Agent spec and modality of the other.
+        first: Agent and modality of the reference.
+        second: Agent and modality of the other.
         among: Kind of pair; P values are corrected within a kind.
         first_share: Share that the first solved of the trials that both finished, [0, 1].
         second_share: Share that the second solved of them.
@@ -110,7 +110,7 @@ def compare(
     """Compare two agents over the trials that both finished; None if there are none.
 
     Args:
-        names: Agent spec and modality of the first (the reference) and of the second.
+        names: Agent and modality of the first (the reference) and of the second.
         values: The values of p, ascending.
         laid: The sheets of both.
         among: Kind of pair.

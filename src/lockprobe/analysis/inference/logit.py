@@ -69,15 +69,16 @@ def logit_fit(design: Array, counted: Counts) -> LogitFit | None:
     from statsmodels.genmod.generalized_linear_model import GLM
 
     with warnings.catch_warnings():
-        # As many columns as counts fit exactly, which statsmodels takes for separation.
+        # As many columns as counts fit exactly, which statsmodels takes for separation. Of doses far apart it computes
+        # exp(large) on the way to a chance of 1.
         warnings.simplefilter("ignore")
         fit = GLM(np.column_stack([counted.solved, counted.n - counted.solved]), design, family=Binomial()).fit()
-    return LogitFit(
-        coefficients=fit.params,
-        covariance=fit.cov_params(),
-        log_likelihood=float(fit.llf),
-        deviance=max(0.0, float(fit.deviance)),
-    )
+        return LogitFit(
+            coefficients=fit.params,
+            covariance=fit.cov_params(),
+            log_likelihood=float(fit.llf),
+            deviance=max(0.0, float(fit.deviance)),
+        )
 
 
 def _separated(design: Array, counted: Counts) -> bool:

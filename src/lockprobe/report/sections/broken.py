@@ -8,6 +8,7 @@ from lockprobe.record import Trial
 from lockprobe.report.section import Part, Section, Template
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.rows import Estimate, Fact, Results, Row
+from lockprobe.spec import Spec
 
 __all__ = ["SECTIONS"]
 
@@ -22,8 +23,16 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
         yield Estimate(quantity="broken", agent=agent, of=boundary, value=len(trials), unit="trials")
         first = trials[0]
         about = _about(agent, boundary)
-        yield Fact(about=about, name="first message", text=first.error.message if first.error else "")
+        yield Fact(about=about, name="first message", text=_message(first))
         yield Fact(about=about, name="will be replayed", text="yes" if first.owed_again else "no")
+
+
+def _message(trial: Trial) -> str:
+    """What was said; of an agent that has a name without its spec, which may hold a path."""
+    said = "" if trial.error is None else trial.error.message
+    for written in (trial.spec, Spec.parse(trial.spec).name.removeprefix("gguf:")) if trial.called else ():
+        said = said.replace(written, trial.called) if written else said
+    return said
 
 
 def _about(agent: str, boundary: str) -> str:

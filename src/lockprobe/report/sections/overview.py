@@ -181,7 +181,7 @@ def _of_flips(summary: StudySummary, study: Study) -> _Screen:
 
 def _of_conditions(flips: StudySummary, found: ConditionStudySummary, study: Study) -> _Screen:
     """The first screen of a study with conditions beside flip rates: one question for each family of contrasts."""
-    axes = _tested_axes(flips, found)
+    axes, spec_of = _tested_axes(flips, found), found.design.spec_of
     judged = _judged(found)
     effects = [one for one in found.effects if one.agent in judged and one.effects]
     named = [one for one in found.idle if one.agent in judged]
@@ -203,7 +203,7 @@ def _of_conditions(flips: StudySummary, found: ConditionStudySummary, study: Stu
         )
         if not effects and not axes and idle:
             said, idle = replace(said, answer=idle[0]), idle[1:]
-        said = replace(said, numbers=(*said.numbers, *map(_condition_numbers, effects)))
+        said = replace(said, numbers=(*said.numbers, *(_condition_numbers(one, spec_of(one.agent)) for one in effects)))
         said = replace(said, figure="effects" if said.numbers else "")
     if len(judged) == 1:
         idle += unheeded_said(found.unheeded, judged)
@@ -255,7 +255,7 @@ def _of_why(found: ConditionStudySummary, study: Study) -> _Screen:
         answer=mechanism_said(why),
         chance=_no_advantage(found, effects),
         figure="why",
-        numbers=tuple(map(_why_numbers, found.whys)),
+        numbers=tuple(_why_numbers(one, found.design.spec_of(one.agent)) for one in found.whys),
     )
 
 
@@ -311,7 +311,7 @@ def _numbers(agent: AgentSummary) -> _KeyNumbers:
         against += "" if contrast.whole else f", of {gap.first.n} trials finished under both"
     return _KeyNumbers(
         agent=agent.name,
-        what=description(agent.agent),
+        what=description(agent.spec),
         success=share(found.value, found.low, found.high),
         where=f"of {found.n} trials solved {at_dose(first.p, agent.axis)}",
         change=change,
@@ -320,12 +320,12 @@ def _numbers(agent: AgentSummary) -> _KeyNumbers:
     )
 
 
-def _why_numbers(found: Why) -> _KeyNumbers:
+def _why_numbers(found: Why, spec: str) -> _KeyNumbers:
     """Success under true reports, and the planned comparison with lies."""
     truth, change = next(one.success for one in found.arms if one.arm == "truth"), found.change
     return _KeyNumbers(
         agent=found.agent,
-        what=description(found.agent),
+        what=description(spec),
         success=share(truth.value, truth.low, truth.high),
         where=f"of {truth.n} trials solved under true reports",
         change=f"{bracketed(change.value, change.low, change.high)} points",
@@ -334,13 +334,13 @@ def _why_numbers(found: Why) -> _KeyNumbers:
     )
 
 
-def _condition_numbers(found: Effects) -> _KeyNumbers:
+def _condition_numbers(found: Effects, spec: str) -> _KeyNumbers:
     """Success under the control, and the clearest effect: of equal P values, the largest."""
     clearest = min(found.effects, key=lambda one: (one.difference.p_value, -abs(one.difference.value)))
     gap = clearest.difference
     return _KeyNumbers(
         agent=found.agent,
-        what=description(found.agent),
+        what=description(spec),
         success=share(gap.first.value, gap.first.low, gap.first.high),
         where=f"of {gap.first.n} trials solved under {found.control}",
         change=f"{bracketed(gap.value, gap.low, gap.high)} points",

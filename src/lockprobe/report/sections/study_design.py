@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from lockprobe.record import PLAIN_WORDS
 from lockprobe.report.section import Part, Section, Template
 from lockprobe.report.study_numbers import StudyNumbers
-from lockprobe.rows import Estimate, Results
+from lockprobe.rows import Estimate, Fact, Results
 from lockprobe.spec import PEOPLE
 
 __all__ = ["SECTIONS"]
@@ -20,8 +20,13 @@ _KINDS = {
 """What becomes of a false report."""
 
 
-def _rows(numbers: StudyNumbers) -> Iterator[Estimate]:
-    """What is on record and in no other number, and what was played twice."""
+_ABOUT = "design"
+
+_RECONSTRUCTED = "a reconstruction of the paper's strategy, whose algorithm is not public"
+
+
+def _rows(numbers: StudyNumbers) -> Iterator[Estimate | Fact]:
+    """What is on record and in no other number, what was played twice, and what agents are."""
     opened, journal = numbers.opened, numbers.opened.journal
     for of, count, unit in (
         ("ended as error", sum(trial.ending == "error" for trial in opened.trials), "trials"),
@@ -33,6 +38,8 @@ def _rows(numbers: StudyNumbers) -> Iterator[Estimate]:
         ("replayed on request", sum(trial.replays > 0 for trial in opened.trials), "trials"),
     ):
         yield Estimate(quantity="left_out", of=of, value=count, unit=unit)
+    if called := [numbers.study.label_of(agent) for agent in numbers.study.agents if "human-inspired" in agent]:
+        yield Fact(about=_ABOUT, name=", ".join(called), text=_RECONSTRUCTED)
 
 
 def _show(found: Results) -> Iterator[Part]:
@@ -50,6 +57,7 @@ def _show(found: Results) -> Iterator[Part]:
         "conditions": list(dict.fromkeys(cell.condition for cell in found.cells)) if found.beside_flips else [],
         "rates": list(dict.fromkeys(one.p for one in found.design.conditions if one.p is not None)),
         "kind": _KINDS.get(found.design.flip_kind, ""),
+        "reconstructed": found.facts_about(_ABOUT),
         "left_out": {row.of: f"{row.value:.0f}" for row in found.where("left_out")},
     }
     answer = f"{found.progress.finished} trials of {played_by}."

@@ -1,0 +1,72 @@
+"""Names of agents: what keys, tables and pages call an agent in place of its spec."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from lockprobe.agents.catalogue import resolve
+from lockprobe.errors import BadValue, UserMistake
+from lockprobe.spec import PEOPLE, named_spec
+from lockprobe.terminal_text import printable
+
+__all__ = ["LONGEST_LABEL", "check_names", "named_agents", "short"]
+
+LONGEST_LABEL = 200
+"""Characters of what keys, tables and pages call an agent."""
+
+_SHOWN = 40
+
+
+def named_agents(written: Iterable[str]) -> tuple[list[str], dict[str, str]]:
+    """The specs of agents that are written as ``SPEC`` or ``NAME=SPEC``, and spec -> name of those with a name.
+
+    >>> named_agents(["careful=human-inspired?lapse=0.1", "random"])
+    (['human-inspired?lapse=0.1', 'random'], {'human-inspired?lapse=0.1': 'careful'})
+
+    Raises:
+        BadValue: If a name is that of an agent, or one agent has two names.
+    """
+    specs, names = list[str](), dict[str, str]()
+    for text in written:
+        name, spec = named_spec(text, "agent", "careful=human-inspired?lapse=0.1")
+        if spec in specs and (name or names.get(spec)):
+            said = f"{printable(short(spec))} once: the same seed gives the same trials under every name"
+            raise BadValue("agent", printable(short(text)), said)
+        specs.append(spec)
+        if name:
+            _refuse_misleading(name, spec)
+            names[spec] = name
+    return specs, names
+
+
+def _refuse_misleading(name: str, spec: str) -> None:
+    """Refuse the name of an agent for another one, and any name for people."""
+    if spec == PEOPLE:
+        raise BadValue("agent", f"{name}={spec}", f"{PEOPLE} without a name: it stands for all people")
+    try:
+        resolve(name)
+    except UserMistake:
+        return
+    if name != spec:
+        raise BadValue("agent", f"{printable(name)}={printable(short(spec))}", f"another name: {name} is an agent")
+
+
+def check_names(agents: Iterable[str], names: Mapping[str, str]) -> None:
+    """Refuse a name that cannot stand in a key, and a spec that is too long to stand there without a name.
+
+    Raises:
+        BadValue: If there is one.
+    """
+    for spec in agents:
+        name = names.get(spec, "")
+        if not name and len(spec) > LONGEST_LABEL:
+            expected = f"at most {LONGEST_LABEL} characters, not {len(spec)}, or a name: --agent 'NAME=SPEC'"
+            raise BadValue("agent", printable(short(spec)), expected)
+        if not name.isprintable() or name != name.strip() or len(name) > LONGEST_LABEL or name == PEOPLE:
+            expected = f"a name of at most {LONGEST_LABEL} visible characters without blanks around it"
+            raise BadValue("name of an agent", printable(short(name)), expected)
+
+
+def short(text: str) -> str:
+    """The beginning of a long text, for a message."""
+    return text if len(text) <= LONGEST_LABEL else f"{text[:_SHOWN]}…"

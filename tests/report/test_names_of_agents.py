@@ -1,0 +1,68 @@
+"""Pages call an agent by its name: its spec, which may hold a path, is nowhere, and no number is another one."""
+
+import json
+from dataclasses import replace
+
+import pytest
+from builders import play_study, write_study
+
+from lockprobe.errors import ModelFault
+from lockprobe.export.tidy import tidy
+from lockprobe.report.results import results
+from lockprobe.studies.studyfile import study
+from lockprobe.trial import broken
+
+SPEC = "human-inspired?lapse=0.125"
+
+
+def planned(*agents):
+    return study("flips", agent=[*agents, "random", "learner:novice"], p=[0, 0.4], condition="nudge", trials=3)
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory):
+    return {
+        agent: results(write_study(tmp_path_factory.mktemp("names"), planned(agent)))
+        for agent in (f"zeta={SPEC}", SPEC)
+    }
+
+
+def test_results_hold_the_name_and_not_the_spec(found):
+    named, _ = found.values()
+    assert SPEC not in named.model_dump_json()
+    assert named.study["agents"] == ["zeta", "random", "learner:novice"]
+    assert {row.agent for row in named.where("success")} == {"zeta", "random", "learner:novice"}
+    assert [one.agent for one in named.design.players if one.subject] == ["learner:novice"]  # zeta is still a baseline
+
+
+def test_a_name_changes_no_number_and_no_sentence(found):
+    named, plain = (one.model_dump(mode="json") | {"settings_hash": "", "results_hash": ""} for one in found.values())
+    assert json.loads(json.dumps(named).replace("zeta", SPEC)) == plain
+
+
+def test_an_option_of_named_agents_is_an_axis_under_their_names(tmp_path):
+    swept = study("flips", agent="zeta=human-inspired", sweep="agent.lapse=0,0.125,0.5", p=[0], trials=4)
+    text = results(write_study(tmp_path, swept)).model_dump_json()
+    assert '"agent":"zeta"' in text
+    assert "human-inspired?" not in text
+
+
+def test_what_broke_an_agent_with_a_name_is_said_without_its_spec(tmp_path):
+    own = study("flips", agent=["mine=python:secret.place:Own?key=k", "random"], p=[0], trials=1, repetitions=1)
+    plans = [plan for agent in own.agents for plan in own.plans(agent)]
+    trial = broken(plans[0], ModelFault(f"agent '{own.agents[0]}' does not work"))
+    found = results(write_study(tmp_path, own, [trial, *play_study(replace(own, agents=("random",)))]))
+    assert "secret" not in found.model_dump_json()
+    assert "agent 'mine' does not work" in found.model_dump_json()
+
+
+def test_the_tidy_table_has_the_name():
+    assert {row["agent"] for row in tidy(play_study(planned(f"zeta={SPEC}")))} == {"zeta", "random", "learner:novice"}
+
+
+def test_a_sweep_over_corrections_asks_for_its_doses(tmp_path):
+    swept = study("flips", agent="human-inspired", sweep="correction?p=0,0.2,0.4", trials=4, repetitions=2)
+    found = results(write_study(tmp_path, swept))
+    (asked,) = [one.text for one in found.findings if (one.section, one.kind) == ("overview", "question")]
+    assert asked == "Do higher doses of correction change how agents open chain-4?"
+    assert found.answer.startswith("Inconclusive: no effect of higher doses of correction on the success of")
