@@ -11,10 +11,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from lockprobe.figures.compose import sheet
-from lockprobe.figures.forest import interval
-from lockprobe.figures.frame import FAINT, INK, SMALL, axis_label, safe_name, shortened, title
+from lockprobe.figures.frame import FAINT, INK, axis_label, safe_name, title
 from lockprobe.figures.settings import own_settings
-from lockprobe.formatting import p_value, percent
+from lockprobe.formatting import bracketed, p_value, percent
 from lockprobe.rows import Estimate, Results
 
 __all__ = ["cell_lines", "dose_grid"]
@@ -46,7 +45,7 @@ class _Panel:
 
 
 @own_settings()
-def dose_grid(found: Results, axis: str) -> Figure:
+def dose_grid(found: Results, axis: str) -> Figure | None:
     """The grid of this axis, a panel for each agent."""
     facts = found.facts_about(axis)
     names, doses = (facts["first dose"], facts["second dose"]), (facts["first doses"], facts["second doses"])
@@ -89,20 +88,17 @@ def _draw(axes: Axes, panel: _Panel) -> None:
             axes.add_patch(Rectangle((j - 0.5, i - 0.5), 1, 1, facecolor=face, edgecolor="white", linewidth=1.5))
             text = "\N{MULTIPLICATION SIGN}" if cell is None else "\n".join(cell_lines(cell, len(columns)))
             colour = FAINT if cell is None else "white" if share > _DARK else INK
-            axes.text(j, i, text, ha="center", va="center", fontsize=SMALL, color=colour, linespacing=1.15)
-    axes.set_xlim(-0.5, len(columns) - 0.5)
-    axes.set_ylim(len(rows) - 0.5, -0.5)
+            axes.text(j, i, text, ha="center", va="center", color=colour, linespacing=1.15)
+    first, second = map(axis_label, panel.axes)
+    axes.set(xlim=(-0.5, len(columns) - 0.5), ylim=(len(rows) - 0.5, -0.5), xlabel=second, ylabel=first)
     axes.set_xticks(range(len(columns)), columns)
     axes.set_yticks(range(len(rows)), rows)
-    first, second = map(axis_label, panel.axes)
-    axes.set_xlabel(second, fontsize=SMALL, color=INK)
-    axes.set_ylabel(first, fontsize=SMALL, color=INK)
     axes.spines[:].set_visible(False)
-    axes.tick_params(labelcolor=INK, labelsize=SMALL, length=0)
-    title(axes, safe_name(shortened(panel.name, _LONGEST)), _interaction(panel.interaction))
+    axes.tick_params(length=0)
+    title(axes, safe_name(panel.name, _LONGEST), _interaction(panel.interaction))
 
 
 def _interaction(found: Estimate | None) -> str:
     if found is None or found.value is None:
         return "interaction not estimated"
-    return f"interaction {interval(found.value, found.low, found.high)} points, {p_value(found.p_value, '$P$')}"
+    return f"interaction {bracketed(found.value, found.low, found.high)} points, {p_value(found.p_value, '$P$')}"
