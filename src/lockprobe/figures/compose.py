@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import textwrap
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Literal, TypeVar
 
 from matplotlib.artist import Artist
@@ -112,7 +112,7 @@ def _legend(figure: Figure) -> None:
         figure.set_figheight(figure.get_figheight() + legend.get_window_extent().height / figure.dpi)
 
 
-def legend_below(figure: Figure, entries: dict[str, Artist], most: int, **settings: Any) -> Legend:
+def legend_below(figure: Figure, entries: Mapping[str, Artist], most: int, **settings: Any) -> Legend:
     """A legend of names and their marks in as many columns as there is room for, and no more than ``most``."""
     for columns in range(most, 0, -1):
         legend = figure.legend(entries.values(), entries.keys(), ncols=columns, **settings)

@@ -1,4 +1,4 @@
-"""Success by flip rate: the paper's Fig. 4, and its companion with intervals, chance and the best flip rates."""
+"""Success by flip rate: the paper's Fig. 4, its companion with intervals and chance, and its course beside loops."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from lockprobe.figures.frame import (
     share_axis,
     title,
 )
-from lockprobe.figures.palette import SUBJECTS, Style, shifts, styles
+from lockprobe.figures.palette import ACCENT, SUBJECTS, Style, shifts, styles
 from lockprobe.figures.primitives import (
     by_dose,
     curve_with_band,
@@ -38,7 +38,21 @@ from lockprobe.figures.settings import own_settings
 from lockprobe.formatting import p_value, percent
 from lockprobe.rows import Course, Results
 
-__all__ = ["draw_success_by_dose", "draw_success_by_p", "fig4", "fig4_corrected", "success_by_dose"]
+__all__ = [
+    "_draw_course",
+    "courses",
+    "draw_success_by_dose",
+    "draw_success_by_p",
+    "fig4",
+    "fig4_corrected",
+    "success_by_dose",
+]
+
+_SHARES = {
+    "success": (Style(colour=SUBJECTS[0]), "solved"),
+    "loop_rate": (Style(colour=ACCENT, marker="s", dash=(0, (5, 1.5))), "with an action loop"),
+}
+"""What the course of an agent shows, how it is drawn, and its name in the legend."""
 
 
 @own_settings()
@@ -58,6 +72,13 @@ def fig4_corrected(found: Results) -> Figure | None:
 def success_by_dose(found: Results, place: int) -> Figure | None:
     """The same over another axis of the design, by its place among them, for every agent with an ended trial."""
     return sheet([course for course in found.courses(found.design.axes[place]) if course.played], draw_success_by_dose)
+
+
+@own_settings()
+def courses(found: Results) -> Figure | None:
+    """The course of success with the loop rate, a panel for each agent; None for a single agent or flip rate."""
+    shown = _shown(found)
+    return sheet(shown if len(shown) > 1 else [], _draw_course, heights=(2.1,))
 
 
 def _shown(found: Results) -> list[Course]:
@@ -141,3 +162,13 @@ def _peak(axes: Axes, course: Course) -> None:
         low, high = axes.get_xlim()
         x, label = best + 0.025 * (high - low), "highest share, corrected for selection"
         axes.plot(x, honest, "D", color=INK, markersize=4.5, markerfacecolor="white", zorder=5, label=label)
+
+
+def _draw_course(axes: Axes, course: Course) -> None:
+    """Success and loop rate by flip probability, with the course that the tests detect."""
+    share_axis(axes, "share of trials")
+    p_axis(axes, course.cells, name=course.name)
+    for quantity, (style, label) in _SHARES.items():
+        by_dose(axes, course.played, quantity, style, linestyle=style.dash, label=label)
+    kind = course.found.fact("course of success", f"{course.label}, {course.axis}")
+    title(axes, agent_label(course), f"{kind}; {counts(course.played)} per {course.name}")
