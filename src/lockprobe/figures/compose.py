@@ -106,9 +106,8 @@ def _legend(figure: Figure) -> None:
         for handle, name in zip(*axes.get_legend_handles_labels(), strict=True):
             entries.setdefault(name, handle)
     if entries:
-        legend = legend_below(
-            figure, entries, 4, loc="outside lower center", handlelength=2.6, labelspacing=0.35, borderpad=0.2
-        )
+        spaces = {"columnspacing": 1.2, "handlelength": 2.6, "labelspacing": 0.35, "borderpad": 0.2}
+        legend = legend_below(figure, entries, 4, loc="outside lower center", **spaces)
         figure.set_figheight(figure.get_figheight() + legend.get_window_extent().height / figure.dpi)
 
 

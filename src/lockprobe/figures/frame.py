@@ -34,6 +34,7 @@ __all__ = [
     "axis_label",
     "blank",
     "counts",
+    "dose_axes",
     "from_to",
     "heading",
     "label_right",
@@ -47,8 +48,9 @@ __all__ = [
     "title",
 ]
 
-EXACT: dict[str, Dash] = {"random": ":", "no-repeat": "--"}
-"""How the two blind agents are drawn, in FAINT, wherever they are computed rather than played."""
+EXACT: dict[str, tuple[str, Dash]] = {"uniform": ("random", ":"), "no-repeat": ("no-repeat", "--")}
+"""Names and dashes of the two blind agents, by their models of chance. They are drawn in FAINT wherever they are
+computed rather than played."""
 
 BEYOND = 0.5
 """How far a curve runs on after the last step."""
@@ -163,6 +165,12 @@ def p_axis(axes: Axes, cells: Sequence[Cell], shift: float = 0.0, name: str = FL
         free = value + width / 2 if names[-1] else free
     axes.set_xticks(values, names)
     axes.set_xlabel(axis_label(name))
+
+
+def dose_axes(axes: Axes, course: Course, label: str) -> None:
+    """A share, with this label, over the doses of an agent."""
+    share_axis(axes, label)
+    p_axis(axes, course.cells, name=course.name)
 
 
 def axis_label(name: str) -> str:

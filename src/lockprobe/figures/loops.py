@@ -18,9 +18,9 @@ from lockprobe.figures.frame import (
     agent_label,
     blank,
     counts,
+    dose_axes,
     heading,
     label_right,
-    p_axis,
     share_axis,
     share_ticks,
     step_axis,
@@ -137,8 +137,7 @@ def _by_p(axes: Axes, course: Course) -> None:
     dots(axes, [(dose, loops.value) for dose, _, loops in repetitions(course)], _ORANGE)
     by_dose(axes, course.played, "loop_rate", _ORANGE, bars=False, linestyle="none" if fitted else "-")
     published(axes, published_by_p(course.cells, LOOPS_AT_0, LOOPS_AT_40), "the paper, reconstructed")
-    share_axis(axes, "action loop probability")
-    p_axis(axes, course.cells)
+    dose_axes(axes, course, "action loop probability")
     said = f"{counts(course.played)} per flip rate; dots: repetitions; markers: means"
     return title(axes, heading(course), said, fitted)
 
@@ -201,8 +200,7 @@ def _with_chance(axes: Axes, course: Course) -> None:
     if not course.played:
         return blank(axes, f"{agent_label(course)}: no trial has ended")
     by_dose(axes, course.played, "loop_rate", _ORANGE)
-    share_axis(axes, "share of trials with a loop")
-    p_axis(axes, course.cells, name=course.name)
+    dose_axes(axes, course, "share of trials with a loop")
     low, high = axes.get_xlim()
     x = [cell.dose or 0.0 for cell in course.played]
     _blind_agents(axes, x, course)
@@ -224,12 +222,13 @@ def _chance(course: Course, of: str) -> list[float]:
 
 def _blind_agents(axes: Axes, x: Sequence[float], course: Course) -> None:
     """Between the two blind agents; a single p is given some width to be seen."""
-    ends, (low, high) = widened(axes, x, _chance(course, "uniform"), _chance(course, "no-repeat"))
-    axes.fill_between(ends, low, high, color="#999999", alpha=0.2, linewidth=0, zorder=1)
-    known = list(zip((low, high), EXACT.items(), strict=True))
-    for level, (_, dash) in known:
+    ends, levels = widened(axes, x, *(_chance(course, of) for of in EXACT))
+    axes.fill_between(ends, levels[0], levels[1], color="#999999", alpha=0.2, linewidth=0, zorder=1)
+    labels = []
+    for level, (name, dash) in zip(levels, EXACT.values(), strict=True):
         axes.plot(ends, level, linestyle=dash, color=FAINT, linewidth=0.9, zorder=2)
-    label_right(axes, [(level[-1], name, FAINT) for level, (name, _) in known])
+        labels.append((level[-1], name, FAINT))
+    label_right(axes, labels)
 
 
 def _draw_onset(axes: Axes, course: Course) -> None:

@@ -87,7 +87,7 @@ class Style:
             "linestyle": self.dash,
             "linewidth": 1.4 if self.lead else 0.9,
             "marker": self.marker,
-            "markersize": 4.6 if self.lead else 3.6,
+            "markersize": 4.8 if self.lead else 3.6,
             "markerfacecolor": self.face,
             "markeredgewidth": 0.7,
             "zorder": 4 if self.lead else 3,

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, ScalarFormatter
 
 from lockprobe.figures.compose import HEIGHT, sheet
-from lockprobe.figures.frame import from_to, heading, p_axis, share_axis, title
+from lockprobe.figures.frame import dose_axes, from_to, heading, title
 from lockprobe.figures.palette import ACCENT, SUBJECTS, Dash, Style
 from lockprobe.figures.primitives import by_dose, numbers, widened
 from lockprobe.figures.settings import own_settings
@@ -37,7 +37,7 @@ def _judged(course: Course) -> list[Cell]:
 
 def _optimal_actions(axes: Axes, course: Course) -> None:
     """Share of actions that no other beats, by flip probability."""
-    share_axis(axes, "share of optimal actions")
+    dose_axes(axes, course, "share of optimal actions")
     _observers(axes, course, "optimal_actions")
     actions = from_to(row.n for cell in course.cells if (row := cell.get("optimal_actions", "naive")))
     said = f"n = {actions} actions per flip rate; bars: 95 % intervals"
@@ -46,7 +46,7 @@ def _optimal_actions(axes: Axes, course: Course) -> None:
 
 def _steps_lost(axes: Axes, course: Course) -> None:
     """Mean regret of an action in expected steps, by flip probability."""
-    share_axis(axes, "steps lost per action")
+    dose_axes(axes, course, "steps lost per action")
     axes.set_ylim(auto=True)
     axes.yaxis.set_major_locator(MaxNLocator(4))
     axes.yaxis.set_major_formatter(ScalarFormatter())
@@ -56,7 +56,6 @@ def _steps_lost(axes: Axes, course: Course) -> None:
 
 def _observers(axes: Axes, course: Course, quantity: str) -> None:
     """Both observers' values with their intervals, and the lines of chance."""
-    p_axis(axes, course.cells)
     low, high = axes.get_xlim()
     judged = _judged(course)
     for of, (style, name, dash, apart) in _LOOKS.items():

@@ -16,6 +16,7 @@ from lockprobe.figures.frame import (
     agent_label,
     blank,
     counts,
+    dose_axes,
     heading,
     label_right,
     p_axis,
@@ -125,12 +126,11 @@ def draw_success_by_dose(axes: Axes, course: Course) -> None:
     curve, order = course.curve("success_model") if several else None, course.value("success_model_order", "AICc")
     if curve is not None:
         curve_with_band(axes, curve, style, label="binomial model with 95 % band")
-    share_axis(axes, "success rate")
-    p_axis(axes, course.cells, name=course.name)
+    dose_axes(axes, course, "success rate")
     if several:
         _peak(axes, course)
     labels = []
-    for (name, dash), of in zip(EXACT.items(), ("uniform", "no-repeat"), strict=True):
+    for of, (name, dash) in EXACT.items():
         if (level := course.value("success_chance", of)) is not None:
             axes.axhline(level, color=FAINT, linewidth=0.9, linestyle=dash, zorder=2)
             labels.append((level, f"{name}\n{percent(level)}", FAINT))
@@ -166,8 +166,7 @@ def _peak(axes: Axes, course: Course) -> None:
 
 def _draw_course(axes: Axes, course: Course) -> None:
     """Success and loop rate by flip probability, with the course that the tests detect."""
-    share_axis(axes, "share of trials")
-    p_axis(axes, course.cells, name=course.name)
+    dose_axes(axes, course, "share of trials")
     for quantity, (style, label) in _SHARES.items():
         by_dose(axes, course.played, quantity, style, linestyle=style.dash, label=label)
     kind = course.found.fact("course of success", f"{course.label}, {course.axis}")

@@ -111,8 +111,8 @@ def _budget(shown: _Shown) -> int:
 
 
 def _exact_curves(axes: Axes, found: Results, budget: int) -> None:
-    for name, dash in EXACT.items():
-        if (exact := found.curve("success_by_step", of="uniform" if name == "random" else name)) is not None:
+    for of, (name, dash) in EXACT.items():
+        if (exact := found.curve("success_by_step", of=of)) is not None:
             style = Style(colour=FAINT, marker="", dash=dash, lead=False)
             staircase(axes, exact.value[: budget + 1], style, label=f"{name} (exact)")
     if (optimum := found.get("optimum")) is not None and optimum.value is not None:
@@ -134,7 +134,7 @@ def _areas(axes: Axes, found: Results) -> None:
     """How far every agent's curve at its lowest p lies from chance (0) to the shortest plan (1), by area."""
     rows = _area_rows(found)
     ends = [0.0, 1.0, *(end for row in rows for end in (row.found.low, row.found.high) if end is not None)]
-    levels = ((0.0, FAINT, EXACT["random"]), (1.0, INK, _OPTIMUM))
+    levels = ((0.0, FAINT, ":"), (1.0, INK, _OPTIMUM))
     forest(axes, rows, (min(ends) - 0.05, max(ends) + 0.05), left=-0.2, levels=levels)
     axes.set_xticks([0, 0.5, 1], ["0\nrandom", "0.5", "1\nshortest plan"])
     title(axes, "area under the curve; bars: 95 % intervals")
