@@ -49,13 +49,15 @@ def dots(axes):
     return dict(zip(places, (sizes / sizes.min()).tolist(), strict=True))
 
 
-def bars(axes):
-    """Every marker with a bar: place, height, and the ends of the bar."""
+def bars(axes, *, across=False):
+    """Every marker with a bar: place, value, and the ends of the bar; those of a forest lie across."""
     found = []
     for container in axes.containers:
         marks, _, (ends,) = container.lines
-        for x, y, segment in zip(*marks.get_data(), ends.get_segments(), strict=True):
-            found.append((float(x), float(y), *map(float, segment[:, 1])))
+        x, y = marks.get_data()
+        along = 0 if across else 1
+        for place, value, segment in zip(*((y, x) if across else (x, y)), ends.get_segments(), strict=True):
+            found.append((float(place), float(value), *(map(float, segment[:, along]) if len(segment) else ())))
     return found
 
 

@@ -11,7 +11,8 @@ from matplotlib.patches import Circle, FancyArrowPatch, FancyBboxPatch
 
 from lockprobe.figures import render
 from lockprobe.figures.boxes import box_figure, box_of_study
-from lockprobe.figures.interlock import settable, short_name
+from lockprobe.figures.frame import settable
+from lockprobe.figures.interlock import short_name
 from lockprobe.lockbox.box import Joint, Lockbox
 from lockprobe.lockbox.families import box
 from lockprobe.lockbox.generate import Recipe, generate

@@ -1,13 +1,15 @@
-"""The forest of paired differences: one row for each pair, the right way round, filled where they can be told apart."""
+"""Forests of differences: a row for each, the right way round, filled where it was detected; what is left out is said."""
 
 import pytest
 from builders import SOLUTION, make_trial, small_study, write_study
 
 from lockprobe.analysis import habit_baseline
-from lockprobe.figures.differences import SHOWN, side_by_side
+from lockprobe.analysis.agent_comparison.across_studies import Sample, Side, study_differences
+from lockprobe.figures.differences import SHOWN, comparison_drawing, effects, pair_rows, side_by_side
 from lockprobe.report.opened import open_study
 from lockprobe.report.results import results_of
 from lockprobe.report.study_numbers import study_numbers
+from lockprobe.rows import Condition, Design, Estimate, Player, Results
 
 
 @pytest.fixture
@@ -94,3 +96,90 @@ def test_more_pairs_than_there_is_room_for_are_counted(results):
 
 def test_one_agent_alone_has_no_picture(results):
     assert side_by_side(results(models(of=2, a=(1, 1)))) is None
+
+
+def difference(condition, value, agent="random", p_value=0.5, **more):
+    ends = {"value": value, "low": value - 0.1, "high": value + 0.1, "n": 20}
+    of = {"quantity": "success_difference", "agent": agent, "condition": condition, "control": "truth"}
+    return Estimate(**of | ends | more, modality="symbolic?tell=state", p_value=p_value)
+
+
+def found_of(rows):
+    shown = {"modality": "symbolic?tell=state"}
+    names = ("nudge", "drop?p=1", "nudge + drop?p=1", "lie")
+    return Results.model_construct(
+        rows=rows,
+        design=Design(
+            conditions=[
+                Condition(name="truth", **shown),
+                *(Condition(name=n, control="truth", **shown) for n in names),
+            ],
+            players=[Player(agent=agent, **shown) for agent in ("random", "round-robin", "participant")],
+        ),
+    )
+
+
+def test_marks_are_differences_and_interactions_of_one_agent_and_filled_if_detected():
+    crossed = {"quantity": "success_interaction", "of": "nudge \N{MULTIPLICATION SIGN} drop?p=1"}
+    found = [
+        difference("nudge", 0.2, p_value=0.01),
+        difference("drop?p=1", 0.05, p_value=0.01, n=12),  # its interval holds 0
+        difference("nudge + drop?p=1", -0.3, p_value=0.02, **crossed),
+        difference("nudge", 0.4, agent="round-robin"),
+        difference("nudge", 0.7, control="", versus="round-robin"),
+        difference("lie", 0.7, of="lie"),
+    ]
+    axes, other = effects(found_of(found)).axes
+    marks = [line for line in axes.lines if line.get_linestyle() == "None"]
+    assert [(mark.get_marker(), mark.get_xdata()[0]) for mark in marks] == [("o", 0.2), ("o", 0.05), ("s", -0.3)]
+    assert [mark.get_markerfacecolor() == mark.get_color() for mark in marks] == [True, False, True]
+    assert "n = 12 to 20 pairs of trials" in axes.get_title(loc="left").replace("\n", " ")
+    assert len([line for line in other.lines if line.get_linestyle() == "None"]) == 1
+
+
+def test_agents_share_one_axis_and_people_are_called_people():
+    found = [difference("nudge", 0.1), difference("nudge", 0.6, agent="participant")]
+    first, second = effects(found_of(found)).axes
+    assert first.get_xlim() == second.get_xlim()
+    assert second.get_xlim()[1] > 0.7
+    assert second.get_title(loc="left").startswith("people\n")
+
+
+def test_without_a_comparison_there_is_nothing_to_draw():
+    assert effects(found_of([])) is None
+
+
+def sample(study, solved, condition="truth", luck=1):
+    trials = [make_trial(SOLUTION if i < solved else (0,) * 20, trial=i + 1) for i in range(20)]
+    return Sample(side=Side(study, "llm:a"), condition=condition, luck=luck, baseline=False, trials=trials)
+
+
+def drawn(samples):
+    found = study_differences(samples)
+    return found, comparison_drawing(found, {one.side: f"llm:a in {one.side.study}" for one in samples})
+
+
+def test_every_pair_has_a_panel_and_every_condition_a_row():
+    samples = [sample(i, n, c, luck) for c in ("truth", "nudge") for i, n, luck in ((0, 2, 1), (1, 18, 1), (2, 3, 2))]
+    _, figure = drawn(samples)
+    assert [axes.get_title(loc="left") for axes in figure.axes] == [
+        "llm:a in 1\n\N{MINUS SIGN} llm:a in 0",
+        "llm:a in 2\n\N{MINUS SIGN} llm:a in 0",
+        "llm:a in 2\n\N{MINUS SIGN} llm:a in 1",
+    ]
+    values = [[mark.get_xdata()[0] for mark in marks(axes)] for axes in figure.axes]
+    assert values == [pytest.approx(pair) for pair in ([0.8, 0.8], [0.05, 0.05], [-0.75, -0.75])]
+    filled = [marks(axes)[0].get_markerfacecolor() == marks(axes)[0].get_color() for axes in figure.axes]
+    assert filled == [True, False, True]
+    assert [marks(axes)[0].get_marker() for axes in figure.axes] == ["o", "s", "s"]  # pairs, independent samples
+    assert len({axes.get_xlim() for axes in figure.axes}) == 1
+
+
+def test_what_there_is_no_room_for_is_said_and_no_pair_is_cut():
+    found, figure = drawn([sample(i, 10, f"nudge?after={c}", i) for c in range(1, 5) for i in range(4)])
+    rows = pair_rows(found)
+    assert [len(pair) for pair in rows.values()] == [4, 4, 4]
+    assert sum(map(len, rows.values())) <= SHOWN
+    assert figure._supxlabel.get_text() == "12 more differences are in the tables"
+    wide, _ = drawn([sample(i, 10, f"nudge?after={c}", i) for c in range(1, 19) for i in range(2)])
+    assert [len(pair) for pair in pair_rows(wide).values()] == [18]

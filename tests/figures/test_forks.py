@@ -1,6 +1,7 @@
 """The effect by step: a panel for each agent and condition, a line for each arm, its intervals."""
 
 import pytest
+from drawn import bars
 
 from lockprobe.figures import render
 from lockprobe.figures.forks import forks
@@ -27,12 +28,12 @@ FOUND = Results.model_construct(
 
 def test_every_arm_is_a_line_over_numbered_steps_with_its_intervals():
     axes, other = forks(FOUND).axes
-    named = {line.get_label(): line for line in axes.lines if not line.get_label().startswith("_")}
+    named = {drawn.get_label(): drawn.lines[0] for drawn in axes.containers}
     assert list(named) == ["lie", "retracted"]
     assert list(named["lie"].get_ydata()) == pytest.approx([0.08, 0.16, 0.24])
     assert [round(x) for x in named["lie"].get_xdata()] == [4, 8, 12]
-    bars = [line for line in axes.lines if len(line.get_xdata()) == 2 and line.get_xdata()[0] == line.get_xdata()[1]]
-    assert len(bars) == 6
+    values = [(one.value, one.low, one.high) for arm in ("lie", "retracted") for one in FOUND.rows[:6] if arm in one.of]
+    assert [bar[1:] for bar in bars(axes)] == [pytest.approx(value) for value in values]
     low, high = axes.get_ylim()
     assert -low == high >= 0.34
     assert other.get_title(loc="left").endswith("flip?p=0.4; n = 20 trials")

@@ -9,7 +9,8 @@ from lockbox.conftest import any_box
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, FancyArrowPatch, FancyBboxPatch
 
-from lockprobe.figures.interlock import diagram_of, draw_interlock, settable, short_name
+from lockprobe.figures.frame import settable
+from lockprobe.figures.interlock import diagram_of, draw_interlock, short_name
 from lockprobe.lockbox.difficulty import depths
 from lockprobe.lockbox.families import box, named_boxes
 

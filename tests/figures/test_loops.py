@@ -26,8 +26,10 @@ def test_odds_of_solving_after_a_loop(typical, model):
     effects = [model.get("odds_ratio_after_loop", of) for of in TESTS]
     twins = [[model.value("odds_ratio_after_loop", f"{of}, blind agent")] for of in TESTS]
     whole = model.value("odds_ratio_after_loop", "whole trials")
-    expected = [part for effect in effects for part in ([effect.low, effect.high], [effect.value])]
-    assert [x.tolist() for x, _ in lines(axes)] == [*expected, [whole], *[[1, 1]] * 3, *twins]
+    drawn = bars(axes, across=True)
+    assert drawn[:2] == [(i, *map(pytest.approx, (one.value, one.low, one.high))) for i, one in enumerate(effects)]
+    assert drawn[2][:2] == (2, whole)
+    assert [x.tolist() for x, _ in lines(axes)][3:] == [*[[1, 1]] * 3, *twins]
     assert "blind agent" in title(axes)
     assert "n = 210 trials" in title(axes)
     assert axes.get_xscale() == "log"

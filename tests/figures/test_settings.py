@@ -101,7 +101,7 @@ def test_the_user_s_backend_is_kept_for_the_user(tmp_path):
 
 def test_settings_return_after_an_error():
     def fail():
-        assert mpl.rcParams["font.size"] == 10.0
+        assert mpl.rcParams["font.size"] == 9.0
         raise ZeroDivisionError
 
     with mpl.rc_context({"font.size": 23.0}):

@@ -7,7 +7,13 @@ import pytest
 from builders import SOLUTION, make_trial, small_study, write_study
 from drawn import bars, dots, labelled, lines, published, shades
 
-from lockprobe.figures.success_by_flip_rate import draw_success_by_dose, draw_success_by_p, fig4, fig4_corrected
+from lockprobe.figures import success_by_flip_rate
+from lockprobe.figures.success_by_flip_rate import (
+    draw_success_by_dose,
+    draw_success_by_p,
+    fig4,
+    fig4_corrected,
+)
 from lockprobe.formatting import p_value
 from lockprobe.report.opened import open_study
 from lockprobe.report.results import results_of
@@ -131,3 +137,31 @@ def test_a_blind_agent_has_no_model_of_p(axes, studies):
     assert len(bars(axes)) == len(blind.cells)
     assert not shades(axes)
     assert "the same at every flip rate" in title(axes)
+
+
+def panels(found):
+    """Every agent with the panel of its course."""
+    return zip(
+        found.courses(), (axes for axes in success_by_flip_rate.courses(found).axes if axes.get_visible()), strict=True
+    )
+
+
+def test_a_course_is_success_and_loops_with_their_intervals(typical):
+    for course, axes in panels(typical):
+        shares = [(cell.p, cell.get(quantity)) for quantity in ("success", "loop_rate") for cell in course.cells]
+        assert np.allclose(bars(axes), [(p, share.value, share.low, share.high) for p, share in shares])
+
+
+def test_the_course_is_named(typical):
+    said = set()
+    for course, axes in panels(typical):
+        kind = typical.fact("course of success", f"{course.label}, flip rate")
+        assert kind in title(axes)
+        said.add(kind)
+    assert "the same at every flip rate" in said
+    assert len(said) > 1
+
+
+def test_one_agent_or_one_flip_rate_has_no_courses(studies):
+    assert success_by_flip_rate.courses(studies["one p"]) is None
+    assert success_by_flip_rate.courses(studies["one trial"]) is None

@@ -3,7 +3,7 @@
 from itertools import pairwise
 
 import pytest
-from drawn import labelled, lines, published, shades, staircases
+from drawn import bars, labelled, lines, published, shades, staircases
 
 from lockprobe.figures.success_by_step import success_curves, success_curves_by_p, success_curves_corrected
 from lockprobe.rows import Condition, Design
@@ -75,11 +75,9 @@ def test_without_references_there_are_curves_alone(typical):
 def test_areas_between_chance_and_the_shortest_plan(typical):
     _, axes = success_curves_corrected(typical).axes
     found = [course.cells[0].get("relative_area") for course in typical.courses()]
-    drawn = lines(axes)
-    for i, (interval, mark, relative) in enumerate(zip(drawn[0:8:2], drawn[1:8:2], found, strict=True)):
-        assert [x.tolist() for x, _ in (interval, mark)] == [[relative.low, relative.high], [relative.value]]
-        assert {*interval[1], *mark[1]} == {i}
-    assert [x.tolist() for x, _ in drawn[8:]] == [[0, 0], [1, 1]] * 4
+    expected = [(i, *map(pytest.approx, (one.value, one.low, one.high))) for i, one in enumerate(found)]
+    assert bars(axes, across=True) == expected
+    assert [x.tolist() for x, _ in lines(axes)[4:]] == [[0, 0], [1, 1]] * 4
     assert [text.get_text() for text in axes.texts][::2] == [course.agent for course in typical.courses()]
     assert f"{found[0].value:.2f} [" in axes.texts[1].get_text()
     low, high = axes.get_xlim()

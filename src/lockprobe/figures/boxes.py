@@ -2,25 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from itertools import combinations
 from math import cos, hypot, pi, sin
+from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.legend import Legend
-from matplotlib.lines import Line2D
-from matplotlib.patches import Circle, FancyBboxPatch
+from matplotlib.patches import Circle
 
-from lockprobe.figures.frame import FAINT, INK, SMALL
-from lockprobe.figures.interlock import diagram_of, draw_interlock, settable, short_name, symbols
+from lockprobe.figures.compose import legend_below
+from lockprobe.figures.frame import FAINT, INK, settable
+from lockprobe.figures.interlock import diagram_of, draw_interlock, name_joint, rounded, symbols
 from lockprobe.figures.palette import TARGET, Dash
 from lockprobe.figures.settings import own_settings
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.boxfile import box_from_data
 from lockprobe.rows import Results
 
-__all__ = ["box_figure", "box_of_study", "draw_panel"]
+__all__ = ["box_figure", "box_of_study"]
 
 Point = tuple[float, float]
 
@@ -40,6 +39,7 @@ _CLOSE = 0.08
 """Places nearer to each other, in panel sizes, are not drawn: the joints are put in a row."""
 
 _GHOST: Dash = (0, (2, 1.5))
+"""How a joint is drawn where it goes when it moves."""
 
 
 @own_settings()
@@ -52,18 +52,18 @@ def box_of_study(found: Results) -> Figure:
 def box_figure(box: Lockbox) -> Figure:
     """The picture of a box: the panel, and below it the interlock; no wider than a printed page as far as that goes."""
     panel, interlock = _panel_size(box), diagram_of(box).size
-    wide, marks = max(panel[0], interlock[0], 3.4) + 0.1, symbols(box)
-    foot, above = _FOOT, interlock[1] + _HEAD + _GAP
-    figure = Figure(figsize=(wide, panel[1] + above + _HEAD + foot))
-    legend = _legend(figure, marks)
-    more = legend.get_window_extent().height / figure.dpi + 2 * _EDGE_OF_LEGEND - foot
-    if more > 0:
-        foot += more
-        figure.set_figheight(figure.get_figheight() + more)
-    width, height = figure.get_size_inches()
+    width = max(panel[0], interlock[0], 3.4) + 0.1
+    figure, marks = Figure(figsize=(width, 1)), symbols(box)
+    legend = legend_below(
+        figure, marks, len(marks), loc="lower left", columnspacing=1.0, handlelength=2.2, borderaxespad=0.1
+    )
+    foot = max(_FOOT, legend.get_window_extent().height / figure.dpi + 2 * _EDGE_OF_LEGEND)
+    above = foot + interlock[1] + _HEAD + _GAP
+    height = above + panel[1] + _HEAD
+    figure.set_figheight(height)
     for draw, bottom, (breadth, high) in (
-        (draw_panel, foot + above, panel),
-        (draw_interlock, foot, (wide - 0.1, interlock[1])),
+        (_draw_panel, above, panel),
+        (draw_interlock, foot, (width - 0.1, interlock[1])),
     ):
         axes = figure.add_axes((0.05 / width, bottom / height, breadth / width, high / height))
         axes.set(xlim=(0, breadth), ylim=(0, high))
@@ -72,57 +72,16 @@ def box_figure(box: Lockbox) -> Figure:
     return figure
 
 
-def _legend(figure: Figure, marks: Sequence[tuple[Line2D, str]]) -> Legend:
-    """What the marks mean, in as many columns as there is room for."""
-    for columns in range(len(marks), 0, -1):
-        legend = figure.legend(
-            [mark for mark, _ in marks],
-            [name for _, name in marks],
-            loc="lower left",
-            ncols=columns,
-            frameon=False,
-            fontsize=SMALL,
-            handlelength=2.2,
-            columnspacing=1.0,
-            borderaxespad=0.1,
-        )
-        if legend.get_window_extent().width < figure.bbox.width or columns == 1:
-            break
-        legend.remove()
-    return legend
-
-
-def draw_panel(axes: Axes, box: Lockbox) -> None:
+def _draw_panel(axes: Axes, box: Lockbox) -> None:
     """Sliders in their slots and knobs, where they are at the start; dashed: where a joint goes when it moves."""
-    wide, high = axes.get_xlim()[1], _panel_size(box)[1]
-    bottom = (axes.get_ylim()[1] - high) / 2
-    axes.add_patch(
-        FancyBboxPatch(
-            (0.03, bottom + 0.03),
-            wide - 0.06,
-            high - 0.06,
-            boxstyle="round,pad=0,rounding_size=0.1",
-            facecolor="#f4f4f2",
-            edgecolor=FAINT,
-            linewidth=0.8,
-        )
-    )
+    wide, high = axes.get_xlim()[1], axes.get_ylim()[1]
+    rounded(axes, (0.03, 0.03), (wide - 0.06, high - 0.06), 0.1, facecolor="#f4f4f2", edgecolor=FAINT)
     for joint, open_, (x, y) in zip(box.joints, box.initial, _spots(box), strict=True):
-        at = (_EDGE + x * (wide - 2 * _EDGE), bottom + _EDGE + 0.18 + y * (high - 2 * _EDGE - 0.18))
-        target = joint.name == box.target
-        (_slider if joint.kind == "prismatic" else _knob)(axes, at, open_=open_, colour=TARGET if target else INK)
-        axes.text(
-            at[0],
-            at[1] - 0.24,
-            short_name(joint.name),
-            ha="center",
-            va="top",
-            fontsize=SMALL,
-            color=TARGET if target else INK,
-            fontweight="bold" if target else "normal",
-            linespacing=1.0,
-        )
-    axes.set_title(settable(box.name) + ": the panel at the start", loc="left", fontsize=SMALL, color=INK)
+        at = (_EDGE + x * (wide - 2 * _EDGE), _EDGE + 0.18 + y * (high - 2 * _EDGE - 0.18))
+        colour = TARGET if joint.name == box.target else INK
+        (_slider if joint.kind == "prismatic" else _knob)(axes, at, open_=open_, colour=colour)
+        name_joint(axes, box, joint.name, (at[0], at[1] - 0.24), va="top")
+    axes.set_title(settable(box.name) + ": the panel at the start", loc="left")
 
 
 def _spots(box: Lockbox) -> list[Point]:
@@ -145,19 +104,12 @@ def _panel_size(box: Lockbox) -> tuple[float, float]:
 def _slider(axes: Axes, at: Point, *, open_: bool, colour: str) -> None:
     """A block in a slot: closed on the left, open on the right."""
     long, thick = 0.56, 0.17
-    _rounded(axes, (at[0] - long / 2, at[1] - thick / 2), (long, thick), face="white", edge=FAINT, dash="-")
+    rounded(axes, (at[0] - long / 2, at[1] - thick / 2), (long, thick), 0.03, facecolor="white", edgecolor=FAINT)
     for position in (not open_, open_):
         here = position == open_
         corner = (at[0] + (0.03 if position else 0.03 - long / 2), at[1] - thick / 2 - 0.025)
-        size = (long / 2 - 0.06, thick + 0.05)
-        _rounded(axes, corner, size, face=colour if here else "none", edge=colour, dash="-" if here else _GHOST)
-
-
-def _rounded(axes: Axes, corner: Point, size: Point, *, face: str, edge: str, dash: Dash) -> None:
-    style = "round,pad=0,rounding_size=0.03"
-    axes.add_patch(
-        FancyBboxPatch(corner, *size, boxstyle=style, facecolor=face, edgecolor=edge, linewidth=0.8, linestyle=dash)
-    )
+        block = {"facecolor": colour if here else "none", "edgecolor": colour, "linestyle": "-" if here else _GHOST}
+        rounded(axes, corner, (long / 2 - 0.06, thick + 0.05), 0.03, **block)
 
 
 def _knob(axes: Axes, at: Point, *, open_: bool, colour: str) -> None:
@@ -165,12 +117,7 @@ def _knob(axes: Axes, at: Point, *, open_: bool, colour: str) -> None:
     axes.add_patch(Circle(at, 0.17, facecolor="white", edgecolor=FAINT, linewidth=0.8))
     for position in (not open_, open_):
         angle, here = 0.0 if position else pi / 2, position == open_
-        axes.plot(
-            [at[0], at[0] + 0.27 * cos(angle)],
-            [at[1], at[1] + 0.27 * sin(angle)],
-            color=colour,
-            linewidth=5.8 if here else 0.9,
-            linestyle="-" if here else _GHOST,
-            solid_capstyle="round",
-        )
+        x, y = [at[0], at[0] + 0.27 * cos(angle)], [at[1], at[1] + 0.27 * sin(angle)]
+        lever: dict[str, Any] = {"linewidth": 5.8 if here else 0.9, "linestyle": "-" if here else _GHOST}
+        axes.plot(x, y, color=colour, solid_capstyle="round", **lever)
     axes.add_patch(Circle(at, 0.05, facecolor=colour, edgecolor="white", linewidth=0.8, zorder=4))

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import io
 import textwrap
-from collections.abc import Callable, Sequence
-from typing import Literal, TypeVar
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Literal, TypeVar
 
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.legend import Legend
 
-from lockprobe.figures.frame import FAINT, SMALL
-from lockprobe.figures.settings import own_settings
+from lockprobe.figures.settings import FAINT, INK, SMALL, own_settings
 
-__all__ = ["COLUMN", "HEIGHT", "files", "render", "sheet"]
+__all__ = ["COLUMN", "HEIGHT", "files", "legend_below", "render", "sheet"]
 
 COLUMN = 3.5
 """Width of a panel in inches."""
@@ -44,17 +44,16 @@ def render(figure: Figure, form: Literal["png", "svg"]) -> bytes:
         figure.set_dpi(_DPI)
         engine.execute(figure)
         figure.set_layout_engine(None)  # with one, every file is drawn twice
-    if form == "svg":
-        figure.savefig(out, format=form, dpi=_DPI, metadata={"Date": None})
-    else:
-        pixels = {"compress_level": _COMPRESSION}
-        figure.savefig(out, format=form, dpi=_DPI, metadata={"Software": None}, pil_kwargs=pixels)
+    own: dict[str, Any] = {"metadata": {"Date": None}}
+    if form == "png":
+        own = {"metadata": {"Software": None}, "pil_kwargs": {"compress_level": _COMPRESSION}}
+    figure.savefig(out, format=form, dpi=_DPI, **own)
     return out.getvalue()
 
 
-def files(figure: Figure) -> dict[str, bytes]:
-    """The picture as PNG and as SVG."""
-    return {"png": render(figure, "png"), "svg": render(figure, "svg")}
+def files(figure: Figure | None) -> dict[str, bytes]:
+    """The picture as PNG and as SVG; nothing where nothing is drawn."""
+    return {"png": render(figure, "png"), "svg": render(figure, "svg")} if figure else {}
 
 
 @own_settings()
@@ -63,28 +62,37 @@ def sheet(
     *draws: Callable[[Axes, Shown], None],
     heights: Sequence[float] = (),
     note: str = "",
-) -> Figure:
-    """A picture of panels in two columns at most, with one legend for all.
+    columns: int = 2,
+    width: float = COLUMN,
+) -> Figure | None:
+    """A picture of panels beside and below each other, with one legend for all; None if there is nothing to show.
 
     Args:
-        shown: What a panel shows each, such as the courses of agents; at least one.
+        shown: What a panel shows each, such as the courses of agents.
         draws: What draws on a panel's axes, from the top.
-        heights: Their heights in inches.
+        heights: Their heights in inches, the same for all panels; or that of every row of axes.
         note: A text below all.
+        columns: Panels beside each other, at most.
+        width: Of a panel, in inches.
     """
-    columns, bands = min(2, len(shown)), -(-len(shown) // 2)
-    ratios = [*(heights or [HEIGHT] * len(draws))] * bands
-    figure = Figure(figsize=(COLUMN * columns, sum(ratios)), layout=ConstrainedLayoutEngine(w_pad=0.06, wspace=0.04))
+    if not shown:
+        return None
+    columns, bands = min(columns, len(shown)), -(-len(shown) // columns)
+    ratios = [*(heights or [HEIGHT] * len(draws))]
+    ratios *= bands * len(draws) // len(ratios)
+    layout = ConstrainedLayoutEngine(w_pad=0.06, wspace=0.04)
+    figure = Figure(figsize=(width * columns, sum(ratios)), layout=layout)
     grid = figure.subplots(len(ratios), columns, squeeze=False, height_ratios=ratios)
     for i in range(columns * bands):
         for j, draw in enumerate(draws):
-            axes = grid[i // 2 * len(draws) + j, i % 2]
+            axes = grid[i // columns * len(draws) + j, i % columns]
+            axes.tick_params(color="#888888", labelcolor=INK, labelsize=SMALL, width=0.7, length=3)
             if i < len(shown):
                 draw(axes, shown[i])
             else:
                 axes.set_visible(False)
     if note:
-        lines = textwrap.wrap(note, int(COLUMN * columns / _CHARACTER))
+        lines = textwrap.wrap(note, int(width * columns / _CHARACTER))
         figure.supxlabel("\n".join(lines), fontsize=SMALL, color=FAINT)
         figure.set_figheight(figure.get_figheight() + _LINE * len(lines))
     _legend(figure)
@@ -92,28 +100,22 @@ def sheet(
 
 
 def _legend(figure: Figure) -> None:
-    """Every name once, below the axes, in as many columns as there is room for."""
+    """Every name once, below the axes."""
     entries: dict[str, Artist] = {}
     for axes in figure.axes:
         for handle, name in zip(*axes.get_legend_handles_labels(), strict=True):
             entries.setdefault(name, handle)
-    if not entries:
-        return
-    for columns in (4, 3, 2, 1):
-        legend = figure.legend(
-            entries.values(),
-            entries.keys(),
-            loc="outside lower center",
-            ncols=columns,
-            frameon=False,
-            fontsize=SMALL,
-            columnspacing=1.2,
-            handlelength=2.6,
-            labelspacing=0.35,
-            borderpad=0.2,
-        )
-        size = legend.get_window_extent()
-        if size.width < figure.bbox.width or columns == 1:
-            figure.set_figheight(figure.get_figheight() + size.height / figure.dpi)
-            return
+    if entries:
+        spaces = {"columnspacing": 1.2, "handlelength": 2.6, "labelspacing": 0.35, "borderpad": 0.2}
+        legend = legend_below(figure, entries, 4, loc="outside lower center", **spaces)
+        figure.set_figheight(figure.get_figheight() + legend.get_window_extent().height / figure.dpi)
+
+
+def legend_below(figure: Figure, entries: Mapping[str, Artist], most: int, **settings: Any) -> Legend:
+    """A legend of names and their marks in as many columns as there is room for, and no more than ``most``."""
+    for columns in range(most, 0, -1):
+        legend = figure.legend(entries.values(), entries.keys(), ncols=columns, **settings)
+        if legend.get_window_extent().width < figure.bbox.width or columns == 1:
+            break
         legend.remove()
+    return legend

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from functools import partial
+from itertools import product
 
 import matplotlib as mpl
 from matplotlib.axes import Axes
@@ -11,10 +12,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from lockprobe.figures.compose import sheet
-from lockprobe.figures.forest import interval
-from lockprobe.figures.frame import FAINT, INK, SMALL, axis_label, safe_name, shortened, title
+from lockprobe.figures.frame import FAINT, INK, axis_label, safe_name, title
 from lockprobe.figures.settings import own_settings
-from lockprobe.formatting import p_value, percent
+from lockprobe.formatting import bracketed, p_value, percent
 from lockprobe.prose.subject import Subject
 from lockprobe.rows import Estimate, Results
 
@@ -35,38 +35,15 @@ _LINE, _AROUND = 0.155, 1.25
 """Height of a line of text in a cell, and of what stands around the cells, in inches."""
 
 
-@dataclass(frozen=True, slots=True)
-class _Panel:
-    """One agent: its cells by both doses, and the interaction."""
-
-    name: str
-    axes: tuple[str, str]
-    doses: tuple[Sequence[str], Sequence[str]]
-    cells: Mapping[str, Estimate]
-    interaction: Estimate | None
-
-
 @own_settings()
-def dose_grid(found: Results, axis: str) -> Figure:
+def dose_grid(found: Results, axis: str) -> Figure | None:
     """The grid of this axis, a panel for each agent."""
     facts = found.facts_about(axis)
-    names, doses = (facts["first dose"], facts["second dose"]), (facts["first doses"], facts["second doses"])
-    own: dict[tuple[str, str], dict[str, Estimate]] = {}
-    for row in found.where("success_in_grid", axis=axis):
-        own.setdefault((row.agent, row.modality), {})[row.of] = row
-    panels = [
-        _Panel(
-            name=Subject.of(agent).name,
-            axes=names,
-            doses=(doses[0].split(", "), doses[1].split(", ")),
-            cells=cells,
-            interaction=found.get("success_interaction", agent=agent, modality=modality, axis=axis),
-        )
-        for (agent, modality), cells in own.items()
-    ]
-    rows, columns = map(len, panels[0].doses)
-    lines = 3 if columns <= _WHOLE else 2 if columns <= _SHORT else 1
-    return sheet(panels, _draw, heights=[_AROUND + rows * _LINE * (lines + 0.9)])
+    rows, columns = (facts[f"{place} doses"].split(", ") for place in ("first", "second"))
+    players = list(dict.fromkeys((row.agent, row.modality) for row in found.where("success_in_grid", axis=axis)))
+    lines = 3 if len(columns) <= _WHOLE else 2 if len(columns) <= _SHORT else 1
+    height = _AROUND + len(rows) * _LINE * (lines + 0.9)
+    return sheet(players, partial(_draw, found, axis, rows, columns), heights=[height])
 
 
 def cell_lines(cell: Estimate, columns: int) -> list[str]:
@@ -79,31 +56,30 @@ def cell_lines(cell: Estimate, columns: int) -> list[str]:
     return lines if columns <= _WHOLE else lines[:2] if columns <= _SHORT else [lines[0].removesuffix(" %")]
 
 
-def _draw(axes: Axes, panel: _Panel) -> None:
+def _draw(
+    found: Results, axis: str, rows: Sequence[str], columns: Sequence[str], axes: Axes, player: tuple[str, str]
+) -> None:
     """Share of trials solved under every combination of doses; darker is more. A cross is not played."""
-    rows, columns = panel.doses
-    for i, row in enumerate(rows):
-        for j, column in enumerate(columns):
-            cell = panel.cells.get(f"{row}, {column}")
-            share = 0.0 if cell is None or cell.value is None else cell.value
-            face = "white" if cell is None else _COLOURS(0.85 * share)
-            axes.add_patch(Rectangle((j - 0.5, i - 0.5), 1, 1, facecolor=face, edgecolor="white", linewidth=1.5))
-            text = "\N{MULTIPLICATION SIGN}" if cell is None else "\n".join(cell_lines(cell, len(columns)))
-            colour = FAINT if cell is None else "white" if share > _DARK else INK
-            axes.text(j, i, text, ha="center", va="center", fontsize=SMALL, color=colour, linespacing=1.15)
-    axes.set_xlim(-0.5, len(columns) - 0.5)
-    axes.set_ylim(len(rows) - 0.5, -0.5)
+    own = {"agent": player[0], "modality": player[1], "axis": axis}
+    cells = {row.of: row for row in found.where("success_in_grid", **own)}
+    for (i, row), (j, column) in product(enumerate(rows), enumerate(columns)):
+        cell = cells.get(f"{row}, {column}")
+        share = 0.0 if cell is None or cell.value is None else cell.value
+        face = "white" if cell is None else _COLOURS(0.85 * share)
+        axes.add_patch(Rectangle((j - 0.5, i - 0.5), 1, 1, facecolor=face, edgecolor="white", linewidth=1.5))
+        text = "\N{MULTIPLICATION SIGN}" if cell is None else "\n".join(cell_lines(cell, len(columns)))
+        colour = FAINT if cell is None else "white" if share > _DARK else INK
+        axes.text(j, i, text, ha="center", va="center", color=colour, linespacing=1.15)
+    first, second = (axis_label(found.facts_about(axis)[f"{place} dose"]) for place in ("first", "second"))
+    axes.set(xlim=(-0.5, len(columns) - 0.5), ylim=(len(rows) - 0.5, -0.5), xlabel=second, ylabel=first)
     axes.set_xticks(range(len(columns)), columns)
     axes.set_yticks(range(len(rows)), rows)
-    first, second = map(axis_label, panel.axes)
-    axes.set_xlabel(second, fontsize=SMALL, color=INK)
-    axes.set_ylabel(first, fontsize=SMALL, color=INK)
     axes.spines[:].set_visible(False)
-    axes.tick_params(labelcolor=INK, labelsize=SMALL, length=0)
-    title(axes, safe_name(shortened(panel.name, _LONGEST)), _interaction(panel.interaction))
+    axes.tick_params(length=0)
+    title(axes, safe_name(Subject.of(player[0]).name, _LONGEST), _interaction(found.get("success_interaction", **own)))
 
 
 def _interaction(found: Estimate | None) -> str:
     if found is None or found.value is None:
         return "interaction not estimated"
-    return f"interaction {interval(found.value, found.low, found.high)} points, {p_value(found.p_value, '$P$')}"
+    return f"interaction {bracketed(found.value, found.low, found.high)} points, {p_value(found.p_value, '$P$')}"

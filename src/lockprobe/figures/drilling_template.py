@@ -12,13 +12,12 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Arc, Circle, FancyArrowPatch, Polygon, Rectangle
+from matplotlib.patches import Arc, Circle, FancyArrowPatch, Patch, Polygon, Rectangle
 from numpy.typing import NDArray
 
-from lockprobe.figures.frame import FAINT, INK
-from lockprobe.figures.interlock import settable
+from lockprobe.figures.frame import FAINT, INK, settable
 from lockprobe.figures.settings import own_settings
-from lockprobe.figures.true_scale import A3, NOTE, POINT, draw_ruler, larger_than, sheet
+from lockprobe.figures.true_scale import A3, POINT, draw_ruler, larger_than, sheet, write_note
 from lockprobe.plants.scene.mounted_joint import KNOB_RADIUS, PIVOT_RADIUS, TRACK_RADIUS, MountedJoint
 from lockprobe.plants.scene.panel import PanelLayout
 from lockprobe.plants.scene.tag_layout import QUIET_ZONE, TagLayout
@@ -28,15 +27,16 @@ __all__ = ["drilling_template", "exceeds_a3"]
 _MARGIN, _STRIP = 6.0, 34.0
 """Around the board, and to its right for the ruler and the notes, millimetres."""
 
-_THIN, _BOLD = 0.4, 0.8
 _CROSS, _BESIDE = 10.0, 16.0
 """Half the length of a cross, and from its middle to the words next to it, millimetres."""
+
+_THIN: dict[str, Any] = {"fill": False, "edgecolor": INK, "linewidth": 0.4}
+_BOLD: dict[str, Any] = {**_THIN, "linewidth": 0.8}
+"""How outlines are drawn; those in bold are cut or drilled."""
 
 _CAP_POINTS = 65
 _CAP = 0.72
 """Height of a capital letter as a share of the size of its font."""
-
-_NOTE_STYLE: dict[str, Any] = {"fontsize": NOTE, "color": INK, "linespacing": 1.4, "rotation_mode": "anchor"}
 
 Point = tuple[float, float]
 
@@ -61,8 +61,7 @@ def drilling_template(panel: PanelLayout, labels: Sequence[str], tags: TagLayout
     """
     figure, axes = sheet(*_sheet_size(panel))
     width, height = (1000 * side for side in panel.size)
-    board = Rectangle((_MARGIN, _MARGIN), width, height, fill=False, edgecolor=INK, linewidth=_BOLD)
-    _add(axes, board, "board")
+    _add(axes, Rectangle((_MARGIN, _MARGIN), width, height, **_BOLD), "board")
     for number, (mounted, label, place) in enumerate(zip(panel.mounted_joints, labels, panel.labels, strict=True)):
         (_slider if mounted.kind == "prismatic" else _lever)(axes, panel, mounted, number)
         size = 1000 * panel.letter / POINT / _CAP
@@ -70,7 +69,7 @@ def drilling_template(panel: PanelLayout, labels: Sequence[str], tags: TagLayout
     for number, middle in enumerate(tags.middles):
         _tag(axes, _on_sheet(panel, middle), 1000 * tags.side, number)
     right = width + 2 * _MARGIN
-    axes.text(right, _MARGIN, _notes(panel, tags, name), va="top", ha="left", rotation=90, **_NOTE_STYLE)
+    write_note(axes, right, _MARGIN, _notes(panel, tags, name), va="top", ha="left", rotation=90, linespacing=1.4)
     draw_ruler(axes, right + _STRIP - 8.0, _MARGIN, upright=True)
     return figure
 
@@ -82,95 +81,79 @@ def _sheet_size(panel: PanelLayout) -> tuple[float, float]:
 
 def _on_sheet(panel: PanelLayout, point: NDArray[np.float64]) -> Point:
     """A point of the panel's frame, metres, on the sheet, millimetres."""
-    x, y = 1000 * (np.asarray(point) + np.array(panel.size) / 2)
-    return float(x) + _MARGIN, float(y) + _MARGIN
+    x, y = 1000 * (np.asarray(point) + np.array(panel.size) / 2) + _MARGIN
+    return float(x), float(y)
 
 
-def _add(axes: Axes, patch: Arc | Circle | FancyArrowPatch | Polygon | Rectangle, name: str = "") -> None:
-    if name:
-        patch.set_gid(name)
+def _moved(point: Point, length: float, angle: float) -> Point:
+    """A point so far from another in the direction of an angle, radians."""
+    return point[0] + length * math.cos(angle), point[1] + length * math.sin(angle)
+
+
+def _add(axes: Axes, patch: Patch, name: str = "") -> None:
+    patch.set_gid(name or None)
     axes.add_patch(patch)
+
+
+def _words(axes: Axes, place: Point, words: str, *, va: str = "center", turn: float = 0.0) -> None:
+    """Words in the middle of a place, never upside down."""
+    write_note(axes, *place, words, ha="center", va=va, rotation=(turn + 90) % 180 - 90)
 
 
 def _handle(axes: Axes, middle: Point, number: int, position: str) -> None:
     """The outline of a handle at one end of its travel."""
-    dash = "-" if position == "closed" else (0, (3, 2))
-    radius = 1000 * KNOB_RADIUS
-    circle = Circle(middle, radius, fill=False, edgecolor=FAINT, linewidth=1.5 * _THIN, linestyle=dash)
-    _add(axes, circle, f"handle-{number}-{position}")
+    look = {**_THIN, "edgecolor": FAINT, "linewidth": 0.6, "linestyle": "-" if position == "closed" else (0, (3, 2))}
+    _add(axes, Circle(middle, 1000 * KNOB_RADIUS, **look), f"handle-{number}-{position}")
 
 
 def _hole(axes: Axes, middle: Point, *, below: bool = True) -> None:
     """A cross where a hole is drilled, and its distances from the board's left and lower edge."""
-    for dx, dy in ((_CROSS, 0), (0, _CROSS)):
-        axes.plot([middle[0] - dx, middle[0] + dx], [middle[1] - dy, middle[1] + dy], color=INK, linewidth=_THIN)
-    x, y = middle[0] - _MARGIN, middle[1] - _MARGIN
-    place = (middle[0], middle[1] + (-_BESIDE if below else _BESIDE))
-    va = "top" if below else "bottom"
-    axes.text(*place, f"x {x:.1f}, y {y:.1f}", fontsize=NOTE, ha="center", va=va, color=INK)
+    x, y = middle
+    axes.plot([x - _CROSS, x + _CROSS], [y, y], color=INK, linewidth=0.4)
+    axes.plot([x, x], [y - _CROSS, y + _CROSS], color=INK, linewidth=0.4)
+    place = (x, y - _BESIDE) if below else (x, y + _BESIDE)
+    _words(axes, place, f"x {x - _MARGIN:.1f}, y {y - _MARGIN:.1f}", va="top" if below else "bottom")
 
 
 def _slider(axes: Axes, panel: PanelLayout, mounted: MountedJoint, number: int) -> None:
     """The slot of a slider, with its ends and its travel."""
-    start, end = (_on_sheet(panel, mounted.knob(fraction)) for fraction in (0.0, 1.0))
-    ahead = np.linspace(-math.pi / 2, math.pi / 2, _CAP_POINTS) + mounted.direction
-    caps = [
-        1000 * TRACK_RADIUS * np.stack([np.cos(turns), np.sin(turns)], axis=-1) + middle
-        for turns, middle in ((ahead + math.pi, start), (ahead, end))
-    ]
-    slot = Polygon(np.concatenate(caps), closed=True, fill=False, edgecolor=INK, linewidth=_BOLD)
-    _add(axes, slot, f"slot-{number}")
+    start, middle, end = (_on_sheet(panel, mounted.knob(fraction)) for fraction in (0.0, 0.5, 1.0))
+    across, half = mounted.direction - math.pi / 2, np.linspace(0, math.pi, _CAP_POINTS)
+    caps = [(start, across + math.pi + half), (end, across + half)]
+    outline = [_moved(point, 1000 * TRACK_RADIUS, angle) for point, angles in caps for angle in angles]
+    _add(axes, Polygon(outline, closed=True, **_BOLD), f"slot-{number}")
     for point, position in ((start, "closed"), (end, "open")):
         _hole(axes, point, below=(position == "closed") == (start[1] <= end[1]))
         _handle(axes, point, number, position)
-    arrow = FancyArrowPatch(
-        start, end, arrowstyle="-|>", mutation_scale=8, shrinkA=0, shrinkB=0, linewidth=_THIN, color=INK
-    )
-    _add(axes, arrow)
-    middle, across = _on_sheet(panel, mounted.knob(0.5)), mounted.direction - math.pi / 2
+    style: dict[str, Any] = {"arrowstyle": "-|>", "mutation_scale": 8, "shrinkA": 0, "shrinkB": 0}
+    _add(axes, FancyArrowPatch(start, end, linewidth=0.4, color=INK, **style))
     words = f"{1000 * mounted.travel:g} mm"
-    _dimension(
-        axes,
-        (middle[0] + 11 * math.cos(across), middle[1] + 11 * math.sin(across)),
-        words,
-        math.degrees(mounted.direction),
-    )
+    _words(axes, _moved(middle, 11, across), words, turn=math.degrees(mounted.direction))
 
 
 def _lever(axes: Axes, panel: PanelLayout, mounted: MountedJoint, number: int) -> None:
     """The axis of a lever, and the swing of its handle."""
     pivot = _on_sheet(panel, np.array(mounted.origin))
-    _add(axes, Circle(pivot, 1000 * PIVOT_RADIUS, fill=False, edgecolor=INK, linewidth=_BOLD), f"axis-{number}")
+    _add(axes, Circle(pivot, 1000 * PIVOT_RADIUS, **_BOLD), f"axis-{number}")
     _hole(axes, pivot)
-    radius, first = 1000 * mounted.reach, math.degrees(mounted.direction)
-    swing = math.degrees(mounted.travel)
-    arc = Arc(pivot, 2 * radius, 2 * radius, theta1=first, theta2=first + swing, edgecolor=INK, linewidth=_BOLD)
+    radius, first, swing = 1000 * mounted.reach, math.degrees(mounted.direction), math.degrees(mounted.travel)
+    arc = Arc(pivot, 2 * radius, 2 * radius, theta1=first, theta2=first + swing, edgecolor=INK, linewidth=0.8)
     _add(axes, arc, f"swing-{number}")
     for fraction, position in ((0.0, "closed"), (1.0, "open")):
         middle = _on_sheet(panel, mounted.knob(fraction))
-        axes.plot(*zip(pivot, middle, strict=True), color=FAINT, linewidth=_THIN)
+        axes.plot(*zip(pivot, middle, strict=True), color=FAINT, linewidth=0.4)
         _handle(axes, middle, number, position)
-    between = mounted.direction + mounted.travel / 2
-    place = (pivot[0] + 0.55 * radius * math.cos(between), pivot[1] + 0.55 * radius * math.sin(between))
-    _dimension(axes, place, f"{swing:.1f}°\nr {radius:g} mm", 0.0)
-
-
-def _dimension(axes: Axes, place: Point, words: str, turn: float) -> None:
-    """A dimension, never upside down."""
-    upright = (turn + 90) % 180 - 90
-    axes.text(
-        *place, words, fontsize=NOTE, ha="center", va="center", color=INK, rotation=upright, rotation_mode="anchor"
-    )
+    between = _moved(pivot, 0.55 * radius, mounted.direction + mounted.travel / 2)
+    _words(axes, between, f"{swing:.1f}°\nr {radius:g} mm")
 
 
 def _tag(axes: Axes, middle: Point, side: float, number: int) -> None:
     """The black square of a tag and its white border, both as outlines, and its number."""
     for length, name, dash in ((side, f"tag-{number}", "-"), ((1 + 2 * QUIET_ZONE) * side, "", ":")):
         corner = (middle[0] - length / 2, middle[1] - length / 2)
-        _add(axes, Rectangle(corner, length, length, fill=False, edgecolor=INK, linewidth=_THIN, linestyle=dash), name)
+        _add(axes, Rectangle(corner, length, length, linestyle=dash, **_THIN), name)
     x, y = middle[0] - _MARGIN, middle[1] - _MARGIN
-    words = f"tag {number}, {side:g} mm\nthis side up\nmiddle x {x:.1f}, y {y:.1f}"
-    axes.text(*middle, words, fontsize=NOTE, ha="center", va="center", color=INK)
+    _words(axes, middle, f"tag {number}, {side:g} mm\nthis side up\nmiddle x {x:.1f}, y {y:.1f}")
 
 
 def _notes(panel: PanelLayout, tags: TagLayout, name: str) -> str:

@@ -6,8 +6,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from lockprobe.figures.compose import sheet
-from lockprobe.figures.frame import FAINT, INK, SMALL, safe_name, shortened, title
-from lockprobe.figures.palette import ACCENT, SUBJECTS
+from lockprobe.figures.frame import FAINT, INK, from_to, safe_name, title
+from lockprobe.figures.palette import ACCENT, SUBJECTS, Style
+from lockprobe.figures.primitives import estimates
 from lockprobe.figures.settings import own_settings
 from lockprobe.figures.why import change_axis
 from lockprobe.rows import Estimate, Results
@@ -21,17 +22,17 @@ _APART = 0.16
 """Steps between two arms at one step."""
 
 _LOOKS = {
-    "lie": (SUBJECTS[0], "o"),
-    "retracted": (ACCENT, "s"),
-    "confirmed": (FAINT, "D"),
-    "remark": (FAINT, "P"),
-    "withheld": (FAINT, "X"),
-    "tremble": (FAINT, "v"),
-    "random": (FAINT, "^"),
+    "lie": Style(colour=SUBJECTS[0]),
+    "retracted": Style(colour=ACCENT, marker="s"),
+    "confirmed": Style(colour=FAINT, marker="D"),
+    "remark": Style(colour=FAINT, marker="P"),
+    "withheld": Style(colour=FAINT, marker="X"),
+    "tremble": Style(colour=FAINT, marker="v"),
+    "random": Style(colour=FAINT, marker="^"),
 }
-"""Arm -> colour and marker."""
+"""How each arm is drawn."""
 
-_FORCED = (FAINT, ">")
+_FORCED = Style(colour=FAINT, marker=">")
 """The same where the next joint is forced."""
 
 _Effects = dict[tuple[str, int], Estimate]
@@ -46,7 +47,7 @@ def forks(found: Results) -> Figure | None:
         arm, where, later = one.of.rsplit(", ", 2)
         if where.isdecimal():
             panels.setdefault((one.agent, one.condition, later), {})[arm, int(where)] = one
-    return sheet(list(panels.values()), _draw) if panels else None
+    return sheet(list(panels.values()), _draw)
 
 
 def _draw(axes: Axes, found: _Effects) -> None:
@@ -55,21 +56,12 @@ def _draw(axes: Axes, found: _Effects) -> None:
     arms = list(dict.fromkeys(arm for arm, _ in found))
     axes.axhline(0, color=INK, linewidth=0.8)
     for place, arm in enumerate(arms):
-        colour, marker = _LOOKS.get(arm, _FORCED)
+        style = _LOOKS.get(arm, _FORCED)
         own = {step: found[arm, step] for step in steps if (arm, step) in found}
         across = [step + _APART * (place - (len(arms) - 1) / 2) for step in own]
-        for x, one in zip(across, own.values(), strict=True):
-            if one.low is not None and one.high is not None:
-                axes.plot([x, x], [one.low, one.high], color=colour, linewidth=1.4, zorder=2)
-        heights = [one.value or 0.0 for one in own.values()]
-        axes.plot(across, heights, color=colour, linewidth=0.8, marker=marker, markersize=5, label=arm, zorder=3)
+        estimates(axes, across, list(own.values()), style, linestyle="-", linewidth=0.8, label=arm)
     change_axis(axes, found.values())
-    axes.set_xticks(steps)
-    axes.set_xlim(steps[0] - 1, steps[-1] + 1)
-    axes.set_xlabel("step whose report is changed", fontsize=SMALL, color=INK)
-    axes.tick_params(labelsize=SMALL)
-    numbers = sorted({one.clusters or 0 for one in found.values()})
-    said = f"n = {numbers[0]}" if len(numbers) == 1 else f"n = {numbers[0]} to {numbers[-1]}"
-    first = next(iter(found.values()))
+    axes.set(xticks=steps, xlim=(steps[0] - 1, steps[-1] + 1), xlabel="step whose report is changed")
+    first, n = next(iter(found.values())), from_to(one.clusters for one in found.values())
     later = ", later reports true" if first.of.endswith(", later reports true") else ""
-    title(axes, safe_name(shortened(first.agent, _LONGEST)), safe_name(f"{first.condition}{later}; {said} trials"))
+    title(axes, safe_name(first.agent, _LONGEST), safe_name(f"{first.condition}{later}; n = {n} trials"))

@@ -9,16 +9,18 @@ from __future__ import annotations
 
 import re
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from statistics import fmean
+from typing import Any
 
-import matplotlib as mpl
 from matplotlib.axes import Axes
-from matplotlib.font_manager import findfont, get_font
+from matplotlib.axis import Axis
+from matplotlib.font_manager import FontProperties, findfont, get_font
 from matplotlib.ticker import MaxNLocator
 
 from lockprobe.analysis.axis import FLIPS
 from lockprobe.figures.palette import Dash
+from lockprobe.figures.settings import FAINT, INK, SMALL
 from lockprobe.prose.subject import Subject
 from lockprobe.rows import Cell, Course
 from lockprobe.spec import spec_name
@@ -33,22 +35,23 @@ __all__ = [
     "axis_label",
     "blank",
     "counts",
+    "dose_axes",
+    "from_to",
     "heading",
     "label_right",
     "p_axis",
     "safe_name",
+    "settable",
     "share_axis",
+    "share_ticks",
     "shortened",
     "step_axis",
     "title",
 ]
 
-INK, FAINT = "#222222", "#666666"
-EXACT: dict[str, Dash] = {"random": ":", "no-repeat": "--"}
-"""How the two blind agents are drawn, in FAINT, wherever they are computed rather than played."""
-
-SMALL = 9.0
-"""Size of all text, in points."""
+EXACT: dict[str, tuple[str, Dash]] = {"uniform": ("random", ":"), "no-repeat": ("no-repeat", "--")}
+"""Names and dashes of the two blind agents, by their models of chance. They are drawn in FAINT wherever they are
+computed rather than played."""
 
 BEYOND = 0.5
 """How far a curve runs on after the last step."""
@@ -69,10 +72,21 @@ _LINE = 41
 """Characters in a line above a panel."""
 
 
+def from_to(sizes: Iterable[int | None]) -> str:
+    """Numbers as their range.
+
+    >>> from_to([7, 3, 5]), from_to([3, 3]), from_to([])
+    ('3 to 7', '3', '0')
+    """
+    known = [size or 0 for size in sizes] or [0]
+    least, most = min(known), max(known)
+    return f"{least}" if least == most else f"{least} to {most}"
+
+
 def counts(cells: Sequence[Cell]) -> str:
     """The number of trials behind every share."""
-    sizes = sorted({cell.trials for cell in cells}) or [0]
-    return f"n = {sizes[0]} to {sizes[-1]} trials" if len(sizes) > 1 else f"n = {sizes[0]} trial" + "s" * (sizes != [1])
+    said = from_to(cell.trials for cell in cells)
+    return f"n = {said} trial" + "s" * (said != "1")
 
 
 def agent_label(agent: Course, longest: int = 30) -> str:
@@ -81,12 +95,21 @@ def agent_label(agent: Course, longest: int = 30) -> str:
     return safe_name(shortened(Subject.of(agent.agent).name, max(_LEAST, longest - len(extra))) + extra)
 
 
-def safe_name(name: str) -> str:
-    """A name that is safe to set: in glyphs that exist, and never read as a formula."""
-    font = get_font(findfont(mpl.font_manager.FontProperties()))
-    name = "".join(c if c.isprintable() and font.get_char_index(ord(c)) else "?" for c in name)
-    hidden = " " if name.startswith("_") else ""  # a legend leaves out what begins with an underscore
-    return (hidden + name).replace("$", r"\$")
+def heading(agent: Course) -> str:
+    """Its name, and whether it acted the same at every dose."""
+    return agent_label(agent) + (f", the same at every {agent.name}" if agent.blind else "")
+
+
+def settable(text: str) -> str:
+    """The text with ``?`` for glyphs that the font lacks, and with ``$`` escaped, so that it is never a formula."""
+    font = get_font(findfont(FontProperties()))
+    return "".join(c if c.isprintable() and font.get_char_index(ord(c)) else "?" for c in text).replace("$", r"\$")
+
+
+def safe_name(name: str, longest: int | None = None) -> str:
+    """A name that is safe to set, also in a legend, which leaves out what begins with an underscore; shortened."""
+    name = settable(name if longest is None else shortened(name, longest))
+    return f" {name}" if name.startswith("_") else name
 
 
 def shortened(name: str, longest: int) -> str:
@@ -111,18 +134,16 @@ def _width(text: str) -> float:
     return len(text) + 1.1 * sum(text.count(wide) for wide in "mwMW@")
 
 
-def heading(agent: Course) -> str:
-    """Its name, and whether it acted the same at every dose."""
-    return agent_label(agent) + (f", the same at every {agent.name}" if agent.blind else "")
-
-
 def share_axis(axes: Axes, label: str) -> None:
     """The vertical axis of every figure: a share, from 0 to 100 %."""
-    axes.set_ylim(-0.03, 1.03)
-    axes.set_yticks([0, 0.25, 0.5, 0.75, 1], ["0", "25 %", "50 %", "75 %", "100 %"])
-    axes.set_ylabel(label, fontsize=SMALL, color=INK)
-    axes.grid(axis="y", color="#e6e6e6", linewidth=0.6, zorder=0)
-    _plain(axes)
+    axes.set(ylim=(-0.03, 1.03), ylabel=label)
+    share_ticks(axes.yaxis)
+    axes.grid(axis="y", zorder=0)
+
+
+def share_ticks(axis: Axis) -> None:
+    """Ticks at quarters, in per cent."""
+    axis.set_ticks([0, 0.25, 0.5, 0.75, 1], labels=["0", "25 %", "50 %", "75 %", "100 %"])
 
 
 def p_axis(axes: Axes, cells: Sequence[Cell], shift: float = 0.0, name: str = FLIPS.name) -> None:
@@ -131,20 +152,26 @@ def p_axis(axes: Axes, cells: Sequence[Cell], shift: float = 0.0, name: str = FL
     A tick is named where its name fits. With a single value there is no axis, and its name says which.
     """
     values = sorted({cell.dose for cell in cells if cell.dose is not None}) or [0.0]
-    margin = (0.06 * (values[-1] - values[0]) or 0.1) + shift
-    axes.set_xlim(values[0] - margin, values[-1] + margin)
+    first, reach = values[0], values[-1] - values[0]
+    margin = (0.06 * reach or 0.1) + shift
+    axes.set_xlim(first - margin, values[-1] + margin)
     if len(values) == 1:
-        axes.set_xticks([])
-        axes.set_xlabel(f"{axis_label(name)} = {values[0]:g}", fontsize=SMALL, color=INK)
+        axes.set(xticks=[], xlabel=f"{axis_label(name)} = {first:g}")
         return
-    names, free = [], values[0]
+    names, free = [], first
     for value in values:
         said = f"{value:g}"
-        width = (len(said) - 0.5 * said.count(".") + 0.4) * (values[-1] - values[0]) / _ROOM  # a point is half a digit
-        names.append(said if value - width / 2 >= free or value == values[0] else "")
+        width = (len(said) - 0.5 * said.count(".") + 0.4) * reach / _ROOM  # a point is half a digit
+        names.append(said if value - width / 2 >= free or value == first else "")
         free = value + width / 2 if names[-1] else free
     axes.set_xticks(values, names)
-    axes.set_xlabel(axis_label(name), fontsize=SMALL, color=INK)
+    axes.set_xlabel(axis_label(name))
+
+
+def dose_axes(axes: Axes, course: Course, label: str) -> None:
+    """A share, with this label, over the doses of an agent."""
+    share_axis(axes, label)
+    p_axis(axes, course.cells, name=course.name)
 
 
 def axis_label(name: str) -> str:
@@ -155,8 +182,7 @@ def axis_label(name: str) -> str:
 def step_axis(axes: Axes, budget: int, label: str) -> None:
     """The axes of Fig. 3: interactions up to the budget, and a share."""
     share_axis(axes, label)
-    axes.set_xlim(0, budget + BEYOND)
-    axes.set_xlabel("number of interactions", fontsize=SMALL, color=INK)
+    axes.set(xlim=(0, budget + BEYOND), xlabel="number of interactions")
     axes.xaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 5, 10]))
 
 
@@ -164,7 +190,7 @@ def blank(axes: Axes, why: str) -> None:
     """Axes that have nothing to show, and why."""
     axes.set_axis_off()
     text = "\n".join(textwrap.wrap(why, _LINE - 8))
-    axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", fontsize=SMALL, color=FAINT)
+    axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", color=FAINT)
 
 
 def title(axes: Axes, *lines: str) -> None:
@@ -172,12 +198,13 @@ def title(axes: Axes, *lines: str) -> None:
     space = "\N{NO-BREAK SPACE}"
     together = [line.replace(" %", f"{space}%").replace("$P$ = ", f"$P${space}={space}") for line in lines if line]
     wrapped = [part for line in together for part in textwrap.wrap(line, _LINE)]
-    axes.set_title("\n".join(wrapped), loc="left", fontsize=SMALL, color=INK)
+    axes.set_title("\n".join(wrapped), loc="left")
 
 
 def label_right(axes: Axes, labels: Sequence[tuple[float, str, str]], gap: float = _GAP) -> None:
     """Names at the right edge, each at the height where its line ends, pushed apart where they would touch."""
     low, high = axes.get_ylim()
+    beside: dict[str, Any] = {"transform": axes.transAxes}
     places = [(min(1.0, max(0.0, (y - low) / (high - low))), -i) for i, (y, _, _) in enumerate(labels)]
     ordered = sorted(places)
     blocks: list[list[float]] = []
@@ -190,25 +217,5 @@ def label_right(axes: Axes, labels: Sequence[tuple[float, str, str]], gap: float
     for i, ((end, place), base) in enumerate(zip(ordered, bases, strict=True)):
         height, (_, text, colour) = base + i * gap, labels[-place]
         if abs(height - end) > _BESIDE:  # a level line would run into the name as a dash
-            axes.plot(
-                [1.005, 1.04], [end, height], transform=axes.transAxes, color=colour, linewidth=0.7, clip_on=False
-            )
-        axes.text(
-            1.055,
-            height,
-            text,
-            transform=axes.transAxes,
-            color=colour,
-            va="center",
-            ha="left",
-            fontsize=SMALL,
-            linespacing=1.05,
-        )
-
-
-def _plain(axes: Axes) -> None:
-    """Two thin spines, small numbers."""
-    axes.set_axisbelow(True)
-    axes.spines[["top", "right"]].set_visible(False)
-    axes.spines[["left", "bottom"]].set(color="#888888", linewidth=0.7)
-    axes.tick_params(color="#888888", labelcolor=INK, labelsize=SMALL, width=0.7, length=3)
+            axes.plot([1.005, 1.04], [end, height], color=colour, linewidth=0.7, clip_on=False, **beside)
+        axes.text(1.055, height, text, color=colour, va="center", ha="left", linespacing=1.05, **beside)

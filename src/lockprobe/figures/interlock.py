@@ -13,19 +13,18 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations, groupby
 from statistics import fmean
-from typing import Literal
+from typing import Any
 
 from matplotlib.axes import Axes
-from matplotlib.font_manager import FontProperties, findfont, get_font
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, FancyArrowPatch, FancyBboxPatch
 
-from lockprobe.figures.frame import INK, SMALL
+from lockprobe.figures.frame import INK, settable
 from lockprobe.figures.palette import TARGET
 from lockprobe.lockbox.box import Clause, Lockbox
 from lockprobe.lockbox.difficulty import depths
 
-__all__ = ["Alternative", "Diagram", "diagram_of", "draw_interlock", "settable", "short_name", "symbols"]
+__all__ = ["Alternative", "Diagram", "diagram_of", "draw_interlock", "name_joint", "rounded", "short_name", "symbols"]
 
 Point = tuple[float, float]
 
@@ -38,7 +37,9 @@ _LANE, _BEFORE, _AFTER, _MARGIN = 0.15, 0.16, 0.28, 0.08
 _SPREAD, _BACK = 0.12, -0.165
 """Largest height above its middle at which arrows meet a box; height at which a wire leaves it to the left."""
 
-_MARK = 0.05
+_MARK, _OPEN = 0.05, "#d4d4d4"
+"""Radius of a mark, and the colour of a joint that is open at the start."""
+
 _LONGEST = 10
 """Characters in a line of a name."""
 
@@ -178,52 +179,36 @@ def _heights(count: int) -> list[float]:
 def draw_interlock(axes: Axes, box: Lockbox) -> None:
     """Draw which positions each joint needs before it moves. Joints that are free at the start stand on the left."""
     diagram = diagram_of(box)
-    up = (sum(axes.get_ylim()) - diagram.size[1]) / 2
-    for (x0, y0), (x1, y1) in diagram.wires():
-        axes.plot([x0, x1], [y0 + up, y1 + up], color=INK, linewidth=0.9, zorder=1)
-    for line in diagram.alternatives:
-        heights = [line.arrow, *(height for _, height in line.needs.values())]
-        axes.plot([line.x] * 2, [min(heights) + up, max(heights) + up], color=INK, linewidth=0.9, zorder=1)
-        edge = diagram.joints[line.joint][0] - _WIDE / 2
-        style = "-|>,head_length=3.6,head_width=1.8"
-        ends = (line.x, line.arrow + up), (edge, line.arrow + up)
-        axes.add_patch(
-            FancyArrowPatch(*ends, arrowstyle=style, color=INK, linewidth=0.9, shrinkA=0, shrinkB=0, zorder=2)
-        )
-        for position, height in line.needs.values():
+    line: dict[str, Any] = {"color": INK, "linewidth": 0.9}
+    head: dict[str, Any] = {"arrowstyle": "-|>,head_length=3.6,head_width=1.8", "shrinkA": 0, "shrinkB": 0}
+    for start, end in diagram.wires():
+        axes.plot(*zip(start, end, strict=True), zorder=1, **line)
+    for one in diagram.alternatives:
+        heights = [one.arrow, *(height for _, height in one.needs.values())]
+        axes.plot([one.x] * 2, [min(heights), max(heights)], zorder=1, **line)
+        edge = diagram.joints[one.joint][0] - _WIDE / 2
+        axes.add_patch(FancyArrowPatch((one.x, one.arrow), (edge, one.arrow), zorder=2, **head, **line))
+        for position, height in one.needs.values():
             face = INK if position else "white"
-            mark = Circle((line.x, height + up), _MARK, facecolor=face, edgecolor=INK, linewidth=0.9, zorder=4)
-            axes.add_patch(mark)
-    for name, (x, y) in diagram.joints.items():
-        _draw_joint(axes, box, name, (x, y + up))
-    axes.set_title("interlock: each arrow points to the joint that it frees", loc="left", fontsize=SMALL, color=INK)
+            axes.add_patch(Circle((one.x, height), _MARK, facecolor=face, edgecolor=INK, linewidth=0.9, zorder=4))
+    for (name, (x, y)), open_ in zip(diagram.joints.items(), box.initial, strict=True):
+        look = {"edgecolor": TARGET, "linewidth": 1.8} if name == box.target else {"edgecolor": INK}
+        corner = (x - _WIDE / 2, y - _HIGH / 2)
+        rounded(axes, corner, (_WIDE, _HIGH), 0.07, facecolor=_OPEN if open_ else "white", zorder=3, **look)
+        name_joint(axes, box, name, (x, y), va="center", zorder=5)
+    axes.set_title("interlock: each arrow points to the joint that it frees", loc="left")
 
 
-def _draw_joint(axes: Axes, box: Lockbox, name: str, at: Point) -> None:
-    target, open_ = name == box.target, box.initial[box.names.index(name)]
-    axes.add_patch(
-        FancyBboxPatch(
-            (at[0] - _WIDE / 2, at[1] - _HIGH / 2),
-            _WIDE,
-            _HIGH,
-            boxstyle="round,pad=0,rounding_size=0.07",
-            facecolor="#d4d4d4" if open_ else "white",
-            edgecolor=TARGET if target else INK,
-            linewidth=1.8 if target else 0.8,
-            zorder=3,
-        )
-    )
-    axes.text(
-        *at,
-        short_name(name),
-        ha="center",
-        va="center",
-        zorder=5,
-        fontsize=SMALL,
-        color=TARGET if target else INK,
-        fontweight="bold" if target else "normal",
-        linespacing=1.0,
-    )
+def rounded(axes: Axes, corner: Point, size: Point, radius: float, **settings: Any) -> None:
+    """A rectangle with round corners."""
+    style = f"round,pad=0,rounding_size={radius}"
+    axes.add_patch(FancyBboxPatch(corner, *size, boxstyle=style, **{"linewidth": 0.8, **settings}))
+
+
+def name_joint(axes: Axes, box: Lockbox, name: str, at: Point, **settings: Any) -> None:
+    """The short name of a joint; that of the target is bold as well."""
+    look: dict[str, Any] = {"color": TARGET, "fontweight": "bold"} if name == box.target else {}
+    axes.text(at[0], at[1], short_name(name), ha="center", linespacing=1.0, **look, **settings)
 
 
 def short_name(name: str) -> str:
@@ -234,31 +219,22 @@ def short_name(name: str) -> str:
     return "\n".join(settable(line if len(line) <= _LONGEST else line[: _LONGEST - 1] + "…") for line in lines)
 
 
-def settable(text: str) -> str:
-    """The text with ``?`` for glyphs that the font lacks, and with ``$`` escaped, so that it is never a formula."""
-    font = get_font(findfont(FontProperties()))
-    return "".join(c if c.isprintable() and font.get_char_index(ord(c)) else "?" for c in text).replace("$", r"\$")
-
-
-def symbols(box: Lockbox) -> list[tuple[Line2D, str]]:
-    """The legend: the marks that the diagram of this box has."""
+def symbols(box: Lockbox) -> dict[str, Line2D]:
+    """The legend: what the marks mean that the diagram of this box has."""
     alternatives = [box.alternatives(name) for name in box.names]
     clauses = [clause for several in alternatives for clause in several]
     positions = [position for clause in clauses for position in clause.values()]
-    target = Line2D([], [], marker="s", color="white", markeredgecolor=TARGET, linestyle="none", markersize=5)
-    found: list[tuple[Line2D, str]] = [(target, "target")]
-    if any(positions):
-        found.append((_mark(INK), "the joint before it must be open"))
-    if not all(positions):
-        found.append((_mark("white"), "the joint before it must be closed"))
-    if any(len(clause) > 1 for clause in clauses):
-        found.append((_mark(INK, line="-"), "on one line: all are required"))
-    if any(len(several) > 1 for several in alternatives):
-        found.append((_mark(INK, marker=">"), "several arrows: any one suffices"))
-    if any(box.initial):
-        found.append((Line2D([], [], marker="s", color="#d4d4d4", linestyle="none", markersize=5), "open at the start"))
-    return found
+    marks = {
+        "target": _mark("white", marker="s", color="white", markeredgecolor=TARGET),
+        "the joint before it must be open": _mark(INK) if any(positions) else None,
+        "the joint before it must be closed": _mark("white") if not all(positions) else None,
+        "on one line: all are required": _mark(INK, linestyle="-") if max(map(len, clauses), default=0) > 1 else None,
+        "several arrows: any one suffices": _mark(INK, marker=">") if max(map(len, alternatives)) > 1 else None,
+        "open at the start": _mark(_OPEN, marker="s", color=_OPEN) if any(box.initial) else None,
+    }
+    return {name: mark for name, mark in marks.items() if mark}
 
 
-def _mark(face: str, *, marker: str = "o", line: Literal["-", "none"] = "none") -> Line2D:
-    return Line2D([], [], color=INK, linestyle=line, linewidth=0.9, marker=marker, markersize=5, markerfacecolor=face)
+def _mark(face: str, **settings: Any) -> Line2D:
+    look: dict[str, Any] = {"color": INK, "linestyle": "none", "linewidth": 0.9, "marker": "o", "markersize": 5}
+    return Line2D([], [], markerfacecolor=face, **look | settings)

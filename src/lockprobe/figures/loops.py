@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Sequence
 from functools import partial
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import NullFormatter
 
 from lockprobe.analysis.published import LOOPS_AT_0, LOOPS_AT_40
 from lockprobe.figures.compose import sheet
@@ -17,34 +15,41 @@ from lockprobe.figures.frame import (
     EXACT,
     FAINT,
     INK,
-    SMALL,
     agent_label,
     blank,
     counts,
+    dose_axes,
     heading,
     label_right,
-    p_axis,
     share_axis,
+    share_ticks,
     step_axis,
     title,
 )
 from lockprobe.figures.palette import ACCENT, SUBJECTS, Style
 from lockprobe.figures.primitives import (
     band,
-    bars,
+    by_dose,
     dots,
-    means,
     numbers,
     published,
     published_by_p,
+    repetitions,
     second_order_fit,
     staircase,
+    widened,
 )
 from lockprobe.figures.settings import own_settings
-from lockprobe.formatting import minus, p_value
+from lockprobe.formatting import bracketed, p_value
 from lockprobe.rows import Cell, Course, Curve, Estimate, Results
 
-__all__ = ["draw_loops_with_chance", "loop_harm", "loops_against_success", "loops_by_p", "loops_with_chance"]
+__all__ = ["loop_harm", "loops_against_success", "loops_by_dose", "loops_by_p", "loops_with_chance"]
+
+_BLUE, _ORANGE = Style(colour=SUBJECTS[0]), Style(colour=ACCENT)
+"""Success, or the lowest flip rate; loop rates."""
+
+_HIGHER = Style(colour=ACCENT, marker="s", dash=(0, (5, 1.5)))
+"""All flip rates but the lowest."""
 
 _WIDEST = 1000.0
 """Odds ratios beyond this, or below one over it, are arrows at the edge."""
@@ -53,29 +58,31 @@ _LENGTH_NOTE = (
     "Solved trials are shorter and hold fewer loops by chance alone: a negative r is expected even if loops do no harm."
 )
 
-_TESTS = {"step by step": "step by step", "after step 10": "after step 10", "whole trials": "naive: whole trials"}
-"""What the rows of odds ratios are of, and what the figure calls them; the last is no evidence."""
+_TESTS = {
+    "step by step": ("step by step", _BLUE),
+    "after step 10": ("after step 10", _BLUE),
+    "whole trials": ("naive: whole trials", Style(colour=FAINT, lead=False)),
+}
+"""What the rows of odds ratios are of, what the figure calls them and how they are drawn; the last is no evidence."""
 
 
 @own_settings()
 def loops_against_success(found: Results) -> Figure | None:
     """Loop rate against success, as in the paper's Fig. 5a; None with a single flip rate."""
-    shown = _subjects(found) if found.several_p else []
-    return sheet(shown, _against_success, note=_LENGTH_NOTE) if shown else None
+    return sheet(_subjects(found) if found.several_p else [], _against_success, note=_LENGTH_NOTE)
 
 
 @own_settings()
 def loop_harm(found: Results) -> Figure | None:
     """In place of Fig. 5a: odds of solving after a loop over odds before, on one axis for all agents."""
     shown = _subjects(found)
-    return sheet(shown, partial(_harm, reach=_odds_reach(shown)), heights=(2.5,)) if shown else None
+    return sheet(shown, partial(_harm, reach=_odds_reach(shown)), heights=(2.5,))
 
 
 @own_settings()
 def loops_by_p(found: Results) -> Figure | None:
     """Loop rate by flip rate, as in the paper's Fig. 5b; None with a single flip rate."""
-    shown = _subjects(found) if found.several_p else []
-    return sheet(shown, _by_p) if shown else None
+    return sheet(_subjects(found) if found.several_p else [], _by_p)
 
 
 @own_settings()
@@ -83,7 +90,13 @@ def loops_with_chance(found: Results) -> Figure | None:
     """Loop rates with their chance levels, and below them when the first loop is complete."""
     shown = _subjects(found)
     onset = [_draw_onset] if any(_onset(course, "lowest") for course in shown) else []
-    return sheet(shown, draw_loops_with_chance, *onset) if shown else None
+    return sheet(shown, _with_chance, *onset)
+
+
+@own_settings()
+def loops_by_dose(found: Results, place: int) -> Figure | None:
+    """Loop rates with their chance levels over another axis of the design, by its place among them."""
+    return sheet([course for course in found.courses(found.design.axes[place]) if course.played], _with_chance)
 
 
 def _subjects(found: Results) -> list[Course]:
@@ -94,62 +107,39 @@ def _subjects(found: Results) -> list[Course]:
 
 def _against_success(axes: Axes, course: Course) -> None:
     """Loop rate against success over repetitions, with the regression line and r (Fig. 5a)."""
-    points = [pair for cell in (course.cells[:1] if course.blind else course.cells) for pair in cell.points]
+    shown = course.cells[:1] if course.blind else course.cells
+    points = [(loops.value or 0.0, success.value or 0.0) for cell in shown for success, loops in cell.points]
     if not points:
         return blank(axes, f"{agent_label(course)}: no trial has ended")
-    places = Counter((loops.value or 0.0, success.value or 0.0) for success, loops in points)
-    axes.scatter(
-        [loops for loops, _ in places],
-        [share for _, share in places],
-        s=[16 * count for count in places.values()],
-        color=SUBJECTS[0],
-        alpha=0.6,
-        linewidth=0,
-        zorder=3,
-        clip_on=False,
-    )
-    found, slope = course.get("loop_success_correlation"), course.value("loop_success_line", "slope")
-    intercept = course.value("loop_success_line", "intercept")
+    dots(axes, points, _BLUE, size=16)
+    slope, intercept = (course.value("loop_success_line", of) for of in ("slope", "intercept"))
     if slope is not None and intercept is not None:
-        ends = [min(loops for loops, _ in places), max(loops for loops, _ in places)]
+        ends = [min(points)[0], max(points)[0]]
         axes.plot(ends, [intercept + slope * x for x in ends], color=INK, linewidth=1.2, zorder=2)
+    found = course.get("loop_success_correlation")
     title(axes, heading(course), f"{_r(found)}; n = {found.n if found else 0} repetitions")
-    axes.set_xlim(-0.04, 1.04)
-    axes.set_xticks([0, 0.25, 0.5, 0.75, 1], ["0", "25 %", "50 %", "75 %", "100 %"])
-    axes.set_xlabel("share of trials with an action loop", fontsize=SMALL + 1, color=INK)
+    axes.set(xlim=(-0.04, 1.04), xlabel="share of trials with an action loop")
+    share_ticks(axes.xaxis)
     return share_axis(axes, "success rate")
 
 
 def _r(found: Estimate | None) -> str:
     if found is None or found.value is None:
         return "r is not defined"
-    interval = "" if found.low is None else f" [{found.low:.2f}, {found.high:.2f}]"
-    return minus(f"r = {found.value:.2f}{interval}", zeros=True)
+    return f"r = {bracketed(found.value, found.low, found.high, '{:.2f}', 1)}"
 
 
 def _by_p(axes: Axes, course: Course) -> None:
     """Loop rate over flip probability with the second-order fit (Fig. 5b)."""
     if not course.played:
         return blank(axes, f"{agent_label(course)}: no trial has ended")
-    style = Style(colour=ACCENT, marker="o", dash="-", lead=True)
-    fitted = second_order_fit(axes, course.curve("loop_fit"), style)
-    dots(axes, course, style, loops=True)
-    means(axes, _doses(course), _loop_rates(course), style, line=not fitted)
+    fitted = second_order_fit(axes, course.curve("loop_fit"), _ORANGE)
+    dots(axes, [(dose, loops.value) for dose, _, loops in repetitions(course)], _ORANGE)
+    by_dose(axes, course.played, "loop_rate", _ORANGE, bars=False, linestyle="none" if fitted else "-")
     published(axes, published_by_p(course.cells, LOOPS_AT_0, LOOPS_AT_40), "the paper, reconstructed")
-    share_axis(axes, "action loop probability")
-    p_axis(axes, course.cells)
+    dose_axes(axes, course, "action loop probability")
     said = f"{counts(course.played)} per flip rate; dots: repetitions; markers: means"
     return title(axes, heading(course), said, fitted)
-
-
-def _doses(course: Course) -> list[float]:
-    """The doses with an ended trial."""
-    return [cell.dose for cell in course.played if cell.dose is not None]
-
-
-def _loop_rates(course: Course) -> list[Estimate]:
-    """The loop rates at these doses."""
-    return [rate for cell in course.played if (rate := cell.get("loop_rate"))]
 
 
 def _odds_reach(courses: Sequence[Course]) -> float:
@@ -175,34 +165,22 @@ def _harm(axes: Axes, course: Course, reach: float) -> None:
     """
     if not course.played:
         return blank(axes, f"{agent_label(course)}: no trial has ended")
-    found = {of: _odds(course, of) for of in _TESTS}
+    odds = [_odds(course, of) for of in _TESTS]
     axes.set_xscale("log")
-    rows = [_row(_TESTS[of], row, naive=of == "whole trials") for of, (row, _) in found.items()]
+    looks = _TESTS.values()
+    rows = [ForestRow(name, _said(row), row, style) for (name, style), (row, _) in zip(looks, odds, strict=True)]
     forest(axes, rows, (1 / reach, reach), levels=((1.0, INK, "-"),))
-    for i, (_, blind) in enumerate(found.values()):
+    for i, (_, blind) in enumerate(odds):
         if blind is not None:
-            axes.plot([blind], [i], marker="|", color=ACCENT, markersize=11, markeredgewidth=1.6)
+            axes.plot(blind, i, marker="|", color=ACCENT, markersize=11, markeredgewidth=1.6)
     ticks = [tick for tick in (0.001, 0.01, 0.1, 0.3, 1, 3, 10, 100, 1000) if 1 / reach <= tick <= reach]
     ticks = [tick for tick in ticks if reach < 30 or tick not in {0.3, 3}]
     axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
-    axes.xaxis.set_minor_formatter(NullFormatter())
-    axes.tick_params(which="minor", length=0)
-    axes.set_xlabel("odds ratio of solving, after over before a loop", fontsize=SMALL, color=INK)
+    axes.minorticks_off()
+    axes.set_xlabel("odds ratio of solving, after over before a loop")
     n = sum(cell.trials for cell in (course.cells[:1] if course.blind else course.cells))
-    tick = "" if found["step by step"][1] is None else "|: a blind agent with the same habits"
+    tick = "" if odds[0][1] is None else "|: a blind agent with the same habits"
     return title(axes, heading(course), f"n = {n} trials; bars: 95 % intervals", tick)
-
-
-def _row(name: str, found: Estimate, *, naive: bool) -> ForestRow:
-    return ForestRow(
-        name=name,
-        said=_said(found),
-        value=found.value,
-        low=found.low,
-        high=found.high,
-        colour=FAINT if naive else SUBJECTS[0],
-        face="white" if naive else SUBJECTS[0],
-    )
 
 
 def _said(found: Estimate) -> str:
@@ -217,27 +195,18 @@ def _short(ratio: float) -> str:
     return f"{ratio:.0f}" if 10 <= ratio <= _WIDEST else f"{ratio:.2g}"
 
 
-def draw_loops_with_chance(axes: Axes, course: Course) -> None:
+def _with_chance(axes: Axes, course: Course) -> None:
     """Fig. 5b with Wilson's intervals and what chance alone gives in trials of exactly these lengths."""
     if not course.played:
         return blank(axes, f"{agent_label(course)}: no trial has ended")
-    x, style = _doses(course), Style(colour=ACCENT, marker="o", dash="-", lead=True)
-    bars(axes, x, _loop_rates(course), style)
-    share_axis(axes, "share of trials with a loop")
-    p_axis(axes, course.cells, name=course.name)
+    by_dose(axes, course.played, "loop_rate", _ORANGE)
+    dose_axes(axes, course, "share of trials with a loop")
     low, high = axes.get_xlim()
-    _blind_agents(axes, x, _chance(course, "uniform"), _chance(course, "no-repeat"))
+    x = [cell.dose or 0.0 for cell in course.played]
+    _blind_agents(axes, x, course)
     for side, marker, of in ((-1, "x", "markov"), (1, "+", "permutation")):
-        axes.plot(
-            [p + side * 0.028 * (high - low) for p in x],
-            _chance(course, of),
-            linestyle="none",
-            marker=marker,
-            markersize=4.2,
-            markeredgewidth=0.9,
-            color=INK,
-            zorder=3,
-        )
+        beside = [p + side * 0.028 * (high - low) for p in x]
+        axes.plot(beside, _chance(course, of), marker, color=INK, markersize=4.2, markeredgewidth=0.9, zorder=3)
     return title(
         axes,
         heading(course),
@@ -248,19 +217,18 @@ def draw_loops_with_chance(axes: Axes, course: Course) -> None:
 
 def _chance(course: Course, of: str) -> list[float]:
     """The loop rate by chance under a null model, at every dose with an ended trial."""
-    return numbers([cell.value("loop_rate_chance", of) for cell in course.played])
+    return numbers(cell.value("loop_rate_chance", of) for cell in course.played)
 
 
-def _blind_agents(axes: Axes, x: Sequence[float], uniform: Sequence[float], no_repeat: Sequence[float]) -> None:
+def _blind_agents(axes: Axes, x: Sequence[float], course: Course) -> None:
     """Between the two blind agents; a single p is given some width to be seen."""
-    low, high = axes.get_xlim()
-    reach = 0.04 * (high - low)
-    ends = x if len(x) > 1 else [x[0] - reach, x[0] + reach]
-    first, second = ([*levels] * (len(ends) // len(x)) for levels in (uniform, no_repeat))
-    axes.fill_between(ends, first, second, color="#999999", alpha=0.2, linewidth=0, zorder=1)
-    for levels, name in ((first, "random"), (second, "no-repeat")):
-        axes.plot(ends, levels, linestyle=EXACT[name], color=FAINT, linewidth=0.9, zorder=2)
-    label_right(axes, [(first[-1], "random", FAINT), (second[-1], "no-repeat", FAINT)])
+    ends, levels = widened(axes, x, *(_chance(course, of) for of in EXACT))
+    axes.fill_between(ends, levels[0], levels[1], color="#999999", alpha=0.2, linewidth=0, zorder=1)
+    labels = []
+    for level, (name, dash) in zip(levels, EXACT.values(), strict=True):
+        axes.plot(ends, level, linestyle=dash, color=FAINT, linewidth=0.9, zorder=2)
+        labels.append((level[-1], name, FAINT))
+    label_right(axes, labels)
 
 
 def _draw_onset(axes: Axes, course: Course) -> None:
@@ -270,10 +238,7 @@ def _draw_onset(axes: Axes, course: Course) -> None:
         why = "the same at every flip rate" if course.blind else "fewer than two flip rates with trials"
         return blank(axes, f"{agent_label(course)}: no comparison of loop onsets ({why})")
     first, *others = _compared(course)
-    groups = (
-        (lowest, [first], Style(colour=SUBJECTS[0], marker="o", dash="-", lead=True)),
-        (higher, others, Style(colour=ACCENT, marker="s", dash=(0, (5, 1.5)), lead=True)),
-    )
+    groups = ((lowest, [first], _BLUE), (higher, others, _HIGHER))
     for i, (curve, _, style) in enumerate(groups):
         staircase(axes, curve.value, style, first=1 + 2 * i)
         band(axes, curve.low, curve.high, style)

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Literal
+from functools import partial
+from typing import Any, Literal
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from lockprobe.analysis.published import SOLVED_AT_0, SOLVED_AT_40
-from lockprobe.figures.compose import COLUMN, HEIGHT
-from lockprobe.figures.frame import FAINT, SMALL, agent_label, label_right, p_axis, share_axis, step_axis
+from lockprobe.figures.compose import COLUMN, HEIGHT, sheet
+from lockprobe.figures.frame import FAINT, agent_label, label_right, p_axis, share_axis, shortened, step_axis
 from lockprobe.figures.palette import Style, shifts, styles
-from lockprobe.figures.primitives import bars, means, published, published_by_p, staircase
+from lockprobe.figures.primitives import by_dose, published, published_by_p, staircase
 from lockprobe.figures.settings import own_settings
 from lockprobe.rows import Course, Results
 
@@ -31,6 +31,11 @@ _MOST = 7
 _NAME = 24
 """Characters of a name at the right edge."""
 
+_IN_COLUMN = 26
+"""Characters of a name and its modality in a column."""
+
+_CHANCE: dict[str, Any] = {"color": FAINT, "alpha": 0.13, "linewidth": 0, "zorder": 0}
+"""How the range of random agents is drawn."""
 
 _Shown = Sequence[tuple[Course, Style]]
 
@@ -44,50 +49,44 @@ def draw_overview(found: Results, size: Literal["screen", "column"] = "screen") 
         size: That of the first screen or of a column of print.
     """
     shown = [(course, style) for course, style in styles(found.courses()) if course.played][:_MOST]
-    if not shown:
-        return None
-    figure = Figure(figsize=_SIZES[size], layout=ConstrainedLayoutEngine(w_pad=0.06))
-    axes = figure.subplots()
-    (_by_p if found.several_p else _by_step)(axes, found, shown)
-    if size == "column":  # the names of agents take half of it
+    draw, (width, height) = _by_p if found.several_p else _by_step, _SIZES[size]
+    figure = sheet([shown] if shown else [], partial(draw, found), heights=(height,), width=width)
+    if figure and size == "column":  # the names of agents take half of it
+        (axes,) = figure.axes
         every = -(-len(axes.get_xticks()) // _TICKS)
         labels = [label.get_text() for label in axes.get_xticklabels()]
         axes.set_xticks(axes.get_xticks()[::every], labels[::every])
+        for text in axes.texts:
+            text.set_text(shortened(text.get_text(), _IN_COLUMN))
     return figure
 
 
-def _by_p(axes: Axes, found: Results, shown: _Shown) -> None:
+def _by_p(found: Results, axes: Axes, shown: _Shown) -> None:
     """Shares with Wilson's intervals, beside the range of random agents."""
     courses = found.courses()
     moved, labels = shifts(courses), []
     cells = [cell for course in courses for cell in course.cells]
     for course, style in shown:
-        x = [(cell.dose or 0.0) + moved[course.agent, course.modality] for cell in course.played]
-        shares = [row for cell in course.played if (row := cell.get("success"))]
-        if style.lead:
-            bars(axes, x, shares, style)
-        means(axes, x, shares, style, line=True)
-        labels.append((shares[-1].value or 0.0, agent_label(course, _NAME), style.colour))
+        shift = moved[course.agent, course.modality]
+        by_dose(axes, course.played, "success", style, shift=shift, bars=style.lead, linestyle=style.dash)
+        labels.append((course.played[-1].value("success") or 0.0, agent_label(course, _NAME), style.colour))
     share_axis(axes, "trials solved")
     p_axis(axes, cells, max(map(abs, moved.values()), default=0.0))
     if chance := _chance(found):
         low, high = (share[_budget(shown)] for share in chance)
-        axes.axhspan(low, high, color=FAINT, alpha=0.13, linewidth=0, zorder=0)
+        axes.axhspan(low, high, **_CHANCE)
         labels.append(((low + high) / 2, "chance", FAINT))
-    if stars := published_by_p(cells, SOLVED_AT_0, SOLVED_AT_40):
-        published(axes, stars)
-        middle = sum(axes.get_xlim()) / 2
-        for place in stars:
-            side = 1 if place[0] < middle else -1
-            axes.annotate(
-                "Zenkri\n& Brock", place, (6 * side, 0), textcoords="offset points", va="center",
-                ha="left" if side > 0 else "right", fontsize=SMALL, color=FAINT, zorder=6,
-                bbox={"facecolor": "white", "alpha": 0.75, "linewidth": 0, "pad": 0.4},
-            )  # fmt: skip
+    stars = published_by_p(cells, SOLVED_AT_0, SOLVED_AT_40)
+    published(axes, stars, label="")
+    for place in stars:
+        side = 1 if place[0] < sum(axes.get_xlim()) / 2 else -1
+        beside: dict[str, Any] = {"textcoords": "offset points", "va": "center", "ha": "left" if side > 0 else "right"}
+        behind = {"facecolor": "white", "alpha": 0.75, "linewidth": 0, "pad": 0.4}
+        axes.annotate("Zenkri\n& Brock", place, (6 * side, 0), color=FAINT, zorder=6, bbox=behind, **beside)
     label_right(axes, labels)
 
 
-def _by_step(axes: Axes, found: Results, shown: _Shown) -> None:
+def _by_step(found: Results, axes: Axes, shown: _Shown) -> None:
     """Shares solved by each step, beside the range of random agents."""
     labels, budget = [], _budget(shown)
     for i, (course, style) in enumerate(shown):
@@ -97,7 +96,7 @@ def _by_step(axes: Axes, found: Results, shown: _Shown) -> None:
         labels.append((share[-1] or 0.0, agent_label(course, _NAME), style.colour))
     if chance := _chance(found):
         low, high = (share[: budget + 1] for share in chance)
-        axes.fill_between(range(budget + 1), low, high, step="post", color=FAINT, alpha=0.13, linewidth=0, zorder=0)
+        axes.fill_between(range(budget + 1), low, high, step="post", **_CHANCE)
         labels.append(((low[-1] + high[-1]) / 2, "chance", FAINT))
     step_axis(axes, budget, "solved by this step")
     label_right(axes, labels)

@@ -12,6 +12,7 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
 from itertools import pairwise, product
+from typing import Any
 
 import matplotlib as mpl
 
@@ -66,17 +67,31 @@ _SHADES = {"symbolic": 0.0, "rgb": 0.45, "rgbd": -0.35}
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Style:
-    """How one agent looks; ``lead`` if the study is about it."""
+    """How one agent looks; ``lead`` if the study is about it. An empty marker draws none."""
 
     colour: str
-    marker: Marker
-    dash: Dash
-    lead: bool
+    marker: Marker = "o"
+    dash: Dash = "-"
+    lead: bool = True
 
     @property
     def face(self) -> str:
         """The inside of its markers."""
         return self.colour if self.lead else "white"
+
+    @property
+    def line(self) -> dict[str, Any]:
+        """Its line with its markers, as settings of Matplotlib."""
+        return {
+            "color": self.colour,
+            "linestyle": self.dash,
+            "linewidth": 1.4 if self.lead else 0.9,
+            "marker": self.marker,
+            "markersize": 4.8 if self.lead else 3.6,
+            "markerfacecolor": self.face,
+            "markeredgewidth": 0.7,
+            "zorder": 4 if self.lead else 3,
+        }
 
 
 def styles(courses: Sequence[Course]) -> list[tuple[Course, Style]]:

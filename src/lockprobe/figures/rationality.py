@@ -2,36 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, ScalarFormatter
 
 from lockprobe.figures.compose import HEIGHT, sheet
-from lockprobe.figures.frame import heading, p_axis, share_axis, title
+from lockprobe.figures.frame import dose_axes, from_to, heading, title
 from lockprobe.figures.palette import ACCENT, SUBJECTS, Dash, Style
-from lockprobe.figures.primitives import numbers
+from lockprobe.figures.primitives import by_dose, numbers, widened
 from lockprobe.figures.settings import own_settings
-from lockprobe.rows import Cell, Course, Estimate, Results
+from lockprobe.rows import Cell, Course, Results
 
 __all__ = ["rationality"]
 
-_LOOKS: dict[str, tuple[Style, str, Dash]] = {
-    "naive": (Style(colour=SUBJECTS[0], marker="o", dash="-", lead=True), "reports believed", ":"),
-    "aware": (Style(colour=ACCENT, marker="s", dash="-", lead=True), "reports doubted", "--"),
+_LOOKS: dict[str, tuple[Style, str, Dash, float]] = {
+    "naive": (Style(colour=SUBJECTS[0]), "reports believed", ":", -0.006),
+    "aware": (Style(colour=ACCENT, marker="s"), "reports doubted", "--", 0.006),
 }
-"""How each observer is drawn, its name in the legend, and the line of chance."""
-
-_APART = {"naive": -0.006, "aware": 0.006}
-"""Sideways shifts that keep the marks of the observers apart, in widths of the axis."""
+"""How each observer is drawn, its name in the legend, the line of chance, and how far its marks are moved sideways, in
+widths of the axis, so that they stay apart."""
 
 
 @own_settings()
 def rationality(found: Results) -> Figure | None:
     """Share of optimal actions and steps lost of the agents that the study is about; None if none was judged."""
     judged = [course for course in found.courses() if course.subject and _judged(course)]
-    return sheet(judged, _optimal_actions, _steps_lost, heights=(HEIGHT, 2.1)) if judged else None
+    return sheet(judged, _optimal_actions, _steps_lost, heights=(HEIGHT, 2.1))
 
 
 def _judged(course: Course) -> list[Cell]:
@@ -41,56 +37,30 @@ def _judged(course: Course) -> list[Cell]:
 
 def _optimal_actions(axes: Axes, course: Course) -> None:
     """Share of actions that no other beats, by flip probability."""
-    share_axis(axes, "share of optimal actions")
-    p_axis(axes, course.cells)
-    for of in _LOOKS:
-        _observer(axes, _judged(course), "optimal_actions", of)
-    sizes = sorted({row.n or 0 for cell in course.cells if (row := cell.get("optimal_actions", "naive"))})
-    several = f"{sizes[0]} to {sizes[-1]}" if len(sizes) > 1 else f"{sizes[0]}"
-    said = f"n = {several} actions per flip rate; bars: 95 % intervals"
+    dose_axes(axes, course, "share of optimal actions")
+    _observers(axes, course, "optimal_actions")
+    actions = from_to(row.n for cell in course.cells if (row := cell.get("optimal_actions", "naive")))
+    said = f"n = {actions} actions per flip rate; bars: 95 % intervals"
     title(axes, heading(course), said, "dotted, dashed: by chance")
 
 
 def _steps_lost(axes: Axes, course: Course) -> None:
     """Mean regret of an action in expected steps, by flip probability."""
-    share_axis(axes, "steps lost per action")
-    p_axis(axes, course.cells)
+    dose_axes(axes, course, "steps lost per action")
     axes.set_ylim(auto=True)
     axes.yaxis.set_major_locator(MaxNLocator(4))
     axes.yaxis.set_major_formatter(ScalarFormatter())
-    for of in _LOOKS:
-        _observer(axes, _judged(course), "steps_lost", of)
+    _observers(axes, course, "steps_lost")
     axes.set_ylim(bottom=-0.03 * axes.get_ylim()[1])
 
 
-def _observer(axes: Axes, judged: Sequence[Cell], quantity: str, of: str) -> None:
-    """One observer's values with their intervals, and the line of chance."""
-    (style, name, dash), x = _LOOKS[of], [cell.dose or 0.0 for cell in judged]
-    rows = [row for cell in judged if (row := cell.get(quantity, of))]
+def _observers(axes: Axes, course: Course, quantity: str) -> None:
+    """Both observers' values with their intervals, and the lines of chance."""
     low, high = axes.get_xlim()
-    axes.errorbar(
-        [p + _APART[of] * (high - low) for p in x],
-        numbers(row.value for row in rows),
-        yerr=[*zip(*map(_reach, rows), strict=True)],
-        fmt="",
-        marker=style.marker,
-        color=style.colour,
-        linestyle="-",
-        linewidth=0.8,
-        markersize=4.6,
-        markeredgecolor="white",
-        markeredgewidth=0.7,
-        elinewidth=1.1,
-        zorder=4,
-        label=name,
-    )
-    chance, reach = numbers(cell.value(f"{quantity}_chance", of) for cell in judged), 0.04 * (high - low)
-    ends = x if len(x) > 1 else [x[0] - reach, x[0] + reach]
-    axes.plot(ends, chance * (len(ends) // len(x)), color=style.colour, linestyle=dash, linewidth=0.9, zorder=2)
-
-
-def _reach(row: Estimate) -> tuple[float, float]:
-    """How far its interval reaches down and up; nowhere at an end that is not known."""
-    value = row.value or 0.0
-    low, high = (value if end is None else end for end in (row.low, row.high))
-    return max(0.0, value - low), max(0.0, high - value)
+    judged = _judged(course)
+    for of, (style, name, dash, apart) in _LOOKS.items():
+        joined = {"linestyle": "-", "linewidth": 0.8}
+        by_dose(axes, judged, quantity, style, of=of, shift=apart * (high - low), label=name, **joined)
+        levels = numbers(cell.value(f"{quantity}_chance", of) for cell in judged)
+        x, (chance,) = widened(axes, [cell.dose or 0.0 for cell in judged], levels)
+        axes.plot(x, chance, color=style.colour, linestyle=dash, linewidth=0.9, zorder=2)

@@ -10,10 +10,33 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from types import ModuleType
+from typing import Any
 
 from lockprobe.errors import BadFile
 
-__all__ = ["own_settings"]
+__all__ = ["FAINT", "INK", "SMALL", "own_settings"]
+
+INK, FAINT = "#222222", "#666666"
+
+SMALL = 9.0
+"""Size of all text, in points."""
+
+_STYLE: dict[str, Any] = {
+    "svg.hashsalt": "lockprobe",  # equal figures give equal bytes
+    "font.size": SMALL,
+    "text.color": INK,
+    "axes.titlesize": SMALL,
+    "axes.labelcolor": INK,
+    "axes.edgecolor": "#888888",
+    "axes.linewidth": 0.7,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.axisbelow": True,
+    "grid.color": "#e6e6e6",
+    "grid.linewidth": 0.6,
+    "legend.frameon": False,
+}
+"""What figures look like, beyond Matplotlib's defaults. Ticks, which Matplotlib makes late, are styled by ``sheet``."""
 
 _BACKEND = "MPLBACKEND"
 
@@ -43,8 +66,8 @@ _MPL = _import_matplotlib()
 
 @contextmanager
 def own_settings() -> Iterator[None]:
-    """A context, or a decorator of a function, in which Matplotlib has its defaults instead of the user's settings."""
+    """A context, or a decorator of a function, in which Matplotlib has our settings instead of the user's."""
     with _MPL.rc_context():
         _MPL.rcdefaults()
-        _MPL.rcParams["svg.hashsalt"] = "lockprobe"  # equal figures give equal bytes
+        _MPL.rcParams.update(_STYLE)
         yield

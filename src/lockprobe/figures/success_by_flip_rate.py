@@ -1,4 +1,4 @@
-"""Success by flip rate: the paper's Fig. 4, and its companion with intervals, chance and the best flip rates."""
+"""Success by flip rate: the paper's Fig. 4, its companion with intervals and chance, and its course beside loops."""
 
 from __future__ import annotations
 
@@ -16,33 +16,70 @@ from lockprobe.figures.frame import (
     agent_label,
     blank,
     counts,
+    dose_axes,
     heading,
     label_right,
     p_axis,
     share_axis,
     title,
 )
-from lockprobe.figures.palette import SUBJECTS, Style, shifts, styles
-from lockprobe.figures.primitives import bars, dots, key, means, numbers, published, published_by_p, second_order_fit
+from lockprobe.figures.palette import ACCENT, SUBJECTS, Style, shifts, styles
+from lockprobe.figures.primitives import (
+    by_dose,
+    curve_with_band,
+    dots,
+    key,
+    numbers,
+    published,
+    published_by_p,
+    repetitions,
+    second_order_fit,
+)
 from lockprobe.figures.settings import own_settings
 from lockprobe.formatting import p_value, percent
-from lockprobe.rows import Cell, Course, Estimate, Results
+from lockprobe.rows import Course, Results
 
-__all__ = ["draw_success_by_dose", "draw_success_by_p", "fig4", "fig4_corrected", "published_success"]
+__all__ = [
+    "_draw_course",
+    "courses",
+    "draw_success_by_dose",
+    "draw_success_by_p",
+    "fig4",
+    "fig4_corrected",
+    "success_by_dose",
+]
+
+_SHARES = {
+    "success": (Style(colour=SUBJECTS[0]), "solved"),
+    "loop_rate": (Style(colour=ACCENT, marker="s", dash=(0, (5, 1.5))), "with an action loop"),
+}
+"""What the course of an agent shows, how it is drawn, and its name in the legend."""
 
 
 @own_settings()
 def fig4(found: Results) -> Figure | None:
     """Success by flip rate, as in the paper; None without an ended trial or with a single flip rate."""
     courses = _shown(found)
-    return sheet([courses], draw_success_by_p) if courses else None
+    return sheet([courses] if courses else [], draw_success_by_p)
 
 
 @own_settings()
 def fig4_corrected(found: Results) -> Figure | None:
     """The same with intervals and chance, a panel for each agent that the study is about."""
-    courses = [course for course in _shown(found) if course.subject]
-    return sheet(courses, draw_success_by_dose) if courses else None
+    return sheet([course for course in _shown(found) if course.subject], draw_success_by_dose)
+
+
+@own_settings()
+def success_by_dose(found: Results, place: int) -> Figure | None:
+    """The same over another axis of the design, by its place among them, for every agent with an ended trial."""
+    return sheet([course for course in found.courses(found.design.axes[place]) if course.played], draw_success_by_dose)
+
+
+@own_settings()
+def courses(found: Results) -> Figure | None:
+    """The course of success with the loop rate, a panel for each agent; None for a single agent or flip rate."""
+    shown = _shown(found)
+    return sheet(shown if len(shown) > 1 else [], _draw_course, heights=(2.1,))
 
 
 def _shown(found: Results) -> list[Course]:
@@ -61,27 +98,18 @@ def draw_success_by_p(axes: Axes, courses: Sequence[Course]) -> None:
     for course, style in styles(courses):
         shift = moved[course.agent, course.modality]
         if style.lead:
-            dots(axes, course, style, shift)
+            dots(axes, [(at + shift, success.value) for at, success, _ in repetitions(course)], style)
             said.append(second_order_fit(axes, course.curve("success_fit"), style))
-        x, shares = _shares(course)
-        means(axes, [p + shift for p in x], shares, style, line=not (style.lead and said[-1]))
-        if shares:
+        fitted = style.lead and said[-1]
+        by_dose(
+            axes, course.played, "success", style, shift=shift, bars=False, linestyle="none" if fitted else style.dash
+        )
+        if course.played:
             key(axes, style, heading(course).replace(", ", ",\n") if style.lead else agent_label(course))
-    published(axes, published_success(cells))
+    published(axes, published_by_p(cells, SOLVED_AT_0, SOLVED_AT_40))
     share_axis(axes, "success rate")
     p_axis(axes, cells, max(map(abs, moved.values()), default=0.0))
     return title(axes, f"{counts(cells)} per flip rate; dots: repetitions; markers: means", max(said, key=len))
-
-
-def _shares(course: Course) -> tuple[list[float], list[Estimate]]:
-    """The doses that have trials, and the share solved at each."""
-    found = [(cell.dose or 0.0, row) for cell in course.played if (row := cell.get("success"))]
-    return [dose for dose, _ in found], [row for _, row in found]
-
-
-def published_success(cells: Sequence[Cell]) -> list[tuple[float, float]]:
-    """Flip rates for which the paper's text gives the share solved, with that share, as far as the study has them."""
-    return published_by_p(cells, SOLVED_AT_0, SOLVED_AT_40)
 
 
 def draw_success_by_dose(axes: Axes, course: Course) -> None:
@@ -90,36 +118,23 @@ def draw_success_by_dose(axes: Axes, course: Course) -> None:
     Triangles under the shares stand at the doses that may be the best (95 % set); the diamond is the highest share less
     what it owes to having been chosen.
     """
-    x, shares = _shares(course)
-    if not shares:
+    if not course.played:
         return blank(axes, f"{agent_label(course)}: no trial has ended")
-    style = Style(colour=SUBJECTS[0], marker="o", dash="-", lead=True)
-    bars(axes, x, shares, style, label="share solved with 95 % Wilson interval")
+    style = Style(colour=SUBJECTS[0])
+    by_dose(axes, course.played, "success", style, label="share solved with 95 % Wilson interval")
     several = len(course.where("best_dose_probability")) > 1
     curve, order = course.curve("success_model") if several else None, course.value("success_model_order", "AICc")
     if curve is not None:
-        axes.plot(
-            curve.x,
-            numbers(curve.value),
-            color=style.colour,
-            linewidth=1.4,
-            zorder=3,
-            label="binomial model with 95 % band",
-        )
-        low, high = numbers(curve.low), numbers(curve.high)
-        axes.fill_between(curve.x, low, high, color=style.colour, alpha=0.14, linewidth=0, zorder=1)
-    share_axis(axes, "success rate")
-    p_axis(axes, course.cells, name=course.name)
+        curve_with_band(axes, curve, style, label="binomial model with 95 % band")
+    dose_axes(axes, course, "success rate")
     if several:
         _peak(axes, course)
-    levels = {
-        "random": course.value("success_chance", "uniform"),
-        "no-repeat": course.value("success_chance", "no-repeat"),
-    }
-    known = {name: level for name, level in levels.items() if level is not None}
-    for name, level in known.items():
-        axes.axhline(level, color=FAINT, linewidth=0.9, linestyle=EXACT[name], zorder=2)
-    label_right(axes, [(level, f"{name}\n{percent(level)}", FAINT) for name, level in known.items()], gap=0.2)
+    labels = []
+    for of, (name, dash) in EXACT.items():
+        if (level := course.value("success_chance", of)) is not None:
+            axes.axhline(level, color=FAINT, linewidth=0.9, linestyle=dash, zorder=2)
+            labels.append((level, f"{name}\n{percent(level)}", FAINT))
+    label_right(axes, labels, gap=0.2)
     return title(
         axes,
         heading(course),
@@ -137,31 +152,22 @@ def _rises_and_falls(course: Course) -> str:
 
 
 def _peak(axes: Axes, course: Course) -> None:
-    members = numbers(row.value for row in course.where("best_dose_set"))
-    if members:
+    """The doses that may be the best, and the highest share corrected for having been chosen."""
+    if members := numbers(row.value for row in course.where("best_dose_set")):
         axes.set_ylim(-0.13, 1.03)
-        axes.plot(
-            members,
-            [-0.07] * len(members),
-            linestyle="none",
-            marker="^",
-            markersize=4.5,
-            color=INK,
-            zorder=3,
-            label=f"95 % set of the best {course.name}",
-        )
+        label = f"95 % set of the best {course.name}"
+        axes.plot(members, [-0.07] * len(members), "^", color=INK, markersize=4.5, zorder=3, label=label)
     best, honest = course.value("best_dose"), course.value("success_at_best_dose")
     if best is not None and honest is not None:
         low, high = axes.get_xlim()
-        axes.plot(
-            [best + 0.025 * (high - low)],
-            [honest],
-            linestyle="none",
-            marker="D",
-            markersize=4.5,
-            color=INK,
-            markerfacecolor="white",
-            markeredgewidth=0.9,
-            zorder=5,
-            label="highest share, corrected for selection",
-        )
+        x, label = best + 0.025 * (high - low), "highest share, corrected for selection"
+        axes.plot(x, honest, "D", color=INK, markersize=4.5, markerfacecolor="white", zorder=5, label=label)
+
+
+def _draw_course(axes: Axes, course: Course) -> None:
+    """Success and loop rate by flip probability, with the course that the tests detect."""
+    dose_axes(axes, course, "share of trials")
+    for quantity, (style, label) in _SHARES.items():
+        by_dose(axes, course.played, quantity, style, linestyle=style.dash, label=label)
+    kind = course.found.fact("course of success", f"{course.label}, {course.axis}")
+    title(axes, agent_label(course), f"{kind}; {counts(course.played)} per {course.name}")

@@ -23,22 +23,29 @@ from lockprobe.figures.frame import (
     step_axis,
     title,
 )
-from lockprobe.figures.palette import Style, styles
+from lockprobe.figures.palette import Dash, Style, styles
 from lockprobe.figures.primitives import band, published, staircase
 from lockprobe.figures.settings import own_settings
-from lockprobe.formatting import minus
-from lockprobe.rows import Cell, Course, Curve, Results
+from lockprobe.formatting import bracketed
+from lockprobe.rows import Cell, Course, Curve, Estimate, Results
 
 __all__ = ["success_curves", "success_curves_by_p", "success_curves_corrected"]
 
 _NAMED = 11
 """Curves whose names fit at the right edge without overlap."""
 
+_OPTIMUM: Dash = (0, (8, 3))
+"""How the shortest plan is drawn."""
+
+_Shown = Sequence[tuple[Course, Style, Cell, Curve]]
+"""Agents with a curve, how each is drawn, and its curve at its lowest p."""
+
 
 @own_settings()
 def success_curves(found: Results) -> Figure | None:
     """Success by number of interactions, one staircase per agent and modality at its lowest p (Fig. 3)."""
-    return sheet([found], _curves) if _at_the_lowest_p(found) else None
+    shown = _at_the_lowest_p(found)
+    return sheet([shown] if shown else [], _curves)
 
 
 @own_settings()
@@ -47,7 +54,7 @@ def success_curves_corrected(found: Results) -> Figure | None:
     if not _at_the_lowest_p(found):
         return None
     rows = _area_rows(found)
-    if all(row.value is None for row in rows):
+    if all(row.found.value is None for row in rows):
         return sheet([found], _curves_corrected)
     return sheet([found], _curves_corrected, _areas, heights=[HEIGHT, height(rows)])
 
@@ -55,21 +62,12 @@ def success_curves_corrected(found: Results) -> Figure | None:
 @own_settings()
 def success_curves_by_p(found: Results) -> Figure | None:
     """Success by step, one line per p, a panel for each agent that the study is about."""
-    if not found.several_p or not _at_the_lowest_p(found):
-        return None
-    return sheet([course for course in found.courses() if course.subject], _curves_of)
-
-
-_Shown = Sequence[tuple[Course, Style, Cell, Curve]]
-"""Agents with a curve, how each is drawn, and its curve at its lowest p."""
+    drawn = found.several_p and _at_the_lowest_p(found)
+    return sheet([course for course in found.courses() if course.subject] if drawn else [], _curves_of)
 
 
 def _at_the_lowest_p(found: Results) -> _Shown:
-    return [
-        (course, style, *first)
-        for course, style in styles(found.courses())
-        if (first := next(iter(_counted(course)), None)) is not None
-    ]
+    return [(course, style, *first) for course, style in styles(found.courses()) for first in _counted(course)[:1]]
 
 
 def _counted(course: Course) -> list[tuple[Cell, Curve]]:
@@ -77,8 +75,7 @@ def _counted(course: Course) -> list[tuple[Cell, Curve]]:
     return [(cell, curve) for cell in course.cells if (curve := cell.curve("success_by_step")) is not None]
 
 
-def _curves(axes: Axes, found: Results) -> None:
-    shown = _at_the_lowest_p(found)
+def _curves(axes: Axes, shown: _Shown) -> None:
     said, budget = _staircases(axes, shown), _budget(shown)
     if all(cell.p == 0 for _, _, cell, _ in shown):
         steps = sorted({REFERENCE_STEPS, *STEPS_TO_80.values()})
@@ -114,42 +111,30 @@ def _budget(shown: _Shown) -> int:
 
 
 def _exact_curves(axes: Axes, found: Results, budget: int) -> None:
-    for name, dash in EXACT.items():
-        if (exact := found.curve("success_by_step", of="uniform" if name == "random" else name)) is not None:
+    for of, (name, dash) in EXACT.items():
+        if (exact := found.curve("success_by_step", of=of)) is not None:
             style = Style(colour=FAINT, marker="", dash=dash, lead=False)
             staircase(axes, exact.value[: budget + 1], style, label=f"{name} (exact)")
     if (optimum := found.get("optimum")) is not None and optimum.value is not None:
         label = f"shortest plan: {optimum.value:g} steps"
-        axes.axvline(optimum.value, color=INK, linewidth=0.7, linestyle=(0, (8, 3)), zorder=1, label=label)
+        axes.axvline(optimum.value, color=INK, linewidth=0.7, linestyle=_OPTIMUM, zorder=1, label=label)
 
 
 def _area_rows(found: Results) -> list[ForestRow]:
     """Every agent's area at its lowest p."""
-    rows = []
+    rows, none = [], Estimate(quantity="relative_area")
     for course, style in styles(found.courses()):
-        areas = [cell.get("relative_area") for cell, _ in _counted(course)[:1]]
-        area = areas[0] if areas else None
-        said = f"{area.value:.2f} [{area.low:.2f}, {area.high:.2f}]" if area else "not defined"
-        rows.append(
-            ForestRow(
-                name=agent_label(course),
-                said=minus(said, zeros=True) if area else said,
-                value=area.value if area else None,
-                low=area.low if area else None,
-                high=area.high if area else None,
-                colour=style.colour,
-                marker=style.marker,
-                face=style.face,
-            )
-        )
+        area = next((cell.get("relative_area") for cell, _ in _counted(course)), None) or none
+        said = "not defined" if area is none else bracketed(area.value, area.low, area.high, "{:.2f}", 1)
+        rows.append(ForestRow(agent_label(course), said, area, style))
     return rows
 
 
 def _areas(axes: Axes, found: Results) -> None:
     """How far every agent's curve at its lowest p lies from chance (0) to the shortest plan (1), by area."""
     rows = _area_rows(found)
-    ends = [0.0, 1.0, *(end for row in rows for end in (row.low, row.high) if end is not None)]
-    levels = ((0.0, FAINT, EXACT["random"]), (1.0, INK, (0, (8, 3))))
+    ends = [0.0, 1.0, *(end for row in rows for end in (row.found.low, row.found.high) if end is not None)]
+    levels = ((0.0, FAINT, ":"), (1.0, INK, _OPTIMUM))
     forest(axes, rows, (min(ends) - 0.05, max(ends) + 0.05), left=-0.2, levels=levels)
     axes.set_xticks([0, 0.5, 1], ["0\nrandom", "0.5", "1\nshortest plan"])
     title(axes, "area under the curve; bars: 95 % intervals")
@@ -166,20 +151,18 @@ def _curves_of(axes: Axes, course: Course) -> None:
     doses = [cell.dose for cell, _ in counted]
     banded = _contrast(course) or doses[:1]
     named = doses if len(doses) <= _NAMED else [doses[0], doses[-1], *banded]
-    colours = mpl.colormaps["viridis"]
     labels: list[tuple[float, str, str]] = []
     for i, (cell, curve) in enumerate(counted):
-        colour = mpl.colors.to_hex(colours(0.84 * i / max(1, len(counted) - 1)))
-        style = Style(colour=colour, marker="", dash="-", lead=True)
+        colour = mpl.colors.to_hex(mpl.colormaps["viridis"](0.84 * i / max(1, len(counted) - 1)))
+        style = Style(colour=colour, marker="")
         staircase(axes, curve.value, style)
         if cell.dose in banded:
             band(axes, curve.low, curve.high, style)
         if cell.dose in named:
             labels.append((curve.value[-1] or 0.0, "all $p$" if course.blind else f"$p$ = {cell.p:g}", colour))
     step_axis(axes, len(counted[0][1].x) - 1, "solved by this step")
-    title(
-        axes, heading(course), f"{counts([cell for cell, _ in counted])} per {course.name}; shade: pointwise 95 % band"
-    )
+    said = f"{counts([cell for cell, _ in counted])} per {course.name}; shade: pointwise 95 % band"
+    title(axes, heading(course), said)
     return label_right(axes, labels)
 
 

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from lockprobe.analysis.suite_scores import Rational, Score, SuiteScore
-from lockprobe.figures.frame import FAINT, INK, SMALL, safe_name, shortened, title
-from lockprobe.figures.palette import SUBJECTS
+from lockprobe.figures.compose import sheet
+from lockprobe.figures.frame import FAINT, safe_name, title
+from lockprobe.figures.palette import SUBJECTS, Style
+from lockprobe.figures.primitives import estimates
 from lockprobe.figures.settings import own_settings
 from lockprobe.formatting import minus
 
@@ -20,8 +22,8 @@ __all__ = ["SHOWN", "suite_drawing"]
 SHOWN = 40
 """Agents that one picture has room for."""
 
-_WIDTH, _ROW, _REST = 8.8, 0.24, 1.0
-"""Width of the picture, height of a row and of all else, in inches."""
+_WIDTH, _ROW, _REST = 1.76, 0.24, 1.0
+"""Width of a panel with its share of the names, height of a row and of all else, in inches."""
 
 _LONGEST = 34
 """Characters of a name."""
@@ -53,47 +55,39 @@ _PANELS = (
 
 
 @own_settings()
-def suite_drawing(entries: Sequence[tuple[str, SuiteScore]]) -> Figure:
-    """Five panels with 95 % intervals, agents from top to bottom.
+def suite_drawing(entries: Sequence[tuple[str, SuiteScore]]) -> Figure | None:
+    """Five panels with 95 % intervals, agents from top to bottom; None without any.
 
     Args:
-        entries: Names and scores, at least one; those beyond :data:`SHOWN` are left out.
+        entries: Names and scores; those beyond :data:`SHOWN` are left out.
     """
     shown = entries[:SHOWN]
-    figure = Figure(figsize=(_WIDTH, _REST + _ROW * len(shown)), layout=ConstrainedLayoutEngine(w_pad=0.09))
-    panels = figure.subplots(1, len(_PANELS), sharey=True, squeeze=False)[0]
-    for axes, panel in zip(panels, _PANELS, strict=True):
-        _draw(axes, panel, [score for _, score in shown])
-    panels[0].set_yticks(range(len(shown)), [safe_name(shortened(name, _LONGEST)) for name, _ in shown])
-    panels[0].tick_params(axis="y", labelsize=SMALL, length=0, labelcolor=INK)
-    panels[0].set_ylim(len(shown) - 0.4, -0.6)
-    if left := len(entries) - len(shown):
-        figure.supxlabel(f"{left} more agents are in the table", fontsize=SMALL, color=FAINT)
-    return figure
+    note = f"{len(entries) - SHOWN} more agents are in the table" if len(entries) > SHOWN else ""
+    panels, height = _PANELS if shown else (), _REST + _ROW * len(shown)
+    return sheet(panels, partial(_draw, shown), heights=(height,), note=note, columns=len(_PANELS), width=_WIDTH)
 
 
-def _draw(axes: Axes, panel: _Panel, scores: Sequence[SuiteScore]) -> None:
-    found = [panel.of(score) for score in scores]
+def _draw(entries: Sequence[tuple[str, SuiteScore]], axes: Axes, panel: _Panel) -> None:
+    found = [panel.of(score) for _, score in entries]
     ends = [end for one in found if one is not None for end in (one.low, one.high)]
     low, high = min([0.0, *ends]), max([0.0 if panel.signed else 1.0, *ends])
     axes.axvline(0.0, color=FAINT, linewidth=0.8, zorder=1)
     for row, one in enumerate(found):
         if one is None:
-            axes.text(0.5, row, panel.missing, color=FAINT, fontsize=SMALL,
-                      transform=axes.get_yaxis_transform(), ha="center", va="center")  # fmt: skip
+            place = axes.get_yaxis_transform()
+            axes.text(0.5, row, panel.missing, color=FAINT, transform=place, ha="center", va="center")
             continue
-        axes.plot([one.low, one.high], [row, row], color=SUBJECTS[0], linewidth=1.3, solid_capstyle="butt", zorder=3)
-        axes.plot([one.value], [row], "o", color=SUBJECTS[0], markersize=4, zorder=4)
+        estimates(axes, [row], [one], Style(colour=SUBJECTS[0]), across=True)
         if isinstance(one, Rational):
             axes.plot([one.chance] * 2, [row - 0.3, row + 0.3], color=FAINT, linewidth=1.2, zorder=2)
     pad = 0.06 * (high - low or 1.0)
-    axes.set_xlim(low - pad, high + pad)
+    axes.set(xlim=(low - pad, high + pad), ylim=(len(found) - 0.4, -0.6), xlabel=panel.unit)
     title(axes, panel.name)
-    axes.set_xlabel(panel.unit, fontsize=SMALL)
     _ticks(axes, low, high, signed=panel.signed)
-    axes.grid(axis="y", color="#eeeeee", linewidth=0.6)
-    axes.set_axisbelow(True)
-    axes.spines[["top", "right", "left"]].set_visible(False)
+    names = [safe_name(name, _LONGEST) for name, _ in entries] if panel is _PANELS[0] else [""] * len(found)
+    axes.set_yticks(range(len(found)), names)
+    axes.grid(axis="y")
+    axes.spines["left"].set_visible(False)
     axes.tick_params(axis="y", length=0)
 
 
@@ -102,5 +96,4 @@ def _ticks(axes: Axes, low: float, high: float, *, signed: bool) -> None:
     every = [[i * step for i in range(-40, 41) if low - 1e-9 <= i * step <= high + 1e-9] for step in _STEPS]
     ticks = next((ticks for ticks in every if len(ticks) <= 3), every[-1])
     form = "{:+.0f}" if signed else "{:.0f}"
-    said = [minus(form.format(100 * tick)) if abs(tick) > 1e-9 else "0" for tick in ticks]
-    axes.set_xticks(ticks, said, fontsize=SMALL)
+    axes.set_xticks(ticks, [minus(form.format(100 * tick)) if abs(tick) > 1e-9 else "0" for tick in ticks])

@@ -12,9 +12,8 @@ from matplotlib.path import Path
 from numpy.typing import NDArray
 
 from lockprobe.errors import BadValue
-from lockprobe.figures.frame import FAINT, INK
-from lockprobe.figures.settings import own_settings
-from lockprobe.figures.true_scale import A4, NOTE, draw_ruler, sheet
+from lockprobe.figures.settings import FAINT, own_settings
+from lockprobe.figures.true_scale import A4, draw_ruler, sheet, write_note
 
 __all__ = ["tag_sheet"]
 
@@ -48,7 +47,7 @@ def tag_sheet(bits: NDArray[np.bool_], numbers: Sequence[int], side: float) -> F
         row, column = divmod(index, columns)
         corner = (_MARGIN + column * step, height - _MARGIN - whole - row * step)
         _tag(axes, bits[index], corner, whole, f"AprilTag 36h11, number {number}: {side:g} mm")
-    axes.text(_MARGIN, _FOOT - 6, _note(side), fontsize=NOTE, color=INK, va="bottom")
+    write_note(axes, _MARGIN, _FOOT - 6, _note(side), va="bottom")
     draw_ruler(axes, _MARGIN, _FOOT - 18)
     return figure
 
@@ -56,16 +55,13 @@ def tag_sheet(bits: NDArray[np.bool_], numbers: Sequence[int], side: float) -> F
 def _tag(axes: Axes, cells: NDArray[np.bool_], corner: tuple[float, float], whole: float, words: str) -> None:
     """One tag in the middle of its white border. All black cells are one path, so that no gap shows between them."""
     cell = whole / (len(cells) + 2)
-    border = Rectangle(corner, whole, whole, fill=False, edgecolor=FAINT, linewidth=0.3, linestyle=":")
-    axes.add_patch(border)
-    left, top = corner[0] + cell, corner[1] + whole - cell
-    squares = []
-    for row, column in np.argwhere(~cells):
-        x, y = left + cell * column, top - cell * (row + 1)
-        squares += [(x, y), (x + cell, y), (x + cell, y + cell), (x, y + cell), (x, y)]
-    codes = [Path.MOVETO, Path.LINETO, Path.LINETO, Path.LINETO, Path.CLOSEPOLY] * (len(squares) // 5)
-    axes.add_patch(PathPatch(Path(squares, codes), facecolor="black", edgecolor="none"))
-    axes.text(corner[0] + whole / 2, corner[1] - 1.5, words, fontsize=NOTE, color=INK, ha="center", va="top")
+    axes.add_patch(Rectangle(corner, whole, whole, fill=False, edgecolor=FAINT, linewidth=0.3, linestyle=":"))
+    square = np.array([(0, 0), (1, 0), (1, 1), (0, 1), (0, 0)])
+    lower_left = np.argwhere(~cells)[:, ::-1] * (1, -1) + (1, len(cells))
+    squares = corner + cell * (lower_left[:, None] + square)
+    black = Path.make_compound_path(*(Path(one, closed=True) for one in squares))
+    axes.add_patch(PathPatch(black, facecolor="black", edgecolor="none"))
+    write_note(axes, corner[0] + whole / 2, corner[1] - 1.5, words, ha="center", va="top")
 
 
 def _note(side: float) -> str:

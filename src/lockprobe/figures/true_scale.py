@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from lockprobe.figures.frame import INK
 from lockprobe.figures.settings import own_settings
 
-__all__ = ["A3", "A4", "NOTE", "POINT", "RULER", "draw_ruler", "larger_than", "sheet", "true_scale_file"]
+__all__ = ["A3", "A4", "POINT", "RULER", "draw_ruler", "larger_than", "sheet", "true_scale_file", "write_note"]
 
 A3, A4 = (420.0, 297.0), (297.0, 210.0)
 """Sides of paper, millimetres, the longer one first."""
@@ -20,14 +20,12 @@ A3, A4 = (420.0, 297.0), (297.0, 210.0)
 RULER = 100.0
 """Length of the ruler on every sheet, millimetres."""
 
-NOTE = 7.0
+_NOTE = 7.0
 """Size of notes, points."""
 
 _INCH = 25.4
 POINT = _INCH / 72
 """One typographic point in millimetres."""
-
-_NOTED: dict[str, Any] = {"fontsize": NOTE, "color": INK, "va": "bottom", "rotation_mode": "anchor"}
 
 
 def sheet(width: float, height: float) -> tuple[Figure, Axes]:
@@ -37,6 +35,11 @@ def sheet(width: float, height: float) -> tuple[Figure, Axes]:
     axes.set(xlim=(0, width), ylim=(0, height))
     axes.set_axis_off()
     return figure, axes
+
+
+def write_note(axes: Axes, x: float, y: float, words: str, **settings: Any) -> None:
+    """Small words at a place in millimetres; settings are those of ``Axes.text``."""
+    axes.text(x, y, words, fontsize=_NOTE, rotation_mode="anchor", **settings)
 
 
 def draw_ruler(axes: Axes, left: float, bottom: float, *, upright: bool = False) -> None:
@@ -52,19 +55,15 @@ def draw_ruler(axes: Axes, left: float, bottom: float, *, upright: bool = False)
     def at(along: float, aside: float) -> tuple[float, float]:
         return (left - aside, bottom + along) if upright else (left + along, bottom + aside)
 
-    def line(first: tuple[float, float], last: tuple[float, float], name: str = "") -> None:
-        (drawn,) = axes.plot(*zip(at(*first), at(*last), strict=True), color=INK, linewidth=0.6, solid_capstyle="butt")
-        if name:
-            drawn.set_gid(name)
-
-    turn = 90.0 if upright else 0.0
-    line((0, 0), (RULER, 0), "ruler")
+    line: dict[str, Any] = {"color": INK, "linewidth": 0.6, "solid_capstyle": "butt"}
+    note: dict[str, Any] = {"va": "bottom", "rotation": 90.0 if upright else 0.0}
+    axes.plot(*zip(at(0, 0), at(RULER, 0), strict=True), gid="ruler", **line)
     for tick in range(0, int(RULER) + 1, 10):
-        high = 4.0 if tick % 50 == 0 else 2.5
-        line((tick, 0), (tick, high))
-        if tick % 50 == 0:
-            axes.text(*at(tick, 4.6), str(tick), ha="center", **_NOTED, rotation=turn)
-    axes.text(*at(RULER + 6, 0), "mm. Print at 100 %, and measure this ruler.", ha="left", **_NOTED, rotation=turn)
+        named = tick % 50 == 0
+        axes.plot(*zip(at(tick, 0), at(tick, 4.0 if named else 2.5), strict=True), **line)
+        if named:
+            write_note(axes, *at(tick, 4.6), str(tick), ha="center", **note)
+    write_note(axes, *at(RULER + 6, 0), "mm. Print at 100 %, and measure this ruler.", ha="left", **note)
 
 
 def larger_than(size: tuple[float, float], paper: tuple[float, float]) -> bool:
@@ -84,5 +83,5 @@ def true_scale_file(figure: Figure, form: Literal["svg", "pdf"]) -> bytes:
     if form == "pdf":
         return out.getvalue()
     width, height = (side * _INCH for side in figure.get_size_inches())
-    text = re.sub(r'(<svg[^>]*?) width="[^"]*"', rf'\1 width="{width:g}mm"', out.getvalue().decode(), count=1)
-    return re.sub(r'(<svg[^>]*?) height="[^"]*"', rf'\1 height="{height:g}mm"', text, count=1).encode()
+    size = rf'\1 width="{width:g}mm" height="{height:g}mm"'
+    return re.sub(r'(<svg[^>]*?) width="[^"]*" height="[^"]*"', size, out.getvalue().decode(), count=1).encode()

@@ -9,11 +9,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from lockprobe.figures.compose import sheet
-from lockprobe.figures.forest import interval
-from lockprobe.figures.frame import FAINT, INK, SMALL, safe_name, share_axis, shortened, title
-from lockprobe.figures.palette import ACCENT, SUBJECTS
+from lockprobe.figures.frame import FAINT, INK, safe_name, share_axis, title
+from lockprobe.figures.palette import ACCENT, SUBJECTS, Style
+from lockprobe.figures.primitives import estimates
 from lockprobe.figures.settings import own_settings
-from lockprobe.formatting import percent, points
+from lockprobe.formatting import bracketed, percent, points
 from lockprobe.prose.subject import Subject
 from lockprobe.rows import Estimate, Results
 
@@ -33,7 +33,7 @@ _ARMS = {"truth": INK, "lie": SUBJECTS[0], "retracted": ACCENT}
 def why(found: Results) -> Figure | None:
     """Arms at the top and parts below, a panel for each agent."""
     asked = found.where("false_report_effect", of="total")
-    return sheet(asked, partial(_draw_ladder, found), partial(_draw_parts, found)) if asked else None
+    return sheet(asked, partial(_draw_ladder, found), partial(_draw_parts, found))
 
 
 def _draw_ladder(found: Results, axes: Axes, total: Estimate) -> None:
@@ -41,40 +41,31 @@ def _draw_ladder(found: Results, axes: Axes, total: Estimate) -> None:
     arms = {one.of: one for one in found.where("success_in_arm", agent=total.agent, modality=total.modality)}
     axes.axvline(arms["truth"].value or 0.0, color=FAINT, linewidth=0.8, linestyle=":", zorder=1)
     for place, (arm, share) in enumerate(arms.items()):
-        if share.value is None or share.low is None or share.high is None:
-            continue
-        colour = _ARMS.get(arm, FAINT)
-        axes.plot([share.low, share.high], [place, place], color=colour, linewidth=1.6, zorder=2)
-        face = colour if arm in _ARMS else "white"
-        axes.plot(share.value, place, "o", color=colour, markerfacecolor=face, markersize=6, zorder=3)
-        axes.text(1.04, place, percent(share.value), va="center", fontsize=SMALL, color=INK, clip_on=False)
-    axes.set_ylim(len(arms) - 0.5, -0.5)
-    axes.set_yticks(range(len(arms)), list(arms), fontsize=SMALL, color=INK)
-    axes.set_xlim(-0.02, 1.02)
+        style = Style(colour=_ARMS.get(arm, FAINT), lead=arm in _ARMS)
+        estimates(axes, [place], [share], style, across=True, markersize=6, elinewidth=1.6)
+        axes.text(1.04, place, percent(share.value), va="center", clip_on=False)
+    axes.set(xlim=(-0.02, 1.02), ylim=(len(arms) - 0.5, -0.5), xlabel="trials solved")
     axes.set_xticks([0, 0.5, 1], ["0", "50 %", "100 %"])
-    axes.set_xlabel("trials solved", fontsize=SMALL, color=INK)
-    axes.spines[["top", "right", "left"]].set_visible(False)
-    axes.spines["bottom"].set(color="#888888", linewidth=0.7)
-    axes.tick_params(color="#888888", labelcolor=INK, labelsize=SMALL, width=0.7, length=3)
+    axes.set_yticks(range(len(arms)), list(arms))
+    axes.spines["left"].set_visible(False)
     axes.tick_params(axis="y", length=0)
     rate = f"intervention rate {total.doses['flip.p']:g}; n = {arms['truth'].n} per arm"
-    title(axes, safe_name(shortened(Subject.of(total.agent).name, _LONGEST)), rate)
+    title(axes, safe_name(Subject.of(total.agent).name, _LONGEST), rate)
 
 
 def _draw_parts(found: Results, axes: Axes, total: Estimate) -> None:
     """The total effect of false reports, and its parts by content and by disturbance, in points."""
     own = {"agent": total.agent, "modality": total.modality}
     parts = [found.one("false_report_effect", **own, of=of) for of in _PARTS]
-    for place, (part, colour) in enumerate(zip(parts, _PARTS.values(), strict=True)):
-        axes.bar(place, part.value or 0.0, width=0.6, color=colour, alpha=0.85, zorder=2)
-        if part.low is not None and part.high is not None:
-            axes.plot([place, place], [part.low, part.high], color="#222222", linewidth=1.2, zorder=3)
+    heights = [part.value or 0.0 for part in parts]
+    axes.bar(range(3), heights, width=0.6, color=list(_PARTS.values()), alpha=0.85, zorder=2)
+    estimates(axes, range(3), parts, Style(colour=INK, marker=""))
     change_axis(axes, parts)
     axes.axhline(0, color=INK, linewidth=0.8)
     axes.set_xlim(-0.6, 2.6)
-    axes.set_xticks(range(3), list(_PARTS), fontsize=SMALL, color=INK)
+    axes.set_xticks(range(3), list(_PARTS))
     axes.tick_params(axis="x", length=0)
-    title(axes, "Effect of false reports", interval(total.value or 0.0, total.low, total.high))
+    title(axes, "Effect of false reports", bracketed(total.value or 0.0, total.low, total.high))
 
 
 def change_axis(axes: Axes, changes: Iterable[Estimate]) -> None:

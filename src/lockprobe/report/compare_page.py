@@ -88,7 +88,7 @@ def _page(comparison: Comparison, missing: Sequence[LeftOutSection]) -> str:
 def _picture(found: Sequence[StudyDifference], names: Mapping[Side, str]) -> dict[str, bytes]:
     """The figure of differences between studies as PNG and SVG."""
     from lockprobe import figures
-    from lockprobe.figures.study_comparison import comparison_drawing
+    from lockprobe.figures.differences import comparison_drawing
 
     return figures.files(comparison_drawing(found, names))
 

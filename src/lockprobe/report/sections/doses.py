@@ -78,7 +78,7 @@ def _figures(axis: DoseAxis, number: int, place: int) -> Iterator[Figure]:
             "set of the best dose; the diamond is the highest share, corrected for selection of the maximum.",
             f"{wilson} The line is a binomial model of the order with the lowest AICc.",
         ),
-        "lockprobe.figures.doses:success_by_dose",
+        "lockprobe.figures.success_by_flip_rate:success_by_dose",
         arguments=(place,),
     )
     yield Figure(
@@ -88,7 +88,7 @@ def _figures(axis: DoseAxis, number: int, place: int) -> Iterator[Figure]:
             f"Share of trials with an action loop by {axis.name}, with chance levels in trials of the same lengths.",
             wilson,
         ),
-        "lockprobe.figures.doses:loops_by_dose",
+        "lockprobe.figures.loops:loops_by_dose",
         arguments=(place,),
     )
 

@@ -226,7 +226,7 @@ _FIGURE = Figure(
         "Bars are 95 % intervals over matched pairs of trials, corrected for the number of conditions (squares: of "
         "interactions) and of agents. A difference is detected if the test rejects and the interval excludes 0.",
     ),
-    draw="lockprobe.figures.effects:effects",
+    draw="lockprobe.figures.differences:effects",
     applies=_applies,
 )
 _GRID_CAPTION = Caption(

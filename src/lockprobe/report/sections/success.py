@@ -135,7 +135,7 @@ _COURSES_DRAWN = Figure(
         "The heading compares success with that at the lowest flip rate.",
         "Intervals are 95 % Wilson intervals.",
     ),
-    "lockprobe.figures.courses:courses",
+    f"{_DRAWN}:courses",
     applies=lambda found: found.several_p and not found.not_judged,  # its headings are verdicts
 )
 
