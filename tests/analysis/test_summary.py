@@ -81,13 +81,11 @@ def test_courses_are_said_of_several_agents_only():
     blind = play_study(small_study(("random",), p=(0.0, 0.4)))
     assert courses_said(summarise(rising)) == ""
     assert courses_said(summarise([*rising, *falling, *blind])) == (
-        "Success compared with a flip rate of 0: higher at some flip rate for llm:local; lower for "
-        "human-inspired; the same for random (it played alike whatever it was told)."
+        "Success compared with a flip rate of 0: higher at some flip rate for llm:local; lower at some flip "
+        "rate for human-inspired; the same for random (played alike whatever was told)."
     )
     other = [*condition(0.0, 15, 30, agent="b"), *condition(0.4, 16, 30, agent="b")]
-    assert courses_said(summarise([*rising, *other])).endswith(
-        "Tests are corrected for the 2 agents that use reports (Bonferroni)."
-    )
+    assert courses_said(summarise([*rising, *other])).endswith("Tests are corrected for 2 agents (Bonferroni).")
     assert courses_said(summarise([*rising, *other, *falling])).endswith(
         "Tests are corrected for 2 agents and, apart, for 1 baseline (Bonferroni)."
     )

@@ -240,15 +240,13 @@ def test_agents_near_chance_are_said_to_be():
     assert not_above_chance(answer(a={0: 39, 0.4: 20})) == ""
     said = "When told the truth, {} random agents without immediate repeats (69 %)."
     assert not_above_chance(answer(a={0: 30, 0.4: 39}, b={0: 39})) == said.format("a did not detectably exceed")
-    assert not_above_chance(answer(a={0: 30}, b={0: 5})) == said.format("neither agent detectably exceeded")
-    assert not_above_chance(answer(a={0: 30}, b={0: 5}, c={0: 40})) == said.format(
-        "neither a nor b detectably exceeded"
-    )
+    assert not_above_chance(answer(a={0: 30}, b={0: 5})) == said.format("a and b did not detectably exceed")
+    assert not_above_chance(answer(a={0: 30}, b={0: 5}, c={0: 40})) == said.format("a and b did not detectably exceed")
     less = "When told the truth, {} solved fewer boxes than random agents without immediate repeats (69 %)."
-    assert not_above_chance(answer(a={0: 5}, b={0: 6})) == less.format("both agents")
+    assert not_above_chance(answer(a={0: 5}, b={0: 6})) == less.format("a and b")
     assert not_above_chance(answer(a={0: 5}, b={0: 40})) == less.format("a")
     assert not_above_chance(answer(a={0: 30}, b={0: 5}, c={0: 5})) == said.format(
-        "none of a, b and c detectably exceeded"
+        "a, b and c did not detectably exceed"
     )
 
 
@@ -318,8 +316,8 @@ def test_the_first_sentence_says_on_which_trials_two_reports_are_compared():
 @pytest.mark.parametrize(
     ("solved", "said"),
     [
-        ({"a": 20, "b": 20}, "Both agents solved the same share: 50 % of 40 trials."),
-        ({"a": 20, "b": 20, "c": 20}, "All 3 agents solved the same share: 50 % of 40 trials."),
+        ({"a": 20, "b": 20}, "The 2 agents solved the same share: 50 % of 40 trials."),
+        ({"a": 20, "b": 20, "c": 20}, "The 3 agents solved the same share: 50 % of 40 trials."),
         (
             {"a": 21, "b": 21, "c": 20},
             (

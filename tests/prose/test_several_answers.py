@@ -2,7 +2,7 @@
 
 import pytest
 
-from lockprobe.prose.several_answers import Question, several_answers
+from lockprobe.prose.overview import several_answers
 
 
 @pytest.mark.parametrize(
@@ -20,7 +20,7 @@ from lockprobe.prose.several_answers import Question, several_answers
     ],
 )
 def test_a_change_is_said_if_it_is_detected_after_all(p_values, lost):
-    asked = [Question(about=f"cause {i}", answer=f"Answer {i}.", p_value=value) for i, value in enumerate(p_values)]
+    asked = [(f"cause {i}", f"Answer {i}.", value) for i, value in enumerate(p_values)]
     every = "both" if len(asked) == 2 else f"all {len(asked)}"
     expected = [
         f"An effect of cause {i} was detected in its own section (P = {value:.2g}), but not after correction for {every} "

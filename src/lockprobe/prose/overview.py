@@ -15,11 +15,12 @@ from lockprobe.analysis.condition import ConditionSummary, Contrast
 from lockprobe.analysis.effects import Effects
 from lockprobe.analysis.inference.course import CourseKind
 from lockprobe.analysis.inference.difference import DifferenceAt
+from lockprobe.analysis.inference.logrank import holm
 from lockprobe.analysis.modalities import ModalityEffect, spoken
 from lockprobe.analysis.proportions import ALPHA, Paired, Proportion, proportion
 from lockprobe.analysis.summary import AgentSummary, StudySummary
-from lockprobe.formatting import p_value, percent, points, range_said
-from lockprobe.prose.doses import at_dose, cause, cause_first
+from lockprobe.formatting import capital, change, listed, p_cell, p_value, percent
+from lockprobe.prose.doses import at_dose, cause
 from lockprobe.prose.subject import Subject, subject_of
 from lockprobe.prose.success import alike_said
 
@@ -32,6 +33,9 @@ __all__ = [
     "modality_answer",
     "no_advantage_said",
     "not_above_chance",
+    "of_axis",
+    "of_conditions",
+    "several_answers",
     "smaller_budget_said",
     "trial_said",
 ]
@@ -46,10 +50,10 @@ _NAMED = 3
 """Names in a list; the others are counted."""
 
 _DOES: dict[CourseKind, str] = {
-    "rises": "{raise_} the success of {who}",
-    "falls": "{lower} the success of {who}",
-    "rises and falls": "first {raise_} and then {lower} the success of {who}",
-    "falls and rises": "first {lower} and then {raise_} the success of {who}",
+    "rises": "raise the success of {who}",
+    "falls": "lower the success of {who}",
+    "rises and falls": "first raise and then lower the success of {who}",
+    "falls and rises": "first lower and then raise the success of {who}",
 }
 
 
@@ -63,12 +67,8 @@ _VARIED = {
 
 _POSITION = "the reported position of the attempted joint is inverted"
 
-_FLIPPED = {
-    "transient": _POSITION,
-    "sticky": f"{_POSITION} until its next attempt",
-    "outcome-only": "the reported outcome is inverted",
-}
-"""What a flip inverts, by its kind."""
+_FLIPPED = {"sticky": f"{_POSITION} until its next attempt", "outcome-only": "the reported outcome is inverted"}
+"""What a flip inverts, by its kind, where that is not the position alone."""
 
 
 def trial_said(budget: int, varied: Literal["flips", "modalities", "conditions"], flip: str = "transient") -> str:
@@ -104,7 +104,7 @@ def _leaders(agents: Sequence[AgentSummary], standings: Sequence[Standing]) -> s
     numbers = sorted({one.success.n for one in best.values()})
     of = f"{percent(float(most))} of {numbers[0]}{f' to {numbers[-1]}' if len(numbers) > 1 else ''} trials"
     if len(best) == len(agents):
-        return f"{'Both' if len(agents) == 2 else f'All {len(agents)}'} agents solved the same share: {of}."
+        return f"The {len(agents)} agents solved the same share: {of}."
     possible = sum(row.ranks is not None and row.ranks[0] == 1 for row in standings)
     open_ = f"; by the comparisons of pairs any of {possible} may be the best" if possible > len(best) else ""
     return f"Of {len(agents)} agents {_listed([*best])} solved the most: {of}{' each' * (len(best) > 1)}{open_}."
@@ -121,22 +121,18 @@ def _single(agent: AgentSummary) -> str:
     solved = f"{who.form('it', 'they')} solved {_at(contrast, agent.axis)}{_sample(contrast)}"
     if contrast.detectable:
         does = "raise" if contrast.difference.value > 0 else "lower"
-        return f"{cause_first(agent.axis)} {does} the success of {who.name}: {solved}."
+        return f"{capital(cause(agent.axis))} {does} the success of {who.name}: {solved}."
     if (kind := _course(agent)) in _DOES:
-        does = _DOES[kind].format(raise_="raise", lower="lower", who=who.name)
-        return f"{cause_first(agent.axis)} {does}; no effect of a single {agent.axis.name} was detected."
-    return f"{_open_question([agent], who.name)}: {solved}."
+        does = _DOES[kind].format(who=who.name)
+        return f"{capital(cause(agent.axis))} {does}; no effect of a single {agent.axis.name} was detected."
+    undetected = _undetected(f"{cause(agent.axis)} on the success of {who.name}", [contrast.difference])
+    return f"{undetected}: {solved}."
 
 
-def _open_question(agents: Sequence[AgentSummary], names: str) -> str:
-    """That no effect was detected, and whether that leaves the question open."""
-    no_effect = f"o effect of {cause(agents[0].axis)} on the success of {names} was detected"
-    return f"Inconclusive: n{no_effect}" if _open(agents) else f"N{no_effect}"
-
-
-def _open(agents: Sequence[AgentSummary]) -> bool:
-    """Whether intervals hold changes that are not small."""
-    return _reach(one.contrast.difference for one in agents if one.contrast) > NARROW
+def _undetected(effect: str, differences: Iterable[DifferenceAt | Paired]) -> str:
+    """That no effect was detected, and whether that leaves the question open: intervals hold changes not small."""
+    inconclusive = "Inconclusive: no" if _reach(differences) > NARROW else "No"
+    return f"{inconclusive} effect of {effect} was detected"
 
 
 def _reach(differences: Iterable[DifferenceAt | Paired]) -> float:
@@ -171,18 +167,17 @@ def _several(agents: Sequence[AgentSummary], axis: Axis) -> str:
     heeding = [agent for agent in agents if not agent.blind]
     hidden = [agent for agent in heeding if _course(agent) not in _DOES]
     if len(hidden) == len(heeding):
-        most = ceil(100 * _reach(agent.contrast.difference for agent in hidden if agent.contrast) - 1e-9)
-        left = f", and changes of up to {most} points are not excluded" if _open(hidden) else ""
-        return f"{_open_question(hidden, _names(hidden, 'or'))}{left}."
+        differences = [agent.contrast.difference for agent in hidden if agent.contrast]
+        most = _reach(differences)
+        left = f", and changes of up to {ceil(100 * most - 1e-9)} points are not excluded" if most > NARROW else ""
+        effect = f"{cause(axis)} on the success of {_names(hidden, 'or')}"
+        return f"{_undetected(effect, differences)}{left}."
     rest = f"; no effect on that of {_names(hidden, 'or')} was detected" if hidden else ""
     said = ""
     for name in (_with_rates, lambda agent: subject_of(agent).name):
-        parts = [
-            template.format(raise_="raise", lower="lower", who=_listed([name(agent) for agent in own]))
-            for kind, template in _DOES.items()
-            if (own := [agent for agent in heeding if _course(agent) == kind])
-        ]
-        said = f"{cause_first(axis)} {'; they '.join(parts)}{rest}."
+        courses = {kind: [name(agent) for agent in heeding if _course(agent) == kind] for kind in _DOES}
+        parts = [_DOES[kind].format(who=_listed(own)) for kind, own in courses.items() if own]
+        said = f"{capital(cause(axis))} {'; they '.join(parts)}{rest}."
         if len(said.split()) <= _WORDS:
             break
     return said
@@ -195,8 +190,7 @@ def _with_rates(agent: AgentSummary) -> str:
         return name
     first, second = contrast.difference.first, contrast.difference.second
     rates = f"{percent(first.value)} to {percent(second.value)} {at_dose(contrast.other.p, agent.axis)}"
-    rates += _sample(contrast)
-    return f"{name} ({rates})"
+    return f"{name} ({rates}{_sample(contrast)})"
 
 
 def interaction_said(summary: StudySummary) -> str:
@@ -213,46 +207,35 @@ def interaction_said(summary: StudySummary) -> str:
         return ""
     found = sum(p < ALPHA for _, p in tested)
     if len(tested) > 1:
-        common = sorted({change.blocks for change, _ in tested})
+        common = sorted({gap.blocks for gap, _ in tested})
         on = f"{common[0]} to {common[-1]}" if len(common) > 1 else str(common[0])
         return (
             f"A difference between two such effects was detected in {found} of {len(tested)} pairs of agents, on the "
             f"{on} trials that both finished under both reports."
         )
-    ((change, p),) = tested
-    size = f"{points(change.value)} points{range_said(change.low, change.high)}; {p_value(p)}"
+    ((gap, p),) = tested
     return (
-        f"{'A' if found else 'No'} difference in effect between the two agents was detected on the {change.blocks} "
-        f"trials that both finished under both reports ({size})."
+        f"{'A' if found else 'No'} difference in effect between the two agents was detected on the {gap.blocks} trials "
+        f"that both finished under both reports ({change(gap.value, gap.low, gap.high)}; {p_value(p)})."
     )
 
 
 def smaller_budget_said(summary: StudySummary) -> str:
     """The first agent whose detected effect reverses within fewer steps, with the shares solved there."""
-    reversed_in = [
-        f"Within {one.budget} steps {subject_of(agent).name} solved {'more' if more else 'fewer'}: "
-        f"{percent(one.first.value)} to {percent(one.second.value)}."
-        for agent in summary.subjects
-        if (one := agent.inference.reversal) is not None
-        for more in [one.second.count > one.first.count]
-    ]
-    return " ".join(reversed_in[:1])
+    for agent in summary.subjects:
+        if one := agent.inference.reversal:
+            more = "more" if one.second.count > one.first.count else "fewer"
+            rates = f"{percent(one.first.value)} to {percent(one.second.value)}"
+            return f"Within {one.budget} steps {subject_of(agent).name} solved {more}: {rates}."
+    return ""
+
+
+def _listed(names: Sequence[str], last: str = "and") -> str:
+    return listed(names, last, _NAMED)
 
 
 def _names(agents: Iterable[AgentSummary], last: str = "and") -> str:
     return _listed([subject_of(agent).name for agent in agents], last)
-
-
-def _listed(names: Sequence[str], last: str = "and") -> str:
-    """The first names; the others as a number.
-
-    >>> _listed(["a", "b"], "or"), _listed(["a", "b", "c", "d"])
-    ('a or b', 'a, b and 2 others')
-    """
-    if len(names) > _NAMED:
-        names = [*names[: _NAMED - 1], f"{len(names) - _NAMED + 1} others"]
-    *most, end = names
-    return f"{', '.join(most)} {last} {end}" if most else end
 
 
 def not_above_chance(summary: StudySummary) -> str:
@@ -284,18 +267,9 @@ def no_advantage_said(shares: Mapping[str, Proportion | ClusteredProportion], wh
     weak = [name for name, one in shares.items() if one.low <= by_chance]
     if not weak:
         return ""
-    where = f"{where[0].upper()}{where[1:]}"
-    than = f"random agents without immediate repeats ({percent(by_chance)})"
-    if all(shares[name].high < by_chance for name in weak):
-        all_of_two = len(weak) == len(shares) == 2
-        return f"{where}, {'both agents' if all_of_two else _listed(weak)} solved fewer boxes than {than}."
-    who = f"none of {_listed(weak)} detectably exceeded"
-    if len(weak) == 1:
-        who = f"{weak[0]} did not detectably exceed"
-    elif len(weak) == 2:
-        who = "neither agent" if len(shares) == 2 else f"neither {weak[0]} nor {weak[1]}"
-        who += " detectably exceeded"
-    return f"{where}, {who} {than}."
+    fewer = all(shares[name].high < by_chance for name in weak)
+    did = "solved fewer boxes than" if fewer else "did not detectably exceed"
+    return f"{capital(where)}, {_listed(weak)} {did} random agents without immediate repeats ({percent(by_chance)})."
 
 
 def _of_all(one: Proportion | ClusteredProportion, agents: int) -> Proportion | ClusteredProportion:
@@ -314,7 +288,7 @@ def flips_needed(summary: StudySummary) -> str:
         if (one := agent.contrast) and not one.detectable and not agent.blind and _course(agent) not in _DOES
     ]
     axis = summary.axis
-    return _needed(hidden, f"per {axis.name}" + f" ({axis.options})" * bool(axis.options))
+    return _needed(hidden, f"per {axis.name}{f' ({axis.options})' if axis.options else ''}")
 
 
 def _needed(differences: Iterable[tuple[Subject | None, DifferenceAt, int]], where: str) -> str:
@@ -379,9 +353,8 @@ def modality_answer(effect: ModalityEffect, summary: StudySummary) -> str:
     if effect.p_all is not None and effect.p_all < ALPHA:
         return f"How soon {who.name} {solves} the box differs between {_listed([*map(spoken, effect.modalities)])}."
     shares = ", ".join(f"{percent(found[one].success.value)} with {spoken(one)}" for one in effect.modalities[:_NAMED])
-    no_effect = f"o effect of fidelity on how soon {who.name} {solves} the box was detected: {shares}."
-    left_open = _reach(pair.final for pair in effect.pairs) > NARROW
-    return f"Inconclusive: n{no_effect}" if left_open else f"N{no_effect}"
+    undetected = _undetected(f"fidelity on how soon {who.name} {solves} the box", [pair.final for pair in effect.pairs])
+    return f"{undetected}: {shares}."
 
 
 def effects_answer(found: Sequence[Effects], *, other: bool = False) -> str:
@@ -396,9 +369,9 @@ def effects_answer(found: Sequence[Effects], *, other: bool = False) -> str:
     if len(found) > 1:
         changed = [Subject.of(one.agent).name for one in found if any(effect.detectable for effect in one.effects)]
         if not changed:
-            left_open = _reach(effect.difference for one in found for effect in one.effects) > NARROW
-            no_effect = f"o effect of any {'other ' * other}condition on success was detected."
-            return f"Inconclusive: n{no_effect}" if left_open else f"N{no_effect}"
+            differences = [effect.difference for one in found for effect in one.effects]
+            any_ = "any other condition" if other else "any condition"
+            return f"{_undetected(f'{any_} on success', differences)}."
         return f"Conditions change the success of {_listed(list(dict.fromkeys(changed)))}; see the sections below."
     only, who = found[0], Subject.of(found[0].agent).name
     parts = [
@@ -410,12 +383,8 @@ def effects_answer(found: Sequence[Effects], *, other: bool = False) -> str:
         if own
     ]
     if not parts:
-        no_effect = (
-            f"o effect of {_listed([one.condition for one in only.effects], 'or')} on the success of {who} "
-            "was detected."
-        )
-        left_open = _reach(one.difference for one in only.effects) > NARROW
-        return f"Inconclusive: n{no_effect}" if left_open else f"N{no_effect}"
+        effect = f"{_listed([one.condition for one in only.effects], 'or')} on the success of {who}"
+        return f"{_undetected(effect, [one.difference for one in only.effects])}."
     rest = sum(not one.detectable for one in only.effects)
     others = f"; no effect of {rest} other{'s' * (rest > 1)} was detected" if rest else ""
     return f"{' and '.join(parts)} the success of {who}{others}."
@@ -431,3 +400,35 @@ def effects_needed(found: Sequence[Effects]) -> str:
         if not one.detectable
     ]
     return _needed(hidden, "per condition")
+
+
+Question = tuple[str, str, float | None]
+"""One question of a page: what may have an effect; what it did, in sentences; the smallest P value of its own family of
+tests, corrected within it, None if nothing was tested."""
+
+
+def of_axis(summary: StudySummary) -> Question:
+    """What false reports, or another dose, did."""
+    tested = [agent.contrast.difference.p_value for agent in summary.subjects if agent.contrast]
+    return cause(summary.axis), flips_answer(summary), min(tested, default=None)
+
+
+def of_conditions(found: Sequence[Effects], *, other: bool) -> Question:
+    """What conditions did that are levels of no axis; ``other`` if there are conditions beside them."""
+    tested = [one.difference.p_value for own in found for one in own.effects]
+    return "other conditions", effects_answer(found, other=other), min(tested, default=None)
+
+
+def several_answers(questions: Sequence[Question]) -> str:
+    """The answers of a page, one after the other.
+
+    One screen that answers several questions is false if one answer is. So a change is said here if it is detected
+    after correction for all of them (Holm); the sections keep the P values of their own family.
+    """
+    every = "both" if len(questions) == 2 else f"all {len(questions)}"
+    said = []
+    for (about, answer, p), corrected in zip(questions, holm([p for *_, p in questions]), strict=True):
+        lost = p is not None and corrected is not None and p < ALPHA <= corrected
+        only = f"An effect of {about} was detected in its own section (P = {p_cell(p)}), but not after correction for"
+        said.append(f"{only} {every} questions of this page." if lost else answer)
+    return " ".join(dict.fromkeys(said))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from lockprobe.analysis.agent_comparison.across_studies import Side, StudyDifference
-from lockprobe.formatting import p_value, percent, points, range_said
+from lockprobe.formatting import change, corrected, p_value, percent
 from lockprobe.prose.subject import Subject
 
 __all__ = ["comparison_of_studies_said", "leading"]
@@ -55,9 +55,8 @@ def _size(one: StudyDifference, many: int) -> str:
         if one.paired
         else f"{second.n} and {first.n} trials, independent samples"
     )
-    corrected = f", corrected for {many} differences" if many > 1 else ""
     broken = ", the largest over the treatments of broken trials" if one.broken else ""
     return (
-        f"{percent(second.value)} against {percent(first.value)} ({points(one.value)} points"
-        f"{range_said(one.low, one.high)}; {p_value(one.p_adjusted)}{corrected}{broken}; {sample})"
+        f"{percent(second.value)} against {percent(first.value)} ({change(one.value, one.low, one.high)}; "
+        f"{p_value(one.p_adjusted)}{corrected((many, 'differences'))}{broken}; {sample})"
     )

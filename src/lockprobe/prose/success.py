@@ -10,7 +10,7 @@ from lockprobe.analysis.condition import ConditionSummary, Contrast
 from lockprobe.analysis.inference.course import CourseKind
 from lockprobe.analysis.proportions import Proportion
 from lockprobe.analysis.summary import AgentSummary, StudySummary
-from lockprobe.formatting import first_three, p_value, percent, points
+from lockprobe.formatting import capital, change, first_three, interval, p_value, percent, points
 from lockprobe.prose.doses import at_dose, cause
 from lockprobe.prose.idle import idle_doses_said
 from lockprobe.prose.subject import subject_of
@@ -46,8 +46,8 @@ def _copies_said(agent: AgentSummary, condition: ConditionSummary) -> str:
     n, different = condition.success.n, condition.distinct_sequences
     if n < _MANY or different * _COPIES > n:
         return ""
-    where = at_dose(condition.p, agent.axis)
-    return f"{where[0].upper()}{where[1:]}, its {n} trials contain only {different} different sequences of actions."
+    where = capital(at_dose(condition.p, agent.axis))
+    return f"{where}, its {n} trials contain only {different} different sequences of actions."
 
 
 def _blind_said(agent: AgentSummary, counted: list[ConditionSummary]) -> str:
@@ -71,8 +71,7 @@ def _one_condition(agent: AgentSummary, counted: list[ConditionSummary]) -> str:
     if len(counted) == 1:
         single = agent.axis.name if agent.shown else "condition"
         why = f"With a single {single} there is no difference to test."
-    interval = f"95 % interval {percent(share.low)} to {percent(share.high)}"
-    return f"{subject_of(agent).first} solved {of_trials(share)}, {interval}. {why}"
+    return f"{subject_of(agent).first} solved {of_trials(share)}, {interval(share.low, share.high)}. {why}"
 
 
 def _contrast_said(agent: AgentSummary, contrast: Contrast) -> str:
@@ -96,16 +95,13 @@ def _contrast_said(agent: AgentSummary, contrast: Contrast) -> str:
             f"the course over all {'other ' * bool(agent.idle)}{agent.axis.name}s is tested below"
         )
     if not any(one.value for one in agent.inference.difference.at):
+        if not contrast.whole:
+            same = f"of the trials that {it} finished under both conditions {it} solved the same share"
+            return f"{subject}: {same}, {counts}."
         share = found.first
-        interval = f"95 % interval {percent(share.low)} to {percent(share.high)}"
-        if contrast.whole:
-            return (
-                f"{subject}: {it} solved {percent(share.value)} of {its} trials under every "
-                f"{'other ' * bool(agent.idle)}condition "
-                f"(n = {share.n} {first}, {interval})."
-            )
         return (
-            f"{subject}: of the trials that {it} finished under both conditions {it} solved the same share, {counts}."
+            f"{subject}: {it} solved {percent(share.value)} of {its} trials under every "
+            f"{'other ' * bool(agent.idle)}condition (n = {share.n} {first}, {interval(share.low, share.high)})."
         )
     size = "the largest difference" if contrast.farthest else "the clearest difference"
     return (
@@ -120,10 +116,7 @@ def _interval(contrast: Contrast) -> str:
     many = [f"selection among {contrast.choices} differences"] * (contrast.choices > 1)
     many += [f"{contrast.agents} agents"] * (contrast.agents > 1)
     chosen = f"; interval and P value corrected for {' and '.join(many)}" if many else ""
-    said = (
-        f"{points(found.value)} points, 95 % interval {points(found.low)} to {points(found.high)}; "
-        f"permutation test, {p_value(found.p_value)}{chosen}"
-    )
+    said = f"{change(found.value, found.low, found.high)}; permutation test, {p_value(found.p_value)}{chosen}"
     if found.if_unsolved is None or found.if_solved is None:
         return said
     return (
@@ -173,14 +166,11 @@ def courses_said(summary: StudySummary, *, brief: bool = False) -> str:
     kinds = dict.fromkeys(kind for _, kind in sorted(courses, key=lambda course: list(_COURSES).index(course[1])))
     names = {kind: listed(name for name, found in courses if found == kind) for kind in kinds}
     parts = [f"{course_said(kind, summary.axis)} for {names[kind]}" for kind in kinds]
-    if {"rises", "falls"} <= names.keys():
-        parts[list(kinds).index("falls")] = f"lower for {names['falls']}"
     blind = [agent.name for agent in summary.agents if agent.blind and not brief]
-    alike, was = ("it", "was") if len(blind) == 1 else ("they", "were")
-    parts += [f"the same for {listed(blind)} ({alike} played alike whatever {alike} {was} told)"] if blind else []
+    parts += [f"the same for {listed(blind)} (played alike whatever was told)"] if blind else []
     many = "" if brief else _corrected_said(heeding)
-    lowest = f"{summary.axis.name} {min(shown):g}" if brief else f"a {summary.axis.name} of {min(shown):g}"
-    return f"{'Compared' if brief else 'Success compared'} with {lowest}: {'; '.join(parts)}.{many}" if parts else ""
+    said = f"Success compared with a {summary.axis.name} of {min(shown):g}: {'; '.join(parts)}."
+    return said + many if parts else ""
 
 
 def _corrected_said(heeding: Sequence[AgentSummary]) -> str:
@@ -188,13 +178,8 @@ def _corrected_said(heeding: Sequence[AgentSummary]) -> str:
     sizes = {agent.reference: agent.inference.difference.agents for agent in heeding}
     if max(sizes.values(), default=1) < 2:
         return ""
-    if len(sizes) == 1:
-        (size,) = sizes.values()
-        return f" Tests are corrected for the {size} agents that use reports (Bonferroni)."
-    agents, baselines = (
-        f"{n} {kind}{'s' * (n != 1)}" for n, kind in ((sizes[False], "agent"), (sizes[True], "baseline"))
-    )
-    return f" Tests are corrected for {agents} and, apart, for {baselines} (Bonferroni)."
+    kinds = [f"{n} {'baseline' if reference else 'agent'}{'s' * (n != 1)}" for reference, n in sorted(sizes.items())]
+    return f" Tests are corrected for {' and, apart, for '.join(kinds)} (Bonferroni)."
 
 
 _COURSES: dict[CourseKind, str] = {

@@ -6,9 +6,9 @@ from collections.abc import Iterator
 
 from lockprobe.analysis.modalities import spoken
 from lockprobe.analysis.people import People
-from lockprobe.analysis.relative_steps import RelativeSteps, Steps
+from lockprobe.analysis.relative_steps import RelativeSteps
 from lockprobe.analysis.summary import StudySummary
-from lockprobe.formatting import percent
+from lockprobe.formatting import interval, percent
 from lockprobe.people.progress import Flow
 
 __all__ = ["compared_said", "flow_said", "left_out_said", "limits_said", "opened_said", "steps_said"]
@@ -51,16 +51,16 @@ def opened_said(found: People) -> str:
     """How many boxes people opened, and of their first ones."""
     share, first = found.success, found.first
     each = f"{found.fewest}" if found.fewest == found.most else f"{found.fewest} to {found.most}"
-    interval = f", 95 % interval {percent(share.low)} to {percent(share.high)}" if share.clusters > 1 else ""
-    opened = f"{share.count} of {share.n} boxes ({percent(share.value)}{interval})"
+    range_ = f", {interval(share.low, share.high)}" if share.clusters > 1 else ""
+    opened = f"{share.count} of {share.n} boxes ({percent(share.value)}{range_})"
     said = f"{_people(found.people)} opened {opened}, {each} each."
     if found.fewest < found.most:
         said += f" With every person counted alike it is {percent(found.alike)}; the interval holds both."
     if not first.n or found.most == 1:
         return said
     return (
-        f"{said} Of their first boxes, they opened {first.count} of {first.n} ({percent(first.value)}, 95 % interval "
-        f"{percent(first.low)} to {percent(first.high)}): people remember earlier boxes, models do not."
+        f"{said} Of their first boxes, they opened {first.count} of {first.n} ({percent(first.value)}, "
+        f"{interval(first.low, first.high)}): people remember earlier boxes, models do not."
     )
 
 
@@ -71,39 +71,37 @@ def steps_said(found: People) -> Iterator[str]:
         if over.steps.median is None:
             yield f"They opened fewer than half of the boxes{shown}, so there is no human median of steps."
         else:
-            yield f"Half of the boxes{shown} were open by step {_median(over.steps)}, the human median."
+            low, high = over.steps.low, over.steps.high
+            ends = f" (95 % interval {low} to {'beyond the budget' if high is None else high})"
+            ends = "" if low is None and high is None else ends
+            yield f"Half of the boxes{shown} were open by step {over.steps.median}{ends}, the human median."
 
 
 def compared_said(summary: StudySummary, found: People) -> Iterator[str]:
     """Every agent that the study is about, over all p; the baselines if people are the only subject."""
     subjects = [agent for agent in summary.subjects if not agent.invited] or summary.agents
     names = {(agent.agent, agent.modality): agent.name for agent in subjects}
-    last: dict[tuple[str, str], RelativeSteps] = {(one.agent, one.modality): one for one in found.relative}
-    for name, one in last.items():
-        if name not in names:
+    last = {(one.agent, one.modality): one for one in found.relative}
+    for place, one in last.items():
+        if place not in names:
             continue
-        on, less = f"on the {one.trials} trials that both played", "solved fewer than half"
-        needs = f"{names[name]} needs"
+        name, on = names[place], f"the human median of steps on the {one.trials} trials that both played"
         if one.ratio is not None:
-            yield f"{needs} {_times(one.ratio, one)} the human median of steps {on}."
+            yield f"{name} needs {_times(one.ratio, one)} {on}."
         elif one.least is not None:
-            yield f"{needs} at least {_times(one.least, one)} the human median of steps {on}, since it {less}."
+            yield f"{name} needs at least {_times(one.least, one)} {on}, since it solved fewer than half."
         elif one.most is not None:
-            yield f"{needs} at most {_times(one.most, one)} the human median of steps {on}, since people {less}."
+            yield f"{name} needs at most {_times(one.most, one)} {on}, since people solved fewer than half."
         else:
-            yield f"Neither {names[name]} nor people solved half of the {one.trials} trials that both played."
+            yield f"Neither {name} nor people solved half of the {one.trials} trials that both played."
 
 
 def _times(value: float, one: RelativeSteps) -> str:
-    return f"{value:.2f} times{_ends(one.low, one.high)}"
-
-
-def _ends(low: float | None, high: float | None) -> str:
-    if low is None and high is None:
-        return ""
-    if low is None or high is None:
-        return f" (95 % interval {f'up to {high:.2f}' if low is None else f'from {low:.2f} up'})"
-    return f" (95 % interval {low:.2f} to {high:.2f})"
+    low, high = one.low, one.high
+    ends = "" if low is None and high is None else f"from {low:.2f} up" if high is None else f"up to {high:.2f}"
+    if low is not None and high is not None:
+        ends = f"{low:.2f} to {high:.2f}"
+    return f"{value:.2f} times{f' (95 % interval {ends})' if ends else ''}"
 
 
 def limits_said(found: People) -> str:
@@ -119,13 +117,6 @@ def limits_said(found: People) -> str:
     if found.fewest < found.most:
         left += ", so a difference from people counts only if it holds by box and with every person counted alike"
     return f"{said}{several}{left}."
-
-
-def _median(steps: Steps) -> str:
-    if steps.low is None and steps.high is None:
-        return f"{steps.median}"
-    high = "beyond the budget" if steps.high is None else steps.high
-    return f"{steps.median} (95 % interval {steps.low} to {high})"
 
 
 def _people(number: int) -> str:

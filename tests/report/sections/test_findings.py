@@ -36,7 +36,7 @@ def test_a_study_of_many_agents_begins_with_who_rises_and_who_falls(tmp_path):
         tmp_path, study_of(name="flips", agents=agents, box=box("chain-4"), repetitions=1, trials=30), trials
     )
     said = (
-        "higher at some flip rate for cognitive:perseverant, llm:local; lower for cognitive:careful, "
+        "higher at some flip rate for cognitive:perseverant, llm:local; lower at some flip rate for cognitive:careful, "
         "human-inspired?lapse=0.3"
     )
     (courses,) = found.said("findings", "courses")

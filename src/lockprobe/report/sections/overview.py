@@ -13,7 +13,7 @@ from lockprobe.analysis.published import PEAK
 from lockprobe.analysis.reference import Reference
 from lockprobe.analysis.summary import AgentSummary, StudySummary
 from lockprobe.analysis.why import Why
-from lockprobe.formatting import NONE, bracketed, percent, share
+from lockprobe.formatting import NONE, bracketed, listed, percent, share
 from lockprobe.interventions.catalogue import TRUTH
 from lockprobe.prose.doses import at_dose, cause
 from lockprobe.prose.idle import idle_doses_said, idle_said, unheeded_said
@@ -25,10 +25,12 @@ from lockprobe.prose.overview import (
     modality_answer,
     no_advantage_said,
     not_above_chance,
+    of_axis,
+    of_conditions,
+    several_answers,
     smaller_budget_said,
     trial_said,
 )
-from lockprobe.prose.several_answers import of_axis, of_conditions, several_answers
 from lockprobe.prose.subject import Subject
 from lockprobe.prose.why import mechanism_said
 from lockprobe.report.section import Caption, Figure, Part, Section, Template
@@ -216,9 +218,7 @@ def _asked(axes: Sequence[StudySummary], found: ConditionStudySummary, study: St
     if not causes:
         return f"How do {len(study.conditions)} conditions affect success on {study.box.name}?"
     causes += [f"{len(rest)} other condition{'s' * (len(rest) > 1)}"] * bool(rest)
-    *most, last = causes
-    listed = f"{', '.join(most)} and {last}" if most else last
-    return f"Do {listed} change how agents open {study.box.name}?"
+    return f"Do {listed(causes)} change how agents open {study.box.name}?"
 
 
 def _of_why(found: ConditionStudySummary, study: Study) -> _Screen:
