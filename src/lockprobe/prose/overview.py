@@ -11,7 +11,6 @@ from typing import Literal
 from lockprobe.analysis.agent_comparison.leaderboard_row import Standing
 from lockprobe.analysis.axis import Axis
 from lockprobe.analysis.clustered import ClusteredProportion
-from lockprobe.analysis.condition import ConditionSummary, Contrast
 from lockprobe.analysis.effects import Effects
 from lockprobe.analysis.inference.course import CourseKind
 from lockprobe.analysis.inference.difference import DifferenceAt
@@ -88,12 +87,19 @@ def flips_answer(summary: StudySummary) -> str:
     counted = [agent for agent in summary.subjects if any(one.success.n for one in agent.conditions)]
     if not counted:
         return "No trial has ended yet."
-    if len(counted) == 1:
-        return _single(counted[0])
-    if not any(agent.contrast for agent in counted):
+    heeding = [agent for agent in counted if agent.contrast and not agent.blind]
+    if heeding:
+        return _changes(heeding, summary.axis)
+    if len(counted) > 1:
         return _leaders(counted, summary.standings)
-    compared = [agent for agent in counted if agent.blind or sum(bool(one.success.n) for one in agent.conditions) > 1]
-    return _several(compared, summary.axis) if len(compared) > 1 else _single(compared[0])
+    (only,) = counted
+    first = next(one for one in only.conditions if one.success.n)
+    rate = f"solved {percent(first.success.value)} of {first.success.n} trials"
+    return (
+        f"{alike_said(only)}: it {rate} at every {only.axis.name}."
+        if only.blind
+        else f"{subject_of(only).first} {rate}."
+    )
 
 
 def _leaders(agents: Sequence[AgentSummary], standings: Sequence[Standing]) -> str:
@@ -110,29 +116,12 @@ def _leaders(agents: Sequence[AgentSummary], standings: Sequence[Standing]) -> s
     return f"Of {len(agents)} agents {_listed([*best])} solved the most: {of}{' each' * (len(best) > 1)}{open_}."
 
 
-def _single(agent: AgentSummary) -> str:
-    first = next(one for one in agent.conditions if one.success.n)
-    who = subject_of(agent)
-    if agent.blind:
-        return f"{alike_said(agent)}: it solved {_rate(first)} at every {agent.axis.name}."
-    contrast = agent.contrast
-    if contrast is None:
-        return f"{who.first} solved {_rate(first)}."
-    solved = f"{who.form('it', 'they')} solved {_at(contrast, agent.axis)}{_sample(contrast)}"
-    if contrast.detectable:
-        does = "raise" if contrast.difference.value > 0 else "lower"
-        return f"{capital(cause(agent.axis))} {does} the success of {who.name}: {solved}."
-    if (kind := _course(agent)) in _DOES:
-        does = _DOES[kind].format(who=who.name)
-        return f"{capital(cause(agent.axis))} {does}; no effect of a single {agent.axis.name} was detected."
-    undetected = _undetected(f"{cause(agent.axis)} on the success of {who.name}", [contrast.difference])
-    return f"{undetected}: {solved}."
-
-
-def _undetected(effect: str, differences: Iterable[DifferenceAt | Paired]) -> str:
-    """That no effect was detected, and whether that leaves the question open: intervals hold changes not small."""
-    inconclusive = "Inconclusive: no" if _reach(differences) > NARROW else "No"
-    return f"{inconclusive} effect of {effect} was detected"
+def _undetected(effect: str, differences: Iterable[DifferenceAt | Paired], what: str = "changes") -> str:
+    """That no effect was detected, and up to which size intervals hold one, if that is not small."""
+    most = ceil(100 * _reach(differences) - 1e-9)
+    if most <= 100 * NARROW:
+        return f"No effect of {effect} was detected."
+    return f"Inconclusive: no effect of {effect} was detected, and {what} of up to {most} points are not excluded."
 
 
 def _reach(differences: Iterable[DifferenceAt | Paired]) -> float:
@@ -140,42 +129,21 @@ def _reach(differences: Iterable[DifferenceAt | Paired]) -> float:
     return max((abs(end) for one in differences for end in (one.low, one.high)), default=0.0)
 
 
-def _at(contrast: Contrast, axis: Axis) -> str:
-    first, second = contrast.difference.first, contrast.difference.second
-    return (
-        f"{percent(first.value)} {at_dose(contrast.baseline.p, axis)} "
-        f"and {percent(second.value)} {at_dose(contrast.other.p, axis)}"
-    )
-
-
-def _sample(contrast: Contrast) -> str:
-    """That the sample is smaller than the study, where it is."""
-    return "" if contrast.whole else f", of the {contrast.difference.first.n} trials finished under both"
-
-
-def _rate(condition: ConditionSummary) -> str:
-    return f"{percent(condition.success.value)} of {condition.success.n} trials"
-
-
 def _course(agent: AgentSummary) -> CourseKind:
     """How its success runs over the dose."""
     return agent.inference.course.kind if agent.inference.course else "not tested"
 
 
-def _several(agents: Sequence[AgentSummary], axis: Axis) -> str:
+def _changes(agents: Sequence[AgentSummary], axis: Axis) -> str:
     """The agents by how their success runs, with the rates of those that change, where the sentence stays short."""
-    heeding = [agent for agent in agents if not agent.blind]
-    hidden = [agent for agent in heeding if _course(agent) not in _DOES]
-    if len(hidden) == len(heeding):
+    hidden = [agent for agent in agents if _course(agent) not in _DOES]
+    if len(hidden) == len(agents):
         differences = [agent.contrast.difference for agent in hidden if agent.contrast]
-        most = _reach(differences)
-        left = f", and changes of up to {ceil(100 * most - 1e-9)} points are not excluded" if most > NARROW else ""
-        effect = f"{cause(axis)} on the success of {_names(hidden, 'or')}"
-        return f"{_undetected(effect, differences)}{left}."
+        return _undetected(f"{cause(axis)} on the success of {_names(hidden, 'or')}", differences)
     rest = f"; no effect on that of {_names(hidden, 'or')} was detected" if hidden else ""
     said = ""
     for name in (_with_rates, lambda agent: subject_of(agent).name):
-        courses = {kind: [name(agent) for agent in heeding if _course(agent) == kind] for kind in _DOES}
+        courses = {kind: [name(agent) for agent in agents if _course(agent) == kind] for kind in _DOES}
         parts = [_DOES[kind].format(who=_listed(own)) for kind, own in courses.items() if own]
         said = f"{capital(cause(axis))} {'; they '.join(parts)}{rest}."
         if len(said.split()) <= _WORDS:
@@ -189,8 +157,9 @@ def _with_rates(agent: AgentSummary) -> str:
     if contrast is None or not contrast.detectable:
         return name
     first, second = contrast.difference.first, contrast.difference.second
-    rates = f"{percent(first.value)} to {percent(second.value)} {at_dose(contrast.other.p, agent.axis)}"
-    return f"{name} ({rates}{_sample(contrast)})"
+    sample = "" if contrast.whole else f", of the {first.n} trials finished under both"
+    where = at_dose(contrast.other.p, agent.axis)
+    return f"{name} ({percent(first.value)} to {percent(second.value)} {where}{sample})"
 
 
 def interaction_said(summary: StudySummary) -> str:
@@ -342,19 +311,17 @@ def _rounded(count: int) -> int:
     return -(-count // unit) * unit
 
 
-def modality_answer(effect: ModalityEffect, summary: StudySummary) -> str:
+def modality_answer(effect: ModalityEffect) -> str:
     """What the modality did to how soon one agent solves the box."""
     who = Subject.of(effect.agent)
-    found = {agent.modality: agent.conditions[0] for agent in summary.agents if agent.agent == effect.agent}
     solves, it, sees = who.form("solves", "solve"), who.form("it", "they"), who.form("sees", "see")
     if effect.detectable:
         sooner = "sooner" if effect.direction > 0 else "later or more rarely"
         return f"The higher the fidelity of what {who.name} {sees}, the {sooner} {it} {solves} the box."
     if effect.p_all is not None and effect.p_all < ALPHA:
         return f"How soon {who.name} {solves} the box differs between {_listed([*map(spoken, effect.modalities)])}."
-    shares = ", ".join(f"{percent(found[one].success.value)} with {spoken(one)}" for one in effect.modalities[:_NAMED])
-    undetected = _undetected(f"fidelity on how soon {who.name} {solves} the box", [pair.final for pair in effect.pairs])
-    return f"{undetected}: {shares}."
+    finals = [pair.final for pair in effect.pairs]
+    return _undetected(f"fidelity on how soon {who.name} {solves} the box", finals, "differences in success")
 
 
 def effects_answer(found: Sequence[Effects], *, other: bool = False) -> str:
@@ -371,7 +338,7 @@ def effects_answer(found: Sequence[Effects], *, other: bool = False) -> str:
         if not changed:
             differences = [effect.difference for one in found for effect in one.effects]
             any_ = "any other condition" if other else "any condition"
-            return f"{_undetected(f'{any_} on success', differences)}."
+            return _undetected(f"{any_} on success", differences)
         return f"Conditions change the success of {_listed(list(dict.fromkeys(changed)))}; see the sections below."
     only, who = found[0], Subject.of(found[0].agent).name
     parts = [
@@ -384,7 +351,7 @@ def effects_answer(found: Sequence[Effects], *, other: bool = False) -> str:
     ]
     if not parts:
         effect = f"{_listed([one.condition for one in only.effects], 'or')} on the success of {who}"
-        return f"{_undetected(effect, [one.difference for one in only.effects])}."
+        return _undetected(effect, [one.difference for one in only.effects])
     rest = sum(not one.detectable for one in only.effects)
     others = f"; no effect of {rest} other{'s' * (rest > 1)} was detected" if rest else ""
     return f"{' and '.join(parts)} the success of {who}{others}."

@@ -87,5 +87,5 @@ def _tests(agents: Iterable[AgentSummary]) -> str:
         for agent in agents
         if not agent.blind
     }
-    parts = [f"{sum(tests)} of {len(tests)} for {name}" for name, tests in done.items() if tests]
+    parts = [f"{sum(tests)}/{len(tests)} for {name}" for name, tests in done.items() if tests]
     return f"Valid tests that reject: {first_three(parts)}." if parts else ""

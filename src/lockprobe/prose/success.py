@@ -33,7 +33,9 @@ def finding(agent: AgentSummary) -> str:
     if not counted:
         return f"No trial of {subject_of(agent).name} has ended as solved or out of budget."
     if agent.blind:
-        return _blind_said(agent, counted)
+        solved = f"it solved {of_trials(counted[0].success)} {at_dose(counted[0].p, agent.axis)}"
+        same = f"the results of these trials are the same at every other {agent.axis.name}"
+        return f"{alike_said(agent)}: {solved}, and {same}."
     if agent.contrast is None:
         return _one_condition(agent, counted)
     copies = _copies_said(agent, counted[0])
@@ -48,15 +50,6 @@ def _copies_said(agent: AgentSummary, condition: ConditionSummary) -> str:
         return ""
     where = capital(at_dose(condition.p, agent.axis))
     return f"{where}, its {n} trials contain only {different} different sequences of actions."
-
-
-def _blind_said(agent: AgentSummary, counted: list[ConditionSummary]) -> str:
-    first = counted[0]
-    said = f"{alike_said(agent)}: it solved {of_trials(first.success)}"
-    if all(condition.success.n == first.success.n for condition in counted):
-        return f"{said} at every {agent.axis.name}."
-    where = at_dose(first.p, agent.axis)
-    return f"{said} {where}, and the results of these trials are the same at every other {agent.axis.name}."
 
 
 def alike_said(agent: AgentSummary) -> str:
@@ -78,30 +71,18 @@ def _contrast_said(agent: AgentSummary, contrast: Contrast) -> str:
     """The clearest difference from the lowest flip rate, and whether it was detected."""
     found, who = contrast.difference, subject_of(agent)
     first, second = at_dose(contrast.baseline.p, agent.axis), at_dose(contrast.other.p, agent.axis)
-    it, its = who.form("it", "they"), who.form("its", "their")
-    counts = f"{of_trials(found.second)} against {of_trials(found.first)}"
+    it = who.form("it", "they")
     sample = "" if contrast.whole else f", of the trials that {it} finished under both conditions"
     if contrast.detectable:
         verdict = "more" if found.value > 0 else "less"
-        return (
-            f"{who.first} solved the box {verdict} often {second} than {first}: "
-            f"{counts}{sample} ({_interval(contrast)})."
-        )
+        counts = f"{of_trials(found.second)} against {of_trials(found.first)}{sample}"
+        return f"{who.first} solved the box {verdict} often {second} than {first}: {counts} ({_interval(contrast)})."
     risen = any(t.question == "shape" and t.recommended and t.rejects for t in agent.inference.tests)
     subject = f"No effect of {cause(agent.axis)} on the success of {who.name} was detected"
     if risen:
         subject = (
             f"No change of the success of {who.name} was detected at a single {agent.axis.name}; "
             f"the course over all {'other ' * bool(agent.idle)}{agent.axis.name}s is tested below"
-        )
-    if not any(one.value for one in agent.inference.difference.at):
-        if not contrast.whole:
-            same = f"of the trials that {it} finished under both conditions {it} solved the same share"
-            return f"{subject}: {same}, {counts}."
-        share = found.first
-        return (
-            f"{subject}: {it} solved {percent(share.value)} of {its} trials under every "
-            f"{'other ' * bool(agent.idle)}condition (n = {share.n} {first}, {interval(share.low, share.high)})."
         )
     size = "the largest difference" if contrast.farthest else "the clearest difference"
     return (
@@ -166,11 +147,13 @@ def courses_said(summary: StudySummary, *, brief: bool = False) -> str:
     kinds = dict.fromkeys(kind for _, kind in sorted(courses, key=lambda course: list(_COURSES).index(course[1])))
     names = {kind: listed(name for name, found in courses if found == kind) for kind in kinds}
     parts = [f"{course_said(kind, summary.axis)} for {names[kind]}" for kind in kinds]
+    if {"rises", "falls"} <= names.keys():
+        parts[list(kinds).index("falls")] = f"lower for {names['falls']}"
     blind = [agent.name for agent in summary.agents if agent.blind and not brief]
-    parts += [f"the same for {listed(blind)} (played alike whatever was told)"] if blind else []
+    parts += [f"the same for {listed(blind)} (played alike whatever was reported)"] if blind else []
     many = "" if brief else _corrected_said(heeding)
-    said = f"Success compared with a {summary.axis.name} of {min(shown):g}: {'; '.join(parts)}."
-    return said + many if parts else ""
+    compared = "Compared" if brief else "Success compared"  # brief, it stands in a heading on success
+    return f"{compared} with {summary.axis.name} {min(shown):g}: {'; '.join(parts)}.{many}" if parts else ""
 
 
 def _corrected_said(heeding: Sequence[AgentSummary]) -> str:
@@ -178,7 +161,8 @@ def _corrected_said(heeding: Sequence[AgentSummary]) -> str:
     sizes = {agent.reference: agent.inference.difference.agents for agent in heeding}
     if max(sizes.values(), default=1) < 2:
         return ""
-    kinds = [f"{n} {'baseline' if reference else 'agent'}{'s' * (n != 1)}" for reference, n in sorted(sizes.items())]
+    several = len(sizes) > 1
+    kinds = [f"{n} {'baseline' if several and of else 'agent'}{'s' * (n != 1)}" for of, n in sorted(sizes.items())]
     return f" Tests are corrected for {' and, apart, for '.join(kinds)} (Bonferroni)."
 
 

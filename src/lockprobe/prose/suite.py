@@ -22,15 +22,13 @@ def suite_said(entries: Sequence[tuple[str, SuiteScore]]) -> str:
     size = f"{share(competence.value, competence.low, competence.high)}, where 0 % is chance and 100 % solves every box"
     if first.ranks is None:
         return f"{name} has a competence of {size}. {_change_said(first)}".rstrip()
-    if first.ranks == (1, 1):
-        return f"{name} is the most competent of {first.together} agents: {size}. {_change_said(first)}".rstrip()
-    possible = sum(one.ranks is not None and one.ranks[0] == 1 for _, one in entries)
-    undecided = f"The tests do not decide which of {possible} of them is the best"
     tied = [other for other, one in entries if one.competence is not None and one.competence.value == competence.value]
-    if len(tied) > 1:
-        return f"{first_three(tied)} have the same highest competence of {first.together} agents: {size}. {undecided}."
-    said = f"{name} has the highest competence of {first.together} agents: {size}. {undecided}"
-    return f"{said}; its rank may be {ranks_said(first)}. {_change_said(first)}".rstrip()
+    said = (
+        f"{first_three(tied)} {'has' if len(tied) == 1 else 'have'} the highest competence of {first.together} agents"
+    )
+    possible = sum(one.ranks is not None and one.ranks[0] == 1 for _, one in entries)
+    undecided = f"; the tests do not decide which of {possible} of them is the best" if possible > 1 else ""
+    return f"{said}: {size}{undecided}. {_change_said(first) if len(tied) == 1 else ''}".rstrip()
 
 
 def _change_said(first: SuiteScore) -> str:

@@ -36,12 +36,12 @@ def test_a_study_of_many_agents_begins_with_who_rises_and_who_falls(tmp_path):
         tmp_path, study_of(name="flips", agents=agents, box=box("chain-4"), repetitions=1, trials=30), trials
     )
     said = (
-        "higher at some flip rate for cognitive:perseverant, llm:local; lower at some flip rate for cognitive:careful, "
+        "higher at some flip rate for cognitive:perseverant, llm:local; lower for cognitive:careful, "
         "human-inspired?lapse=0.3"
     )
     (courses,) = found.said("findings", "courses")
     assert courses == (
-        f"Success compared with a flip rate of 0: {said}. Tests are corrected for 3 agents and, apart, for 1 baseline "
+        f"Success compared with flip rate 0: {said}. Tests are corrected for 3 agents and, apart, for 1 baseline "
         "(Bonferroni)."
     )
     part = plain(part_of(found))

@@ -148,7 +148,7 @@ def _of_flips(summary: StudySummary, study: Study) -> _Screen:
     if modal:
         question = f"Does what agents see change how they open {box}?"
         seeing = [one for one in summary.modalities if one.agent in {agent.agent for agent in subjects}]
-        answer = " ".join(modality_answer(one, summary) for one in seeing[:1])
+        answer = " ".join(modality_answer(one) for one in seeing[:1])
     elif several:
         question = f"Do false reports change how agents open {box}?"
     return _Screen(
