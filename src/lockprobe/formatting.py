@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 __all__ = [
     "NONE",
     "bracketed",
+    "capital",
+    "change",
+    "corrected",
     "first_three",
+    "interval",
+    "listed",
     "minus",
     "p_cell",
     "p_value",
@@ -89,6 +94,34 @@ def range_said(low: float | None, high: float | None, form: str = "{:+.0f}", sca
     return minus(f", 95 % interval {form.format(scale * low)} to {form.format(scale * high)}", zeros=True)
 
 
+def interval(low: float, high: float) -> str:
+    """The 95 % interval of a share.
+
+    >>> interval(0.1, 0.2)
+    '95 % interval 10 % to 20 %'
+    """
+    return f"95 % interval {percent(low)} to {percent(high)}"
+
+
+def change(value: float, low: float | None, high: float | None) -> str:
+    """A difference of shares in points, with its 95 % interval where that is known.
+
+    >>> change(0.15, 0.1, 0.2), change(0.15, None, None)
+    ('+15 points, 95 % interval +10 to +20', '+15 points')
+    """
+    return f"{points(value)} points{range_said(low, high)}"
+
+
+def corrected(*many: tuple[int, str]) -> str:
+    """For how many comparisons a P value is corrected, after it; empty where each is alone.
+
+    >>> corrected((3, "doses"), (2, "agents")), corrected((1, "agents"))
+    (', corrected for 3 doses and 2 agents', '')
+    """
+    said = " and ".join(f"{number} {what}" for number, what in many if number > 1)
+    return f", corrected for {said}" if said else ""
+
+
 def bracketed(
     value: float | None, low: float | None, high: float | None, form: str = "{:+.0f}", scale: float = 100
 ) -> str:
@@ -133,3 +166,20 @@ def first_three(parts: Iterable[str], between: str = ", ") -> str:
     """
     first, more = (every := [*parts])[:3], len(every) - 3
     return between.join(first) + (f" and {more} more" if more > 0 else "")
+
+
+def listed(names: Sequence[str], last: str = "and", named: int | None = None) -> str:
+    """All names; with ``named`` at most so many, the others as a number.
+
+    >>> listed(["a", "b"], "or"), listed(["a", "b", "c"]), listed(["a", "b", "c", "d"], named=3)
+    ('a or b', 'a, b and c', 'a, b and 2 others')
+    """
+    if named is not None and len(names) > named:
+        names = [*names[: named - 1], f"{len(names) - named + 1} others"]
+    *most, end = names
+    return f"{', '.join(most)} {last} {end}" if most else end
+
+
+def capital(said: str) -> str:
+    """The text at the beginning of a sentence."""
+    return f"{said[:1].upper()}{said[1:]}"

@@ -5,7 +5,7 @@ import math
 from lockprobe.analysis.axis import FLIPS, Axis
 from lockprobe.analysis.series import SeriesArm, control_of, crossings, series_of, series_of_agents
 from lockprobe.interventions.condition import read_condition
-from lockprobe.prose.doses import at_dose, cause_first
+from lockprobe.prose.doses import at_dose, cause
 from lockprobe.spec import Spec
 
 
@@ -108,4 +108,4 @@ def test_agents_that_differ_in_one_number_are_a_series_too():
     assert list(found.doses.values()) == [0, 0.5, 1]
     assert series_of_agents(as_they_are("a?t=1", "a?t=2")) == ()
     assert series_of_agents(as_they_are("a?t=1", "a?t=2", "a?t=1e300")) == ()
-    assert (cause_first(found.axis), at_dose(0, found.axis)) == ("Higher values of t", "at a t of 0")
+    assert (cause(found.axis), at_dose(0, found.axis)) == ("higher values of t", "at a t of 0")

@@ -81,13 +81,11 @@ def test_courses_are_said_of_several_agents_only():
     blind = play_study(small_study(("random",), p=(0.0, 0.4)))
     assert courses_said(summarise(rising)) == ""
     assert courses_said(summarise([*rising, *falling, *blind])) == (
-        "Success compared with a flip rate of 0: higher at some flip rate for llm:local; lower for "
-        "human-inspired; the same for random (it played alike whatever it was told)."
+        "Success compared with flip rate 0: higher at some flip rate for llm:local; lower for "
+        "human-inspired; the same for random (played alike whatever was reported)."
     )
     other = [*condition(0.0, 15, 30, agent="b"), *condition(0.4, 16, 30, agent="b")]
-    assert courses_said(summarise([*rising, *other])).endswith(
-        "Tests are corrected for the 2 agents that use reports (Bonferroni)."
-    )
+    assert courses_said(summarise([*rising, *other])).endswith("Tests are corrected for 2 agents (Bonferroni).")
     assert courses_said(summarise([*rising, *other, *falling])).endswith(
         "Tests are corrected for 2 agents and, apart, for 1 baseline (Bonferroni)."
     )
@@ -156,7 +154,7 @@ def test_copies_of_the_same_trial_are_counted_and_said():
 
 
 def test_nothing_solved_and_one_condition_and_nothing_ended():
-    assert "0 % of its trials under every condition" in finding(only([*condition(0.0, 0, 30), *condition(0.3, 0, 30)]))
+    assert "it solved 0 of 30 trials (0 %) when" in finding(only([*condition(0.0, 0, 30), *condition(0.3, 0, 30)]))
     assert "no difference to test" in finding(only(condition(0.0, 3, 10)))
     broken = only([make_trial([0], agent=AGENT, broken="model")])
     assert "No trial" in finding(broken)
@@ -228,8 +226,8 @@ def test_equal_shares_are_said_of_the_sample_they_are_of():
     same = [make_trial(SOLUTION if i < 2 else (int(10 * p) % 4, *FAILED[1:]), agent=AGENT, p=p, trial=i)
             for p, n in ((0.0, 30), (0.4, 5)) for i in range(n)]  # fmt: skip
     said = finding(only(same))
-    assert "of the trials that it finished under both conditions it solved the same share, 2 of 5" in said
-    assert "under every condition" not in said
+    assert "it solved 2 of 5 trials (40 %) when told the truth and 2 of 5 trials (40 %) at a flip rate of 0.4" in said
+    assert "of the trials that it finished under both conditions" in said
 
 
 def test_the_contrast_is_the_permutation_test_of_the_inference():

@@ -57,14 +57,14 @@ def test_a_flip_rate_without_a_false_report_is_named_and_no_effect_is_denied():
     assert "0.0001" not in finding(acting).replace(said, "")
 
 
-def test_beside_such_a_flip_rate_no_sentence_speaks_of_every_condition():
+def test_such_a_flip_rate_is_not_the_one_that_is_compared():
     """The agent solves all its trials at each rate, so no difference is seen at those that are compared."""
     trials = [trial for p in (0.0, 0.0001, 0.02) for trial in play_trials("cognitive:careful", 8, p=p)]
     (agent,) = summarise([replace(trial, ending="solved") for trial in trials], box("chain-4")).agents
     assert [one.p for one in agent.idle] == [0.0001]
-    assert "100 % of its trials under every other condition" in finding(agent)
-    (whole,) = summarise([replace(one, ending="solved") for one in trials if one.p != 0.0001], box("chain-4")).agents
-    assert "100 % of its trials under every condition" in finding(whole)
+    assert "it solved 8 of 8 trials (100 %) when told the truth and 8 of 8 trials (100 %) at a flip rate of 0.02" in (
+        finding(agent)
+    )
 
 
 def test_such_a_flip_rate_of_a_baseline_is_named_too():

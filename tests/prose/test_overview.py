@@ -42,9 +42,9 @@ def answer(**courses):
 @pytest.mark.parametrize(
     ("courses", "said"),
     [
-        ({"a": {0: 5, 0.4: 30}}, "False reports raise the success of a: it solved 12 % when told the truth and 75 % at"),
+        ({"a": {0: 5, 0.4: 30}}, "False reports raise the success of a (12 % to 75 % at a flip rate of 0.4)."),
         ({"a": {0: 30, 0.4: 5}}, "False reports lower the success of a"),
-        ({"a": {0: 20, 0.4: 21}}, "Inconclusive: no effect of false reports on the success of a was detected: it solved 50 %"),
+        ({"a": {0: 20, 0.4: 21}}, "Inconclusive: no effect of false reports on the success of a was detected, and changes of up to 32 points"),
         ({"a": {0.4: 20}}, "a solved 50 % of 40 trials."),
         ({"a": {0: 5, 0.4: 30}, "b": {0: 30, 0.4: 5}}, "False reports raise the success of a; they lower the success of b."),
         ({"a": {0: 5, 0.4: 30}, "b": {0: 20, 0.4: 21}}, "False reports raise the success of a (12 % to 75 % at a flip rate of 0.4); no effect on that of b was detected."),
@@ -94,7 +94,7 @@ def test_an_effect_that_is_shown_to_be_small_is_not_called_inconclusive():
         make_trial(SOLVED if i % 2 else UNSOLVED, agent="a", p=p, trial=i + 1) for p in (0, 0.4) for i in range(400)
     ]
     found = flips_answer(summarise(trials, box("chain-4")))
-    assert found.startswith("No effect of false reports on the success of a was detected: it solved 50 %")
+    assert found == "No effect of false reports on the success of a was detected."
 
 
 @pytest.mark.parametrize("solved", [0, 18])
@@ -155,6 +155,9 @@ def effect(name, value, shown, half=0.2, differ=24, n=50):
     return Some(condition=name, detectable=shown, difference=difference)
 
 
+LEFT = ", and changes of up to 30 points are not excluded."
+
+
 @pytest.mark.parametrize(
     ("found", "said"),
     [
@@ -166,9 +169,9 @@ def effect(name, value, shown, half=0.2, differ=24, n=50):
         ),
         (
             [effects(("x", 0.1, False), ("y", 0.1, False))],
-            "Inconclusive: no effect of x or y on the success of a was detected.",
+            f"Inconclusive: no effect of x or y on the success of a was detected{LEFT}",
         ),
-        ([effects(("x", 0.1, False))] * 2, "Inconclusive: no effect of any condition on success was detected."),
+        ([effects(("x", 0.1, False))] * 2, f"Inconclusive: no effect of any condition on success was detected{LEFT}"),
         ([effects(("x", 0.01, False, 0.05))] * 2, "No effect of any condition on success was detected."),
         ([effects(("x", 0.01, False, 0.05))], "No effect of x on the success of a was detected."),
     ],
@@ -240,15 +243,13 @@ def test_agents_near_chance_are_said_to_be():
     assert not_above_chance(answer(a={0: 39, 0.4: 20})) == ""
     said = "When told the truth, {} random agents without immediate repeats (69 %)."
     assert not_above_chance(answer(a={0: 30, 0.4: 39}, b={0: 39})) == said.format("a did not detectably exceed")
-    assert not_above_chance(answer(a={0: 30}, b={0: 5})) == said.format("neither agent detectably exceeded")
-    assert not_above_chance(answer(a={0: 30}, b={0: 5}, c={0: 40})) == said.format(
-        "neither a nor b detectably exceeded"
-    )
+    assert not_above_chance(answer(a={0: 30}, b={0: 5})) == said.format("a and b did not detectably exceed")
+    assert not_above_chance(answer(a={0: 30}, b={0: 5}, c={0: 40})) == said.format("a and b did not detectably exceed")
     less = "When told the truth, {} solved fewer boxes than random agents without immediate repeats (69 %)."
-    assert not_above_chance(answer(a={0: 5}, b={0: 6})) == less.format("both agents")
+    assert not_above_chance(answer(a={0: 5}, b={0: 6})) == less.format("a and b")
     assert not_above_chance(answer(a={0: 5}, b={0: 40})) == less.format("a")
     assert not_above_chance(answer(a={0: 30}, b={0: 5}, c={0: 5})) == said.format(
-        "none of a, b and c detectably exceeded"
+        "a, b and c did not detectably exceed"
     )
 
 
@@ -311,15 +312,15 @@ def test_the_first_sentence_says_on_which_trials_two_reports_are_compared():
     trials = [make_trial(SOLVED, agent="a", p=0, trial=i + 1) for i in range(40)]
     trials += [make_trial(UNSOLVED, agent="a", p=0.4, trial=i + 1) for i in range(18)]
     assert flips_answer(summarise(trials)).endswith(
-        "it solved 100 % when told the truth and 0 % at a flip rate of 0.4, of the 18 trials finished under both."
+        "a (100 % to 0 % at a flip rate of 0.4, of the 18 trials finished under both)."
     )
 
 
 @pytest.mark.parametrize(
     ("solved", "said"),
     [
-        ({"a": 20, "b": 20}, "Both agents solved the same share: 50 % of 40 trials."),
-        ({"a": 20, "b": 20, "c": 20}, "All 3 agents solved the same share: 50 % of 40 trials."),
+        ({"a": 20, "b": 20}, "The 2 agents solved the same share: 50 % of 40 trials."),
+        ({"a": 20, "b": 20, "c": 20}, "The 3 agents solved the same share: 50 % of 40 trials."),
         (
             {"a": 21, "b": 21, "c": 20},
             (

@@ -45,7 +45,8 @@ def test_tests_are_counted_for_each_agent():
     done = [[t.rejects for t in a.inference.tests if t.recommended and t.p_value is not None] for a in summary.agents]
     said = section_answers(summary)["hypothesis_tests"]
     assert len(done[0]) == len(done[1])
-    assert said == f"Of {len(done[0])} valid tests, {sum(done[0])} reject for llm:a, {sum(done[1])} for llm:b."
+    n = len(done[0])
+    assert said == f"Valid tests that reject: {sum(done[0])}/{n} for llm:a, {sum(done[1])}/{n} for llm:b."
     assert sum(done[0]) > sum(done[1])
 
 

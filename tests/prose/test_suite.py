@@ -41,23 +41,22 @@ def test_the_best_of_several_is_named_as_the_best_only_if_the_comparisons_show_i
         ("b", replace(second, ranks=(2, 3))),
         ("c", replace(third, ranks=(2, 3))),
     ]
-    assert suite_said(shown) == f"a is the most competent of 3 agents: {SIZE}. {LOWER}"
+    assert suite_said(shown) == f"a has the highest competence of 3 agents: {SIZE}. {LOWER}"
     open_ = [
         ("a", replace(first, ranks=(1, 2))),
         ("b", replace(second, ranks=(1, 3))),
         ("c", replace(third, ranks=(2, 3))),
     ]
     assert suite_said(open_) == (
-        f"a has the highest competence of 3 agents: {SIZE}. The tests do not decide which of 2 of them is the best; its "
-        f"rank may be 1 to 2. {LOWER}"
+        f"a has the highest competence of 3 agents: {SIZE}; the tests do not decide which of 2 of them is the best. "
+        f"{LOWER}"
     )
 
 
 def test_a_tie_has_no_single_best():
     tie = [("a", replace(BEST, together=2, ranks=(1, 2))), ("b", replace(BEST, together=2, ranks=(1, 2)))]
     assert suite_said(tie) == (
-        f"a, b have the same highest competence of 2 agents: {SIZE}. The tests do not decide which of 2 of them is the "
-        "best."
+        f"a, b have the highest competence of 2 agents: {SIZE}; the tests do not decide which of 2 of them is the best."
     )
 
 

@@ -10,15 +10,19 @@ from lockprobe.analysis.summary import summarise
 from lockprobe.audit.simulate import simulate
 from lockprobe.audit.simulated_agents import WORLDS, Design
 from lockprobe.report.claims import claim_rows
-from lockprobe.report.paper import CLAIMS
-from lockprobe.report.paper_reanalysis import fisher_z
+from lockprobe.report.paper import CLAIMS, fisher_z
 from lockprobe.seeds import generator
 
 
 def rows_of(world, seed=1):
     trials = simulate(WORLDS[world], Design(), generator(seed))
     summary = summarise([replace(trial, agent="llm:x", key=trial.key.replace("audit", "flips")) for trial in trials])
-    return {row.claim.measure: row for row in claim_rows(summary)}
+    return by_measure(summary)
+
+
+def by_measure(summary):
+    """Measure of a claim -> its verdict and P value, for an agent that speaks to it."""
+    return {claim.measure: (verdict, p) for claim, _, (_, verdict, _, p) in claim_rows(summary)}
 
 
 def test_the_papers_figures_follow_from_its_counts():
@@ -49,35 +53,35 @@ def test_rows_of_a_table_are_no_quotations():
 
 def test_every_claim_is_there_in_the_order_of_the_paper():
     rows = claim_rows(summarise(play_study(small_study())))
-    assert list(dict.fromkeys(row.claim for row in rows)) == list(CLAIMS)
-    assert {row.agent for row in rows if row.claim.measure == "reference"} == {"human-inspired"}
+    assert list(dict.fromkeys(claim for claim, *_ in rows)) == list(CLAIMS)
+    assert {agent for claim, agent, _ in rows if claim.measure == "reference"} == {"human-inspired"}
     assert claim_rows(summarise([]))
-    assert {row.verdict for row in claim_rows(summarise([]))} == {"not measured"}
+    assert {verdict for _, _, (_, verdict, *_) in claim_rows(summarise([]))} == {"not measured"}
 
 
 def test_an_agent_like_the_papers_looks_like_it_and_supports_nothing_on_loops():
     """Loops are irrelevant in this world, and yet its figures are those of Fig. 5. A few verdicts err by chance."""
     studies = [rows_of("loops-irrelevant", seed) for seed in range(3)]
     for measure in ("baseline", "peak", "ratio", "correlation"):
-        assert sum(rows[measure].verdict == "compatible" for rows in studies) >= 2, measure
+        assert sum(rows[measure][0] == "compatible" for rows in studies) >= 2, measure
     for measure in ("loops", "loops-drop"):  # a drop such as the paper's is often not shown by 30 trials
-        assert sum(rows[measure].verdict in ("compatible", "not decided") for rows in studies) >= 2, measure
-        assert sum(rows[measure].verdict == "compatible" for rows in studies) >= 1, measure
-    assert sum(rows["effect"].verdict == "borne out" for rows in studies) >= 2
+        assert sum(rows[measure][0] in ("compatible", "not decided") for rows in studies) >= 2, measure
+        assert sum(rows[measure][0] == "compatible" for rows in studies) >= 1, measure
+    assert sum(rows["effect"][0] == "borne out" for rows in studies) >= 2
     for measure in ("onset", "harm"):
-        assert sum(rows[measure].verdict == "borne out" for rows in studies) <= 1, measure
+        assert sum(rows[measure][0] == "borne out" for rows in studies) <= 1, measure
 
 
 def test_a_trapped_agent_supports_them():
     rows = rows_of("loop-trapped")
-    assert rows["onset"].verdict == "borne out"
-    assert rows["harm"].verdict == "borne out"
-    assert rows["onset"].p_value < 0.05
-    assert rows["baseline"].verdict == "not compatible"
+    assert rows["onset"][0] == "borne out"
+    assert rows["harm"][0] == "borne out"
+    assert rows["onset"][1] < 0.05
+    assert rows["baseline"][0] == "not compatible"
 
 
 def test_what_a_study_does_not_hold_is_not_measured():
-    rows = {row.claim.measure: row for row in claim_rows(summarise(play_study(small_study(["human-inspired"]))))}
-    assert rows["modalities"].verdict == "not measured"
-    assert rows["peak"].verdict == "not measured"  # no p of 0.4
-    assert rows["reference-steps"].verdict == "compatible"
+    rows = by_measure(summarise(play_study(small_study(["human-inspired"]))))
+    assert rows["modalities"][0] == "not measured"
+    assert rows["peak"][0] == "not measured"  # no p of 0.4
+    assert rows["reference-steps"][0] == "compatible"

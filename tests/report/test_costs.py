@@ -8,7 +8,7 @@ from builders import SOLUTION, make_trial
 from lockprobe.agents.llm.model_facts import Price
 from lockprobe.model_call import Usage
 from lockprobe.report import costs as counted_by
-from lockprobe.report.costs import money
+from lockprobe.report.costs import cost_rows, price_asked
 
 PRICE = Price(input=2.0, cached=1.0, output=10.0, batch=0.5, date="2026-01-02", source="the test")
 
@@ -30,29 +30,40 @@ def _priced(monkeypatch):
     )
 
 
+def spent(trials):
+    """What is said of the trials of an agent: quantity, and what part of it -> number."""
+    return {" ".join(filter(None, (row.quantity, row.of))): row.value for row in cost_rows(trials, {"agent": "a"})}
+
+
+TOKENS = ("tokens input", "tokens output", "cached_share")
+
+
 def test_tokens_of_all_trials_are_added_up_those_that_broke_among_them():
-    found = money([trial(), trial((0,), broken="reply", number=2)])
-    assert found.usage == Usage(calls=7, input_tokens=5300, cached_tokens=2000, output_tokens=257)
-    assert found.dollars == pytest.approx((3300 * 2.0 + 2000 * 1.0 + 257 * 10.0) / 1e6)
-    assert found.per_solved == pytest.approx(found.dollars)
-    assert found.served == (("acme-one-2026", 5),)
-    assert found.price == PRICE
+    trials = [trial(), trial((0,), broken="reply", number=2)]
+    found = spent(trials)
+    assert [found[name] for name in ("calls", *TOKENS)] == [7, 5300, 257, 2000 / 5300]
+    assert found["cost"] == pytest.approx((3300 * 2.0 + 2000 * 1.0 + 257 * 10.0) / 1e6)
+    assert found["cost per solved trial"] == pytest.approx(found["cost"])
+    assert found["answers acme-one-2026"] == 5
+    assert price_asked(trials) == PRICE
 
 
 def test_a_batch_costs_its_share():
-    assert money([trial(batch=True)]).dollars == pytest.approx(money([trial()]).dollars / 2)
+    assert spent([trial(batch=True)])["cost"] == pytest.approx(spent([trial()])["cost"] / 2)
 
 
 def test_without_a_price_nothing_is_priced():
-    found = money([trial(model="acme/two")])
-    assert (found.dollars, found.per_solved, found.price) == (None, None, None)
-    assert found.usage.input_tokens == 4000
+    trials = [trial(model="acme/two")]
+    found = spent(trials)
+    assert not found.keys() & {"cost", "cost per solved trial"}
+    assert price_asked(trials) is None
+    assert found["tokens input"] == 4000
 
 
 def test_without_a_solved_trial_there_is_no_price_of_one():
-    found = money([trial((0,) * 20)])
-    assert found.dollars > 0
-    assert found.per_solved is None
+    found = spent([trial((0,) * 20)])
+    assert found["cost"] > 0
+    assert "cost per solved trial" not in found
 
 
 def uncounted(**more):
@@ -63,19 +74,15 @@ def uncounted(**more):
 
 
 def test_replies_that_nobody_counted_do_not_cost_nothing():
-    found = money([uncounted()])
-    assert (found.calls, found.uncounted) == (4, 4)
-    assert (found.usage, found.dollars, found.per_solved) == (None, None, None)
+    assert spent([uncounted()]) == {"calls": 4, "calls uncounted": 4, "answers acme-one-2026": 4}
 
 
 def test_what_was_counted_is_priced_and_the_rest_is_counted_apart():
-    found, counted = money([trial(), uncounted(number=2)]), money([trial()])
-    assert (found.calls, found.uncounted, found.usage) == (8, 4, counted.usage)
-    assert found.dollars == counted.dollars
-    assert (counted.calls, counted.uncounted) == (4, 0)
+    found, counted = spent([trial(), uncounted(number=2)]), spent([trial()])
+    assert (found["calls"], found["calls uncounted"]) == (8, 4)
+    assert [found[name] for name in (*TOKENS, "cost")] == [counted[name] for name in (*TOKENS, "cost")]
+    assert (counted["calls"], counted["calls uncounted"]) == (4, 0)
 
 
 def test_agents_that_count_no_tokens_cost_nothing_that_is_known():
-    found = money([make_trial(SOLUTION, agent="random")])
-    assert (found.calls, found.uncounted) == (None, 0)
-    assert (found.usage, found.dollars, found.served) == (None, None, ())
+    assert spent([make_trial(SOLUTION, agent="random")]) == {}

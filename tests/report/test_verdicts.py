@@ -69,7 +69,8 @@ def agent(
 
 def verdicts(trials: Sequence[Trial]) -> dict[str, str]:
     """The verdicts by measure."""
-    return {r.claim.measure: r.verdict for r in claim_rows(summarise(trials)) if r.claim.modality == "symbolic"}
+    rows = claim_rows(summarise(trials))
+    return {claim.measure: found[1] for claim, _, found in rows if claim.modality == "symbolic"}
 
 
 PAPER = (7, 14, 20, 10)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from lockprobe.analysis.agent_comparison.interaction import Interaction
 from lockprobe.analysis.agent_comparison.pair import AgentComparison
 from lockprobe.analysis.agent_comparison.paired import BlockMean
 from lockprobe.analysis.proportions import ALPHA
 from lockprobe.analysis.summary import StudySummary
-from lockprobe.formatting import minus, p_value, percent, points, range_said
+from lockprobe.formatting import change, minus, p_value, percent, range_said
 from lockprobe.prose.subject import Subject, subjects_by_name
 
 __all__ = ["comparison_said", "ranking_said"]
@@ -27,12 +28,14 @@ def _ranking(summary: StudySummary, modality: str, *, several: bool) -> str:
         return ""
     names = subjects_by_name(summary)
     said = [
-        f"{names[row.agent, row.modality].name} {percent(row.success.value)} ({_rank(*row.ranks)})"
+        f"{names[row.agent, row.modality].name} {percent(row.success.value)} "
+        f"(rank {low}{f' to {high}' if high != low else ''})"
         for row in placed
-        if row.ranks
+        for low, high in [row.ranks or (0, 0)]
     ]
     between = [one for one in summary.comparisons if one.among == "subjects" and one.first[1] == modality]
     found, pairs = sum(one.verdict != 0 for one in between), len(between)
+    differences = f"Differences were detected in {found} of {pairs} pairs, on the trials that both agents played"
     if pairs == 1:
         (only,) = between
         differences = (
@@ -40,8 +43,6 @@ def _ranking(summary: StudySummary, modality: str, *, several: bool) -> str:
             f"both played ({names[only.second].name} {percent(only.second_share)}, {names[only.first].name} "
             f"{percent(only.first_share)})"
         )
-    else:
-        differences = f"Differences were detected in {found} of {pairs} pairs, on the trials that both agents played"
     baselines = "; baselines are not ranked" if any(agent.reference for agent in summary.agents) else ""
     return (
         f"Success over all flip rates{f', box shown as {modality}' * several} (rank of these {len(placed)} agents"
@@ -56,7 +57,7 @@ def comparison_said(one: AgentComparison, summary: StudySummary) -> list[str]:
     broken = "; the largest P value over the treatments of broken trials" if one.bounded else ""
     shares = (
         f"{percent(one.second_share)} against {percent(one.first_share)} of the {one.success.pairs} trials that both "
-        f"played ({_points(one.success)}; {_test(one)}, {_p(one.success_adjusted, pairs)}{broken})"
+        f"played ({_change(one.success)}; {_test(one)}, {_p(one.success_adjusted, pairs)}{broken})"
     )
     if one.verdict:
         solves, often = second.form("solves", "solve"), "more" if one.verdict > 0 else "less"
@@ -64,14 +65,11 @@ def comparison_said(one: AgentComparison, summary: StudySummary) -> list[str]:
     else:
         said = [f"No difference in success between {second.name} and {first.name} was detected: {shares}."]
     if one.interaction:
-        said.append(_changes(one, second, first, pairs))
+        said.append(_changes(one, one.interaction, second, first, pairs))
     return [*said, _steps(one, second, first, pairs)]
 
 
-def _changes(one: AgentComparison, second: Subject, first: Subject, pairs: int) -> str:
-    moved = one.interaction
-    if moved is None:
-        return ""
+def _changes(one: AgentComparison, moved: Interaction, second: Subject, first: Subject, pairs: int) -> str:
     clearest = moved.clearest
     how = _test(one) if one.people else "sign-flip permutation test over blocks"
     test = f"{how}, {_p(moved.p_adjusted, pairs, 'all flip rates')}"
@@ -80,11 +78,11 @@ def _changes(one: AgentComparison, second: Subject, first: Subject, pairs: int) 
         more = "rises more, or falls less," if clearest.change.value > 0 else "rises less, or falls more,"
         return (
             f"False reports affect the two differently: {where} the success of {second.name} {more} than that of "
-            f"{first.name} ({_points(clearest.change)}, the clearest difference; {test})."
+            f"{first.name} ({_change(clearest.change)}, the clearest difference; {test})."
         )
     return (
         "No difference between the two in the effect of false reports was detected: the clearest is "
-        f"{_points(clearest.change)}, {where} ({test})."
+        f"{_change(clearest.change)}, {where} ({test})."
     )
 
 
@@ -105,12 +103,8 @@ def _test(one: AgentComparison) -> str:
     return "clustered by person and block" if one.people else "permutation test within blocks"
 
 
-def _rank(low: int, high: int) -> str:
-    return f"rank {low}" if low == high else f"rank {low} to {high}"
-
-
-def _points(found: BlockMean) -> str:
-    return f"{points(found.value)} points{range_said(found.low, found.high)}"
+def _change(found: BlockMean) -> str:
+    return change(found.value, found.low, found.high)
 
 
 def _p(value: float | None, pairs: int, choices: str = "") -> str:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from lockprobe.analysis.branch import BranchEffect
 from lockprobe.analysis.proportions import ALPHA
 from lockprobe.analysis.rules import RuleBreaks
-from lockprobe.formatting import minus, p_value, percent, points, range_said
+from lockprobe.formatting import change, minus, p_value, percent, points, range_said
 from lockprobe.prose.robot import not_judged
 
 __all__ = ["branch_said", "found_said", "place_said", "size_said", "value_said"]
@@ -34,21 +34,16 @@ def place_said(where: str) -> str:
     return _PLACES.get(where, f"the report of step {where}")
 
 
-def _arm_said(arm: str) -> str:
-    kind, _, joint = arm.partition("=")
-    return f"a next attempt at joint {joint}" if kind == "force" else _TOLD.get(arm, arm)
-
-
 def size_said(one: BranchEffect) -> str:
     """A change of a share in points, with its interval."""
     return f"{points(one.change.value)}{range_said(one.change.low, one.change.high)}"
 
 
-def value_said(outcome: str, change: float) -> str:
+def value_said(outcome: str, value: float) -> str:
     """A change alone: points, steps, or a distance from 0 to 1."""
     if outcome == "steps":
-        return minus(f"{change:+.1f}")
-    return f"{change:.2f}" if outcome == "choice" else points(change)
+        return minus(f"{value:+.1f}")
+    return f"{value:.2f}" if outcome == "choice" else points(value)
 
 
 def found_said(effects: Sequence[BranchEffect], rules: RuleBreaks | None = None) -> list[str]:
@@ -68,16 +63,17 @@ def found_said(effects: Sequence[BranchEffect], rules: RuleBreaks | None = None)
 
 def branch_said(one: BranchEffect) -> str:
     """The effect of an arm on success at one place, in a sentence."""
-    size = f"{points(one.change.value)} points{range_said(one.change.low, one.change.high)}"
     later = "; later reports are true" if one.truthful else ""
-    on, where, arm = f"the success of {one.agent} ({one.condition})", place_said(one.where), _arm_said(one.arm)
+    kind, _, joint = one.arm.partition("=")
+    arm = f"a next attempt at joint {joint}" if kind == "force" else _TOLD.get(one.arm, one.arm)
+    on, where = f"the success of {one.agent} ({one.condition})", place_said(one.where)
+    said = f"No effect of {arm} at {where} on {on} was detected"
     if _found(one):
         said = f"At {where}, {arm} {'raises' if one.change.value > 0 else 'lowers'} {on}"
-    else:
-        said = f"No effect of {arm} at {where} on {on} was detected"
     many = f" (corrected for {one.agents} agents)" if one.agents > 1 else ""
     return (
-        f"{said}: {percent(one.after_truth)} after a true report, {size}; {p_value(one.change.p_value)}{many}, "
+        f"{said}: {percent(one.after_truth)} after a true report, "
+        f"{change(one.change.value, one.change.low, one.change.high)}; {p_value(one.change.p_value)}{many}, "
         f"{one.change.blocks} trials, {one.forks} forks{later}."
     )
 

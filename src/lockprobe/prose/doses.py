@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from lockprobe.analysis.axis import AGENT, FLIPS, Axis
 
-__all__ = ["at_dose", "cause", "cause_first"]
+__all__ = ["at_dose", "cause"]
 
 _PICTURED = ("rgb", "rgbd")
 """Modalities, whose pictures can be false, blurred, noisy or covered."""
@@ -22,22 +22,14 @@ def cause(axis: Axis) -> str:
     return f"{said} ({axis.options})" if axis.options else said
 
 
-def cause_first(axis: Axis) -> str:
-    """The same at the beginning of a sentence."""
-    said = cause(axis)
-    return f"{said[0].upper()}{said[1:]}"
-
-
 def at_dose(p: float, axis: Axis = FLIPS) -> str:
     """Under which condition, within a sentence.
 
     >>> at_dose(0), at_dose(0.4), at_dose(0, Axis(kind="tremble", dose="p", rest="nudge"))
     ('when told the truth', 'at a flip rate of 0.4', 'under nudge alone')
     """
-    return f"at a {axis.name} of {p:g}" if p else _zero(axis)
-
-
-def _zero(axis: Axis) -> str:
+    if p:
+        return f"at a {axis.name} of {p:g}"
     if axis.rest:
         return f"under {axis.rest} alone"
     if axis.kind == AGENT:

@@ -7,11 +7,9 @@ from collections.abc import Mapping, Sequence
 from lockprobe.analysis.condition import ConditionSummary
 from lockprobe.analysis.dose_grid import GridSummary
 from lockprobe.analysis.effects import Effect, Effects, Interplay
-from lockprobe.analysis.modalities import spoken
-from lockprobe.formatting import p_value, points, range_said
+from lockprobe.formatting import change, corrected, p_value, points
 from lockprobe.prose.subject import Subject
 from lockprobe.prose.success import of_trials
-from lockprobe.record import PLAIN_WORDS
 
 __all__ = ["effects_said", "grid_said"]
 
@@ -26,15 +24,17 @@ def effects_said(found: Effects, conditions: Mapping[tuple[str, str], ConditionS
         found: Its effects.
         conditions: Every agent under every condition -> its numbers.
     """
-    name = Subject.of(found.agent, "" if found.modality in PLAIN_WORDS else spoken(found.modality)).first
+    name = Subject.seeing(found.agent, found.modality).first
     share = conditions[found.agent, found.control].success
-    said = []
-    for words, chosen in (
-        ("more often", [one for one in found.effects if one.detectable and one.difference.value > 0]),
-        ("less often", [one for one in found.effects if one.detectable and one.difference.value < 0]),
-    ):
-        if chosen:
-            said.append(f"{name} solved the box {words} under {_listed(chosen)}.")
+    shown = [one for one in found.effects if one.detectable]
+    said = [
+        f"{name} solved the box {words} often under {_listed(chosen)}."
+        for words, chosen in (
+            ("more", [one for one in shown if one.difference.value > 0]),
+            ("less", [one for one in shown if one.difference.value < 0]),
+        )
+        if chosen
+    ]
     said.append(f"{name} solved {of_trials(share)} under {found.control}.")
     if hidden := [one for one in found.effects if not one.detectable]:
         said.append(
@@ -50,17 +50,17 @@ def effects_said(found: Effects, conditions: Mapping[tuple[str, str], ConditionS
 
 def _listed(effects: Sequence[Effect]) -> str:
     return "; ".join(
-        f"{one.condition} ({points(one.difference.value)} points, {points(one.difference.low)} to "
-        f"{points(one.difference.high)}; {p_value(one.difference.p_value)})"
+        f"{one.condition} ({points(gap.value)} points, {points(gap.low)} to {points(gap.high)}; {p_value(gap.p_value)})"
         for one in effects
+        for gap in [one.difference]
     )
 
 
 def _interplay_said(one: Interplay) -> str:
-    change, crossing = one.change, one.crossing
-    many = f", corrected for {one.choices} interactions" if one.choices > 1 else ""
-    test = "" if change.p_value is None else f"; {p_value(change.p_value)}{many}"
-    size = f"{points(change.value)} points{range_said(change.low, change.high)}{test}"
+    found, crossing = one.change, one.crossing
+    many = corrected((one.choices, "interactions"))
+    test = "" if found.p_value is None else f"; {p_value(found.p_value)}{many}"
+    size = f"{change(found.value, found.low, found.high)}{test}"
     if one.detectable:
         return f"The effect of {crossing.second} depends on {crossing.first} (interaction {size})."
     return f"No interaction between {crossing.first} and {crossing.second} was detected ({size})."
@@ -68,30 +68,25 @@ def _interplay_said(one: Interplay) -> str:
 
 def grid_said(one: GridSummary) -> str:
     """Whether the effect of one dose depends on the other, in a sentence."""
-    grid, change = one.grid, one.interaction
+    grid, found = one.grid, one.interaction
     first, second = grid.rows.name, grid.columns.name
     under = f" under {grid.rows.rest}" if grid.rows.rest else ""
-    if change is None:
+    if found is None:
         why = "no trial has ended under every combination"
         if not grid.complete:
             why = "some combinations were not played"
         elif len(one.cells) < len(grid.conditions):
             why = "under some combinations no trial has ended, or an intervention changed nothing"
         return f"The interaction between {first} and {second}{under} is not estimated: {why}."
-    interval = (
-        ""
-        if change.low is None or change.high is None
-        else f"{_level(one)} interval {points(change.low)} to {points(change.high)}; "
-    )
+    level = "95 %" if one.choices == 1 else f"{100 - 5 / one.choices:.3g} %"
+    known = found.low is not None and found.high is not None
+    interval = f"{level} interval {points(found.low or 0.0)} to {points(found.high or 0.0)}; " if known else ""
     lines = "" if len(grid.conditions) == _TWO_BY_TWO else f"; linear trends over {len(grid.conditions)} conditions"
     lowest, highest = grid.row_doses[0], grid.row_doses[-1]
-    size = f"{points(change.value)} points ({interval}{p_value(change.p_value)}{lines})"
-    doses = f"{grid.column_doses[0]:g} to {grid.column_doses[-1]:g}"
-    what = f"the effect of {second} ({doses}) at {first} {highest:g} minus that at {first} {lowest:g}"
+    what = (
+        f"the effect of {second} ({grid.column_doses[0]:g} to {grid.column_doses[-1]:g}) at {first} {highest:g} minus "
+        f"that at {first} {lowest:g} is {points(found.value)} points ({interval}{p_value(found.p_value)}{lines})"
+    )
     if one.detectable:
-        return f"The effect of {second} depends on {first}{under}: {what} is {size}."
-    return f"No interaction between {first} and {second}{under} was detected: {what} is {size}."
-
-
-def _level(one: GridSummary) -> str:
-    return "95 %" if one.choices == 1 else f"{100 - 5 / one.choices:.3g} %"
+        return f"The effect of {second} depends on {first}{under}: {what}."
+    return f"No interaction between {first} and {second}{under} was detected: {what}."

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from lockprobe.analysis.excursion import SOON, Among, Excursions, Outcome
 from lockprobe.analysis.proportions import ALPHA
-from lockprobe.formatting import p_value, points, range_said
+from lockprobe.formatting import change, corrected, p_value
 from lockprobe.prose.subject import Subject
 
-__all__ = ["among_said", "excursion_said", "outcome_said"]
+__all__ = ["AMONG", "OUTCOMES", "excursion_said"]
 
-_OUTCOMES: dict[Outcome, str] = {
+OUTCOMES: Mapping[Outcome, str] = {
     "repeats": "the next action repeats this one",
     "new": "the next action is new in this state",
     "leaves": "the next action leaves the loop",
@@ -17,24 +19,16 @@ _OUTCOMES: dict[Outcome, str] = {
     "soon": f"the box is solved within {SOON} steps",
     "solved": "the box is solved",
 }
+"""Outcomes, in words."""
 
-_AMONG: dict[Among, str] = {
+AMONG: Mapping[Among, str] = {
     "all": "all reports",
     "false moved": "the joint was blocked, and is reported to have moved",
     "false blocked": "the joint moved, and is reported blocked",
     "in a loop": "in an action loop",
     "elsewhere": "outside action loops",
 }
-
-
-def outcome_said(outcome: Outcome) -> str:
-    """The outcome, in words."""
-    return _OUTCOMES[outcome]
-
-
-def among_said(among: Among) -> str:
-    """Which reports are meant, in words."""
-    return _AMONG[among]
+"""Which reports are meant, in words."""
 
 
 def excursion_said(found: Excursions, subject: Subject) -> str:
@@ -48,13 +42,13 @@ def excursion_said(found: Excursions, subject: Subject) -> str:
     if one is None:
         why = next((one.reason for one in found.left_out if (one.outcome, one.among) == ("solved", "all")), "no report")
         return f"The effect of one false report on the success of {subject.name} is not estimated: {why}."
-    many = f", corrected for {found.agents} agents" if found.agents > 1 else ""
-    size = f"{points(one.effect)} points{range_said(one.low, one.high)}; {p_value(one.p_value)}{many}"
-    power = f"The power to detect an effect of {100 * one.smallest:.0f} points is 80 %"
-    of = f"{one.points} reports in {one.clusters} blocks"
+    size = f"{change(one.effect, one.low, one.high)}; {p_value(one.p_value)}{corrected((found.agents, 'agents'))}"
     if one.p_value < ALPHA:
         way = "more" if one.effect > 0 else "less"
         found_said = f"one more false report makes {subject.name} {way} likely to solve the box ({size})"
     else:
         found_said = f"no effect of one more false report on the success of {subject.name} was detected ({size})"
-    return f"Above a flip rate of 0, {found_said}. {power} ({of})."
+    return (
+        f"Above a flip rate of 0, {found_said}. The power to detect an effect of {100 * one.smallest:.0f} points is "
+        f"80 % ({one.points} reports in {one.clusters} blocks)."
+    )

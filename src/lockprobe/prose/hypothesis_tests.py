@@ -8,8 +8,8 @@ from collections.abc import Mapping
 from lockprobe.analysis.axis import FLIPS, Axis
 from lockprobe.analysis.inference.verdict import MEAN_STEPS, Question, TestResult
 from lockprobe.analysis.summary import AgentSummary
-from lockprobe.formatting import minus, p_value
-from lockprobe.prose.doses import cause, cause_first
+from lockprobe.formatting import capital, minus, p_value
+from lockprobe.prose.doses import cause
 from lockprobe.prose.subject import Subject, subject_of
 
 __all__ = [
@@ -120,7 +120,7 @@ def conclusions_of(who: Subject, question: Question, axis: Axis = FLIPS, *, blin
         axis: What conditions differ in.
         blind: Whether harm is tested against a blind agent with the same action habits.
     """
-    words = who.words | {"cause": cause(axis), "Cause": cause_first(axis), "dose": axis.name}
+    words = who.words | {"cause": cause(axis), "Cause": capital(cause(axis)), "dose": axis.name}
     return tuple(one.format(**words) for one in (_HARM_AGAINST_BLIND if blind else _CONCLUDED[question]))
 
 
@@ -168,7 +168,7 @@ _NOTES: Mapping[str, str] = {
         "Uses every pair of {dose}s. Not valid where they change which trials are solved but not how many."
     ),
     "highest success, chosen by eye, Fisher": "Not corrected for the choice.",
-    MEAN_STEPS: ("Pools all higher {dose}s, so no peak is selected. An unsolved trial counts with its whole budget."),
+    MEAN_STEPS: "Pools all higher {dose}s, so no peak is selected. An unsolved trial counts with its whole budget.",
     "steps to solve, log-rank": "It compares hazards, not means, and has little power where curves of success cross.",
     "two lines": "Both lines have to be significant; a shape like the paper's needs about 160 trials per {dose}.",
     "Lind-Mehlum": "Rejects too often where success only levels off.",
@@ -204,9 +204,10 @@ _MISSING: Mapping[str, str] = {
     "never side by side": "No test: no box was solved while trials with and without a loop were both running.",
     "too few clusters": "No test: it needs two blocks (of people: two people on either side) with trials that differ.",
     "too few remain": "No test: too few trials finished without an error.",
-    "no fit with 0 p": "No fit: it needs three {dose}s with trials that differ, and there are none.",
-    "no fit with 1 p": "No fit: it needs three {dose}s with trials that differ, and there is one.",
-    "no fit with 2 p": "No fit: it needs three {dose}s with trials that differ, and there are 2.",
+    **{
+        f"no fit with {number} p": f"No fit: it needs three {{dose}}s with trials that differ, and there {said}."
+        for number, said in enumerate(("are none", "is one", "are 2"))
+    },
     "fewer than seven trials": "No test: it needs seven trials (of people: seven people) with such an action.",
     "fewer than three trials": "No fit: it needs three trials.",
     "every trial solved": "No fit: every trial was solved.",

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from lockprobe.analysis.idle import Idle, Unheeded
 from lockprobe.analysis.summary import AgentSummary
+from lockprobe.formatting import capital, listed
 from lockprobe.prose.doses import at_dose
 from lockprobe.prose.subject import Subject, subject_of
 
@@ -28,7 +29,7 @@ def idle_said(idle: Sequence[Idle], agents: Sequence[str]) -> list[str]:
         if not intervention:
             whole.setdefault(tuple(steps), []).append(condition)
     said = [
-        f"{_listed(names)} changed nothing{_for(who, agents)} "
+        f"{listed(names)} changed nothing{_for(who, agents)} "
         f"(0 of {sum(found['', name][agent] for name in names for agent in who)} steps), "
         f"so nothing is concluded from {'it' if len(names) == 1 else 'them'}."
         for who, names in whole.items()
@@ -49,29 +50,23 @@ def unheeded_said(unheeded: Sequence[Unheeded], agents: Sequence[str]) -> list[s
         if one.agent in agents:
             found.setdefault((one.agent, one.control), []).append(f"{one.condition} ({one.changed} steps changed)")
     return [
-        f"{agent} chose the same joints as under {control} in every trial under {_listed(names)}."
+        f"{agent} chose the same joints as under {control} in every trial under {listed(names)}."
         for (agent, control), names in found.items()
     ]
-
-
-def _listed(names: Sequence[str]) -> str:
-    """All of them: none goes unnamed."""
-    *most, last = names
-    return f"{', '.join(most)} and {last}" if most else last
 
 
 def _for(who: Sequence[str], agents: Sequence[str]) -> str:
     if len(agents) == len(who) > 1:
         return " for any agent"
-    return "" if len(agents) == 1 else f" for {_listed([Subject.of(agent).name for agent in who])}"
+    return "" if len(agents) == 1 else f" for {listed([Subject.of(agent).name for agent in who])}"
 
 
 def idle_doses_said(agent: AgentSummary) -> str:
     """The doses at which nothing happened to an agent; empty if there are none."""
     if not agent.idle:
         return ""
-    doses = _listed([at_dose(one.p, agent.axis) for one in agent.idle])
+    doses = listed([at_dose(one.p, agent.axis) for one in agent.idle])
     steps = sum(one.claims.false_reports.n for one in agent.idle)
     what = "no report was false" if agent.axis.kind == "flip" else "nothing was changed"
     who, which = subject_of(agent).name, "it" if len(agent.idle) == 1 else "them"
-    return f"{doses[0].upper()}{doses[1:]}, {what} ({who}, {steps} steps), so nothing is concluded from {which}."
+    return f"{capital(doses)}, {what} ({who}, {steps} steps), so nothing is concluded from {which}."

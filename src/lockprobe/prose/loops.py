@@ -27,13 +27,7 @@ def loop_finding(agent: AgentSummary) -> str:
 
 
 def _against_chance(found: Behaviour) -> str:
-    uniform, no_repeat = found.chance_uniform or 0.0, found.chance_no_repeat or 0.0
-    low, high = min(uniform, no_repeat), max(uniform, no_repeat)
-    verdict = (
-        "more than by chance"
-        if found.loops.low > high
-        else "less than by chance"
-        if found.loops.high < low
-        else "no difference from chance detected"
-    )
+    low, high = sorted((found.chance_uniform or 0.0, found.chance_no_repeat or 0.0))
+    words = "more than by chance" if found.loops.low > high else "less than by chance"
+    verdict = words if found.loops.low > high or found.loops.high < low else "no difference from chance detected"
     return f"{verdict}; random actions in trials of the same lengths: {percent(low)} to {percent(high)}"

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from lockprobe.analysis.condition import ConditionSummary
 from lockprobe.analysis.modalities import ModalityEffect, spoken
 from lockprobe.analysis.proportions import ALPHA
 from lockprobe.analysis.summary import StudySummary
+from lockprobe.formatting import corrected
 from lockprobe.formatting import p_value as p_said
 from lockprobe.prose.subject import Subject
 from lockprobe.prose.success import of_trials
@@ -17,8 +17,10 @@ def modality_finding(effect: ModalityEffect, summary: StudySummary) -> str:
     """Success and steps of one agent in each modality, and whether a difference was detected."""
     found = {agent.modality: agent.conditions[0] for agent in summary.agents if agent.agent == effect.agent}
     shown = "; ".join(
-        f"{of_trials(found[modality].success)} with {spoken(modality)}, {_steps_to_80(found[modality])}"
+        f"{of_trials(one.success)} with {spoken(modality)}, 80 % {f'by step {step}' if step else 'not reached'}"
         for modality in effect.modalities
+        for one in [found[modality]]
+        for step in [one.curve.steps_to(0.8)]
     )
     who = Subject.of(effect.agent)
     return f"{who.first} solved {shown}. {_how_soon(effect, who)}"
@@ -30,8 +32,7 @@ def _how_soon(effect: ModalityEffect, who: Subject) -> str:
     if p_value is None:
         return "There are too few trials to compare how soon."
     solves = who.form("it solves", "they solve")
-    many = f", corrected for {effect.agents} agents" if effect.agents > 1 else ""
-    together = f"clustered by block, {p_said(p_value)}{many}"
+    together = f"clustered by block, {p_said(p_value)}{corrected((effect.agents, 'agents'))}"
     if not effect.differs_in_fidelity:
         what, how = "the modality", f"log-rank test over all modalities, {together}"
         if p_value < ALPHA:
@@ -45,8 +46,3 @@ def _how_soon(effect: ModalityEffect, who: Subject) -> str:
         f"No effect of {what} on how soon {solves} the box was detected ({how}); "
         "this does not show that there is no effect."
     )
-
-
-def _steps_to_80(condition: ConditionSummary) -> str:
-    step = condition.curve.steps_to(0.8)
-    return "80 % not reached" if step is None else f"80 % by step {step}"

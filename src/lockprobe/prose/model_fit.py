@@ -65,30 +65,37 @@ def finding(fit: AgentFit) -> str:
     best = fit.rivals[0]
     said = [_nothing(fit, best)]
     if best.predicts:
-        unshown = [_UNHEEDED.format(model=best.version)] if fit.needs_no_reports else _unshown(best)
-        claims = [_claimed(fit, claim) for claim in fit.claims]
-        said = [_best(fit, best), *_close(fit), *_lapse(best), *claims, *unshown]
-    return " ".join(filter(None, [*said, _own(fit)]))
+        said = [_best(fit, best)]
+        if near := [rival.version for rival in fit.close]:
+            said.append(f"No difference from it was detected for {', '.join(near)}.")
+        said += [f"It lapses in {_share(one)} of its choices." for one in best.parameters if one.name == "lapse"]
+        said += [_claimed(fit, claim) for claim in fit.claims]
+        if fit.needs_no_reports:
+            said.append(
+                f"No effect of reports on its choices was detected: by BIC, {best.version} is no worse if every "
+                "attempt counts as failed, whatever was reported. So the effects of reports are not interpreted."
+            )
+        elif any(one.name == "failure" and not one.shown for one in best.parameters):  # most readers ask for it
+            said.append("No effect of failures on its choices was detected.")
+    if fit.own is not None:
+        gain = f"{fit.own.gain:.2f} bits per choice, the expected maximum for any model"
+        said.append(f"Its recorded probabilities gain {gain}.")
+    return " ".join(said)
 
 
 def _nothing(fit: AgentFit, best: RivalFit) -> str:
-    others = [rival for rival in fit.rivals if rival.predicts]
+    undetected = f"No gain over chance in predicting the choices of {fit.agent} was detected"
     if best.parameters and best.held_out is None:
-        return (
-            f"No gain over chance in predicting the choices of {fit.agent} was detected: a single cluster of trials "
-            "leaves none to hold out."
-        )
-    reached = (
-        f"the best model, {best.version}, gains {_gain(best)} on held-out trials"
-        if best.parameters
-        else "no model is better than random by BIC"
-    )
+        return f"{undetected}: a single cluster of trials leaves none to hold out."
+    reached = "no model is better than random by BIC"
+    if best.parameters:
+        reached = f"the best model, {best.version}, gains {_gain(best)} on held-out trials"
+    others = [f"{rival.version} gains {_gain(rival)}" for rival in fit.rivals if rival.predicts]
     if not others:
-        return f"No gain over chance in predicting the choices of {fit.agent} was detected: {reached}."
+        return f"{undetected}: {reached}."
     return (
         f"Whether a model predicts the choices of {fit.agent} better than chance is uncertain: {reached}. "
-        f"{' and '.join(f'{rival.version} gains {_gain(rival)}' for rival in others)}, which may be chance among "
-        f"{len(fit.rivals) - 1} models."
+        f"{' and '.join(others)}, which may be chance among {len(fit.rivals) - 1} models."
     )
 
 
@@ -104,38 +111,19 @@ def _best(fit: AgentFit, best: RivalFit) -> str:
     )
 
 
-def _close(fit: AgentFit) -> list[str]:
-    near = [rival.version for rival in fit.close]
-    return [f"No difference from it was detected for {', '.join(near)}."] if near else []
-
-
-_UNHEEDED = (
-    "No effect of reports on its choices was detected: by BIC, {model} is no worse if every attempt counts as failed, "
-    "whatever was reported. So the effects of reports are not interpreted."
-)
-
-
-def _lapse(best: RivalFit) -> list[str]:
-    return [f"It lapses in {_share(one)} of its choices." for one in best.parameters if one.name == "lapse"]
-
-
 def _claimed(fit: AgentFit, claim: FitClaim) -> str:
     """One claim, and which models of equal fit contradict it."""
     if claim.pull is None:
         higher = f"{fit.lead_by_reports:.0f} higher"
         return f"It uses its reports: if every attempt counts as failed instead, BIC is {higher}."
-    memory = _memory({one.name: one for one in fit.rivals[0].parameters}) if claim.about == "failure" else ""
+    memory = ""
+    if claim.about == "failure":
+        found = {one.name: _share(one) for one in fit.rivals[0].parameters if one.name in ("decay", "reset")}
+        memory = f"; of this effect {found['decay']} remains after each further step, and a perceived move removes "
+        memory += found["reset"]
     others = list(filter(None, (_otherwise(rival, claim) for rival in fit.close)))
     depends = f" This depends on the model: {'; '.join(others)}." if others else ""
     return f"{_PULLS[claim.about]} is {_odds(claim.pull)} as likely as otherwise{memory}.{depends}"
-
-
-def _memory(found: dict[str, Parameter]) -> str:
-    """How long a failure is remembered."""
-    return (
-        f"; of this effect {_share(found['decay'])} remains after each further step, and a perceived move removes "
-        f"{_share(found['reset'])}"
-    )
 
 
 def _otherwise(rival: RivalFit, claim: FitClaim) -> str:
@@ -150,18 +138,6 @@ def _otherwise(rival: RivalFit, claim: FitClaim) -> str:
     return f"{rival.version} estimates {_odds(pull)}"
 
 
-def _unshown(best: RivalFit) -> list[str]:
-    """An undetected effect of failures is stated as well, since most readers ask for it."""
-    unclear = any(one.name == "failure" and not one.shown for one in best.parameters)
-    return ["No effect of failures on its choices was detected."] if unclear else []
-
-
-def _own(fit: AgentFit) -> str:
-    if fit.own is None:
-        return ""
-    return f"Its recorded probabilities gain {fit.own.gain:.2f} bits per choice, the expected maximum for any model."
-
-
 def _odds(pull: Parameter) -> str:
     """How many times as likely a pull makes a joint."""
     if pull.low is None or pull.high is None:
@@ -172,8 +148,8 @@ def _odds(pull: Parameter) -> str:
 
 def _times(pull: float) -> str:
     """Below a thousandth and above a thousand the figure says nothing more."""
-    odds = math.exp(pull)
-    return f"{min(max(odds, 0.001), 1000):.2g}" if 0.001 < odds < 1000 else "0.001" if odds < 1 else "1000"
+    odds = min(max(math.exp(pull), 0.001), 1000)
+    return "1000" if odds == 1000 else f"{odds:.2g}"
 
 
 def _share(one: Parameter) -> str:

@@ -11,15 +11,14 @@ from typing import Literal
 from lockprobe.analysis.agent_comparison.leaderboard_row import Standing
 from lockprobe.analysis.axis import Axis
 from lockprobe.analysis.clustered import ClusteredProportion
-from lockprobe.analysis.condition import ConditionSummary, Contrast
 from lockprobe.analysis.effects import Effects
 from lockprobe.analysis.inference.course import CourseKind
 from lockprobe.analysis.inference.difference import DifferenceAt
 from lockprobe.analysis.modalities import ModalityEffect, spoken
 from lockprobe.analysis.proportions import ALPHA, Paired, Proportion, proportion
 from lockprobe.analysis.summary import AgentSummary, StudySummary
-from lockprobe.formatting import p_value, percent, points, range_said
-from lockprobe.prose.doses import at_dose, cause, cause_first
+from lockprobe.formatting import capital, change, listed, p_value, percent
+from lockprobe.prose.doses import at_dose, cause
 from lockprobe.prose.subject import Subject, subject_of
 from lockprobe.prose.success import alike_said
 
@@ -48,10 +47,10 @@ _NAMED = 3
 """Names in a list; the others are counted."""
 
 _DOES: dict[CourseKind, str] = {
-    "rises": "{raise_} the success of {who}",
-    "falls": "{lower} the success of {who}",
-    "rises and falls": "first {raise_} and then {lower} the success of {who}",
-    "falls and rises": "first {lower} and then {raise_} the success of {who}",
+    "rises": "raise the success of {who}",
+    "falls": "lower the success of {who}",
+    "rises and falls": "first raise and then lower the success of {who}",
+    "falls and rises": "first lower and then raise the success of {who}",
 }
 
 
@@ -66,12 +65,8 @@ _VARIED = {
 
 _POSITION = "the reported position of the attempted joint is inverted"
 
-_FLIPPED = {
-    "transient": _POSITION,
-    "sticky": f"{_POSITION} until its next attempt",
-    "outcome-only": "the reported outcome is inverted",
-}
-"""What a flip inverts, by its kind."""
+_FLIPPED = {"sticky": f"{_POSITION} until its next attempt", "outcome-only": "the reported outcome is inverted"}
+"""What a flip inverts, by its kind, where that is not the position alone."""
 
 
 Varied = Literal["flips", "modalities", "conditions", "nothing"]
@@ -95,12 +90,19 @@ def flips_answer(summary: StudySummary) -> str:
     counted = summary.judged
     if not counted:
         return "No trial has ended yet."
-    if len(counted) == 1:
-        return _single(counted[0])
-    if not any(agent.contrast for agent in counted):
+    heeding = [agent for agent in counted if agent.contrast and not agent.blind]
+    if heeding:
+        return _changes(heeding, summary.axis)
+    if len(counted) > 1:
         return _leaders(counted, summary.standings)
-    compared = [agent for agent in counted if agent.blind or sum(bool(one.success.n) for one in agent.conditions) > 1]
-    return _several(compared, summary.axis) if len(compared) > 1 else _single(compared[0])
+    (only,) = counted
+    first = next(one for one in only.conditions if one.success.n)
+    rate = f"solved {percent(first.success.value)} of {first.success.n} trials"
+    return (
+        f"{alike_said(only)}: it {rate} at every {only.axis.name}."
+        if only.blind
+        else f"{subject_of(only).first} {rate}."
+    )
 
 
 def all_broken_said(broken: Mapping[str, int]) -> str:
@@ -125,39 +127,18 @@ def _leaders(agents: Sequence[AgentSummary], standings: Sequence[Standing]) -> s
     numbers = sorted({one.success.n for one in best.values()})
     of = f"{percent(float(most))} of {numbers[0]}{f' to {numbers[-1]}' if len(numbers) > 1 else ''} trials"
     if len(best) == len(agents):
-        return f"{'Both' if len(agents) == 2 else f'All {len(agents)}'} agents solved the same share: {of}."
+        return f"The {len(agents)} agents solved the same share: {of}."
     possible = sum(row.ranks is not None and row.ranks[0] == 1 for row in standings)
     open_ = f"; by the comparisons of pairs any of {possible} may be the best" if possible > len(best) else ""
     return f"Of {len(agents)} agents {_listed([*best])} solved the most: {of}{' each' * (len(best) > 1)}{open_}."
 
 
-def _single(agent: AgentSummary) -> str:
-    first = next(one for one in agent.conditions if one.success.n)
-    who = subject_of(agent)
-    if agent.blind:
-        return f"{alike_said(agent)}: it solved {_rate(first)} at every {agent.axis.name}."
-    contrast = agent.contrast
-    if contrast is None:
-        return f"{who.first} solved {_rate(first)}."
-    solved = f"{who.form('it', 'they')} solved {_at(contrast, agent.axis)}{_sample(contrast)}"
-    if contrast.detectable:
-        does = "raise" if contrast.difference.value > 0 else "lower"
-        return f"{cause_first(agent.axis)} {does} the success of {who.name}: {solved}."
-    if (kind := _course(agent)) in _DOES:
-        does = _DOES[kind].format(raise_="raise", lower="lower", who=who.name)
-        return f"{cause_first(agent.axis)} {does}; no effect of a single {agent.axis.name} was detected."
-    return f"{_open_question([agent], who.name)}: {solved}."
-
-
-def _open_question(agents: Sequence[AgentSummary], names: str) -> str:
-    """That no effect was detected, and whether that leaves the question open."""
-    no_effect = f"o effect of {cause(agents[0].axis)} on the success of {names} was detected"
-    return f"Inconclusive: n{no_effect}" if _open(agents) else f"N{no_effect}"
-
-
-def _open(agents: Sequence[AgentSummary]) -> bool:
-    """Whether intervals hold changes that are not small."""
-    return _reach(one.contrast.difference for one in agents if one.contrast) > NARROW
+def _undetected(effect: str, differences: Iterable[DifferenceAt | Paired], what: str = "changes") -> str:
+    """That no effect was detected, and up to which size intervals hold one, if that is not small."""
+    most = ceil(100 * _reach(differences) - 1e-9)
+    if most <= 100 * NARROW:
+        return f"No effect of {effect} was detected."
+    return f"Inconclusive: no effect of {effect} was detected, and {what} of up to {most} points are not excluded."
 
 
 def _reach(differences: Iterable[DifferenceAt | Paired]) -> float:
@@ -165,45 +146,23 @@ def _reach(differences: Iterable[DifferenceAt | Paired]) -> float:
     return max((abs(end) for one in differences for end in (one.low, one.high)), default=0.0)
 
 
-def _at(contrast: Contrast, axis: Axis) -> str:
-    first, second = contrast.difference.first, contrast.difference.second
-    return (
-        f"{percent(first.value)} {at_dose(contrast.baseline.p, axis)} "
-        f"and {percent(second.value)} {at_dose(contrast.other.p, axis)}"
-    )
-
-
-def _sample(contrast: Contrast) -> str:
-    """That the sample is smaller than the study, where it is."""
-    return "" if contrast.whole else f", of the {contrast.difference.first.n} trials finished under both"
-
-
-def _rate(condition: ConditionSummary) -> str:
-    return f"{percent(condition.success.value)} of {condition.success.n} trials"
-
-
 def _course(agent: AgentSummary) -> CourseKind:
     """How its success runs over the dose."""
     return agent.inference.course.kind if agent.inference.course else "not tested"
 
 
-def _several(agents: Sequence[AgentSummary], axis: Axis) -> str:
+def _changes(agents: Sequence[AgentSummary], axis: Axis) -> str:
     """The agents by how their success runs, with the rates of those that change, where the sentence stays short."""
-    heeding = [agent for agent in agents if not agent.blind]
-    hidden = [agent for agent in heeding if _course(agent) not in _DOES]
-    if len(hidden) == len(heeding):
-        most = ceil(100 * _reach(agent.contrast.difference for agent in hidden if agent.contrast) - 1e-9)
-        left = f", and changes of up to {most} points are not excluded" if _open(hidden) else ""
-        return f"{_open_question(hidden, _names(hidden, 'or'))}{left}."
+    hidden = [agent for agent in agents if _course(agent) not in _DOES]
+    if len(hidden) == len(agents):
+        differences = [agent.contrast.difference for agent in hidden if agent.contrast]
+        return _undetected(f"{cause(axis)} on the success of {_names(hidden, 'or')}", differences)
     rest = f"; no effect on that of {_names(hidden, 'or')} was detected" if hidden else ""
     said = ""
     for name in (_with_rates, lambda agent: subject_of(agent).name):
-        parts = [
-            template.format(raise_="raise", lower="lower", who=_listed([name(agent) for agent in own]))
-            for kind, template in _DOES.items()
-            if (own := [agent for agent in heeding if _course(agent) == kind])
-        ]
-        said = f"{cause_first(axis)} {'; they '.join(parts)}{rest}."
+        courses = {kind: [name(agent) for agent in agents if _course(agent) == kind] for kind in _DOES}
+        parts = [_DOES[kind].format(who=_listed(own)) for kind, own in courses.items() if own]
+        said = f"{capital(cause(axis))} {'; they '.join(parts)}{rest}."
         if len(said.split()) <= _WORDS:
             break
     return said
@@ -215,9 +174,9 @@ def _with_rates(agent: AgentSummary) -> str:
     if contrast is None or not contrast.detectable:
         return name
     first, second = contrast.difference.first, contrast.difference.second
-    rates = f"{percent(first.value)} to {percent(second.value)} {at_dose(contrast.other.p, agent.axis)}"
-    rates += _sample(contrast)
-    return f"{name} ({rates})"
+    sample = "" if contrast.whole else f", of the {first.n} trials finished under both"
+    where = at_dose(contrast.other.p, agent.axis)
+    return f"{name} ({percent(first.value)} to {percent(second.value)} {where}{sample})"
 
 
 def interaction_said(summary: StudySummary) -> str:
@@ -234,46 +193,35 @@ def interaction_said(summary: StudySummary) -> str:
         return ""
     found = sum(p < ALPHA for _, p in tested)
     if len(tested) > 1:
-        common = sorted({change.blocks for change, _ in tested})
+        common = sorted({gap.blocks for gap, _ in tested})
         on = f"{common[0]} to {common[-1]}" if len(common) > 1 else str(common[0])
         return (
             f"A difference between two such effects was detected in {found} of {len(tested)} pairs of agents, on the "
             f"{on} trials that both finished under both reports."
         )
-    ((change, p),) = tested
-    size = f"{points(change.value)} points{range_said(change.low, change.high)}; {p_value(p)}"
+    ((gap, p),) = tested
     return (
-        f"{'A' if found else 'No'} difference in effect between the two agents was detected on the {change.blocks} "
-        f"trials that both finished under both reports ({size})."
+        f"{'A' if found else 'No'} difference in effect between the two agents was detected on the {gap.blocks} trials "
+        f"that both finished under both reports ({change(gap.value, gap.low, gap.high)}; {p_value(p)})."
     )
 
 
 def smaller_budget_said(summary: StudySummary) -> str:
     """The first agent whose detected effect reverses within fewer steps, with the shares solved there."""
-    reversed_in = [
-        f"Within {one.budget} steps {subject_of(agent).name} solved {'more' if more else 'fewer'}: "
-        f"{percent(one.first.value)} to {percent(one.second.value)}."
-        for agent in summary.subjects
-        if (one := agent.inference.reversal) is not None
-        for more in [one.second.count > one.first.count]
-    ]
-    return " ".join(reversed_in[:1])
+    for agent in summary.subjects:
+        if one := agent.inference.reversal:
+            more = "more" if one.second.count > one.first.count else "fewer"
+            rates = f"{percent(one.first.value)} to {percent(one.second.value)}"
+            return f"Within {one.budget} steps {subject_of(agent).name} solved {more}: {rates}."
+    return ""
+
+
+def _listed(names: Sequence[str], last: str = "and") -> str:
+    return listed(names, last, _NAMED)
 
 
 def _names(agents: Iterable[AgentSummary], last: str = "and") -> str:
     return _listed([subject_of(agent).name for agent in agents], last)
-
-
-def _listed(names: Sequence[str], last: str = "and") -> str:
-    """The first names; the others as a number.
-
-    >>> _listed(["a", "b"], "or"), _listed(["a", "b", "c", "d"])
-    ('a or b', 'a, b and 2 others')
-    """
-    if len(names) > _NAMED:
-        names = [*names[: _NAMED - 1], f"{len(names) - _NAMED + 1} others"]
-    *most, end = names
-    return f"{', '.join(most)} {last} {end}" if most else end
 
 
 def not_above_chance(summary: StudySummary) -> str:
@@ -305,18 +253,9 @@ def no_advantage_said(shares: Mapping[str, Proportion | ClusteredProportion], wh
     weak = [name for name, one in shares.items() if one.low <= by_chance]
     if not weak:
         return ""
-    where = f"{where[0].upper()}{where[1:]}"
-    than = f"random agents without immediate repeats ({percent(by_chance)})"
-    if all(shares[name].high < by_chance for name in weak):
-        all_of_two = len(weak) == len(shares) == 2
-        return f"{where}, {'both agents' if all_of_two else _listed(weak)} solved fewer boxes than {than}."
-    who = f"none of {_listed(weak)} detectably exceeded"
-    if len(weak) == 1:
-        who = f"{weak[0]} did not detectably exceed"
-    elif len(weak) == 2:
-        who = "neither agent" if len(shares) == 2 else f"neither {weak[0]} nor {weak[1]}"
-        who += " detectably exceeded"
-    return f"{where}, {who} {than}."
+    fewer = all(shares[name].high < by_chance for name in weak)
+    did = "solved fewer boxes than" if fewer else "did not detectably exceed"
+    return f"{capital(where)}, {_listed(weak)} {did} random agents without immediate repeats ({percent(by_chance)})."
 
 
 def _of_all(one: Proportion | ClusteredProportion, agents: int) -> Proportion | ClusteredProportion:
@@ -335,7 +274,7 @@ def flips_needed(summary: StudySummary) -> str:
         if (one := agent.contrast) and not one.detectable and not agent.blind and _course(agent) not in _DOES
     ]
     axis = summary.axis
-    return _needed(hidden, f"per {axis.name}" + f" ({axis.options})" * bool(axis.options))
+    return _needed(hidden, f"per {axis.name}{f' ({axis.options})' if axis.options else ''}")
 
 
 def _needed(differences: Iterable[tuple[Subject | None, DifferenceAt, int]], where: str) -> str:
@@ -389,20 +328,17 @@ def _rounded(count: int) -> int:
     return -(-count // unit) * unit
 
 
-def modality_answer(effect: ModalityEffect, summary: StudySummary) -> str:
+def modality_answer(effect: ModalityEffect) -> str:
     """What the modality did to how soon one agent solves the box."""
     who = Subject.of(effect.agent)
-    found = {agent.modality: agent.conditions[0] for agent in summary.agents if agent.agent == effect.agent}
     solves, it, sees = who.form("solves", "solve"), who.form("it", "they"), who.form("sees", "see")
     if effect.detectable:
         sooner = "sooner" if effect.direction > 0 else "later or more rarely"
         return f"The higher the fidelity of what {who.name} {sees}, the {sooner} {it} {solves} the box."
     if effect.p_all is not None and effect.p_all < ALPHA:
         return f"How soon {who.name} {solves} the box differs between {_listed([*map(spoken, effect.modalities)])}."
-    shares = ", ".join(f"{percent(found[one].success.value)} with {spoken(one)}" for one in effect.modalities[:_NAMED])
-    no_effect = f"o effect of fidelity on how soon {who.name} {solves} the box was detected: {shares}."
-    left_open = _reach(pair.final for pair in effect.pairs) > NARROW
-    return f"Inconclusive: n{no_effect}" if left_open else f"N{no_effect}"
+    finals = [pair.final for pair in effect.pairs]
+    return _undetected(f"fidelity on how soon {who.name} {solves} the box", finals, "differences in success")
 
 
 def effects_answer(found: Sequence[Effects], *, other: bool = False) -> str:
@@ -417,9 +353,9 @@ def effects_answer(found: Sequence[Effects], *, other: bool = False) -> str:
     if len(found) > 1:
         changed = [Subject.of(one.agent).name for one in found if any(effect.detectable for effect in one.effects)]
         if not changed:
-            left_open = _reach(effect.difference for one in found for effect in one.effects) > NARROW
-            no_effect = f"o effect of any {'other ' * other}condition on success was detected."
-            return f"Inconclusive: n{no_effect}" if left_open else f"N{no_effect}"
+            differences = [effect.difference for one in found for effect in one.effects]
+            any_ = "any other condition" if other else "any condition"
+            return _undetected(f"{any_} on success", differences)
         return f"Conditions change the success of {_listed(list(dict.fromkeys(changed)))}; see the sections below."
     only, who = found[0], Subject.of(found[0].agent).name
     parts = [
@@ -431,12 +367,8 @@ def effects_answer(found: Sequence[Effects], *, other: bool = False) -> str:
         if own
     ]
     if not parts:
-        no_effect = (
-            f"o effect of {_listed([one.condition for one in only.effects], 'or')} on the success of {who} "
-            "was detected."
-        )
-        left_open = _reach(one.difference for one in only.effects) > NARROW
-        return f"Inconclusive: n{no_effect}" if left_open else f"N{no_effect}"
+        effect = f"{_listed([one.condition for one in only.effects], 'or')} on the success of {who}"
+        return _undetected(effect, [one.difference for one in only.effects])
     rest = sum(not one.detectable for one in only.effects)
     others = f"; no effect of {rest} other{'s' * (rest > 1)} was detected" if rest else ""
     return f"{' and '.join(parts)} the success of {who}{others}."

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 
 from lockprobe.analysis.condition import ConditionSummary
 from lockprobe.analysis.summary import AgentSummary, StudySummary
-from lockprobe.formatting import first_three, percent, range_of
+from lockprobe.formatting import capital, first_three, minus, percent, range_of
 from lockprobe.prose.doses import at_dose
 from lockprobe.prose.subject import subject_of, subjects_by_name
 from lockprobe.prose.success import courses_said
@@ -26,10 +26,9 @@ def section_answers(summary: StudySummary) -> dict[str, str]:
         "success": courses_said(summary, brief=True),
         "speed": _said(agents, "Area under the success curve (random agent 0, shortest plan 1)", _relative),
         "loops": _said(agents, f"Trials with a loop {where} (chance)", _loops),
-        "optimal_actions": _said(agents, f"{where[0].upper()}{where[1:]} (random choice)", _optimal),
+        "optimal_actions": _said(agents, f"{capital(where)} (random choice)", _optimal),
         "hypothesis_tests": _tests(agents),
-        "misinterpretations": _said(agents, f"{where[0].upper()}{where[1:]}", _misread)
-        or "No agent said what its actions did.",
+        "misinterpretations": _said(agents, capital(where), _misread) or "No agent said what its actions did.",
     }
     return {section: said for section, said in found.items() if said}
 
@@ -45,7 +44,7 @@ def _said(agents: Iterable[AgentSummary], what: str, number: Callable[[Condition
 
 
 def _relative(condition: ConditionSummary) -> str:
-    return f"{condition.relative.value:.2f}".replace("-", "\N{MINUS SIGN}") if condition.relative else ""
+    return minus(f"{condition.relative.value:.2f}", zeros=True) if condition.relative else ""
 
 
 def _loops(condition: ConditionSummary) -> str:
@@ -88,10 +87,5 @@ def _tests(agents: Iterable[AgentSummary]) -> str:
         for agent in agents
         if not agent.blind
     }
-    counts = {len(tests) for tests in done.values() if tests}
-    if len(counts) == 1:
-        (first, name), *rest = [(sum(tests), name) for name, tests in done.items() if tests]
-        parts = [f"{first} reject{'s' * (first == 1)} for {name}", *(f"{count} for {other}" for count, other in rest)]
-        return f"Of {counts.pop()} valid tests, {first_three(parts)}."
-    parts = [f"{sum(tests)} of {len(tests)} for {name}" for name, tests in done.items() if tests]
+    parts = [f"{sum(tests)}/{len(tests)} for {name}" for name, tests in done.items() if tests]
     return f"Valid tests that reject: {first_three(parts)}." if parts else ""

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 from lockprobe.analysis.agent_comparison.across_studies import Side, StudyDifference
 from lockprobe.analysis.proportions import ALPHA
-from lockprobe.formatting import p_value, percent, points, range_said
+from lockprobe.formatting import change, p_value, percent
 from lockprobe.prose.subject import Subject
 
 __all__ = ["comparison_of_studies_said", "leading"]
@@ -70,6 +70,6 @@ def _size(one: StudyDifference, many: int, families: int) -> str:
     corrected = f", corrected for {many} difference{'s' * (many > 1)}{beside}" if many > 1 or families > 1 else ""
     broken = ", the largest over the treatments of broken trials" if one.broken else ""
     return (
-        f"{percent(second.value)} against {percent(first.value)} ({points(one.value)} points"
-        f"{range_said(one.low, one.high)}; {p_value(min(1.0, families * one.p_adjusted))}{corrected}{broken}; {sample})"
+        f"{percent(second.value)} against {percent(first.value)} ({change(one.value, one.low, one.high)}; "
+        f"{p_value(min(1.0, families * one.p_adjusted))}{corrected}{broken}; {sample})"
     )

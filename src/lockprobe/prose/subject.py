@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from lockprobe.analysis.modalities import spoken
 from lockprobe.analysis.summary import AgentSummary, StudySummary
+from lockprobe.formatting import capital
+from lockprobe.record import PLAIN_WORDS
 from lockprobe.spec import PEOPLE
 
 __all__ = ["Subject", "subject_of", "subjects_by_name"]
@@ -34,6 +37,11 @@ class Subject:
         name = "people" if plural else agent
         return cls(name=f"{name} ({shown})" if shown else name, plural=plural)
 
+    @classmethod
+    def seeing(cls, agent: str, modality: str) -> Subject:
+        """The subject that stands for an agent in a modality, which is said unless it is plain words."""
+        return cls.of(agent, "" if modality in PLAIN_WORDS else spoken(modality))
+
     def form(self, one: str, many: str) -> str:
         """The form of a word that agrees with it."""
         return many if self.plural else one
@@ -45,7 +53,7 @@ class Subject:
         >>> Subject.of("participant").first, Subject.of("random").first
         ('People', 'random')
         """
-        return f"P{self.name[1:]}" if self.plural else self.name
+        return capital(self.name) if self.plural else self.name
 
     @property
     def words(self) -> dict[str, str]:

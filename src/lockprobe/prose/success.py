@@ -11,7 +11,7 @@ from lockprobe.analysis.condition import ConditionSummary, Contrast
 from lockprobe.analysis.inference.course import CourseKind
 from lockprobe.analysis.proportions import Proportion
 from lockprobe.analysis.summary import AgentSummary, StudySummary
-from lockprobe.formatting import first_three, p_value, percent, points
+from lockprobe.formatting import capital, change, first_three, interval, p_value, percent, points
 from lockprobe.prose.doses import at_dose, cause
 from lockprobe.prose.idle import idle_doses_said
 from lockprobe.prose.subject import subject_of
@@ -34,7 +34,9 @@ def finding(agent: AgentSummary) -> str:
     if not counted:
         return f"No trial of {subject_of(agent).name} has ended as solved or out of budget."
     if agent.blind:
-        return _blind_said(agent, counted)
+        solved = f"it solved {of_trials(counted[0].success)} {at_dose(counted[0].p, agent.axis)}"
+        same = f"the results of these trials are the same at every other {agent.axis.name}"
+        return f"{alike_said(agent)}: {solved}, and {same}."
     if agent.contrast is None:
         return _one_condition(agent, counted)
     copies = _copies_said(agent, counted[0])
@@ -47,17 +49,8 @@ def _copies_said(agent: AgentSummary, condition: ConditionSummary) -> str:
     n, different = condition.success.n, condition.distinct_sequences
     if n < _MANY or different * _COPIES > n:
         return ""
-    where = at_dose(condition.p, agent.axis)
-    return f"{where[0].upper()}{where[1:]}, its {n} trials contain only {different} different sequences of actions."
-
-
-def _blind_said(agent: AgentSummary, counted: list[ConditionSummary]) -> str:
-    first = counted[0]
-    said = f"{alike_said(agent)}: it solved {of_trials(first.success)}"
-    if all(condition.success.n == first.success.n for condition in counted):
-        return f"{said} at every {agent.axis.name}."
-    where = at_dose(first.p, agent.axis)
-    return f"{said} {where}, and the results of these trials are the same at every other {agent.axis.name}."
+    where = capital(at_dose(condition.p, agent.axis))
+    return f"{where}, its {n} trials contain only {different} different sequences of actions."
 
 
 def alike_said(agent: AgentSummary) -> str:
@@ -72,41 +65,25 @@ def _one_condition(agent: AgentSummary, counted: list[ConditionSummary]) -> str:
     if len(counted) == 1:
         single = agent.axis.name if agent.shown else "condition"
         why = f"With a single {single} there is no difference to test."
-    interval = f"95 % interval {percent(share.low)} to {percent(share.high)}"
-    return f"{subject_of(agent).first} solved {of_trials(share)}, {interval}. {why}"
+    return f"{subject_of(agent).first} solved {of_trials(share)}, {interval(share.low, share.high)}. {why}"
 
 
 def _contrast_said(agent: AgentSummary, contrast: Contrast) -> str:
     """The clearest difference from the lowest flip rate, and whether it was detected."""
     found, who = contrast.difference, subject_of(agent)
     first, second = at_dose(contrast.baseline.p, agent.axis), at_dose(contrast.other.p, agent.axis)
-    it, its = who.form("it", "they"), who.form("its", "their")
-    counts = f"{of_trials(found.second)} against {of_trials(found.first)}"
+    it = who.form("it", "they")
     sample = "" if contrast.whole else f", of the trials that {it} finished under both conditions"
     if contrast.detectable:
         verdict = "more" if found.value > 0 else "less"
-        return (
-            f"{who.first} solved the box {verdict} often {second} than {first}: "
-            f"{counts}{sample} ({_interval(contrast)})."
-        )
+        counts = f"{of_trials(found.second)} against {of_trials(found.first)}{sample}"
+        return f"{who.first} solved the box {verdict} often {second} than {first}: {counts} ({_interval(contrast)})."
     risen = any(t.question == "shape" and t.recommended and t.rejects for t in agent.inference.tests)
     subject = f"No effect of {cause(agent.axis)} on the success of {who.name} was detected"
     if risen:
         subject = (
             f"No change of the success of {who.name} was detected at a single {agent.axis.name}; "
             f"the course over all {'other ' * bool(agent.idle)}{agent.axis.name}s is tested below"
-        )
-    if not any(one.value for one in agent.inference.difference.at):
-        share = found.first
-        interval = f"95 % interval {percent(share.low)} to {percent(share.high)}"
-        if contrast.whole:
-            return (
-                f"{subject}: {it} solved {percent(share.value)} of {its} trials under every "
-                f"{'other ' * bool(agent.idle)}condition "
-                f"(n = {share.n} {first}, {interval})."
-            )
-        return (
-            f"{subject}: of the trials that {it} finished under both conditions {it} solved the same share, {counts}."
         )
     size = "the largest difference" if contrast.farthest else "the clearest difference"
     return (
@@ -121,10 +98,7 @@ def _interval(contrast: Contrast) -> str:
     many = [f"selection among {contrast.choices} differences"] * (contrast.choices > 1)
     many += [f"{contrast.agents} agents"] * (contrast.agents > 1)
     chosen = f"; interval and P value corrected for {' and '.join(many)}" if many else ""
-    said = (
-        f"{points(found.value)} points, 95 % interval {points(found.low)} to {points(found.high)}; "
-        f"permutation test, {p_value(found.p_value)}{chosen}"
-    )
+    said = f"{change(found.value, found.low, found.high)}; permutation test, {p_value(found.p_value)}{chosen}"
     if found.if_unsolved is None or found.if_solved is None:
         return said
     return (
@@ -177,11 +151,10 @@ def courses_said(summary: StudySummary, *, brief: bool = False) -> str:
     if {"rises", "falls"} <= names.keys():
         parts[list(kinds).index("falls")] = f"lower for {names['falls']}"
     blind = [agent.name for agent in summary.agents if agent.blind and not brief]
-    alike, was = ("it", "was") if len(blind) == 1 else ("they", "were")
-    parts += [f"the same for {listed(blind)} ({alike} played alike whatever {alike} {was} told)"] if blind else []
+    parts += [f"the same for {listed(blind)} (played alike whatever was reported)"] if blind else []
     many = "" if brief else _corrected_said(heeding)
-    lowest = f"{summary.axis.name} {min(shown):g}" if brief else f"a {summary.axis.name} of {min(shown):g}"
-    return f"{'Compared' if brief else 'Success compared'} with {lowest}: {'; '.join(parts)}.{many}" if parts else ""
+    compared = "Compared" if brief else "Success compared"  # brief, it stands in a heading on success
+    return f"{compared} with {summary.axis.name} {min(shown):g}: {'; '.join(parts)}.{many}" if parts else ""
 
 
 def _corrected_said(heeding: Sequence[AgentSummary]) -> str:
@@ -192,12 +165,10 @@ def _corrected_said(heeding: Sequence[AgentSummary]) -> str:
     if max(chain(*sizes.values()), default=1) < 2:
         return ""
     each = ", in each modality," * (len({agent.modality for agent in heeding}) > 1)
-    many = {kind: " or ".join(map(str, sorted(found))) for kind, found in sizes.items()}
-    if len(sizes) == 1:
-        return f" Tests are corrected{each} for the {next(iter(many.values()))} agents that use reports (Bonferroni)."
-    kinds = ((many[False], "agent"), (many[True], "baseline"))
-    agents, baselines = (f"{n} {kind}{'s' * (n != '1')}" for n, kind in kinds)
-    return f" Tests are corrected{each} for {agents} and, apart, for {baselines} (Bonferroni)."
+    many = {kind: " or ".join(map(str, sorted(found))) for kind, found in sorted(sizes.items())}
+    what = {False: "agent", True: "baseline" if len(sizes) > 1 else "agent"}
+    kinds = [f"{n} {what[kind]}{'s' * (n != '1')}" for kind, n in many.items()]
+    return f" Tests are corrected{each} for {' and, apart, for '.join(kinds)} (Bonferroni)."
 
 
 _COURSES: dict[CourseKind, str] = {

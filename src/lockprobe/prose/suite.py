@@ -9,8 +9,6 @@ from lockprobe.formatting import bracketed, first_three, share
 
 __all__ = ["ranks_said", "suite_said"]
 
-_SCALE = "where 0 % is chance and 100 % solves every box"
-
 
 def suite_said(entries: Sequence[tuple[str, SuiteScore]]) -> str:
     """Who is the most competent, or that it is not decided, and how false reports change the first one's competence.
@@ -21,21 +19,16 @@ def suite_said(entries: Sequence[tuple[str, SuiteScore]]) -> str:
     if not entries or (competence := entries[0][1].competence) is None:
         return "No agent has finished trials at every level yet."
     name, first = entries[0]
-    size = share(competence.value, competence.low, competence.high)
-    tied = [other for other, one in entries if one.competence is not None and one.competence.value == competence.value]
+    size = f"{share(competence.value, competence.low, competence.high)}, where 0 % is chance and 100 % solves every box"
     if first.ranks is None:
-        return f"{name} has a competence of {size}, {_SCALE}. {_change_said(first)}".rstrip()
-    if first.ranks == (1, 1):
-        said = f"{name} is the most competent of {first.together} agents: {size}, {_SCALE}"
-        return f"{said}. {_change_said(first)}".rstrip()
+        return f"{name} has a competence of {size}. {_change_said(first)}".rstrip()
+    tied = [other for other, one in entries if one.competence is not None and one.competence.value == competence.value]
+    said = (
+        f"{first_three(tied)} {'has' if len(tied) == 1 else 'have'} the highest competence of {first.together} agents"
+    )
     possible = sum(one.ranks is not None and one.ranks[0] == 1 for _, one in entries)
-    undecided = f"The tests do not decide which of {possible} of them is the best."
-    if len(tied) > 1:
-        have = f"{first_three(tied)} have the same highest competence of {first.together} agents"
-        return f"{have}: {size}, {_SCALE}. {undecided}"
-    said = f"{name} has the highest competence of {first.together} agents: {size}, {_SCALE}"
-    rank = f"its rank may be {ranks_said(first)}"
-    return f"{said}. {undecided[:-1]}; {rank}. {_change_said(first)}".rstrip()
+    undecided = f"; the tests do not decide which of {possible} of them is the best" if possible > 1 else ""
+    return f"{said}: {size}{undecided}. {_change_said(first) if len(tied) == 1 else ''}".rstrip()
 
 
 def _change_said(first: SuiteScore) -> str:

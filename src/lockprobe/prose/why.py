@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from lockprobe.analysis.agent_comparison.paired import BlockMean
-from lockprobe.analysis.modalities import spoken
 from lockprobe.analysis.proportions import ALPHA
 from lockprobe.analysis.why import Why
 from lockprobe.formatting import p_value, percent, points, range_said
 from lockprobe.prose.subject import Subject
-from lockprobe.record import PLAIN_WORDS
 
-__all__ = ["arm_said", "mechanism_said", "why_said"]
+__all__ = ["ARMS", "mechanism_said", "why_said"]
 
-_ARMS = {
+ARMS = {
     "truth": "every report is true",
     "lie": "the report is inverted",
     "retracted": "the report is inverted, and corrected at once",
@@ -25,37 +23,29 @@ _ARMS = {
     "lie in loops": "the report is inverted where the attempt continues an action loop",
     "self-yoked": "as many reports are inverted as under lie in loops, at random steps",
 }
-
-
-def arm_said(arm: str) -> str:
-    """What happens in an arm at the selected steps."""
-    return _ARMS[arm]
+"""What happens in an arm at the selected steps."""
 
 
 def mechanism_said(found: Why) -> str:
     """The verdict in one sentence."""
-    subject = Subject.of(found.agent, "" if found.modality in PLAIN_WORDS else spoken(found.modality))
     way = "raise" if found.change.value > 0 else "lower"
-    of = f"the success of {subject.name}"
+    of = f"the success of {Subject.seeing(found.agent, found.modality).name}"
     if found.verdict == "says":
         return f"False reports {way} {of} through their content."
     if found.verdict == "disturbs":
         return f"False reports {way} {of} through the disturbance; no effect of their content was detected."
     if found.verdict == "both":
-        return f"False reports {way} {of} in two ways: {_two(found)}."
+        said, disturbs = ("raises" if one.value > 0 else "lowers" for one in (found.says, found.disturbs))
+        ways = f"their content {said} it, the disturbance {disturbs} it"
+        if said == disturbs:
+            ways = "through their content and through the disturbance"
+        return f"False reports {way} {of} in two ways: {ways}."
     if found.verdict == "unexplained":
         return f"False reports {way} {of}; neither an effect of their content nor of the disturbance was detected."
     if found.verdict == "no change":
         return f"False reports change {of} by less than {100 * found.margin:.0f} points."
     large = f"a change of {100 * found.margin:.0f} points or more is not excluded"
     return f"Inconclusive: no effect of false reports on {of} was detected, and {large}."
-
-
-def _two(found: Why) -> str:
-    said, disturbs = ("raises" if one.value > 0 else "lowers" for one in (found.says, found.disturbs))
-    if said == disturbs:
-        return "through their content and through the disturbance"
-    return f"their content {said} it, the disturbance {disturbs} it"
 
 
 def why_said(found: Why) -> list[str]:
@@ -78,14 +68,15 @@ def why_said(found: Why) -> list[str]:
             f"About {found.needed} blocks are needed to detect a change of {100 * found.margin:.0f} points with a "
             f"power of 80 %; this study has {found.change.blocks}."
         )
-    corrected = f"P values and intervals of differences are corrected for {found.agents} agents (Bonferroni)."
-    return said + _others(found) + [corrected] * (found.agents > 1)
+    if found.verdict not in ("no change", "not detectable"):
+        said += _others(found)
+    if found.agents > 1:
+        said.append(f"P values and intervals of differences are corrected for {found.agents} agents (Bonferroni).")
+    return said
 
 
 def _others(found: Why) -> list[str]:
     """Other changes of success in the same direction at the same steps, by interval and corrected test."""
-    if found.verdict in ("no change", "not detectable"):
-        return []
     same = [
         f"{one.arm} {_size(change)}"
         for one in found.arms

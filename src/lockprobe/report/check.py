@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-__all__ = ["Check", "check_of"]
+__all__ = ["Check", "also", "check_of"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,3 +36,12 @@ def check_of(name: str, failed: Sequence[str], holds: str, fails: str) -> Check:
     """
     said = f"{len(failed)} {fails}" if failed else holds
     return Check(name=name, holds=not failed, said=said, failed=tuple(failed))
+
+
+def also(count: int, said: str) -> str:
+    """A further part of what was found, after its number; empty for none.
+
+    >>> also(2, "are not there"), also(0, "are not there")
+    ('; 2 are not there', '')
+    """
+    return f"; {count} {said}" if count else ""

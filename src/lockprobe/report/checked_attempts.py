@@ -8,7 +8,7 @@ from lockprobe.people.diary import Diary
 from lockprobe.people.responses import Attempt
 from lockprobe.people.step_times import key_of
 from lockprobe.record import Trial
-from lockprobe.report.check import Check, check_of
+from lockprobe.report.check import Check, also, check_of
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.spec import MCP, spec_kind
 from lockprobe.studies.attempt_log import AttemptLog
@@ -17,11 +17,10 @@ from lockprobe.studies.paused_trial import RecordedAttempt
 __all__ = ["attempts_check"]
 
 
-def attempts_check(opened: OpenedStudy) -> Check | None:
+def attempts_check(opened: OpenedStudy) -> Iterator[Check]:
     """Whether steps of people and clients are the attempts in their diaries and in ``attempts.jsonl``, and all of them.
 
-    Returns:
-        None if neither took part.
+    Nothing where neither took part.
 
     Raises:
         BadFile: If a log is damaged.
@@ -30,7 +29,7 @@ def attempts_check(opened: OpenedStudy) -> Check | None:
     clients = [trial for trial in opened.trials if spec_kind(trial.agent) == MCP]
     people = [trial for trial in opened.trials if trial.player]
     if not (clients or people or logged or opened.diaries):
-        return None
+        return
     planned = {plan.key for agent in opened.study.run_agents for plan in opened.study.plans(agent)}
     diaries = {diary.spec: diary for diary in opened.diaries}
     failed = [
@@ -39,9 +38,10 @@ def attempts_check(opened: OpenedStudy) -> Check | None:
         *(f"{trial.key}: its player has no diary" for trial in people if diaries and trial.agent not in diaries),
         *(why for diary in opened.diaries for why in _against_diary(opened, trials, diary)),
     ]
-    held, rest = len(clients) + (len(people) if diaries else 0), "" if diaries else f"; {len(people)} have no diaries"
-    holds = f"{held} trials of clients and people are as their servers wrote them step by step{rest if people else ''}"
-    return check_of("attempts", failed, holds, "contradictions between trials.jsonl and the logs of attempts")
+    held = len(clients) + (len(people) if diaries else 0)
+    rest = also(0 if diaries else len(people), "have no diaries")
+    holds = f"{held} trials of clients and people are as their servers wrote them step by step{rest}"
+    yield check_of("attempts", failed, holds, "contradictions between trials.jsonl and the logs of attempts")
 
 
 def _unlike(trial: Trial, attempts: Sequence[RecordedAttempt]) -> str:

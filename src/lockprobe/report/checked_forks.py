@@ -38,36 +38,26 @@ def fork_checks(opened: OpenedStudy, evidence: CallEvidence) -> Iterator[Check]:
         return
     own, trials = CallEvidence.of(directory), {trial.key: trial for trial in opened.trials}
     replay = Replay()
-    again = [_replayed(replay, opened, fork, trials, own, evidence) for fork in opened.forks]
+    again = []
+    for fork in opened.forks:
+        planned = _planned(opened, fork, trials)
+        if isinstance(planned, str):
+            again.append(ReplayedTrial(key=fork.key, kind="own", luck=planned))
+        else:
+            name, plan = planned
+            again.append(replay(plan, fork, own.kept.get(fork.key, ()), evidence.kept.get(name.parent, ())))
     failed = [
         *_another_study(opened, directory),
-        *(f"{one.key}: {one.luck or one.choices}" for one in again if one.luck or (one.choices and not _paid(one))),
+        *(  # replies of hosted models have a check of their own
+            f"{one.key}: {one.luck or one.choices}"
+            for one in again
+            if one.luck or (one.choices and one.kind != "hosted")
+        ),
         *_other_choices(opened, trials),
     ]
     holds = f"all {len(again)} forks follow from their trials, their choices and the seed"
     yield check_of("forks", failed, holds, "forks do not follow from their trials, their choices and the seed")
-    if check := replies_check(directory, opened.forks, own, again, {}, "fork replies"):
-        yield check
-
-
-def _paid(one: ReplayedTrial) -> bool:
-    """Whether the choices of a fork are held against replies, which has a check of its own."""
-    return one.kind == "hosted"
-
-
-def _replayed(
-    replay: Replay,
-    opened: OpenedStudy,
-    fork: Trial,
-    trials: Mapping[str, Trial],
-    own: CallEvidence,
-    evidence: CallEvidence,
-) -> ReplayedTrial:
-    planned = _planned(opened, fork, trials)
-    if isinstance(planned, str):
-        return ReplayedTrial(key=fork.key, kind="own", luck=planned)
-    name, plan = planned
-    return replay(plan, fork, own.kept.get(fork.key, ()), evidence.kept.get(name.parent, ()))
+    yield from replies_check(directory, opened.forks, own, again, {}, "fork replies")
 
 
 def _planned(opened: OpenedStudy, fork: Trial, trials: Mapping[str, Trial]) -> tuple[ForkName, Plan] | str:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 from lockprobe.agents.llm.settings import read_settings
@@ -12,7 +13,7 @@ from lockprobe.errors import UserMistake
 from lockprobe.model_call import Call
 from lockprobe.plan import Plan
 from lockprobe.record import Trial
-from lockprobe.report.check import Check, check_of
+from lockprobe.report.check import Check, also, check_of
 from lockprobe.report.replayed_trials import ReplayedTrial, is_hosted
 from lockprobe.spec import Spec
 from lockprobe.storage.jsonl import whole_lines
@@ -32,13 +33,11 @@ class CallEvidence:
         calls: All calls in chronological order.
         asked: All requests before they were sent, likewise.
         kept: Key of a trial -> its replies, those after the last mark that it is owed anew.
-        unanswered: Keys of requests without a call.
     """
 
     calls: tuple[Call, ...]
     asked: tuple[Call, ...]
     kept: Mapping[str, Sequence[Call]]
-    unanswered: tuple[str, ...]
 
     @classmethod
     def of(cls, directory: Path) -> CallEvidence:
@@ -48,8 +47,7 @@ class CallEvidence:
             BadFile: If a line is damaged.
         """
         calls = tuple(read_calls(directory))
-        waiting = tuple(call.key for call in unanswered(directory))
-        return cls(calls, tuple(read_asked(directory)), kept_replies(calls), waiting)
+        return cls(calls, tuple(read_asked(directory)), kept_replies(calls))
 
 
 def replies_check(
@@ -59,8 +57,10 @@ def replies_check(
     replayed: Sequence[ReplayedTrial],
     owed: Mapping[str, Plan],
     name: str = "replies",
-) -> Check | None:
+) -> Iterator[Check]:
     """Whether the decisions of hosted models are the replies in ``calls.jsonl``, and these all decisions.
+
+    Nothing if no hosted model played and none was called.
 
     Args:
         directory: The directory of the records.
@@ -69,67 +69,58 @@ def replies_check(
         replayed: What follows of each trial.
         owed: Trials that are planned and not finished, by key.
         name: Name of the check.
-
-    Returns:
-        None if no hosted model played and none was called.
     """
     hosted = [one for one in replayed if one.kind == "hosted"]
     if not hosted and not evidence.calls and not evidence.asked:
-        return None
+        return
     on_record = {trial.key: trial for trial in trials}
+    known: Mapping[str, Trial | Plan] = {**owed, **on_record}
+    waiting = (call.key for call in unanswered(directory) if call.key not in owed)
     failed = [
-        *(f"{one.key}: {_said(one, evidence)}" for one in hosted if one.choices),
-        *(
-            f"{one.key}: {one.unused} replies in calls.jsonl are no part of the record"
-            for one in hosted
-            if one.unused and not one.choices
-        ),
-        *(f"{key}: calls of no trial on record" for key in _of_nobody(evidence, on_record, owed)),
-        *(f"{key}: its calls name another trial or agent" for key in _named_otherwise(evidence, {**owed, **on_record})),
-        *(
-            f"{key}: a request in asked.jsonl has no call"
-            for key in dict.fromkeys(evidence.unanswered)
-            if key not in owed
-        ),
+        *_other_decisions(hosted, evidence),
+        *dict.fromkeys(_misplaced(evidence, known)),
+        *dict.fromkeys(f"{key}: a request in asked.jsonl has no call" for key in waiting),
         *_not_asked(evidence),
         *_marks(directory, evidence, on_record),
         *_priced_otherwise(evidence, on_record),
     ]
-    number = sum(len(evidence.kept.get(one.key, ())) for one in hosted)
+    kept, logged = evidence.kept, sum(one.from_log for one in hosted)
     words = sum(one.unplayed and not one.from_log for one in hosted)
-    logged = sum(one.from_log for one in hosted)
-    of_logs = f"; {logged} trials from an Inspect log are held by their words and joints alone" if logged else ""
-    alone = f"; {words} of these trials are not played, and held by their words and joints alone" if words else ""
-    before = sum(call.reply is not None for call in evidence.calls) - sum(map(len, evidence.kept.values()))
-    replaced = f"; {before} earlier replies are of trials that were played again on request" if before else ""
+    before = sum(call.reply is not None for call in evidence.calls) - sum(map(len, kept.values()))
     holds = (
-        f"{number} replies in calls.jsonl are the decisions of {len(hosted) - logged} trials, and all of them"
-        f"{alone}{of_logs}{replaced}"
+        f"{sum(len(kept.get(one.key, ())) for one in hosted)} replies in calls.jsonl are the decisions of "
+        f"{len(hosted) - logged} trials, and all of them"
+        f"{also(words, 'of these trials are not played, and held by their words and joints alone')}"
+        f"{also(logged, 'trials from an Inspect log are held by their words and joints alone')}"
+        f"{also(before, 'earlier replies are of trials that were played again on request')}"
     )
-    return check_of(name, failed, holds, "contradictions between calls.jsonl and trials.jsonl")
+    yield check_of(name, failed, holds, "contradictions between calls.jsonl and trials.jsonl")
 
 
-def _said(one: ReplayedTrial, evidence: CallEvidence) -> str:
-    if not evidence.kept.get(one.key) and not one.from_log:
-        return "calls.jsonl has no reply of it"
-    return one.choices
+def _other_decisions(hosted: Iterable[ReplayedTrial], evidence: CallEvidence) -> Iterator[str]:
+    """Trials whose decisions are not their replies, or not all of them."""
+    for one in hosted:
+        if one.choices and not evidence.kept.get(one.key) and not one.from_log:
+            yield f"{one.key}: calls.jsonl has no reply of it"
+        elif one.choices:
+            yield f"{one.key}: {one.choices}"
+        elif one.unused:
+            yield f"{one.key}: {one.unused} replies in calls.jsonl are no part of the record"
 
 
-def _of_nobody(evidence: CallEvidence, trials: Collection[str], owed: Collection[str]) -> list[str]:
-    """Keys of calls and requests that belong to no trial on record and to none that is still to be played."""
-    found = dict.fromkeys(call.key for call in (*evidence.calls, *evidence.asked))
-    return [key for key in found if key not in trials and key not in owed]
-
-
-def _named_otherwise(evidence: CallEvidence, trials: Mapping[str, Trial | Plan]) -> list[str]:
-    """Keys of calls and requests whose agent and place are not those of their trial: costs are counted by agent."""
-    found = dict[str, None]()
+def _misplaced(evidence: CallEvidence, known: Mapping[str, Trial | Plan]) -> Iterator[str]:
+    """Calls and requests of no trial on record or owed, or with another agent or place: costs are counted by agent."""
     for call in (*evidence.calls, *evidence.asked):
-        one = trials.get(call.key)
-        said = call.agent, call.condition, call.repetition, call.trial
-        if one is not None and said != (one.agent, one.name.condition, one.repetition, one.trial):
-            found[call.key] = None
-    return list(found)
+        one = known.get(call.key)
+        if one is None:
+            yield f"{call.key}: calls of no trial on record"
+        elif (call.agent, call.condition, call.repetition, call.trial) != (
+            one.agent,
+            one.name.condition,
+            one.repetition,
+            one.trial,
+        ):
+            yield f"{call.key}: its calls name another trial or agent"
 
 
 def _not_asked(evidence: CallEvidence) -> Iterator[str]:
@@ -145,7 +136,9 @@ def _not_asked(evidence: CallEvidence) -> Iterator[str]:
     for call in evidence.calls:
         counted[_place(call)] += call.unanswered
     for place, requests in asked.items():
-        lost = _lost(requests)
+        # each call begins to count at 0
+        last = [one for one, after in pairwise([*requests, None]) if one and not (after and after.unanswered)]
+        lost = sum(one.unanswered for one in last)
         if place in counted and counted[place] < lost:
             yield f"{place[0]}: step {place[1]} had {lost} attempts without an answer, not {counted[place]}"
     begun = set[str]()
@@ -159,15 +152,6 @@ def _not_asked(evidence: CallEvidence) -> Iterator[str]:
             yield f"{call.key}: the call of step {call.step}, turn {call.turn}, is not in asked.jsonl"
         if requests and call.most is not None and call.most not in [one.most for one in requests]:
             yield f"{call.key}: step {call.step} could cost {requests[-1].most}, not {call.most}"
-
-
-def _lost(requests: Sequence[Call]) -> int:
-    """The attempts without an answer of which requests of one place know; each call begins to count at 0."""
-    return sum(
-        one.unanswered
-        for one, after in zip(requests, [*requests[1:], None], strict=True)
-        if after is None or after.unanswered == 0
-    )
 
 
 def _place(call: Call) -> tuple[str, int, int, str]:
@@ -196,10 +180,9 @@ def _marks(directory: Path, evidence: CallEvidence, trials: Mapping[str, Trial])
 
 def _priced_otherwise(evidence: CallEvidence, trials: Mapping[str, Trial]) -> Iterator[str]:
     """Trials whose record names another interface of their provider than their last call, at another price."""
-    last = {call.key: call for call in evidence.calls if call.reply is not None}
+    last = {call.key: call for call in evidence.calls if call.reply is not None and call.key in trials}
     for key, call in last.items():
-        trial = trials.get(key)
-        if trial is not None and is_hosted(trial.agent) and bool(trial.facts.get("batch")) != call.batch:
+        if is_hosted(trials[key].agent) and bool(trials[key].facts.get("batch")) != call.batch:
             yield f"{key}: its record and its calls disagree on whether it was a batch"
 
 

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from statistics import NormalDist
 from typing import Literal
 
+from lockprobe.analysis.clustered import ClusteredProportion
 from lockprobe.analysis.condition import ConditionSummary
 from lockprobe.analysis.inference.verdict import Question
 from lockprobe.analysis.proportions import ALPHA, Difference, Proportion, difference
@@ -14,14 +15,14 @@ from lockprobe.analysis.summary import AgentSummary
 from lockprobe.audit.rates import false_positives
 from lockprobe.formatting import minus
 from lockprobe.prose.hypothesis_tests import effect_said, name_of_test
-from lockprobe.report.paper_reanalysis import share
+from lockprobe.report.paper import counted_share
 
 __all__ = [
     "NOT_MEASURED",
     "ClaimFinding",
     "ClaimMeasure",
     "ClaimPattern",
-    "ClaimVerdict",
+    "above_half",
     "apart",
     "borne_out",
     "error",
@@ -45,7 +46,7 @@ ClaimPattern = Literal["shown", "opposite", "open"]
 ClaimFinding = tuple[str, ClaimVerdict, str, float | None]
 """What was measured, in words; the verdict; what it rests on; its p-value, where it has one."""
 
-ClaimMeasure = Callable[[AgentSummary, list[ConditionSummary]], ClaimFinding]
+ClaimMeasure = Callable[[AgentSummary, Sequence[ConditionSummary]], ClaimFinding]
 """What an agent says to a claim by its conditions with trials, ascending from p = 0."""
 
 NOT_MEASURED: ClaimFinding = ("", "not measured", "", None)
@@ -60,12 +61,12 @@ def verdict_of(p_value: float | None, also: ClaimPattern = "shown") -> ClaimVerd
 
 def borne_out(found: ClaimPattern) -> ClaimVerdict:
     """On a claim that is a pattern and no figure."""
-    verdicts: dict[ClaimPattern, ClaimVerdict] = {
-        "shown": "borne out",
-        "opposite": "not compatible",
-        "open": "not decided",
-    }
-    return verdicts[found]
+    return "borne out" if found == "shown" else "not compatible" if found == "opposite" else "not decided"
+
+
+def above_half(found: Proportion | ClusteredProportion) -> ClaimVerdict:
+    """On a claim of *most*: whether the interval of the share lies above or below one half."""
+    return borne_out("shown" if found.low > 0.5 else "opposite" if found.high < 0.5 else "open")
 
 
 def pattern(p_value: float | None, direction: float) -> ClaimPattern:
@@ -79,20 +80,16 @@ def same_share(here: Proportion, paper: Proportion) -> ClaimFinding:
     """A share against one of the paper's."""
     found = difference(paper, here)
     p_value = found.p_value if found else None
-    return share(here), verdict_of(p_value), f"Fisher, against {paper.count}/{paper.n}", p_value
+    return counted_share(here), verdict_of(p_value), f"Fisher, against {paper.count}/{paper.n}", p_value
 
 
 def same_step(here: ConditionSummary, paper: int) -> ClaimFinding:
     """The step by which 80 % of the trials are solved against the paper's."""
-    curve = here.curve
-    reached, (early, late) = curve.steps_to(0.8), curve.steps_to_interval(0.8)
+    early, late = here.curve.steps_to_interval(0.8)
     inside = (early or math.inf) <= paper <= (late or math.inf)
-    said = f"80 % by step {_step(reached)} [{_step(early)}, {_step(late)}]"
+    step, *ends = ("not reached" if one is None else str(one) for one in (here.curve.steps_to(0.8), early, late))
+    said = f"80 % by step {step} [{', '.join(ends)}]"
     return said, "compatible" if inside else "not compatible", "95 % interval of the step, from the band", None
-
-
-def _step(step: int | None) -> str:
-    return "not reached" if step is None else str(step)
 
 
 def apart(here: float, paper: float, errors: Sequence[float]) -> float:
@@ -109,7 +106,7 @@ def error(change: tuple[Proportion, Proportion]) -> float:
 def tested(question: Question, sign: int) -> ClaimMeasure:
     """The recommended test of a question; the claim expects an effect of this sign."""
 
-    def measure(agent: AgentSummary, counted: list[ConditionSummary]) -> ClaimFinding:
+    def measure(agent: AgentSummary, counted: Sequence[ConditionSummary]) -> ClaimFinding:
         (test,) = (t for t in agent.inference.tests if t.question == question and t.recommended)
         if test.p_value is None or agent.blind:
             return NOT_MEASURED

@@ -5,79 +5,65 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
+from typing import Any
 
 from pydantic import TypeAdapter
 
 from lockprobe.agents.llm.model_facts import Price, facts_of
 from lockprobe.model_call import Usage
 from lockprobe.record import Trial
-from lockprobe.rows import Fact, Results
+from lockprobe.rows import Estimate, Fact, Results
 
-__all__ = ["Money", "Prices", "money", "price_facts", "price_of", "prices_of"]
+__all__ = ["Prices", "cost_rows", "price_asked", "price_facts", "price_of", "prices_of"]
 
 
 Prices = Mapping[str, Price | None]
 """Agent -> what its provider asks; None where that is not known."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Money:
-    """What the trials of one agent cost.
+def cost_rows(trials: Sequence[Trial], place: Mapping[str, Any], prices: Prices | None = None) -> Iterator[Estimate]:
+    """Replies, tokens and US dollars of one agent, and which models replied, as their provider names them.
 
-    Attributes:
-        calls: Replies that came, those that could not be used among them; None of an agent that calls no model.
-        usage: Of those whose tokens the provider counted; None where there is none.
-        uncounted: Replies of decisions without a count of tokens: what they cost is not known, and in no number here.
-        dollars: US dollars for what was counted; None where nothing was, or no price is known.
-        per_solved: The same for each solved trial; None where no price is known, or no trial was solved.
-        price: The prices used; None where none is known.
-        served: Models that answered, as the provider names them, with the decisions of each.
-    """
-
-    calls: int | None
-    usage: Usage | None
-    uncounted: int
-    dollars: float | None
-    per_solved: float | None
-    price: Price | None
-    served: tuple[tuple[str, int], ...]
-
-
-def money(trials: Sequence[Trial], prices: Prices | None = None) -> Money:
-    """Add up the trials of one agent, those that broke among them.
+    Replies that could not be used are among them. Where a provider did not count the tokens of a reply, its cost is not
+    known and in no number here; such replies are counted as ``uncounted``. There is no cost where nothing was counted
+    or no price is known, and none per solved trial where no trial was solved.
 
     Args:
-        trials: Their facts name the model, if there is one.
+        trials: The trials of one agent, those that broke among them.
+        place: The columns of the rows that say of what they are.
         prices: The prices, where they are given instead of looked up.
     """
-    decisions = [step.decision for trial in trials for step in trial.steps]
     found = [(trial, usage) for trial in trials for usage in _usages(trial)]
     counted = [(trial, usage) for trial, usage in found if usage.input_tokens or usage.output_tokens]
-    calls = sum(usage.calls for _, usage in found)
-    total = sum((usage for _, usage in counted), Usage())
-    served = Counter(decision.served for decision in decisions if decision.served)
+    calls, total = sum(usage.calls for _, usage in found), sum((usage for _, usage in counted), Usage())
+    if found:
+        yield Estimate(quantity="calls", **place, unit="calls", value=calls)
+        yield Estimate(quantity="calls", **place, of="uncounted", unit="calls", value=calls - total.calls)
+    if counted:
+        for kind in ("input", "output", "reasoning"):
+            yield Estimate(quantity="tokens", **place, of=kind, unit="tokens", value=getattr(total, f"{kind}_tokens"))
+        if n := total.input_tokens:
+            yield Estimate(
+                quantity="cached_share", **place, value=total.cached_tokens / n, count=total.cached_tokens, n=n
+            )
+    if counted and (price := price_asked(trials, prices)):
+        dollars = sum(price.of(usage, batch=bool(trial.facts.get("batch"))) for trial, usage in counted)
+        yield Estimate(quantity="cost", **place, unit="US$", value=dollars)
+        if solved := sum(trial.solved for trial in trials):
+            yield Estimate(quantity="cost", **place, of="per solved trial", unit="US$", value=dollars / solved)
+    served = Counter(step.decision.served for trial in trials for step in trial.steps if step.decision.served)
+    for model, decisions in sorted(served.items()):
+        yield Estimate(quantity="answers", **place, of=model, unit="decisions", value=decisions)
+
+
+def price_asked(trials: Sequence[Trial], prices: Prices | None = None) -> Price | None:
+    """What the provider of an agent asks; None where that is not known, or its trials name several models."""
     models = {str(trial.facts["model"]) for trial in trials if "model" in trial.facts}
-    price = _price(trials[0].group, models.pop(), prices) if len(models) == 1 else None
-    dollars = (
-        sum(price.of(usage, batch=bool(trial.facts.get("batch"))) for trial, usage in counted)
-        if price and counted
-        else None
-    )
-    solved = sum(trial.solved for trial in trials)
-    return Money(
-        calls=calls if found else None,
-        usage=total if counted else None,
-        uncounted=calls - total.calls,
-        dollars=dollars,
-        per_solved=dollars / solved if dollars is not None and solved else None,
-        price=price,
-        served=tuple(sorted(served.items())),
-    )
-
-
-def _price(agent: str, model: str, prices: Prices | None) -> Price | None:
-    return facts_of(model).price if prices is None or agent not in prices else prices[agent]
+    if len(models) != 1:
+        return None
+    agent = trials[0].group
+    return facts_of(models.pop()).price if prices is None or agent not in prices else prices[agent]
 
 
 def _usages(trial: Trial) -> list[Usage]:
@@ -106,7 +92,7 @@ def price_of(found: Results, agent: str) -> Price | None:
 
 
 def prices_of(found: Results) -> Prices:
-    """The prices that results hold, None for agents without: what :func:`money` takes instead of looking them up.
+    """The prices that results hold, None for agents without: what :func:`cost_rows` takes instead of looking them up.
 
     Agents whose prices cannot be read are left out, so that these are looked up.
     """

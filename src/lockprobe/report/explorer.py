@@ -10,7 +10,7 @@ import base64
 import hashlib
 import json
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache
 from importlib.resources import files
 from typing import Any
@@ -85,7 +85,7 @@ def _agent(trial: Trial) -> str:
 
 def _course(trial: Trial, names: Sequence[str], *, words: bool) -> dict[str, Any]:
     """What happened in a trial: joints by their index in ``names``, bit strings in its panel order."""
-    steps = trial.steps
+    steps, after = trial.steps, _after(trial)
     said = [_text(step.decision.hypothesis[:_WORDS]) for step in steps] if words else []
     chosen = [-1 if step.chosen is None else names.index(step.chosen) for step in steps]
     return {
@@ -95,18 +95,13 @@ def _course(trial: Trial, names: Sequence[str], *, words: bool) -> dict[str, Any
         "did": [names.index(step.joint) for step in steps],
         "moved": "".join(str(int(step.moved)) for step in steps),
         "told": "".join("-" if step.told_moved is None else str(int(step.told_moved)) for step in steps),
-        "state": [*(step.state for step in steps), *_last(trial)],
-        "shown": [_told_state(step, after) for step, after in zip(steps, _after(trial), strict=True)],
+        "state": [*(step.state for step in steps), *after[-1:]],
+        "shown": [_told_state(step, state) for step, state in zip(steps, after, strict=True)],
         "said": "".join({"moved": "1", "blocked": "0"}.get(step.decision.claimed or "", "-") for step in steps),
         "loop": loop_letters(trial.actions),
         **({"chosen": chosen} if any(one >= 0 for one in chosen) else {}),
         **({"words": said} if any(said) else {}),
     }
-
-
-def _last(trial: Trial) -> Iterable[str]:
-    """The configuration after the last step; of a trial without steps none."""
-    return _after(trial)[-1:]
 
 
 def _after(trial: Trial) -> list[str]:

@@ -28,10 +28,7 @@ from lockprobe.report.claim_tests import (
 )
 from lockprobe.spec import spec_kind
 
-__all__ = ["MODALITY_MEASURES"]
-
-MeasuredModalities = list[tuple[str, ClaimFinding]]
-"""What every agent that speaks to a claim says, by its name."""
+__all__ = ["MODALITY_MEASURES", "agents_shown"]
 
 Shown = Mapping[str, AgentSummary]
 """One agent by the modality in which it was shown the box."""
@@ -39,7 +36,7 @@ Shown = Mapping[str, AgentSummary]
 _DECILES = tuple(i / 10 for i in range(1, 11))
 
 
-def _agents(summary: StudySummary) -> Iterator[tuple[ModalityEffect, Shown]]:
+def agents_shown(summary: StudySummary) -> Iterator[tuple[ModalityEffect, Shown]]:
     """The agents that the study is about and that were shown the box in several ways, at p = 0."""
     for effect in summary.modalities:
         shown = {
@@ -60,16 +57,12 @@ def _curve(shown: Shown, modality: str) -> SuccessCurve:
     return shown[modality].conditions[0].curve
 
 
-def _each(measure: Callable[[ModalityEffect, Shown], ClaimFinding]) -> Callable[[StudySummary], MeasuredModalities]:
-    return lambda summary: [(effect.agent, measure(effect, shown)) for effect, shown in _agents(summary)]
-
-
 def _whole(found: ClaimPattern, shown: Shown) -> ClaimPattern:
     """Only all three modalities can show what is said of three."""
     return "open" if found == "shown" and not set(_three(shown)) <= shown.keys() else found
 
 
-def _final(effect: ModalityEffect, shown: Shown) -> ClaimFinding:
+def _final(summary: StudySummary, effect: ModalityEffect, shown: Shown) -> ClaimFinding:
     """As many trials are solved as in the paper, in every modality."""
     shares = [(modality, shown[modality].conditions[0].success) for modality in effect.modalities]
     found = [same_share(share, MODALITY) for _, share in shares]
@@ -87,12 +80,7 @@ def _sooner(effect: ModalityEffect, first: str, second: str) -> tuple[ClaimPatte
     return "open", None
 
 
-def _all_of(patterns: list[ClaimPattern]) -> ClaimPattern:
-    """Of a claim of several parts: all have to be shown, and one that is contradicted is enough."""
-    return "opposite" if "opposite" in patterns else "shown" if set(patterns) == {"shown"} else "open"
-
-
-def _order(effect: ModalityEffect, shown: Shown) -> ClaimFinding:
+def _order(summary: StudySummary, effect: ModalityEffect, shown: Shown) -> ClaimFinding:
     """The box is solved sooner the lower the fidelity is, with RGB-D in between."""
     if effect.p_value is None:
         return NOT_MEASURED
@@ -107,7 +95,7 @@ def _order(effect: ModalityEffect, shown: Shown) -> ClaimFinding:
     return here, borne_out(_whole(trend, shown)), test, effect.p_value
 
 
-def _steps(effect: ModalityEffect, shown: Shown) -> ClaimFinding:
+def _steps(summary: StudySummary, effect: ModalityEffect, shown: Shown) -> ClaimFinding:
     """80 % are solved by the paper's steps, and sooner with RGB than with ground truth."""
     lowest, _, highest = _three(shown)
     steps = {lowest: STEPS_TO_80["rgb"], highest: STEPS_TO_80["symbolic"]}
@@ -121,7 +109,7 @@ def _steps(effect: ModalityEffect, shown: Shown) -> ClaimFinding:
     return here, "not compatible" if outside else verdict_of(None, shows), test, p_value
 
 
-def _outpaces(effect: ModalityEffect, shown: Shown) -> ClaimFinding:
+def _outpaces(summary: StudySummary, effect: ModalityEffect, shown: Shown) -> ClaimFinding:
     """RGB reaches most shares of success before RGB-D, and RGB-D before ground truth."""
     pairs = [pair for pair in pairwise(_three(shown)) if set(pair) <= shown.keys()]
     if not pairs:
@@ -129,8 +117,14 @@ def _outpaces(effect: ModalityEffect, shown: Shown) -> ClaimFinding:
     tests = [_sooner(effect, *pair) for pair in pairs]
     here = "; ".join(_thresholds(shown, *pair) for pair in pairs)
     known = [p for _, p in tests if p is not None]
-    verdict = borne_out(_whole(_all_of([found for found, _ in tests]), shown))
-    return here, verdict, "log-rank of the two pairs, corrected; the larger P value", max(known, default=None)
+    parts = {found for found, _ in tests}
+    every: ClaimPattern = "opposite" if "opposite" in parts else "shown" if parts == {"shown"} else "open"
+    return (
+        here,
+        borne_out(_whole(every, shown)),
+        "log-rank of the two pairs, corrected; the larger P value",
+        max(known, default=None),
+    )
 
 
 def _thresholds(shown: Shown, first: str, second: str) -> str:
@@ -142,12 +136,8 @@ def _thresholds(shown: Shown, first: str, second: str) -> str:
     return f"{spoken(first)} reaches {of} before {spoken(second)}, {later} after it"
 
 
-def _reference_faster(summary: StudySummary) -> MeasuredModalities:
-    """The human-inspired strategy, told the state, is faster than an agent in every modality."""
-    return [(effect.agent, _faster(summary, effect, shown)) for effect, shown in _agents(summary)]
-
-
 def _faster(summary: StudySummary, effect: ModalityEffect, shown: Shown) -> ClaimFinding:
+    """The human-inspired strategy, told the state, is faster than an agent in every modality."""
     found: dict[str, tuple[float, float]] = {}
     inspired = {one.agent for one in summary.agents if spec_kind(one.spec) == "human-inspired"}
     for pace in summary.paces:
@@ -175,11 +165,11 @@ def _is_reference(both: tuple[str, str], inspired: Collection[str]) -> bool:
     return both[0] in inspired and both[1] in PLAIN_WORDS
 
 
-MODALITY_MEASURES: Mapping[str, Callable[[StudySummary], MeasuredModalities]] = {
-    "modalities": _each(_final),
-    "modality-order": _each(_order),
-    "modality-outpaces": _each(_outpaces),
-    "modality-steps": _each(_steps),
-    "reference-faster": _reference_faster,
+MODALITY_MEASURES: Mapping[str, Callable[[StudySummary, ModalityEffect, Shown], ClaimFinding]] = {
+    "modalities": _final,
+    "modality-order": _order,
+    "modality-outpaces": _outpaces,
+    "modality-steps": _steps,
+    "reference-faster": _faster,
 }
 """What measures a claim over modalities."""

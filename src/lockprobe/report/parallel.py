@@ -10,13 +10,13 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
-from dataclasses import dataclass
+from functools import partial
 from importlib import import_module
 from multiprocessing import get_context, parent_process
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 from threading import Thread
-from typing import Generic, TypeVar
+from typing import TypeVar
 
 from threadpoolctl import threadpool_limits
 
@@ -53,15 +53,10 @@ def one_thread() -> threadpool_limits:
     return threadpool_limits(1)
 
 
-@dataclass(frozen=True, slots=True)
-class _OnOneThread(Generic[_Job, _Done]):
+def _on_one_thread(work: Callable[[_Job], _Done], job: _Job) -> _Done:
     """Work as it is done here, on another machine."""
-
-    work: Callable[[_Job], _Done]
-
-    def __call__(self, job: _Job) -> _Done:
-        with one_thread():
-            return self.work(job)
+    with one_thread():
+        return work(job)
 
 
 @contextmanager
@@ -82,13 +77,12 @@ def shared(
     records = directory / "trials.jsonl"
     large = records.is_file() and records.stat().st_size >= LARGE
     if large and elsewhere is not None:
-        yield lambda work, jobs: list(elsewhere.map(_OnOneThread(work), list(jobs)))
-        return
-    if processes < 2 or not large:
+        yield lambda work, jobs: list(elsewhere.map(partial(_on_one_thread, work), list(jobs)))
+    elif large and processes > 1:
+        with _processes(processes - 1, preload) as each:
+            yield each
+    else:
         yield map
-        return
-    with _processes(processes - 1, preload) as each:
-        yield each
 
 
 @contextmanager

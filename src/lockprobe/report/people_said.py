@@ -6,8 +6,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from lockprobe.analysis.modalities import spoken
 from lockprobe.analysis.people import People
-from lockprobe.analysis.relative_steps import RelativeSteps, Steps
-from lockprobe.formatting import percent, share
+from lockprobe.analysis.relative_steps import RelativeSteps
+from lockprobe.formatting import interval, percent, share
 from lockprobe.people.progress import Flow
 
 __all__ = ["compared_said", "conditions_said", "flow_said", "limits_said", "opened_said", "steps_said"]
@@ -43,16 +43,16 @@ def opened_said(found: People) -> str:
     """How many boxes people opened over all conditions, and of their first ones."""
     every, first = found.success, found.first
     each = f"{found.fewest}" if found.fewest == found.most else f"{found.fewest} to {found.most}"
-    interval = f", 95 % interval {percent(every.low)} to {percent(every.high)}" if every.clusters > 1 else ""
-    opened = f"{every.count} of {every.n} boxes ({percent(every.value)}{interval})"
+    range_ = f", {interval(every.low, every.high)}" if every.clusters > 1 else ""
+    opened = f"{every.count} of {every.n} boxes ({percent(every.value)}{range_})"
     said = f"{_people(found.people)} opened {opened}, {each} each."
     if found.fewest < found.most:
         said += f" With every person counted alike it is {percent(found.alike)}; the interval holds both."
     if not first.n or found.most == 1:
         return said
     return (
-        f"{said} Of their first boxes, they opened {first.count} of {first.n} ({percent(first.value)}, 95 % interval "
-        f"{percent(first.low)} to {percent(first.high)}): people remember earlier boxes, models do not."
+        f"{said} Of their first boxes, they opened {first.count} of {first.n} ({percent(first.value)}, "
+        f"{interval(first.low, first.high)}): people remember earlier boxes, models do not."
     )
 
 
@@ -76,7 +76,10 @@ def steps_said(found: People) -> Iterator[str]:
         if over.steps.median is None:
             yield f"They opened fewer than half of the boxes{shown}, so there is no human median of steps."
         else:
-            yield f"Half of the boxes{shown} were open by step {_median(over.steps)}, the human median."
+            low, high = over.steps.low, over.steps.high
+            ends = f" (95 % interval {low} to {'beyond the budget' if high is None else high})"
+            ends = "" if low is None and high is None else ends
+            yield f"Half of the boxes{shown} were open by step {over.steps.median}{ends}, the human median."
 
 
 def compared_said(found: People, names: Mapping[tuple[str, str], str], where: Mapping[str, str]) -> Iterator[str]:
@@ -120,15 +123,11 @@ def _fit(names: Iterable[str]) -> bool:
 
 
 def _times(value: float, one: RelativeSteps) -> str:
-    return f"{value:.2f} times{_ends(one.low, one.high)}"
-
-
-def _ends(low: float | None, high: float | None) -> str:
-    if low is None and high is None:
-        return ""
-    if low is None or high is None:
-        return f" (95 % interval {f'up to {high:.2f}' if low is None else f'from {low:.2f} up'})"
-    return f" (95 % interval {low:.2f} to {high:.2f})"
+    low, high = one.low, one.high
+    ends = "" if low is None and high is None else f"from {low:.2f} up" if high is None else f"up to {high:.2f}"
+    if low is not None and high is not None:
+        ends = f"{low:.2f} to {high:.2f}"
+    return f"{value:.2f} times{f' (95 % interval {ends})' if ends else ''}"
 
 
 def limits_said(found: People) -> str:
@@ -144,13 +143,6 @@ def limits_said(found: People) -> str:
     if found.fewest < found.most:
         left += ", so a difference from people counts only if it holds by box and with every person counted alike"
     return f"{said}{several}{left}."
-
-
-def _median(steps: Steps) -> str:
-    if steps.low is None and steps.high is None:
-        return f"{steps.median}"
-    high = "beyond the budget" if steps.high is None else steps.high
-    return f"{steps.median} (95 % interval {steps.low} to {high})"
 
 
 def _people(number: int) -> str:

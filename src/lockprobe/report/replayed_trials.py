@@ -10,7 +10,6 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from functools import cache
 from typing import Literal
 
 import numpy as np
@@ -100,7 +99,8 @@ class Replay:
             self._kinds[spec] = kind_of(spec)
         found = ReplayedTrial(key=trial.key, kind=self._kinds[spec])
         try:
-            if _is_foreign(plan) or resolve_plant(plan.plant).is_attended():
+            foreign = [is_foreign("intervention", one) for one in plan.condition.specs]
+            if is_foreign("plant", plan.plant) or any(foreign) or resolve_plant(plan.plant).is_attended():
                 said = other_replies(trial, replies, parent) if found.kind == "hosted" else ""
                 return replace(found, unplayed=True, choices=said)
             if found.kind == "strategy" and spec not in self._strategies:
@@ -114,11 +114,6 @@ class Replay:
             return replace(found, luck=str(mistake))
 
 
-def _is_foreign(plan: Plan) -> bool:
-    """Whether a trial needs code of a user or of another package."""
-    return is_foreign("plant", plan.plant) or any(is_foreign("intervention", spec) for spec in plan.condition.specs)
-
-
 def is_foreign(kind: Literal["plant", "intervention"], spec: str) -> bool:
     """Whether a spec names code of a user or of another package."""
     return spec_kind(spec) == "python" or spec_name(spec) in plugin_names(kind)
@@ -130,7 +125,9 @@ def _compared(plan: Plan, trial: Trial, found: ReplayedTrial, agent: Agent) -> R
     if why and found.kind == "hosted" and not _has_our_prompt(trial.facts):
         why = f"{why}; its prompt is not that of this release, so verify it with its own"
     if isinstance(agent, _Recorded):
-        return replace(found, luck=why, choices=_impossible(trial, found.kind))
+        nobody = found.kind == "outside" and trial.error is not None and trial.error.boundary == "reply"
+        said = "people and clients are asked until they answer: none ends by a reply" if nobody else ""
+        return replace(found, luck=why, choices=said)
     recorded = _Recorded(trial)
     luck = _difference(trial, _played(plan, recorded, trial), recorded) if why else ""
     return replace(found, choices=why, luck=luck)
@@ -151,14 +148,10 @@ def _agent(trial: Trial, kind: AgentKind, book: CallBook) -> Agent:
 
 def _has_our_prompt(facts: Mapping[str, Fact]) -> bool:
     """Whether the words of the conversation are those of this release, which makes every request again."""
-    return all(facts.get(name) == said for name, said in _our_prompt().items())
-
-
-@cache
-def _our_prompt() -> Mapping[str, str]:
     from lockprobe.agents.prompt import chat_fingerprint, picture_fingerprint
 
-    return {"prompt": f"chat {chat_fingerprint()}", "picture_prompt": f"chat {picture_fingerprint()}"}
+    ours = {"prompt": f"chat {chat_fingerprint()}", "picture_prompt": f"chat {picture_fingerprint()}"}
+    return all(facts.get(name) == said for name, said in ours.items())
 
 
 class _Replies:
@@ -206,18 +199,16 @@ def _difference(trial: Trial, again: Trial, agent: Agent) -> str:
     for before, now in zip(trial.steps, again.steps, strict=False):
         if before != now:
             return f"step {before.step}, {', '.join(_changed(before, now))}"
-    compared = ["joints", "labels", "listing", "opening", "opening_pictures"]
-    whole = trial.error is None or not (trial.owed_again or isinstance(agent, _Recorded))
-    if isinstance(agent, _Recorded) and trial.error is not None and again.error is None:
+    recorded = isinstance(agent, _Recorded)
+    if recorded and trial.error is not None and again.error is None:
         return f"the steps end as {again.ending}, not as an error"
     if len(again.steps) < len(trial.steps):
         return f"step {len(again.steps) + 1}: {'' if again.error is None else again.error.message}"
-    compared += [name.name for name in fields(Trial) if name.name not in compared] if whole else []
-    return next((_said(name, trial, again) for name in compared if getattr(trial, name) != getattr(again, name)), "")
-
-
-def _said(name: str, trial: Trial, again: Trial) -> str:
-    return f"it ends as {again.ending}, not as {trial.ending}" if name == "ending" else name
+    compared = ["joints", "labels", "listing", "opening", "opening_pictures"]
+    if trial.error is None or not (trial.owed_again or recorded):
+        compared += [one.name for one in fields(Trial) if one.name not in compared]
+    other = next((name for name in compared if getattr(trial, name) != getattr(again, name)), "")
+    return f"it ends as {again.ending}, not as {trial.ending}" if other == "ending" else other
 
 
 def _changed(before: Step, now: Step) -> list[str]:
@@ -228,10 +219,3 @@ def _changed(before: Step, now: Step) -> list[str]:
         parts = [one.name for one in fields(Decision) if getattr(old, one.name) != getattr(new, one.name)]
         changed[changed.index("decision")] = f"decision ({', '.join(parts)})"
     return changed
-
-
-def _impossible(trial: Trial, kind: AgentKind) -> str:
-    """Why people and clients cannot have ended a trial by a reply; empty if nobody says that they did."""
-    if kind == "outside" and trial.error is not None and trial.error.boundary == "reply":
-        return "people and clients are asked until they answer: none ends by a reply"
-    return ""

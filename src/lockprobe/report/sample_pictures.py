@@ -9,7 +9,7 @@ from pathlib import Path
 from lockprobe.errors import BadFile, BadValue, Missing
 from lockprobe.pictures.picture import PICTURE_NAME, PictureKind
 from lockprobe.pictures.png import from_png, to_png
-from lockprobe.record import Step, Trial
+from lockprobe.record import Trial
 from lockprobe.rows import Fact, Results
 from lockprobe.studies.picture_store import read_picture
 
@@ -37,18 +37,15 @@ def seen_facts(trials: Sequence[Trial]) -> Iterator[Fact]:
     for modality, trial in first.items():
         yield Fact(about=f"{ABOUT}{modality}", name="trial", text=trial.key)
         first_move = next((step for step in trial.steps if step.moved), trial.steps[0])
-        after = [trial.steps[number - 1] for number in dict.fromkeys((1, first_move.step))]
         moments = [("before the first step", trial.opening, trial.opening_pictures)]
-        moments += [(_when(step), step.told, step.pictures) for step in after]
+        for step in trial.steps[:1] + (first_move,) * (first_move.step > 1):
+            when = f"after step {step.step}: {step.joint} {'moved' if step.moved else 'did not move'}"
+            moments.append((when, step.told, step.pictures))
         shown = [(when, told, files) for when, told, files in moments if any(kind in files for kind in KINDS)]
         for number, (when, told, files) in enumerate(shown, 1):
             facts = {"when": when, "told": told} | {kind: files[kind] for kind in KINDS if kind in files}
             for name, text in facts.items():
                 yield Fact(about=f"{ABOUT}{modality} {number}", name=name, text=text)
-
-
-def _when(step: Step) -> str:
-    return f"after step {step.step}: {step.joint} {'moved' if step.moved else 'did not move'}"
 
 
 def pictures_shown(found: Results) -> list[tuple[PictureKind, str]]:
@@ -64,11 +61,7 @@ def embedded(directory: Path, found: Results) -> dict[str, str]:
     """
     files = sorted(set(pictures_shown(found)))
     small = {name: _small(directory, name, kind) for kind, name in files if PICTURE_NAME.fullmatch(name)}
-    return {
-        name: "data:image/png;base64," + base64.b64encode(png).decode()
-        for name, png in small.items()
-        if png is not None
-    }
+    return {name: f"data:image/png;base64,{base64.b64encode(png).decode()}" for name, png in small.items() if png}
 
 
 def _small(directory: Path, name: str, kind: PictureKind) -> bytes | None:

@@ -27,23 +27,10 @@ _VERSION = 1
 """Version of the layout of :meth:`SuiteResults.plain`."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Level:
-    """One level of a suite.
-
-    Attributes:
-        box: Name of its box.
-        joints: Number of joints.
-        optimum: Fewest steps that open it.
-        chance: Success of a uniformly random agent within the budget, exact, [0, 1].
-        judged: Whether an ideal observer judges actions on it.
-    """
-
-    box: str
-    joints: int
-    optimum: int | None
-    chance: float
-    judged: bool
+Level = dict[str, Any]
+"""A level as JSON holds it: its ``box``, the number of ``joints``, the fewest steps that open it (``optimum``),
+``chance``, the exact success of a uniformly random agent within the budget, and whether it is ``judged``: whether an
+ideal observer judges actions on it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,21 +40,16 @@ class Entry:
     Attributes:
         agent: Its name, or its spec if it has none.
         modality: How the boxes were shown.
-        shown: The same in words, if it looks at pictures; else empty.
+        name: Its spec, and what it is shown in brackets if it looks at pictures.
         planned: Trials planned.
         scores: Its scores.
     """
 
     agent: str
     modality: str
-    shown: str
+    name: str
     planned: int
     scores: SuiteScore
-
-    @property
-    def name(self) -> str:
-        """Its spec, and what it is shown in brackets."""
-        return f"{self.agent} ({self.shown})" if self.shown else self.agent
 
     @property
     def partial(self) -> bool:
@@ -88,7 +70,7 @@ class SuiteResults:
     """
 
     suite: Suite
-    levels: tuple[Level, ...]
+    levels: Sequence[Level]
     entries: tuple[Entry, ...]
     records: dict[str, str]
     sections_left_out: tuple[LeftOutSection, ...] = ()
@@ -99,22 +81,18 @@ class SuiteResults:
             {"agent": one.agent, "modality": one.modality, "planned": one.planned, **asdict(one.scores)}
             for one in self.entries
         ]
-        found: dict[str, Any] = plain_json(
-            {
-                "suite": self.suite.name,
-                "version": _VERSION,
-                "lockprobe": version("lockprobe"),
-                "levels": [asdict(level) for level in self.levels],
-                "agents": entries,
-                "records": self.records,
-                **(
-                    {"sections_left_out": [one.plain() for one in missing]}
-                    if (missing := self.sections_left_out)
-                    else {}
-                ),
-            }
-        )
-        return found
+        found: dict[str, Any] = {
+            "suite": self.suite.name,
+            "version": _VERSION,
+            "lockprobe": version("lockprobe"),
+            "levels": self.levels,
+            "agents": entries,
+            "records": self.records,
+        }
+        if self.sections_left_out:
+            found["sections_left_out"] = [one.plain() for one in self.sections_left_out]
+        plain: dict[str, Any] = plain_json(found)
+        return plain
 
 
 def suite_results(directory: Path) -> SuiteResults:
@@ -125,7 +103,7 @@ def suite_results(directory: Path) -> SuiteResults:
     """
     suite = read_suite(directory)
     studies = {name: open_study(directory / name) for name in suite_directories(directory, suite)}
-    levels = tuple(_level(name, judged=name in suite.judged) for name in suite.boxes)
+    levels = [_level(name, judged=name in suite.judged) for name in suite.boxes]
     cells = dict.fromkeys(
         (agent, modality, name.removeprefix(study.study.box.name))
         for name, study in studies.items()
@@ -147,7 +125,7 @@ def suite_results(directory: Path) -> SuiteResults:
 def _level(name: str, *, judged: bool) -> Level:
     found = box(name)
     chance = random_success(found, paper.MAX_STEPS)
-    return Level(box=name, joints=len(found.joints), optimum=optimum(found), chance=chance, judged=judged)
+    return {"box": name, "joints": len(found.joints), "optimum": optimum(found), "chance": chance, "judged": judged}
 
 
 def _entries(
@@ -155,7 +133,7 @@ def _entries(
 ) -> list[Entry]:
     """Every agent with its scores, judged together with all that have trials at every level."""
     played = {
-        (agent, modality): _played(agent, modality, {level: studies.get(f"{level.box}{ending}") for level in levels})
+        (agent, modality): _played(agent, modality, [(one, studies.get(f"{one['box']}{ending}")) for one in levels])
         for agent, modality, ending in cells
     }
     told = {name: [outcomes(level.told) for level in own] for name, (own, _) in played.items()}
@@ -173,18 +151,19 @@ def _entries(
         if together > 1:
             scores = replace(scores, ranks=ranks.get((agent, modality)))
         planned = len(levels) * len(suite.p) * (suite.looks if pictures else suite.trials)
-        shown = spoken(modality) if pictures else ""
-        found.append(Entry(agent=agent, modality=modality, shown=shown, planned=planned, scores=scores))
+        name = f"{agent} ({spoken(modality)})" if pictures else agent
+        found.append(Entry(agent=agent, modality=modality, name=name, planned=planned, scores=scores))
     return found
 
 
-def _played(agent: str, modality: str, studies: Mapping[Level, OpenedStudy | None]) -> tuple[list[LevelTrials], bool]:
+def _played(
+    agent: str, modality: str, studies: Sequence[tuple[Level, OpenedStudy | None]]
+) -> tuple[list[LevelTrials], bool]:
     """The trials of an agent by level, and whether it was shown pictures."""
-    found, pictures = list[LevelTrials](), False
-    for level, opened in studies.items():
-        trials = () if opened is None else opened.trials
-        own = [one for one in trials if (one.group, one.modality) == (agent, modality)]
+    found = []
+    for level, opened in studies:
+        own = [one for one in (opened.trials if opened else ()) if (one.group, one.modality) == (agent, modality)]
         told, misled = ([one for one in own if bool(one.p) == false] for false in (False, True))
-        found.append(LevelTrials(box=level.box, chance=level.chance, told=told, misled=misled, judged=level.judged))
-        pictures = pictures or (opened is not None and opened.study.has_pictures)
-    return found, pictures
+        at = {name: level[name] for name in ("box", "chance", "judged")}
+        found.append(LevelTrials(told=told, misled=misled, **at))
+    return found, any(opened is not None and opened.study.has_pictures for _, opened in studies)

@@ -8,7 +8,7 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from lockprobe.analysis.suite_scores import Score, SuiteScore
+from lockprobe.analysis.suite_scores import Rational, Score, SuiteScore
 from lockprobe.errors import BadFile
 from lockprobe.formatting import NONE, bracketed, percent, share
 from lockprobe.prose.suite import ranks_said, suite_said
@@ -98,44 +98,40 @@ def score_table(found: SuiteResults) -> TextTable:
     rows = [["agent", "competence", "rank", "robustness", "misreading", "loops", "rationality", "trials"]]
     for one in found.entries:
         scores = one.scores
-        judged = scores.rationality
-        optimal = NONE if judged is None else share(judged.value, judged.low, judged.high)
+        optimal = _cell(scores.rationality, share)
+        if scores.rationality:
+            optimal += f", chance {percent(scores.rationality.chance)}"
         trials = f"{scores.trials} of {one.planned}" if one.partial or scores.broken else str(scores.trials)
         rows.append(
             [
                 one.name,
-                _share(scores.competence),
+                _cell(scores.competence, share),
                 ranks_said(scores) or NONE,
-                _points(scores.robustness),
-                _share(scores.misreading),
-                _points(scores.loops),
-                optimal if judged is None else f"{optimal}, chance {percent(judged.chance)}",
+                _cell(scores.robustness, bracketed),
+                _cell(scores.misreading, share),
+                _cell(scores.loops, bracketed),
+                optimal,
                 trials,
             ]
         )
     return rows
 
 
-def _share(found: Score | None) -> str:
-    return NONE if found is None else share(found.value, found.low, found.high)
-
-
-def _points(found: Score | None) -> str:
-    return NONE if found is None else bracketed(found.value, found.low, found.high)
+def _cell(found: Score | Rational | None, form: Callable[[float, float, float], str]) -> str:
+    return NONE if found is None else form(found.value, found.low, found.high)
 
 
 def level_table(found: SuiteResults) -> TextTable:
     """Success of every agent at every level, with true and with false reports."""
-    rows = [["agent", "reports", *(level.box for level in found.levels)]]
+    rows = [["agent", "reports", *(level["box"] for level in found.levels)]]
     for one in found.entries:
-        for name, shares in (
-            ("true", [level.told for level in one.scores.levels]),
-            ("false at 0.4", [level.misled for level in one.scores.levels]),
-        ):
-            rows.append([one.name, name, *(share_cell(share) for share in shares)])
+        levels = one.scores.levels
+        rows.append([one.name, "true", *(share_cell(level.told) for level in levels)])
+        rows.append([one.name, "false at 0.4", *(share_cell(level.misled) for level in levels)])
     return rows
 
 
 def _box_table(found: SuiteResults) -> TextTable:
     head = ["box", "joints", "fewest steps", "solved by chance"]
-    return [head, *([one.box, str(one.joints), str(one.optimum), percent(one.chance, 1)] for one in found.levels)]
+    numbers = [(one["box"], str(one["joints"]), str(one["optimum"]), percent(one["chance"], 1)) for one in found.levels]
+    return [head, *map(list, numbers)]

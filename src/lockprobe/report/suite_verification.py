@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from lockprobe.errors import LockprobeError
-from lockprobe.report.check import Check
+from lockprobe.report.check import Check, check_of
 from lockprobe.report.checked_report import check_file, check_page
 from lockprobe.report.suite import suite_results
 from lockprobe.report.suite_page import PAGE, suite_page
@@ -49,7 +49,8 @@ def verify_suite(
         for name in names
         for check in verify(directory / name, processes=processes, tell=tell)
     )
-    definition = _definition(directory, suite, names)
+    wrong = list(_unlike(directory, suite, names))
+    definition = check_of("suite", wrong, f"the studies are those of {suite.name}", "faults in the studies")
     return (definition, *_of_hashes(directory, suite, settings, results), *studies, *_scores(directory))
 
 
@@ -76,19 +77,12 @@ def _scores(directory: Path) -> Iterator[Check]:
         yield Check(name="scores", holds=False, said=str(error))
         return
     yield check_file("scores", directory / SCORES, found.plain())
-    path = directory / PAGE
-    if path.exists():
-        yield check_page("page", path, page)
-
-
-def _definition(directory: Path, suite: Suite, names: list[str]) -> Check:
-    """Whether the studies are those of the suite, with the same agents at every level."""
-    wrong = tuple(_unlike(directory, suite, names))
-    said = f"{len(wrong)} faults in the studies" if wrong else f"the studies are those of {suite.name}"
-    return Check(name="suite", holds=not wrong, said=said, failed=wrong)
+    if (directory / PAGE).exists():
+        yield check_page("page", directory / PAGE, page)
 
 
 def _unlike(directory: Path, suite: Suite, names: list[str]) -> Iterator[str]:
+    """Studies that are not those of the suite, or have other agents than those of other levels."""
     if not names:
         yield "there is no study"
     agents: dict[str, set[str]] = {}

@@ -22,8 +22,7 @@ from lockprobe.people.step_times import times_of_steps
 from lockprobe.pictures.picture import Picture
 from lockprobe.plan import Plan
 from lockprobe.plugins import no_foreign_code
-from lockprobe.record import Trial
-from lockprobe.report.check import Check, check_of
+from lockprobe.report.check import Check, also, check_of
 from lockprobe.report.checked_attempts import attempts_check
 from lockprobe.report.checked_forks import fork_checks
 from lockprobe.report.checked_replies import CallEvidence, agent_check, replies_check
@@ -75,36 +74,42 @@ def verify(
         The checks in order. After settings or records that cannot be read there are no others.
     """
     with no_foreign_code():
-        return _checks(Path(directory), settings, results, processes, tell)
+        try:
+            opened = open_study(Path(directory))
+            checks = list(_of_records(opened, settings, results, tell))
+        except LockprobeError as error:
+            return (Check(name="records", holds=False, said=str(error)),)
+        return (*checks, *report_checks(opened, processes=processes))
 
 
-def _checks(
-    directory: Path, settings: str | None, results: str | None, processes: int, tell: Callable[[int, int], None]
-) -> tuple[Check, ...]:
-    try:
-        opened = open_study(directory)
-        times_of_steps(opened.study, opened.trials, opened.diaries, directory)  # diaries and records agree
-        evidence = CallEvidence.of(directory)
-        checks = [_records(opened, evidence), _settings(opened), _complete(opened)]
-        checks += _of_hashes(opened, settings, results)
-        again = tuple(_by_words(opened, evidence, _replayed(opened, evidence, tell)))
-        checks[0] = _with_logs(checks[0], sum(one.from_log for one in again))
-        checks += [_luck(again), _choices(again), agent_check(opened.trials)]
-        there = {trial.key for trial in opened.trials if not trial.owed_again}
-        owed = {key: plan for key, plan in _planned(opened).items() if key not in there}
-        found = [
-            replies_check(directory, opened.trials, evidence, again, owed),
-            attempts_check(opened),
-            *fork_checks(opened, evidence),
-            _pictures(opened),
-        ]
-    except LockprobeError as error:
-        return (Check(name="records", holds=False, said=str(error)),)
-    return (*checks, *filter(None, found), *report_checks(opened, processes=processes))
+def _of_records(
+    opened: OpenedStudy, settings: str | None, results: str | None, tell: Callable[[int, int], None]
+) -> Iterator[Check]:
+    """The checks of all but the report."""
+    times_of_steps(opened.study, opened.trials, opened.diaries, opened.directory)  # diaries and records agree
+    evidence = CallEvidence.of(opened.directory)
+    again = tuple(_replayed(opened, evidence, tell))
+    there = {trial.key for trial in opened.trials if not trial.owed_again}
+    planned = (plan for agent in opened.study.run_agents for plan in opened.study.plans(agent))
+    owed = {plan.key: plan for plan in planned if plan.key not in there}
+    yield _records(opened, evidence, sum(one.from_log for one in again))
+    yield _settings(opened)
+    yield _complete(opened, owed)
+    yield from _of_hashes(opened, settings, results)
+    yield _luck(again)
+    yield _choices(again)
+    yield agent_check(opened.trials)
+    yield from replies_check(opened.directory, opened.trials, evidence, again, owed)
+    yield from attempts_check(opened)
+    yield from fork_checks(opened, evidence)
+    yield from _pictures(opened)
 
 
-def _records(opened: OpenedStudy, evidence: CallEvidence) -> Check:
-    """Whether every line has its checksum and no trial has two records; how many trials ended as an error."""
+def _records(opened: OpenedStudy, evidence: CallEvidence, from_logs: int) -> Check:
+    """Whether every line has its checksum and no trial has two records; how many trials ended as an error.
+
+    It says how many trials came from an Inspect log and have no calls, as anybody can claim that of a trial.
+    """
     directory, lines = opened.directory, 0
     logs = [*(directory / name for name in _LOGS), *(directory / FORKS / name for name in _LOGS)]
     failed = list[str]()
@@ -120,8 +125,13 @@ def _records(opened: OpenedStudy, evidence: CallEvidence) -> Check:
     broken = Counter(trial.error.boundary for trial in opened.trials if trial.error is not None)
     where = f" ({', '.join(f'{name} {broken[name]}' for name in sorted(broken))})" if broken else ""
     ended = f"{broken.total()} of {len(opened.trials)} trials ended as an error{where}"
-    holds = f"{lines} lines and {len(evidence.calls)} calls, unchanged; {ended}"
-    return check_of("records", failed, holds, f"lines with a wrong checksum or of a second record; {ended}")
+    unchecked = (
+        f"; replies of {from_logs} trials are not checked: they came from an Inspect log, which has no calls"
+        if from_logs
+        else ""
+    )
+    holds = f"{lines} lines and {len(evidence.calls)} calls, unchanged; {ended}{unchecked}"
+    return check_of("records", failed, holds, f"lines with a wrong checksum or of a second record; {ended}{unchecked}")
 
 
 def _settings(opened: OpenedStudy) -> Check:
@@ -155,31 +165,17 @@ def _doses_of(spec: str, recorded: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(getattr(made, "doses", ()))
 
 
-def _planned(opened: OpenedStudy) -> dict[str, Plan]:
-    """All trials of agents that are run, by key."""
-    return {plan.key: plan for agent in opened.study.run_agents for plan in opened.study.plans(agent)}
-
-
-def _complete(opened: OpenedStudy) -> Check:
+def _complete(opened: OpenedStudy, owed: Mapping[str, Plan]) -> Check:
     """Whether every planned trial of agents is there, and every trial that was timed; participants owe none."""
-    there = {trial.key for trial in opened.trials if not trial.owed_again}
-    missing = [
-        plan.key for agent in opened.study.run_agents for plan in opened.study.plans(agent) if plan.key not in there
-    ]
-    on_record = {trial.key for trial in opened.trials}
-    timed = [] if opened.foreign or opened.journal.foreign else _timed(opened, {*on_record, *missing})
-    said = f"{len(missing)} planned trials are missing" if missing else "every planned trial is there"
+    known = {*owed, *(trial.key for trial in opened.trials)}
+    others = opened.foreign or opened.journal.foreign
+    timed = [] if others else [one.key for one in read_timings(opened.directory) if one.key not in known]
+    said = f"{len(owed)} planned trials are missing" if owed else "every planned trial is there"
     if opened.study.invited:
         played = sum(bool(trial.player) for trial in opened.trials)
         said += f"; of people {played} of {opened.study.invited}, who owe none"
-    if timed:
-        said += f"; {len(timed)} trials in timings.jsonl are not on record"
-    return Check(name="complete", holds=not (missing or timed), said=said, failed=(*missing, *timed))
-
-
-def _timed(opened: OpenedStudy, known: set[str]) -> list[str]:
-    """Trials with a clock reading that are neither on record nor owed."""
-    return [timing.key for timing in read_timings(opened.directory) if timing.key not in known]
+    said += also(len(timed), "trials in timings.jsonl are not on record")
+    return Check(name="complete", holds=not (owed or timed), said=said, failed=(*owed, *timed))
 
 
 def _of_hashes(opened: OpenedStudy, settings: str | None, results: str | None) -> Iterator[Check]:
@@ -217,35 +213,19 @@ def hash_check(what: str, given: str, found: str) -> Check:
 
 
 def _replayed(opened: OpenedStudy, evidence: CallEvidence, tell: Callable[[int, int], None]) -> Iterator[ReplayedTrial]:
-    """Every trial, played again."""
-    by_key, replay = {trial.key: trial for trial in opened.trials}, Replay()
-    for done, trial in enumerate(opened.trials, 1):
-        yield replay(_plan(opened, trial, by_key), trial, evidence.kept.get(trial.key, ()))
-        tell(done, len(opened.trials))
-
-
-def _by_words(opened: OpenedStudy, evidence: CallEvidence, again: Iterator[ReplayedTrial]) -> Iterator[ReplayedTrial]:
-    """The same; trials of models that came from an Inspect log, which has no calls, are held by their words alone."""
+    """Every trial, played again; one of a model that came from an Inspect log, without calls, is held by its words."""
+    by_key, replay, study = {trial.key: trial for trial in opened.trials}, Replay(), opened.study
     logged = {timing.key for timing in read_timings(opened.directory) if timing.from_log}
     logged -= {call.key for call in (*evidence.calls, *evidence.asked)}
-    for one, trial in zip(again, opened.trials, strict=True):
-        of_log = one.kind == "hosted" and one.key in logged
-        yield replace(one, from_log=True, choices=other_words(trial)) if of_log else one
-
-
-def _with_logs(check: Check, number: int) -> Check:
-    """The first check, which says how many trials have no calls, as anybody can claim it of a trial."""
-    said = (
-        f"{check.said}; replies of {number} trials are not checked: they came from an Inspect log, which has no calls"
-    )
-    return replace(check, said=said) if number else check
-
-
-def _plan(opened: OpenedStudy, trial: Trial, trials: Mapping[str, Trial]) -> Plan:
-    condition = opened.study.condition_of(trial)
-    assert condition is not None  # only trials that the settings ask for are opened
-    plan = opened.study.plan(trial.agent, condition, trial.repetition, trial.trial)
-    return bound(plan, opened.study, trials) or plan
+    for done, trial in enumerate(opened.trials, 1):
+        condition = study.condition_of(trial)
+        assert condition is not None  # only trials that the settings ask for are opened
+        plan = study.plan(trial.agent, condition, trial.repetition, trial.trial)
+        one = replay(bound(plan, study, by_key) or plan, trial, evidence.kept.get(trial.key, ()))
+        if one.kind == "hosted" and one.key in logged:
+            one = replace(one, from_log=True, choices=other_words(trial))
+        yield one
+        tell(done, len(opened.trials))
 
 
 def _luck(again: Sequence[ReplayedTrial]) -> Check:
@@ -253,8 +233,7 @@ def _luck(again: Sequence[ReplayedTrial]) -> Check:
     failed = [f"{one.key}: {one.luck}" for one in again if one.luck]
     left = sum(one.unplayed for one in again)
     follow = "follow from their choices, the box and the seed"
-    rest = f"; {left} more need {UNPLAYED}, and are not played" if left else ""
-    holds = f"all {len(again) - left} trials {follow}{rest}"
+    holds = f"all {len(again) - left} trials {follow}{also(left, f'more need {UNPLAYED}, and are not played')}"
     return check_of("luck", failed, holds, "trials do not follow from their choices, the box and the seed")
 
 
@@ -263,24 +242,25 @@ def _choices(again: Sequence[ReplayedTrial]) -> Check:
     counts = Counter(one.kind for one in again if not one.unplayed or one.kind == "own")
     unasked = sum(one.unplayed and one.kind in ("strategy", "local") for one in again)
     failed = [f"{one.key}: {one.choices}" for one in again if one.choices and one.kind != "hosted"]
-    said = [f"{counts['strategy']} trials of strategies are the same when they are asked again"]
-    if counts["local"]:
-        said.append(f"those of {counts['local']} trials of local models follow from their recorded probabilities")
-    if unasked:
-        said.append(f"{unasked} more of both are not asked, since they are not played")
-    if counts["own"]:
-        said.append(f"those of {counts['own']} trials of your own agents cannot be recomputed")
-    return check_of("choices", failed, "; ".join(said), "trials differ from what their agents choose")
+    local = f"those of {counts['local']} trials of local models follow from their recorded probabilities"
+    own = f"those of {counts['own']} trials of your own agents cannot be recomputed"
+    said = [
+        f"{counts['strategy']} trials of strategies are the same when they are asked again",
+        local * bool(counts["local"]),
+        f"{unasked} more of both are not asked, since they are not played" * bool(unasked),
+        own * bool(counts["own"]),
+    ]
+    return check_of("choices", failed, "; ".join(filter(None, said)), "trials differ from what their agents choose")
 
 
-def _pictures(opened: OpenedStudy) -> Check | None:
-    """Whether every picture that is there is the one of its name; None without pictures."""
+def _pictures(opened: OpenedStudy) -> Iterator[Check]:
+    """Whether every picture that is there is the one of its name; nothing without pictures."""
     names = sorted({name for trial in opened.trials for name in trial.picture_names})
     if not names:
-        return None
+        return
     album = opened.directory / ALBUM
     there = [name for name in names if (album / name).is_file()]
     failed = [name for name in there if Picture(kind="rgb", png=read_input(album / name)).name != name]
-    missing = f"; {len(names) - len(there)} are not there" if len(there) < len(names) else ""
+    missing = also(len(names) - len(there), "are not there")
     holds = f"{len(there)} pictures are those that the records name{missing}"
-    return check_of("pictures", failed, holds, "pictures are not those that the records name")
+    yield check_of("pictures", failed, holds, "pictures are not those that the records name")

@@ -41,7 +41,7 @@ def test_a_study_of_many_agents_begins_with_who_rises_and_who_falls(tmp_path):
     )
     (courses,) = found.said("findings", "courses")
     assert courses == (
-        f"Success compared with a flip rate of 0: {said}. Tests are corrected for 3 agents and, apart, for 1 baseline "
+        f"Success compared with flip rate 0: {said}. Tests are corrected for 3 agents and, apart, for 1 baseline "
         "(Bonferroni)."
     )
     part = plain(part_of(found))

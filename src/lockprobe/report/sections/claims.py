@@ -29,31 +29,23 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     """The verdicts; a claim about several modalities names none. The words of the paper ship with the package."""
     modalities = {one.name: (one.agent, one.modality) for one in numbers.flips.agents}
     not_judged = numbers.not_judged
-    for row in claim_rows(numbers.flips):
-        if not row.agent:
+    for claim, name, (here, verdict, test, p_value) in claim_rows(numbers.flips):
+        if not name:
             continue
-        agent, modality = modalities.get(row.agent, (row.agent, ""))
-        name = row.claim.name
+        agent, modality = modalities.get(name, (name, ""))
         yield Estimate(
             quantity="claim",
             agent=agent,
             modality=modality,
-            of=name,
+            of=claim.name,
             unit="verdict",
-            p_value=row.p_value,
-            test=not_judged or row.test,
-            note=NOT_JUDGED if not_judged else row.verdict,
+            p_value=p_value,
+            test=not_judged or test,
+            note=NOT_JUDGED if not_judged else verdict,
         )
         # a number in words, which stays where nobody is judged
-        yield Finding(
-            section="claims",
-            kind=name,
-            agent=agent,
-            modality=modality,
-            text=row.here,
-            rests_on=("claim",),
-            judges=False,
-        )
+        of = {"section": "claims", "kind": claim.name, "agent": agent, "modality": modality}
+        yield Finding(**of, text=here, rests_on=("claim",), judges=False)
 
 
 def _measured(found: Results) -> Iterator[tuple[PaperClaim, list[Estimate]]]:

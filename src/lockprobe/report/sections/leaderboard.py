@@ -11,7 +11,7 @@ from lockprobe.agents.llm.model_facts import Price
 from lockprobe.analysis.agent_comparison.leaderboard_row import Standing
 from lockprobe.analysis.axis import FLIPS
 from lockprobe.formatting import NONE, bracketed, percent
-from lockprobe.report.costs import Money, money, price_facts, price_of
+from lockprobe.report.costs import cost_rows, price_asked, price_facts, price_of
 from lockprobe.report.format import EVERY, TextTable
 from lockprobe.report.section import Block, Cells, Folded, Note, Section, Table
 from lockprobe.report.study_numbers import StudyNumbers, share_rows
@@ -29,15 +29,14 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
         own = [trial for trial in trials if (trial.group, trial.modality) == (one.agent, one.modality)]
         over_all = {"agent": one.agent, "modality": one.modality, "axis": FLIPS.name}
         yield from _standing(one, over_all)
-        yield from _spent(money(own, known), over_all)
+        yield from cost_rows(own, over_all, known)
     for cell in numbers.cells:
         place = {"agent": cell.agent, "modality": cell.modality, "condition": cell.condition}
-        spent = money(cell.trials, known)
-        yield from _spent(spent, {**place, "doses": cell.doses})
-        if spent.price:
-            prices[cell.agent] = spent.price
-    for agent, price in prices.items():
-        yield from price_facts(agent, price)
+        yield from cost_rows(cell.trials, {**place, "doses": cell.doses}, known)
+        if price := price_asked(cell.trials, known):
+            prices[cell.agent] = price
+    for agent, asked in prices.items():
+        yield from price_facts(agent, asked)
 
 
 def _standing(one: Standing, of: dict[str, Any]) -> Iterator[Estimate]:
@@ -58,25 +57,6 @@ def _standing(one: Standing, of: dict[str, Any]) -> Iterator[Estimate]:
     yield from share_rows("misread", one.misread, **of)
     if one.not_asked:
         yield Estimate(quantity="trials_not_asked", **of, unit="trials", value=one.not_asked)
-
-
-def _spent(found: Money, of: dict[str, Any]) -> Iterator[Estimate]:
-    """Replies, tokens and dollars, and which models replied."""
-    if found.calls is not None:
-        yield Estimate(quantity="calls", **of, unit="calls", value=found.calls)
-        yield Estimate(quantity="calls", **of, of="uncounted", unit="calls", value=found.uncounted)
-    if usage := found.usage:
-        tokens = {"input": usage.input_tokens, "output": usage.output_tokens, "reasoning": usage.reasoning_tokens}
-        for kind, many in tokens.items():
-            yield Estimate(quantity="tokens", **of, of=kind, unit="tokens", value=many)
-        if usage.input_tokens:
-            cached, n = usage.cached_tokens, usage.input_tokens
-            yield Estimate(quantity="cached_share", **of, value=cached / n, count=cached, n=n)
-    for part, amount in (("", found.dollars), ("per solved trial", found.per_solved)):
-        if amount is not None:
-            yield Estimate(quantity="cost", **of, of=part, unit="US$", value=amount)
-    for model, decisions in found.served:
-        yield Estimate(quantity="answers", **of, of=model, unit="decisions", value=decisions)
 
 
 _HEAD = ["trials", "success", "80 % by step", "relative area", "loops above chance", "misread"]

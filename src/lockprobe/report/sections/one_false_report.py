@@ -10,7 +10,7 @@ from markupsafe import Markup
 from lockprobe.analysis.axis import FLIPS
 from lockprobe.analysis.excursion import Among, Excursion, Outcome, decision_points, excursions
 from lockprobe.formatting import bracketed, first_three, p_cell
-from lockprobe.prose.excursion import among_said, excursion_said, outcome_said
+from lockprobe.prose.excursion import AMONG, OUTCOMES, excursion_said
 from lockprobe.prose.subject import Subject, subject_of
 from lockprobe.record import Trial
 from lockprobe.report.format import TextTable
@@ -92,7 +92,7 @@ def _effect(one: Excursion, agents: int, own: dict[str, Any]) -> Iterator[Estima
 def _words(of: str) -> tuple[str, str]:
     """An outcome and the reports that are meant, in words."""
     outcome, among = of.split(", ")
-    return outcome_said(cast("Outcome", outcome)), among_said(cast("Among", among))
+    return OUTCOMES[cast("Outcome", outcome)], AMONG[cast("Among", among)]
 
 
 def _table(found: Results) -> TextTable:

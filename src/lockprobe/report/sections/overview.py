@@ -14,7 +14,7 @@ from lockprobe.analysis.published import PEAK
 from lockprobe.analysis.reference import Reference
 from lockprobe.analysis.summary import AgentSummary, StudySummary
 from lockprobe.analysis.why import Why
-from lockprobe.formatting import NONE, bracketed, percent, share
+from lockprobe.formatting import NONE, bracketed, listed, percent, share
 from lockprobe.interventions.catalogue import TRUTH
 from lockprobe.prose.doses import at_dose, cause
 from lockprobe.prose.idle import idle_doses_said, idle_said, unheeded_said
@@ -161,7 +161,7 @@ def _of_flips(summary: StudySummary, study: Study) -> _Screen:
     if modal:
         question = f"Does what agents see change how they open {box}?"
         seeing = [one for one in summary.modalities if one.agent in {agent.agent for agent in subjects}]
-        answer = " ".join(modality_answer(one, summary) for one in seeing[:1])
+        answer = " ".join(modality_answer(one) for one in seeing[:1])
     elif several:
         question = f"Do false reports change how agents open {box}?"
     return _Screen(
@@ -240,9 +240,7 @@ def _asked(axes: Sequence[StudySummary], found: ConditionStudySummary, study: St
     if not causes:
         return f"How do {len(study.conditions)} conditions affect success on {study.box.name}?"
     causes += [f"{len(rest)} other condition{'s' * (len(rest) > 1)}"] * bool(rest)
-    *most, last = causes
-    listed = f"{', '.join(most)} and {last}" if most else last
-    return f"Do {listed} change how agents open {study.box.name}?"
+    return f"Do {listed(causes)} change how agents open {study.box.name}?"
 
 
 def _of_why(found: ConditionStudySummary, study: Study) -> _Screen:

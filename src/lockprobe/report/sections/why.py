@@ -10,7 +10,7 @@ from markupsafe import Markup
 from lockprobe.analysis.agent_comparison.paired import BlockMean
 from lockprobe.analysis.why import Why
 from lockprobe.formatting import p_cell
-from lockprobe.prose.why import arm_said, why_said
+from lockprobe.prose.why import ARMS, why_said
 from lockprobe.record import Trial
 from lockprobe.report.examples import exhibit
 from lockprobe.report.format import TextTable
@@ -127,7 +127,7 @@ def _arm_table(found: Results) -> TextTable:
         own = {"agent": row.agent, "modality": row.modality, "condition": row.condition}
         change = found.get("success_difference", **own, of=row.of, family=_ARMS)
         size = [points_cell(change), p_cell(change.p_value if change else None)]
-        table.append([row.agent, row.of, arm_said(row.of), f"{row.count}/{row.n}", share_of_row(row), *size])
+        table.append([row.agent, row.of, ARMS[row.of], f"{row.count}/{row.n}", share_of_row(row), *size])
     return table if len(table) > 1 else []
 
 
