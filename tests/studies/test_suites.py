@@ -31,12 +31,12 @@ def test_it_never_changes():
 
 
 PUBLISHED = {
-    "fork": "f248d16b2570",
-    "chain-4": "57f59bb8671d",
-    "reset": "2ccfe2169640",
-    "gray-code-4": "feae5b192667",
-    "fork-pictures": "c7f1e515fa23",
-    "gray-code-4-pictures": "68b324ce5ad5",
+    "fork": "e081a0f2beda",
+    "chain-4": "087718892b81",
+    "reset": "36c448af7cf7",
+    "gray-code-4": "950026ce9a7c",
+    "fork-pictures": "a85483119f13",
+    "gray-code-4-pictures": "e60afecb6fa4",
 }
 
 
