@@ -317,7 +317,7 @@ def _with_controls(found: Sequence[_Asked], modalities: Sequence[str]) -> tuple[
         [
             *(shown(one, modality) for modality in modalities for one in everywhere),
             *(shown(controls[0], modality_doses(one.modality)[0]) for one in own),
-            *own,
+            *(one for one in own if one.name or not one.does_nothing or modality_doses(one.modality)[1]),
         ]
     )
     _check_names(planned)
