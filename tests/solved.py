@@ -14,7 +14,7 @@ def study(solved, p=None):
     i, r, t = np.indices(solved.shape).reshape(3, -1)
     p = np.arange(len(solved)) / max(10, len(solved)) if p is None else np.asarray(p)
     return Outcomes(
-        p=p[i],
+        dose=p[i],
         repetition=r + 1,
         trial=t + 1,
         length=np.full(i.size, 20),

@@ -36,7 +36,7 @@ def test_trials_that_broke_are_in_no_number_but_the_errors():
 def test_the_condition_farthest_from_the_lowest_p_is_chosen_in_either_direction():
     solved = {0.0: 8, 0.2: 10, 0.4: 1}
     found = held(*(trials_at(p, [i < count for i in range(12)]) for p, count in solved.items()))
-    assert (found.baseline.p, found.other.p, found.choices) == (0.0, 0.4, 2)
+    assert (found.baseline.dose, found.other.dose, found.choices) == (0.0, 0.4, 2)
     assert (found.difference.value, found.difference.pairs.value) == pytest.approx((-7 / 12, -7 / 12))
     assert found.farthest
     assert found.whole

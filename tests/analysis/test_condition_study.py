@@ -86,7 +86,7 @@ def test_agents_that_differ_in_one_number_are_a_series_under_the_control():
     (agent,) = summary.agents
     for name, at in zip(series.doses, agent.conditions, strict=True):
         own = solved(played, name, "truth")
-        assert (at.p, at.success.n, at.success.count) == (series.doses[name], 4, sum(own))
+        assert (at.dose, at.success.n, at.success.count) == (series.doses[name], 4, sum(own))
 
 
 def test_effects_of_several_agents_are_one_family_and_baselines_another():

@@ -44,7 +44,7 @@ def test_what_is_played_out_is_what_the_box_does():
     found = actions_of(trials, CHAIN)
     joints = np.array([[*row, *[row[-1]] * (20 - len(row))] for row in found.joints])
     again, truly = played_out(joints, found.p, CHAIN), outcomes(trials)
-    for name in ("p", "length", "solved", "onset"):
+    for name in ("dose", "length", "solved", "onset"):
         assert getattr(again, name).tolist() == getattr(truly, name).tolist()
 
 
@@ -63,7 +63,7 @@ def test_each_p_has_habits_of_its_own_and_its_share_of_trials():
     twin = blind_trials(actions_of(rows, CHAIN), CHAIN, np.random.default_rng(0))
     assert twin is not None
     assert len(twin) >= habit_baseline.SIMULATED
-    assert np.mean(twin.p == 0.0) == pytest.approx(0.25)
+    assert np.mean(twin.dose == 0.0) == pytest.approx(0.25)
     assert not twin.solved.any()
 
 

@@ -84,7 +84,7 @@ def test_a_dose_that_never_acted_is_in_no_test_of_its_series():
     ((series, over),) = found.series
     assert series.axis.name == "tremble p"
     (agent,) = over.agents
-    assert [one.p for one in agent.inference.difference.at] == [0.2, 0.4]
+    assert [one.dose for one in agent.inference.difference.at] == [0.2, 0.4]
     (doses,) = found.on_axes
     assert (doses.axis, [one.condition for one in doses.effects]) == ("tremble p", ["tremble?p=0.2", "tremble?p=0.4"])
     assert found.effects == ()
@@ -106,8 +106,8 @@ def test_the_control_is_meant_to_change_nothing():
 def test_a_flip_rate_at_which_no_report_was_false_is_compared_with_nothing():
     trials = [trial for p in (0.0, 0.0001, 0.4) for trial in play_trials("human-inspired", 12, p=p)]
     (agent,) = summarise(trials, CHAIN).agents
-    assert [one.p for one in agent.idle] == [0.0001]
-    assert [one.p for one in agent.inference.difference.at] == [0.4]
+    assert [one.dose for one in agent.idle] == [0.0001]
+    assert [one.dose for one in agent.inference.difference.at] == [0.4]
     (alone,) = summarise([trial for trial in trials if trial.p < 0.4], CHAIN).agents
     assert alone.contrast is None
 

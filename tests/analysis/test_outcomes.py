@@ -13,7 +13,7 @@ def test_columns_are_the_records():
     assert found.length.tolist() == [len(trial.steps) for trial in trials]
     assert found.solved.tolist() == [trial.solved for trial in trials]
     assert found.looped.tolist() == [has_loop(trial) for trial in trials]
-    assert list(zip(found.p, found.repetition, found.trial, strict=True)) == [
+    assert list(zip(found.dose, found.repetition, found.trial, strict=True)) == [
         (trial.p, trial.repetition, trial.trial) for trial in trials
     ]
 
@@ -41,10 +41,10 @@ def test_pairs_are_trials_that_both_have():
 def test_points_pool_repetitions_or_keep_them_apart():
     found = outcomes(play_study(small_study()))
     apart, pooled = points(found), points(found, by_repetition=False)
-    assert [(point.p, point.repetition) for point in apart] == [(p, r) for p in (0.0, 0.3, 0.6) for r in (1, 2)]
-    assert [point.p for point in pooled] == [0.0, 0.3, 0.6]
+    assert [(point.dose, point.repetition) for point in apart] == [(p, r) for p in (0.0, 0.3, 0.6) for r in (1, 2)]
+    assert [point.dose for point in pooled] == [0.0, 0.3, 0.6]
     for point in pooled:
-        parts = [part for part in apart if part.p == point.p]
+        parts = [part for part in apart if part.dose == point.dose]
         assert sum(part.n for part in parts) == point.n
         assert np.isclose(sum(part.n * part.success for part in parts) / point.n, point.success)
         assert np.isclose(sum(part.n * part.loop_rate for part in parts) / point.n, point.loop_rate)

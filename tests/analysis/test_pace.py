@@ -24,7 +24,7 @@ def test_the_faster_agent_is_found_whichever_comes_first():
     assert found.hazard_ratio * turned.hazard_ratio == pytest.approx(1)
     assert found.p_value == pytest.approx(turned.p_value)
     assert max(found.p_value, found.independent, found.gehan) < 0.01
-    assert (found.first[0], found.second[0], found.p) == ("random", "human-inspired", 0.0)
+    assert (found.first[0], found.second[0], found.dose) == ("random", "human-inspired", 0.0)
 
 
 def test_an_agent_is_as_fast_as_itself():

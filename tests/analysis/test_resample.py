@@ -70,11 +70,11 @@ def test_the_band_of_the_papers_design_covers_about_as_often_as_it_says(monkeypa
     for _ in range(60):
         solved = rng.random((7, 3, 10)) < 0.5
         points = [
-            Point(p=P7[i], repetition=r + 1, n=10, success=float(solved[i, r].mean()), loop_rate=0.0)
+            Point(dose=P7[i], repetition=r + 1, n=10, success=float(solved[i, r].mean()), loop_rate=0.0)
             for i in range(7)
             for r in range(3)
         ]
         quadratic = trend_fit(points, "success", resample(study(solved), rng).success).quadratic
-        middle = len(quadratic.p) // 2
+        middle = len(quadratic.dose) // 2
         held.append(quadratic.low[middle] <= 0.5 <= quadratic.high[middle])
     assert np.mean(held) > 0.95 - 4 * np.sqrt(0.95 * 0.05 / 60)

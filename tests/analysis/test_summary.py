@@ -38,7 +38,7 @@ def test_counts_by_hand():
     broken = make_trial([0], agent=AGENT, p=0.4, trial=99, broken="model")
     summary = summarise([*condition(0.0, 7, 30), *condition(0.4, 20, 30), broken])
     first, second = summary.conditions
-    assert (first.key, first.p, first.success.count, first.success.n) == ("flips/llm:local/truth", 0.0, 7, 30)
+    assert (first.key, first.dose, first.success.count, first.success.n) == ("flips/llm:local/truth", 0.0, 7, 30)
     assert (second.success.count, second.success.n, second.errors) == (20, 30, {"model": 1})
     assert first.errors == {}
 
@@ -103,7 +103,7 @@ def test_an_agent_that_ignores_reports_is_called_blind():
 def test_the_interval_of_a_chosen_difference_is_wider():
     rows = [*condition(0.0, 10, 30), *condition(0.4, 18, 30)]
     one, several = only(rows), only([*rows, *condition(0.2, 10, 30), *condition(0.6, 11, 30)])
-    assert several.contrast.other.p == 0.4
+    assert several.contrast.other.dose == 0.4
     assert several.contrast.choices == 3
     assert several.contrast.difference.low < one.contrast.difference.low
     assert several.contrast.difference.high > one.contrast.difference.high

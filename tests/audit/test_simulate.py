@@ -48,7 +48,7 @@ def test_where_loops_are_irrelevant_success_is_as_stated(name):
     design = replace(LARGE, p=WORLDS[name].design.p)
     drawn = simulate_outcomes(WORLDS[name], design, generator(2, name))
     for p, stated in zip(design.p, WORLDS[name].success, strict=True):
-        share = drawn.solved[drawn.p == p].mean()
+        share = drawn.solved[drawn.dose == p].mean()
         assert abs(share - stated) < 4 * (stated * (1 - stated) / LARGE.clusters) ** 0.5
     assert drawn.length[drawn.solved].min() == 4
     assert set(drawn.length[~drawn.solved]) == {BUDGET}
@@ -58,18 +58,18 @@ def test_loops_keep_the_trapped_agent_from_solving_and_noise_frees_it():
     made = WORLDS["loop-trapped"]
     drawn = simulate_outcomes(made, LARGE, generator(3))
     free = simulate_outcomes(replace(made, harm=1.0), LARGE, generator(3))
-    solved, looped = [[values[drawn.p == p].mean() for p in LARGE.p] for values in (drawn.solved, drawn.looped)]
+    solved, looped = [[values[drawn.dose == p].mean() for p in LARGE.p] for values in (drawn.solved, drawn.looped)]
     assert solved[0] < 0.5
     assert solved[-1] > 0.62
     assert looped[0] > 0.6
     assert looped[-1] < 0.5
-    assert np.allclose([free.solved[free.p == p].mean() for p in LARGE.p], made.success, atol=0.03)
+    assert np.allclose([free.solved[free.dose == p].mean() for p in LARGE.p], made.success, atol=0.03)
 
 
 def test_an_agent_that_is_lost_both_loops_and_fails_whatever_p_is():
     drawn = simulate_outcomes(WORLDS["lost-half"], LARGE, generator(5))
     for p in LARGE.p:
-        assert abs(drawn.solved[drawn.p == p].mean() - (0.9 + 0.2) / 2) < 0.04
+        assert abs(drawn.solved[drawn.dose == p].mean() - (0.9 + 0.2) / 2) < 0.04
     assert drawn.looped[~drawn.solved].mean() > drawn.looped[drawn.solved].mean() + 0.3
 
 
@@ -111,9 +111,9 @@ def test_people_are_unequally_good_and_as_good_as_stated_on_average():
 
 def test_calls_that_fail_break_long_trials_under_one_condition():
     drawn, broken = simulate_columns(WORLDS["broken-trials"], LARGE, generator(8))
-    assert set(broken.p) == {0.6}
+    assert set(broken.dose) == {0.6}
     assert 0.5 < len(broken) / LARGE.clusters < 0.75
-    here = drawn.p == 0.6
+    here = drawn.dose == 0.6
     assert drawn.solved[here].mean() > drawn.solved[~here].mean() + 0.15
     assert not broken.solved.any()
     assert broken.length.min() == 0
@@ -136,7 +136,7 @@ def test_skewed_steps_have_equal_means_and_rare_long_trials():
     drawn = simulate_outcomes(WORLDS["skewed-steps"], LARGE, generator(7))
     assert drawn.solved.all()
     for p in LARGE.p:
-        steps = drawn.length[drawn.p == p]
+        steps = drawn.length[drawn.dose == p]
         assert steps.mean() == pytest.approx(6, abs=0.3)
         assert (steps == BUDGET).mean() == pytest.approx(0.05 * (p > 0), abs=0.02)
 

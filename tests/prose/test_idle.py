@@ -61,7 +61,7 @@ def test_such_a_flip_rate_is_not_the_one_that_is_compared():
     """The agent solves all its trials at each rate, so no difference is seen at those that are compared."""
     trials = [trial for p in (0.0, 0.0001, 0.02) for trial in play_trials("cognitive:careful", 8, p=p)]
     (agent,) = summarise([replace(trial, ending="solved") for trial in trials], box("chain-4")).agents
-    assert [one.p for one in agent.idle] == [0.0001]
+    assert [one.dose for one in agent.idle] == [0.0001]
     assert "it solved 8 of 8 trials (100 %) when told the truth and 8 of 8 trials (100 %) at a flip rate of 0.02" in (
         finding(agent)
     )

@@ -35,7 +35,7 @@ class ConditionSummary:
         name: Name of the condition.
         agent: Its name, or its spec if it has none.
         modality: How the box was shown.
-        p: The dose on the axis of the analysis: the flip probability, [0, 1], or another dose.
+        dose: The dose on the axis of the analysis: the flip probability, [0, 1], or another dose.
         success: Share solved of the trials that ended as solved or out of budget; players are clusters.
         errors: Trials that ended as error, by boundary; no other number counts them.
         curve: Success by step.
@@ -57,7 +57,7 @@ class ConditionSummary:
     name: str
     agent: str
     modality: str
-    p: float
+    dose: float
     success: Proportion
     errors: Mapping[str, int]
     curve: SuccessCurve
@@ -130,7 +130,7 @@ def condition_summary(
         name=first.condition,
         agent=agent,
         modality=modality,
-        p=dose,
+        dose=dose,
         success=share_of(found.solved, found.player, found.luck),
         errors=dict(sorted(Counter(trial.error.boundary for trial in trials if trial.error).items())),
         curve=curve,
@@ -143,7 +143,7 @@ def condition_summary(
         persistence=section("Leaving loops", lambda: persistence(trials), lambda: persistence(())),
         claims=claims,
         rationality=section("Rationality", lambda: rationality(trials), tuple),
-        points=tuple(replace(one, p=dose) for one in points(found)),
+        points=tuple(replace(one, dose=dose) for one in points(found)),
         distinct_sequences=len({trial.actions for trial in ended(trials)}),
         steps=sum(len(trial.steps) for trial in ended(trials)),
         changed=changed,
@@ -157,13 +157,13 @@ def contrast(conditions: Sequence[ConditionSummary], tested: AnyDifference) -> C
     found = tested.clearest
     if found is None:
         return None
-    by_p = {condition.p: condition for condition in conditions}
+    by_p = {condition.dose: condition for condition in conditions}
     independent = difference(found.first, found.second)
     assert tested.lowest is not None
     assert independent is not None
     return Contrast(
         baseline=by_p[tested.lowest],
-        other=by_p[found.p],
+        other=by_p[found.dose],
         difference=found,
         choices=len(tested.at),
         agents=tested.agents,

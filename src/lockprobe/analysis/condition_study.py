@@ -239,14 +239,14 @@ def _on_factors(cells: _Cells, design: Design) -> tuple[Effects, ...]:
 def _axis_effects(found: AgentSummary) -> Effects | None:
     """The doses of an axis against the lowest one, with the P values of the axis; None if none was compared."""
     tested = found.inference.difference
-    names = {one.p: one.name for one in found.conditions}
+    names = {one.dose: one.name for one in found.conditions}
     if not tested.at or tested.lowest is None or found.blind:
         return None
     return Effects(
         agent=found.agent,
         modality=found.modality,
         control=names[tested.lowest],
-        effects=tuple(Effect(condition=names[one.p], difference=one) for one in tested.at),
+        effects=tuple(Effect(condition=names[one.dose], difference=one) for one in tested.at),
         interplays=(),
         agents=tested.agents,
         axis=found.axis.name,

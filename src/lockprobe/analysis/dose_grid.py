@@ -184,7 +184,7 @@ def _interaction(grid: Grid, trials: Mapping[str, Outcomes], choices: int) -> Bl
     if not grid.complete or not all(len(trials.get(name, ())) for name in grid.conditions.values()):
         return None
     own = [trials[name] for name in grid.conditions.values()]
-    _, made = sheets([replace(one, p=np.zeros(len(one))) for one in own])
+    _, made = sheets([replace(one, dose=np.zeros(len(one))) for one in own])
     weights, factor = contrast(grid.row_doses, grid.column_doses)
     sums = sum(weight * one.solved[:, 0] for weight, one in zip(weights, made, strict=True))
     sums = np.asarray(sums)[~np.isnan(sums)]

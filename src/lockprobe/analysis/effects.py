@@ -125,7 +125,7 @@ def effects(
     interplays, summaries = interactions(crossed, gridded, acting, agents)
     if not (tested.at or interplays or summaries):
         return None
-    seen = [Effect(condition=names[int(one.p)], difference=one) for one in tested.at]
+    seen = [Effect(condition=names[int(one.dose)], difference=one) for one in tested.at]
     return Effects(
         agent=first.group,
         modality=first.modality,
@@ -156,7 +156,7 @@ def _interaction(crossing: Crossing, found: Mapping[str, Outcomes], choices: int
     names = (crossing.neither, crossing.first, crossing.second, crossing.both)
     if not all(name in found and len(found[name]) for name in names):
         return None
-    _, made = sheets([replace(found[name], p=np.zeros(len(found[name]))) for name in names])
+    _, made = sheets([replace(found[name], dose=np.zeros(len(found[name]))) for name in names])
     neither, first, second, both = (one.solved[:, :1] for one in made)
     change = block_mean((both - first) - (second - neither), unit=2.0, choices=choices)
     if not change.pairs:

@@ -108,7 +108,7 @@ def factor_effects(cells: _Cells, factor: Factor, agents: Sequence[str]) -> Iter
         many = sizes[baseline[agent]] * len(factor.groups)
         tested = any_difference(joined([outcomes(cells[agent, name]) for name in names]), rng, agents=many)
         if tested.at:
-            seen = tuple(Effect(condition=names[int(one.p)], difference=one) for one in tested.at)
+            seen = tuple(Effect(condition=names[int(one.dose)], difference=one) for one in tested.at)
             yield Effects(
                 agent=agent, modality=first.modality, control=names[0], effects=seen, interplays=(), agents=many,
                 axis=factor.name,

@@ -134,7 +134,7 @@ def played_out(joints: Whole, p: NDArray[np.float64], box: Lockbox) -> Outcomes:
         solved |= now
     onset = first_loops(joints.astype(np.int8))
     return Outcomes(
-        p=p,
+        dose=p,
         repetition=np.ones(trials, dtype=np.int64),
         trial=np.arange(1, trials + 1),
         length=length,

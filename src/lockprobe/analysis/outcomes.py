@@ -35,7 +35,7 @@ class Outcomes:
     """Trials that ended as solved or out of budget, one row each. Every column has the shape (trials,).
 
     Attributes:
-        p: The dose on the axis of the analysis: flip probability, [0, 1], or another.
+        dose: The dose on the axis of the analysis: flip probability, [0, 1], or another.
         repetition: From 1.
         trial: From 1. Trials of equal repetition and trial share their luck (labels, flips, draws) over all p.
         length: Steps played.
@@ -44,7 +44,7 @@ class Outcomes:
         player: :attr:`lockprobe.record.Trial.player` of each; no rows where every trial stands alone.
     """
 
-    p: NDArray[np.float64]
+    dose: NDArray[np.float64]
     repetition: NDArray[np.int64]
     trial: NDArray[np.int64]
     length: NDArray[np.int64]
@@ -53,7 +53,7 @@ class Outcomes:
     player: NDArray[np.str_] = field(default_factory=lambda: np.empty(0, dtype=np.str_))
 
     def __len__(self) -> int:
-        return len(self.p)
+        return len(self.dose)
 
     @property
     def looped(self) -> NDArray[np.bool_]:
@@ -98,14 +98,14 @@ class Point:
     """One repetition of one condition, or the whole condition.
 
     Attributes:
-        p: Flip probability, [0, 1].
+        dose: Flip probability, [0, 1].
         repetition: From 1; 0 for all repetitions together.
         n: Trials that ended as solved or out of budget.
         success: Share solved, [0, 1].
         loop_rate: Share with an action loop, [0, 1].
     """
 
-    p: float
+    dose: float
     repetition: int
     n: int
     success: float
@@ -158,7 +158,7 @@ def _columns(trials: Sequence[Trial], doses: Sequence[float] | None, *, broken: 
     counted = [trial for trial, _ in kept]
     players = [trial.player for trial in counted]
     return Outcomes(
-        p=np.array([dose for _, dose in kept], dtype=np.float64),
+        dose=np.array([dose for _, dose in kept], dtype=np.float64),
         repetition=np.array([trial.repetition for trial in counted], dtype=np.int64),
         trial=np.array([trial.trial for trial in counted], dtype=np.int64),
         length=np.array([len(trial.steps) for trial in counted], dtype=np.int64),
@@ -181,7 +181,7 @@ def joined(groups: Sequence[Outcomes]) -> Outcomes:
     numbered = [
         replace(
             group,
-            p=np.full(len(group), float(i)),
+            dose=np.full(len(group), float(i)),
             player=np.full(len(group), "") if crossed and not group.crossed else group.player,
         )
         for i, group in enumerate(groups)
@@ -232,11 +232,11 @@ def _lucks(group: Outcomes) -> list[tuple[int, int]]:
 def points(counted: Outcomes, *, by_repetition: bool = True) -> list[Point]:
     """The points of the paper's fits and correlation: shares by p and repetition, or by p alone."""
     repetition = counted.repetition if by_repetition else np.zeros_like(counted.repetition)
-    keys = sorted(set(zip(counted.p.tolist(), repetition.tolist(), strict=True)))
+    keys = sorted(set(zip(counted.dose.tolist(), repetition.tolist(), strict=True)))
     found = []
     for p, number in keys:
-        here = (counted.p == p) & (repetition == number)
+        here = (counted.dose == p) & (repetition == number)
         n = int(here.sum())
         success, loop_rate = counted.solved[here].sum() / n, counted.looped[here].sum() / n
-        found.append(Point(p=p, repetition=number, n=n, success=float(success), loop_rate=float(loop_rate)))
+        found.append(Point(dose=p, repetition=number, n=n, success=float(success), loop_rate=float(loop_rate)))
     return found

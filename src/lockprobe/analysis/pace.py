@@ -18,7 +18,7 @@ class Pace:
 
     Attributes:
         first, second: Agent and modality of each.
-        p: The dose: flip probability, [0, 1], or another.
+        dose: The dose: flip probability, [0, 1], or another.
         hazard_ratio: Hazard ratio of solving, second over first: above 1 if the second is faster; None if undefined.
         p_value: Log-rank, two-sided, clustered by luck, or by player.
         independent: P value of the log-rank test for independent trials; None if undefined.
@@ -27,7 +27,7 @@ class Pace:
 
     first: tuple[str, str]
     second: tuple[str, str]
-    p: float
+    dose: float
     hazard_ratio: float | None
     p_value: float | None
     independent: float | None
@@ -45,7 +45,7 @@ def pace(first: AxisTrials, second: AxisTrials) -> Pace | None:
     return Pace(
         first=(first.agent, first.modality),
         second=(second.agent, second.modality),
-        p=first.doses[0],
+        dose=first.doses[0],
         hazard_ratio=found.hazard_ratio if found else None,
         p_value=found.p_value if found else None,
         independent=plain.p_value if plain else None,

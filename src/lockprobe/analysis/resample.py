@@ -62,7 +62,7 @@ def drawn_shares(times: Array, luck: NDArray[np.int64], column: NDArray[np.intp]
 
 def resample(counted: Outcomes, rng: np.random.Generator) -> Resamples:
     """Draw the clusters of one agent's trials with replacement, within every repetition."""
-    keys = np.column_stack([counted.p, counted.repetition])
+    keys = np.column_stack([counted.dose, counted.repetition])
     kinds, point = np.unique(keys, axis=0, return_inverse=True)
     times = times_drawn(counted, rng)
     if times is None:

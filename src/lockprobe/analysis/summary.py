@@ -343,7 +343,7 @@ def _agent(
     acting = (conditions[0], *(one for one in conditions[1:] if not one.never_acted))
     distinct = acting if heeded is None else conditions[:1]
     shares = [point for condition in distinct for point in condition.points]
-    looked_at = trials.at({condition.p for condition in distinct})
+    looked_at = trials.at({condition.dose for condition in distinct})
     inference = _tested(looked_at, box, conditions, trials.budget, agents)
     return AgentSummary(
         agent=trials.agent,

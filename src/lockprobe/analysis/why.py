@@ -203,7 +203,7 @@ def why(
 
 def _by_block(counted: Mapping[str, Outcomes]) -> dict[str, Array]:
     """Arm -> 1 if solved, 0 if not, one row per block; NaN where no trial has ended."""
-    _, made = sheets([replace(one, p=np.zeros(len(one))) for one in counted.values()])
+    _, made = sheets([replace(one, dose=np.zeros(len(one))) for one in counted.values()])
     return {arm: sheet.solved[:, 0] for arm, sheet in zip(counted, made, strict=True)}
 
 

@@ -114,7 +114,7 @@ def _flips(world: World, design: Design) -> Callable[[int, np.random.Generator],
 
 def _changes(found: Outcomes, rng: np.random.Generator, agents: int) -> bool:
     difference = any_difference(found, rng, agents=agents)
-    lines = corrected(two_lines(found.p, found.solved), agents)
+    lines = corrected(two_lines(found.dose, found.solved), agents)
     seen = course(points(found, by_repetition=False), difference, lines)
     return seen is not None and seen.kind not in ("no change detectable", "not tested")
 
@@ -138,7 +138,7 @@ def _suite(
         ones = np.ones(_PAIRS, dtype=np.int64)
         solved = rng.random(_PAIRS) < success
         trial = np.arange(1, _PAIRS + 1)
-        return Outcomes(p=np.zeros(_PAIRS), repetition=ones, trial=trial, length=ones, solved=solved, onset=0 * ones)
+        return Outcomes(dose=np.zeros(_PAIRS), repetition=ones, trial=trial, length=ones, solved=solved, onset=0 * ones)
 
     def play(agents: int, rng: np.random.Generator) -> dict[str, bool]:
         told = [[level(one, rng) for one in levels] for _ in range(agents)]

@@ -85,7 +85,7 @@ def simulate_study(truth: World, design: Design, rng: np.random.Generator) -> tu
     length, onset = played.length, onset_batch(played.actions)
     cluster = np.tile(np.arange(design.clusters), len(design.p))
     everything = Outcomes(
-        p=np.repeat(np.array(design.p, dtype=np.float64), design.clusters),
+        dose=np.repeat(np.array(design.p, dtype=np.float64), design.clusters),
         repetition=cluster // design.trials + 1,
         trial=cluster % design.trials + 1,
         length=length,

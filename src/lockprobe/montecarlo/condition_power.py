@@ -119,14 +119,14 @@ def detected(solved: Flags, family: Family, rng: np.random.Generator, agents: in
     block, nothing = np.repeat(np.arange(1, blocks + 1), many), np.zeros(solved.size, dtype=np.int64)
     doses = list(family.doses.values())
     columns = Outcomes(
-        p=np.tile(np.array(doses), blocks),
+        dose=np.tile(np.array(doses), blocks),
         repetition=np.ones_like(nothing),
         trial=block,
         length=nothing,
         solved=solved.reshape(-1),
         onset=nothing,
     )
-    found = {one.p: one.p_value < ALPHA for one in any_difference(columns, rng, agents=agents).at}
+    found = {one.dose: one.p_value < ALPHA for one in any_difference(columns, rng, agents=agents).at}
     return {label: found.get(dose, False) for label, dose in list(family.doses.items())[1:]}
 
 

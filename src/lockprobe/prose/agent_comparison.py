@@ -73,7 +73,7 @@ def _changes(one: AgentComparison, moved: Interaction, second: Subject, first: S
     clearest = moved.clearest
     how = _test(one) if one.people else "sign-flip permutation test over blocks"
     test = f"{how}, {_p(moved.p_adjusted, pairs, 'all flip rates')}"
-    where = f"from a flip rate of {moved.lowest:g} to {clearest.p:g}"
+    where = f"from a flip rate of {moved.lowest:g} to {clearest.dose:g}"
     if moved.p_adjusted is not None and moved.p_adjusted < ALPHA:
         more = "rises more, or falls less," if clearest.change.value > 0 else "rises less, or falls more,"
         return (

@@ -19,7 +19,7 @@ def loop_finding(agent: AgentSummary) -> str:
     counted = [condition for condition in agent.conditions if condition.success.n]
     shown = [agent.contrast.baseline, agent.contrast.other] if agent.contrast else counted[:1]
     said = "; ".join(
-        f"{of_trials(condition.behaviour.loops)} {at_dose(condition.p, agent.axis)} "
+        f"{of_trials(condition.behaviour.loops)} {at_dose(condition.dose, agent.axis)} "
         f"({_against_chance(condition.behaviour)})"
         for condition in shown
     )

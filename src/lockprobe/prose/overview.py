@@ -175,7 +175,7 @@ def _with_rates(agent: AgentSummary) -> str:
         return name
     first, second = contrast.difference.first, contrast.difference.second
     sample = "" if contrast.whole else f", of the {first.n} trials finished under both"
-    where = at_dose(contrast.other.p, agent.axis)
+    where = at_dose(contrast.other.dose, agent.axis)
     return f"{name} ({percent(first.value)} to {percent(second.value)} {where}{sample})"
 
 
@@ -234,7 +234,7 @@ def not_above_chance(summary: StudySummary) -> str:
     if summary.reference is None or not counted:
         return ""
     by_chance = summary.reference.no_repeat[len(counted[0][1].curve.share) - 1]
-    where = at_dose(counted[0][1].p, summary.axis)
+    where = at_dose(counted[0][1].dose, summary.axis)
     return no_advantage_said({name: first.success for name, first in counted}, where, by_chance)
 
 

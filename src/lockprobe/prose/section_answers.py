@@ -19,7 +19,7 @@ def section_answers(summary: StudySummary) -> dict[str, str]:
     agents = summary.judged
     if not agents:
         return {}
-    first = next(one.p for one in agents[0].conditions if one.success.n)
+    first = next(one.dose for one in agents[0].conditions if one.success.n)
     where = at_dose(first, summary.axis)
     found = {
         "agents_compared": _best(summary),

@@ -34,7 +34,7 @@ def finding(agent: AgentSummary) -> str:
     if not counted:
         return f"No trial of {subject_of(agent).name} has ended as solved or out of budget."
     if agent.blind:
-        solved = f"it solved {of_trials(counted[0].success)} {at_dose(counted[0].p, agent.axis)}"
+        solved = f"it solved {of_trials(counted[0].success)} {at_dose(counted[0].dose, agent.axis)}"
         same = f"the results of these trials are the same at every other {agent.axis.name}"
         return f"{alike_said(agent)}: {solved}, and {same}."
     if agent.contrast is None:
@@ -49,7 +49,7 @@ def _copies_said(agent: AgentSummary, condition: ConditionSummary) -> str:
     n, different = condition.success.n, condition.distinct_sequences
     if n < _MANY or different * _COPIES > n:
         return ""
-    where = capital(at_dose(condition.p, agent.axis))
+    where = capital(at_dose(condition.dose, agent.axis))
     return f"{where}, its {n} trials contain only {different} different sequences of actions."
 
 
@@ -71,7 +71,7 @@ def _one_condition(agent: AgentSummary, counted: list[ConditionSummary]) -> str:
 def _contrast_said(agent: AgentSummary, contrast: Contrast) -> str:
     """The clearest difference from the lowest flip rate, and whether it was detected."""
     found, who = contrast.difference, subject_of(agent)
-    first, second = at_dose(contrast.baseline.p, agent.axis), at_dose(contrast.other.p, agent.axis)
+    first, second = at_dose(contrast.baseline.dose, agent.axis), at_dose(contrast.other.dose, agent.axis)
     it = who.form("it", "they")
     sample = "" if contrast.whole else f", of the trials that {it} finished under both conditions"
     if contrast.detectable:
@@ -128,7 +128,7 @@ def baselines_said(summary: StudySummary) -> str:
         for agent in baselines
         if (first := agent.conditions[0]).success.n
     ]
-    lowest = at_dose(summary.conditions[0].p, summary.axis) if shares else ""
+    lowest = at_dose(summary.conditions[0].dose, summary.axis) if shares else ""
     said = f"For comparison, {lowest}: {', '.join(shares)}." if shares else ""
     return " ".join(filter(None, (said, *map(idle_doses_said, baselines))))
 
@@ -140,7 +140,7 @@ def courses_said(summary: StudySummary, *, brief: bool = False) -> str:
     out.
     """
     heeding = [agent for agent in summary.agents if not agent.blind]
-    shown = [p for agent in heeding for p in (condition.p for condition in agent.conditions if condition.success.n)]
+    shown = [p for agent in heeding for p in (condition.dose for condition in agent.conditions if condition.success.n)]
     if len(summary.agents) < 2 or len(set(shown)) < 2:
         return ""
     courses = [(subject_of(agent).name, agent.inference.course.kind) for agent in heeding if agent.inference.course]

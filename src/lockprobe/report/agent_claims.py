@@ -68,25 +68,25 @@ _SIGN = {"inverted U": 1, "U": -1, None: 0}
 
 
 def _at_peak(counted: Sequence[ConditionSummary]) -> ConditionSummary | None:
-    return next((condition for condition in counted if math.isclose(condition.p, PEAK)), None)
+    return next((condition for condition in counted if math.isclose(condition.dose, PEAK)), None)
 
 
 def _rise(agent: AgentSummary) -> tuple[ClaimPattern, DifferenceAt | None]:
     """Whether success at the paper's peak is shown to be above that at p = 0, corrected for looking at every p."""
-    found = next((at for at in agent.inference.difference.at if math.isclose(at.p, PEAK)), None)
+    found = next((at for at in agent.inference.difference.at if math.isclose(at.dose, PEAK)), None)
     return (pattern(found.p_value, found.value), found) if found else ("open", None)
 
 
 def _peak(agent: AgentSummary, counted: Sequence[ConditionSummary]) -> ClaimFinding:
     """Success rises to p = 0.4, and no other p is shown to be better."""
     candidates, other = agent.peak.candidates, _at_peak(counted)
-    inside = next((candidate.in_set for candidate in candidates if math.isclose(candidate.p, PEAK)), None)
+    inside = next((candidate.in_set for candidate in candidates if math.isclose(candidate.dose, PEAK)), None)
     if agent.blind or len(candidates) < 2 or inside is None or other is None or agent.peak.best is None:
         return NOT_MEASURED
     change = counted[0].success, other.success
     rise = difference(*change)
     assert rise is not None
-    among = ", ".join(f"{candidate.p:g}" for candidate in candidates if candidate.in_set)
+    among = ", ".join(f"{candidate.dose:g}" for candidate in candidates if candidate.in_set)
     here = f"highest at {agent.peak.best:g}; 95 % set {among}; from 0 to 0.4 {in_points(rise)}"
     shown, at = _rise(agent)
     if not inside:
@@ -132,7 +132,7 @@ def _effect(agent: AgentSummary, counted: Sequence[ConditionSummary]) -> ClaimFi
     if rises:
         shown, moderate = "shown", min(rises, key=lambda at: (at.p_value, -at.value))
     at = moderate or max(found, key=lambda at: at.value)
-    here = minus(f"{100 * at.value:+.0f} points from 0 to {at.p:g}")
+    here = minus(f"{100 * at.value:+.0f} points from 0 to {at.dose:g}")
     return here, borne_out(shown), "permutation test, corrected for all flip rates", at.p_value
 
 
@@ -185,7 +185,7 @@ def _drop(agent: AgentSummary, counted: Sequence[ConditionSummary]) -> ClaimFind
     drop, (first, second) = _change(counted[0], other), (counted[0].behaviour.loops, other.behaviour.loops)
     errors = [error((first, second)), error((LOOPS_AT_0, LOOPS_AT_40))]
     p_value = apart(drop.value, LOOPS_AT_40.value - LOOPS_AT_0.value, errors)
-    far = [_change(other, condition) for condition in counted if abs(condition.p - PEAK) > _NEAR + 1e-9]
+    far = [_change(other, condition) for condition in counted if abs(condition.dose - PEAK) > _NEAR + 1e-9]
     lower = "shown" in _patterns(far, -1)
     shown = "opposite" if lower else pattern(drop.p_value, -drop.value)
     said = f"{first.count}/{first.n} to {second.count}/{second.n}, {in_points(drop)}"

@@ -40,7 +40,7 @@ def _measured(claim: PaperClaim, summary: StudySummary) -> Iterator[tuple[str, C
 
 def _of_agent(claim: PaperClaim, agent: AgentSummary) -> ClaimFinding:
     counted = [condition for condition in agent.conditions if condition.success.n]
-    if not counted or counted[0].p != 0:
+    if not counted or counted[0].dose != 0:
         return NOT_MEASURED
     if measure := AGENT_MEASURES.get(claim.measure):
         return measure(agent, counted)

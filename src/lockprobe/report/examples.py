@@ -38,7 +38,7 @@ def examples(summary: StudySummary, trials: Sequence[Trial]) -> list[Exhibit]:
 
 def _farthest_first(trials: list[Trial], agent: AgentSummary) -> list[Trial]:
     """Trials of the condition that stands out, before the others."""
-    p = agent.contrast.other.p if agent.contrast else 0.0
+    p = agent.contrast.other.dose if agent.contrast else 0.0
     return sorted(trials, key=lambda trial: trial.p != p)
 
 

@@ -42,7 +42,7 @@ def agents_shown(summary: StudySummary) -> Iterator[tuple[ModalityEffect, Shown]
         shown = {
             agent.modality: agent
             for agent in summary.subjects
-            if agent.agent == effect.agent and agent.conditions[0].success.n and agent.conditions[0].p == 0
+            if agent.agent == effect.agent and agent.conditions[0].success.n and agent.conditions[0].dose == 0
         }
         if shown:
             yield effect, shown

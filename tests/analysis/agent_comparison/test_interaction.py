@@ -24,7 +24,7 @@ def found(first, second, blocks=30, seed=0, **more):
 def test_noise_that_helps_one_agent_only_is_found_and_where():
     helped = found((0.5, 0.5, 0.5), (0.1, 0.2, 0.9), blocks=60)
     assert helped.p_value < 0.01
-    assert [at.p for at in helped.at] == [0.2, 0.4]
+    assert [at.dose for at in helped.at] == [0.2, 0.4]
     assert helped.at[1].p_adjusted == helped.p_value
     assert helped.at[1].change.low < 0.8 < helped.at[1].change.high
     turned = found((0.1, 0.2, 0.9), (0.5, 0.5, 0.5), blocks=60)
@@ -43,9 +43,9 @@ def test_looking_at_every_p_is_paid_for():
     three = found((0.4, 0.5, 0.5), (0.4, 0.5, 0.8), seed=3)
     first, second = sheet((0.4, 0.5, 0.5), 30, [3, 1]), sheet((0.4, 0.5, 0.8), 30, [3, 2])
     farthest = min(three.at, key=lambda at: at.p_adjusted)
-    place = [0, P.index(farthest.p)]
+    place = [0, P.index(farthest.dose)]
     alone = interaction(
-        (0.0, farthest.p),
+        (0.0, farthest.dose),
         *(Sheet(solved=one.solved[:, place], steps=one.steps[:, place]) for one in (first, second)),
         np.random.default_rng(3),
     )

@@ -115,6 +115,6 @@ def interaction(broken, harm=22):
 def test_an_interaction_has_the_largest_p_value_of_both_ends():
     whole, few = interaction(()), interaction(some(3, 5))
     assert whole.p_value <= few.p_value < 0.05  # it holds however the three ended
-    assert few.clearest.p == whole.clearest.p == 0.4
+    assert few.clearest.dose == whole.clearest.dose == 0.4
     assert interaction((), harm=0).p_value < 0.05
     assert interaction(some(36, 5), harm=0).p_value == 1.0  # if all 36 failed, false reports harm the first more

@@ -31,7 +31,7 @@ def test_counts_by_hand():
     assert (found.success.value, found.success.pairs, found.success.blocks) == (0.5, 24, 12)
     assert found.steps.value == -8.0  # 12 of 24 trials solved in 4 steps instead of failing after 20
     at = found.at[0].success
-    assert (found.at[0].p, at.only_first, at.only_second, at.n) == (0.0, 0, 6, 12)
+    assert (found.at[0].dose, at.only_first, at.only_second, at.n) == (0.0, 0, 6, 12)
     assert at.p_value == pytest.approx(2 / 2**6)
     assert found.success.p_value == pytest.approx(2 / 2**9)  # nine blocks differ, all one way
     assert found.alone == 0

@@ -58,7 +58,7 @@ def test_a_clear_peak_is_found_even_if_one_side_is_all_or_nothing():
     solved = np.concatenate([np.arange(30) < k for k in (0, 0, 30, 4, 0)])
     n = len(p)
     columns = Outcomes(
-        p=p, repetition=np.ones(n, np.int64), trial=np.tile(np.arange(30) + 1, 5), length=np.full(n, 9),
+        dose=p, repetition=np.ones(n, np.int64), trial=np.tile(np.arange(30) + 1, 5), length=np.full(n, 9),
         solved=solved, onset=np.zeros(n, np.int64),
     )  # fmt: skip
     found = {test.name: test for test in infer(columns, generator(1)).tests}
@@ -77,7 +77,7 @@ def test_a_valley_is_no_peak():
 def test_too_little_to_test_gives_no_p_value_and_says_why(trials):
     columns = outcomes([]) if trials == "none" else drawn("no-effect")
     if trials == "one p":
-        columns = columns.at(columns.p == 0)
+        columns = columns.at(columns.dose == 0)
     if trials == "one trial":
         columns = columns.at(np.arange(len(columns)) == 0)
     for test in infer(columns, generator(1)).tests:
@@ -102,11 +102,11 @@ def test_a_rule_without_a_p_value_holds_or_not():
 
 def test_a_dose_that_is_no_number_is_refused_and_a_negative_one_is_a_dose():
     columns = drawn("no-effect")
-    lowest = replace(columns, p=np.where(columns.p == 0, -0.1, columns.p))
+    lowest = replace(columns, dose=np.where(columns.dose == 0, -0.1, columns.dose))
     assert [one.p_value for one in infer(lowest, generator(1)).tests]
     for wrong in (float("nan"), float("inf")):
         with pytest.raises(BadValue, match="a finite number"):
-            infer(replace(columns, p=np.where(columns.p == 0, wrong, columns.p)), generator(1))
+            infer(replace(columns, dose=np.where(columns.dose == 0, wrong, columns.dose)), generator(1))
 
 
 @pytest.mark.parametrize("p", [(0.0, 1e-6, 1.0), (0.0, 1e-6, 2e-6, 1.0), (0.0, 0.5, 0.500001)])

@@ -18,7 +18,7 @@ def drawn(shares, n=300, seed=1):
     solved = np.random.default_rng(seed).random(len(p)) < np.repeat(shares, n)
     trial = np.tile(np.arange(1, n + 1), len(shares))
     ones = np.ones(len(p), dtype=np.int64)
-    return Outcomes(p=p, repetition=ones, trial=trial, length=10 * ones, solved=solved, onset=0 * ones)
+    return Outcomes(dose=p, repetition=ones, trial=trial, length=10 * ones, solved=solved, onset=0 * ones)
 
 
 @pytest.fixture
@@ -32,7 +32,7 @@ def found(shares, permutations=2000, **settings):
     return course(
         points(outcomes, by_repetition=False),
         any_difference(outcomes, np.random.default_rng(2), permutations),
-        two_lines(outcomes.p, outcomes.solved),
+        two_lines(outcomes.dose, outcomes.solved),
     )
 
 
@@ -54,7 +54,7 @@ def test_each_course_is_told_from_the_others(shares, kind):
 
 def test_a_course_names_its_ends_and_extremes():
     seen = found([0.2, 0.5, 0.9, 0.5, 0.3])
-    assert (seen.highest_p, seen.lowest_p) == (0.2, 0.0)
+    assert (seen.highest_dose, seen.lowest_dose) == (0.2, 0.0)
     assert abs(seen.first - 0.2) < 0.08
     assert abs(seen.last - 0.3) < 0.1
     assert seen.highest > 0.8
@@ -69,7 +69,7 @@ def test_where_nothing_happens_a_course_is_rarely_seen(without_slopes):
 def test_without_trials_there_is_no_course():
     outcomes = drawn([0.5]).at(np.zeros(300, dtype=bool))
     assert (
-        course([], any_difference(outcomes, np.random.default_rng(2)), two_lines(outcomes.p, outcomes.solved)) is None
+        course([], any_difference(outcomes, np.random.default_rng(2)), two_lines(outcomes.dose, outcomes.solved)) is None
     )
 
 
@@ -80,7 +80,7 @@ def many(agents, study, together, shares=(0.5,) * 7, n=20):
         drawing = drawn(list(shares), n=n, seed=1000 * study + agent)
         size = agents if together else 1
         difference = any_difference(drawing, np.random.default_rng(study), 199, agents=size)
-        lines = corrected(two_lines(drawing.p, drawing.solved), size)
+        lines = corrected(two_lines(drawing.dose, drawing.solved), size)
         kinds.append(course(points(drawing, by_repetition=False), difference, lines).kind)
     return kinds
 

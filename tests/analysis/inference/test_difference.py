@@ -47,7 +47,7 @@ def test_differences_are_from_the_lowest_p():
     found = any_difference(study(solved), rng())
     success = solved.mean(axis=(1, 2))
     assert found.lowest == 0.0
-    assert [difference.p for difference in found.at] == pytest.approx(np.arange(1, 7) / 10)
+    assert [difference.dose for difference in found.at] == pytest.approx(np.arange(1, 7) / 10)
     assert [difference.value for difference in found.at] == pytest.approx(success[1:] - success[0])
 
 
@@ -86,7 +86,7 @@ def test_missing_trials_are_left_where_they_are():
     whole = study(drawn(rng(), 0.5))
     rejected = []
     for seed in range(100):
-        missing = rng(seed).random(len(whole)) < np.where(whole.p == 0, 0.1, 0.4)
+        missing = rng(seed).random(len(whole)) < np.where(whole.dose == 0, 0.1, 0.4)
         some = study(drawn(rng(seed + 1000), 0.3)).at(~missing)
         rejected.append(any_difference(some, rng(seed), permutations=99).p_value <= 0.05)
     assert np.mean(rejected) <= 0.05 + 2.5 * np.sqrt(0.05 * 0.95 / 100)
@@ -97,8 +97,8 @@ def test_nothing_to_compare():
     assert (one.p_value, one.at, one.lowest) == (None, (), 0.0)
     assert "No test" in why_missing(one.note)
     apart = study(drawn(rng()))
-    assert any_difference(apart.at((apart.trial % 7) == np.round(apart.p * 10)), rng()).p_value is None
-    assert any_difference(apart.at(apart.p < 0), rng()).lowest is None
+    assert any_difference(apart.at((apart.trial % 7) == np.round(apart.dose * 10)), rng()).p_value is None
+    assert any_difference(apart.at(apart.dose < 0), rng()).lowest is None
 
 
 def test_same_seed_same_numbers_and_all_of_them_are_plain():
@@ -127,7 +127,7 @@ def test_a_difference_is_shown_only_if_its_interval_leaves_out_none():
 def test_an_estimate_and_its_interval_are_of_the_trials_that_both_have():
     """Thirty trials at the lowest p and five at the other: seven of those thirty have nothing to do with the five."""
     whole = study(np.stack([np.r_[np.zeros(22), np.ones(8)], np.ones(30)])[:, None])
-    some = whole.at((whole.p == 0) | (whole.trial <= 5))
+    some = whole.at((whole.dose == 0) | (whole.trial <= 5))
     (at,) = any_difference(some, rng()).at
     assert (at.first.count, at.first.n, at.second.count, at.second.n) == (0, 5, 5, 5)
     both = paired(np.zeros(5, dtype=bool), np.ones(5, dtype=bool))
@@ -136,8 +136,8 @@ def test_an_estimate_and_its_interval_are_of_the_trials_that_both_have():
 
 def test_values_of_p_without_a_common_trial_are_not_compared():
     whole = study(drawn(rng(), TRUTH[:3], shape=(3, 1, 20)))
-    found = any_difference(whole.at((whole.p != 0.1) | (whole.trial > 20)), rng())
-    assert [at.p for at in found.at] == [0.2]
+    found = any_difference(whole.at((whole.dose != 0.1) | (whole.trial > 20)), rng())
+    assert [at.dose for at in found.at] == [0.2]
 
 
 @pytest.mark.parametrize(("per_p", "boxes", "likeness"), [(10, 3, 0.35), (6, 5, 0.5), (6, 10, 0.5)])
@@ -160,7 +160,7 @@ def test_people_alone_are_taken_together():
 
 def thinned(columns, p, trials):
     """Without the trials at one p after the first few."""
-    return columns.at(~np.isclose(columns.p, p) | (columns.trial <= trials))
+    return columns.at(~np.isclose(columns.dose, p) | (columns.trial <= trials))
 
 
 @pytest.mark.parametrize("few", [1, 3, 5])
@@ -191,6 +191,6 @@ def test_a_person_alone_at_one_p_hides_no_effect_beside_it():
     found = []
     for seed in range(30):
         columns = people(rng(seed), 8, 4, 0.2, p=3, success=(0.2, 0.8, 0.2))
-        alone = columns.at((columns.p < 0.2) | (columns.player == "2-0"))
+        alone = columns.at((columns.dose < 0.2) | (columns.player == "2-0"))
         found.append(any_difference(alone, rng(seed), permutations=200).at[0].exchange < 0.05)
     assert np.mean(found) > 0.8

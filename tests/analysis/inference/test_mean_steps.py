@@ -15,7 +15,7 @@ def columns(steps, p, *, player=(), trial=None):
     """Trials of these lengths; one of the whole budget is unsolved."""
     length = np.asarray(steps, dtype=np.int64)
     return Outcomes(
-        p=np.asarray(p, dtype=np.float64),
+        dose=np.asarray(p, dtype=np.float64),
         repetition=np.ones(len(length), dtype=np.int64),
         trial=np.asarray(trial, dtype=np.int64),
         length=length,
@@ -121,7 +121,7 @@ def test_rare_slow_people_are_no_decrease(people):
 
 def test_a_trial_without_its_pair_does_not_count():
     whole = paired([5, 9, 20, 7], [8, 20, 20, 6])
-    more = columns([*whole.length, 4, 4], [*whole.p, 0.0, 0.1], trial=[*whole.trial, 8, 9])
+    more = columns([*whole.length, 4, 4], [*whole.dose, 0.0, 0.1], trial=[*whole.trial, 8, 9])
     assert mean_steps(more, BUDGET) == mean_steps(whole, BUDGET)
 
 

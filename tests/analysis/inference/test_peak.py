@@ -32,7 +32,7 @@ def test_a_plain_best_is_alone_in_its_set():
     solved = drawn(rng(), np.array([0.1, 0.1, 0.1, 0.95, 0.1, 0.1, 0.1]))
     found = peak(study(solved), rng())
     assert (found.best, found.success) == (0.3, solved[3].mean())
-    assert [one.p for one in found.candidates if one.in_set] == [0.3]
+    assert [one.dose for one in found.candidates if one.in_set] == [0.3]
     assert abs(found.curse) < 0.02
 
 
@@ -81,7 +81,7 @@ def test_a_p_with_few_trials_neither_leaves_nor_fills_the_set(few):
     held, size = [], []
     for seed in range(60):
         columns = study(drawn(rng(seed), success, (7, 1, 30), shared=0.5))
-        thin = columns.at((columns.p < 0.55) | (columns.trial <= few))
+        thin = columns.at((columns.dose < 0.55) | (columns.trial <= few))
         found = peak(thin, rng(seed), 300)
         held.append(found.candidates[4].in_set)
         size.append(sum(one.in_set for one in found.candidates))

@@ -106,5 +106,5 @@ def test_a_maximum_exists_exactly_if_no_polynomial_separates():
             design = np.vander(p, order + 1, increasing=True) * np.where(wins, 1, -1)[:, None]
             found = linprog(-design.sum(axis=0), A_ub=-design, b_ub=np.zeros(len(design)), bounds=(-1, 1)).fun
             counted = counts(p, wins)
-            fit = logit_fit(np.vander(counted.p, order + 1, increasing=True), counted)
+            fit = logit_fit(np.vander(counted.dose, order + 1, increasing=True), counted)
             assert (fit is None) == (found < -1e-6), (solved, order)

@@ -18,7 +18,7 @@ def pairs(truth, told):
     steps = np.array([*truth, *told])
     n = len(truth)
     return Outcomes(
-        p=np.repeat([0.0, 0.4], n),
+        dose=np.repeat([0.0, 0.4], n),
         repetition=np.ones(2 * n, dtype=np.int64),
         trial=np.tile(np.arange(1, n + 1), 2),
         length=np.where(steps, steps, BUDGET),

@@ -45,7 +45,7 @@ def world(rng, success=RISING, trap=NO_TRAP, harm=1.0, n=30, shared=0.0):
     opens = (luck[:, :, 2] < pace * np.where(after, harm, 1)) & (step >= 4)
     length = np.where(opens.any(axis=1), opens.argmax(axis=1) + 1, BUDGET)
     return Outcomes(
-        p=P[condition],
+        dose=P[condition],
         repetition=1 + number // 10,
         trial=1 + number % 10,
         length=length,
@@ -58,7 +58,7 @@ def columns(rows):
     """Outcomes from rows of (p, trial, length, solved, onset)."""
     p, trial, length, solved, onset = zip(*rows, strict=True)
     return Outcomes(
-        p=np.array(p, dtype=float),
+        dose=np.array(p, dtype=float),
         repetition=np.ones(len(rows), dtype=int),
         trial=np.array(trial),
         length=np.array(length),
@@ -84,7 +84,7 @@ def primary(outcomes):
 def test_the_excess_is_the_log_ranks():
     for seed in range(5):
         found = world(np.random.default_rng(seed), trap=TRAP)
-        group, until = found.p > 0, np.where(found.looped, found.onset, found.length)
+        group, until = found.dose > 0, np.where(found.looped, found.onset, found.length)
         running, event = grid(until, found.looped)
         total = excess(
             group[None, :, None].astype(float),
@@ -107,9 +107,9 @@ def test_its_variance_is_that_of_independent_trials_where_trials_are_independent
         found = world(rng, FLAT, n=100)
         until = np.where(found.looped, found.onset, found.length)
         running, event = grid(until, found.looped)
-        x = (found.p > 0)[None, :, None].astype(float)
+        x = (found.dose > 0)[None, :, None].astype(float)
         here = excess(x, event, running, stratum=np.zeros(len(found), dtype=int), cluster=found.luck)
-        statistic, _ = survdiff(until, found.looped.astype(int), found.p > 0)
+        statistic, _ = survdiff(until, found.looped.astype(int), found.dose > 0)
         independent = here.total[0] ** 2 / statistic
         ratios.append(here.covariance[0, 0] / independent)
     assert np.mean(ratios) == pytest.approx(1.0, abs=4 * np.std(ratios) / np.sqrt(60))
@@ -132,7 +132,7 @@ def test_noise_that_frees_from_loops_is_found_with_its_direction():
     assert found.primary.lowest.events > found.primary.lowest.expected
     assert found.primary.lowest.by_step() > found.primary.higher.by_step()
     lowest, higher = found.primary.lowest, found.primary.higher
-    assert (lowest.p, higher.p, lowest.n, higher.n) == ((0.0,), tuple(P[1:].tolist()), 30, 180)
+    assert (lowest.doses, higher.doses, lowest.n, higher.n) == ((0.0,), tuple(P[1:].tolist()), 30, 180)
     assert lowest.expected + higher.expected == pytest.approx(lowest.events + higher.events)
 
 
@@ -147,7 +147,7 @@ def test_onset_is_censored_where_the_trial_ends():
 def test_the_time_to_solve_is_tested_alike():
     drawn = world(np.random.default_rng(5))
     found = solution_logrank(drawn).primary
-    low = drawn.p == 0
+    low = drawn.dose == 0
     assert (found.lowest.events, found.higher.events) == (drawn.solved[low].sum(), drawn.solved[~low].sum())
     assert found.lowest.curve.share[-1] == pytest.approx(drawn.solved[low].mean())
     statistic, _ = survdiff(drawn.length, drawn.solved.astype(int), (~low).astype(int))
@@ -158,11 +158,11 @@ def test_the_time_to_solve_is_tested_alike():
 
 def test_each_comparison_is_its_own_and_corrected_as_by_holm():
     found = loop_onset_logrank(world(np.random.default_rng(3), trap=TRAP))
-    assert [c.higher.p for c in found.each] == [(p,) for p in P[1:].tolist()]
+    assert [c.higher.doses for c in found.each] == [(p,) for p in P[1:].tolist()]
     raw = [c.p_value for c in found.each]
     assert [c.p_adjusted for c in found.each] == pytest.approx(multipletests(raw, method="holm")[1].tolist())
     alone = world(np.random.default_rng(3), trap=TRAP)
-    pair = loop_onset_logrank(alone.at((alone.p == 0) | (alone.p == 0.4)))
+    pair = loop_onset_logrank(alone.at((alone.dose == 0) | (alone.dose == 0.4)))
     assert pair.primary.p_value == found.each[3].p_value
     assert pair.p_all < 1e-5
 
@@ -171,7 +171,7 @@ def test_an_agent_that_plays_alike_at_every_p_shows_no_difference_and_no_more_th
     one = world(np.random.default_rng(4), FLAT, shared=1.0, harm=0.2)
     onset = loop_onset_logrank(one)
     assert (onset.primary.p_value, onset.p_all, onset.primary.hazard_ratio) == (1.0, 1.0, pytest.approx(1.0))
-    many, once = loop_hazard(one), loop_hazard(one.at(one.p == 0))
+    many, once = loop_hazard(one), loop_hazard(one.at(one.dose == 0))
     assert (many.odds_ratio, many.low, many.high) == pytest.approx((once.odds_ratio, once.low, once.high))
     assert many.p_value == pytest.approx(once.p_value)
 
@@ -229,7 +229,7 @@ def person_steps(found):
     """Every step of every trial: p, step, whether looped before, whether solved now. One at a time, as a check."""
     return [
         (p, t, 0 < onset < t, solved and t == length)
-        for p, length, solved, onset in zip(found.p, found.length, found.solved, found.onset, strict=True)
+        for p, length, solved, onset in zip(found.dose, found.length, found.solved, found.onset, strict=True)
         for t in range(1, length + 1)
     ]
 
@@ -257,7 +257,7 @@ def test_cox_says_the_same():
         cut = found.onset[i] if 0 < found.onset[i] < found.length[i] else found.length[i]
         for start, stop, after in ((0, cut, 0), (cut, found.length[i], 1)):
             if stop > start:
-                rows.append((start + 0.5, stop, found.solved[i] and stop == found.length[i], after, found.p[i]))
+                rows.append((start + 0.5, stop, found.solved[i] and stop == found.length[i], after, found.dose[i]))
     entry, until, solved, looped, p = np.array(rows, dtype=float).T
     cox = PHReg(until, looped[:, None], status=solved, entry=entry, strata=p, ties="breslow").fit(disp=0)
     effect = loop_hazard(found)
@@ -324,7 +324,7 @@ def test_luck_that_is_shared_misleads_a_test_that_takes_trials_for_independent()
         here = world(rng, FLAT, shared=1.0)
         running, event = grid(here.length, here.solved)
         x = (here.looped[:, None] & (here.onset[:, None] < np.arange(1, running.shape[1] + 1))).astype(float)[None]
-        stratum = np.unique(here.p, return_inverse=True)[1]
+        stratum = np.unique(here.dose, return_inverse=True)[1]
         apart = excess(x, event, running, stratum=stratum, cluster=np.arange(len(here)))
         together = excess(x, event, running, stratum=stratum, cluster=here.luck)
         assert apart.total == pytest.approx(together.total)

@@ -22,7 +22,7 @@ def drawn(data, seed=1, spread=0.05):
 def points(function, p=P7, repetitions=3, noise=0.0, seed=0):
     draw = np.random.default_rng(seed)
     return [
-        Point(p=x, repetition=r, n=10, success=function(x) + noise * draw.normal(), loop_rate=1 - function(x))
+        Point(dose=x, repetition=r, n=10, success=function(x) + noise * draw.normal(), loop_rate=1 - function(x))
         for r in range(1, repetitions + 1)
         for x in p
     ]
@@ -51,7 +51,7 @@ def test_the_right_order_is_chosen_for_clear_data(order):
 def test_leave_one_out_is_what_leaving_one_out_gives():
     data = points(lambda x: x, p=(0.0, 0.2, 0.5, 1.0), repetitions=1, noise=0.1)
     fit = trend_fit(data, "success", drawn(data))
-    x, y = np.array([d.p for d in data]), np.array([d.success for d in data])
+    x, y = np.array([d.dose for d in data]), np.array([d.success for d in data])
     for score in fit.orders[:3]:
         errors = []
         for i in range(len(x)):
@@ -65,8 +65,8 @@ def test_the_band_is_the_spread_of_fits_to_the_resamples():
     data = points(lambda x: 0.5 + x / 3, noise=0.1)
     draws = drawn(data)
     quadratic = trend_fit(data, "success", draws).quadratic
-    x = np.array([d.p for d in data])
-    curves = [np.polyval(np.polyfit(x, row, 2), quadratic.p) for row in draws]
+    x = np.array([d.dose for d in data])
+    curves = [np.polyval(np.polyfit(x, row, 2), quadratic.dose) for row in draws]
     assert quadratic.low == pytest.approx(np.percentile(curves, 2.5, axis=0).tolist())
     assert quadratic.high == pytest.approx(np.percentile(curves, 97.5, axis=0).tolist())
 

@@ -148,8 +148,8 @@ def test_people_who_play_at_one_p_only_are_no_u(without_slopes):
     seen = []
     for seed in range(150):
         columns = people(np.random.default_rng(seed), 6, 10, 0.5)
-        alone = two_lines(columns.p, columns.solved)
-        together = two_lines(columns.p, columns.solved, columns.cluster)
+        alone = two_lines(columns.dose, columns.solved)
+        together = two_lines(columns.dose, columns.solved, columns.cluster)
         assert together.p_value >= alone.p_value - 1e-9
         seen.append((alone.direction is not None, together.direction is not None))
     independent, clustered = np.mean(seen, axis=0)
@@ -159,7 +159,7 @@ def test_people_who_play_at_one_p_only_are_no_u(without_slopes):
 
 def test_a_rise_and_fall_that_few_people_show_strongly_is_found():
     columns = people(np.random.default_rng(1), 10, 6, 0.35, success=np.array([0.05, 0.3, 0.7, 0.95, 0.7, 0.3, 0.05]))
-    assert two_lines(columns.p, columns.solved, columns.cluster).direction == "inverted U"
+    assert two_lines(columns.dose, columns.solved, columns.cluster).direction == "inverted U"
 
 
 def drawn(name, trials=30, seed=1):
@@ -167,7 +167,7 @@ def drawn(name, trials=30, seed=1):
 
 
 def at_doses(columns, p):
-    return Outcomes(**{name: getattr(columns, name) for name in columns.__slots__} | {"p": p})
+    return Outcomes(**{name: getattr(columns, name) for name in columns.__slots__} | {"dose": p})
 
 
 def test_loops_that_come_later_and_then_sooner_are_a_u_of_loop_onset():
@@ -182,7 +182,7 @@ def test_loops_that_come_later_and_then_sooner_are_a_u_of_loop_onset():
 def test_trial_length_alone_bends_loop_rates_and_not_loop_onset():
     """Success rises and falls, so loop rates fall and rise; the hazard of a loop is the same at every p."""
     columns = drawn("inverted-u", trials=300)
-    assert two_lines(columns.p, columns.looped).direction == "U"
+    assert two_lines(columns.dose, columns.looped).direction == "U"
     assert onset_lines(columns).direction is None
     seen = [onset_lines(drawn("inverted-u", seed=seed)).direction is not None for seed in range(200)]
     assert np.mean(seen) <= 0.05 + 2 * np.sqrt(0.05 * 0.95 / 200)
@@ -191,9 +191,9 @@ def test_trial_length_alone_bends_loop_rates_and_not_loop_onset():
 def test_a_line_of_loop_onset_is_a_log_rank_test():
     """With two values of p on a side, the trend is the log-rank test of these two."""
     columns = drawn("loops-return")
-    three = columns.at(np.isin(columns.p, [0.0, 0.3, 0.6]))
+    three = columns.at(np.isin(columns.dose, [0.0, 0.3, 0.6]))
     found = onset_lines(three)
-    pairs = [loop_onset_logrank(three.at(side)).primary for side in (three.p <= 0.3, three.p >= 0.3)]
+    pairs = [loop_onset_logrank(three.at(side)).primary for side in (three.dose <= 0.3, three.dose >= 0.3)]
     assert [found.first.p_value, found.second.p_value] == pytest.approx([pair.p_value for pair in pairs])
     assert [np.sign(line.z) for line in (found.first, found.second)] == [pair.direction for pair in pairs]
 
@@ -203,15 +203,15 @@ def test_neither_the_order_of_trials_nor_the_unit_of_p_nor_its_direction_matters
     found = onset_lines(columns)
     mixed = onset_lines(columns.at(np.random.default_rng(1).permutation(len(columns))))
     assert mixed.p_value == pytest.approx(found.p_value)
-    assert onset_lines(at_doses(columns, columns.p / 0.6)).p_value == pytest.approx(found.p_value)
-    turned = onset_lines(at_doses(columns, (6 - np.round(columns.p * 10)) / 10))
+    assert onset_lines(at_doses(columns, columns.dose / 0.6)).p_value == pytest.approx(found.p_value)
+    turned = onset_lines(at_doses(columns, (6 - np.round(columns.dose * 10)) / 10))
     assert turned.direction == "U"
 
 
 def test_no_loops_or_too_few_p_are_no_u_of_loop_onset():
     columns = drawn("loops-return")
-    assert onset_lines(columns.at(columns.p < 0.15)).note == "fewer than three p"
+    assert onset_lines(columns.at(columns.dose < 0.15)).note == "fewer than three p"
     none = onset_lines(columns.at(~columns.looped))
     assert (none.p_value, none.direction, none.first.z) == (1.0, None, 0.0)
     assert onset_lines(columns.at(columns.trial < 5)).p_value == 1.0  # too few clusters to test
-    assert onset_lines(columns.at(columns.p < 0)).p_value is None
+    assert onset_lines(columns.at(columns.dose < 0)).p_value is None

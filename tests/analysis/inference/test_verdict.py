@@ -19,7 +19,7 @@ def fitted(*coefficients: float, p: tuple[float, ...] = P7, noise: float = 0.004
     """The fit to three repetitions of a polynomial over p, with a little noise."""
     draw, shape = np.random.default_rng(3), np.polynomial.Polynomial(coefficients)
     points = [
-        Point(p=x, repetition=r, n=10, success=float(shape(x)) + noise * draw.normal(), loop_rate=0.0)
+        Point(dose=x, repetition=r, n=10, success=float(shape(x)) + noise * draw.normal(), loop_rate=0.0)
         for r in (1, 2, 3)
         for x in p
     ]

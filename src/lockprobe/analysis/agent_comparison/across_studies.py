@@ -207,7 +207,7 @@ def _estimate(first: Outcomes, second: Outcomes, *, shared: bool, same_luck: boo
 
 def _paired(first: Outcomes, second: Outcomes) -> _PairEstimate | None:
     """The paired estimate, from trials of equal luck that both sides finished."""
-    _, laid = sheets([replace(one, p=np.zeros(len(one))) for one in (first, second)])
+    _, laid = sheets([replace(one, dose=np.zeros(len(one))) for one in (first, second)])
     one, two = laid
     both = ~np.isnan(one.solved[:, 0] - two.solved[:, 0])
     if not both.any():

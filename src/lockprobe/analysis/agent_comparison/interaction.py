@@ -28,14 +28,14 @@ class InteractionAt:
     """The interaction at one p: how much more the second agent's success changes from the lowest p than the first's.
 
     Attributes:
-        p: Flip probability, [0, 1].
+        dose: Flip probability, [0, 1].
         change: Change of the second's success less that of the first's, with its interval, corrected for all p
             (Bonferroni); without a P value.
         p_adjusted: P value from sign flips of whole blocks, corrected for all p (Westfall & Young's maximum); with
             people from Student's t, corrected by Bonferroni.
     """
 
-    p: float
+    dose: float
     change: BlockMean
     p_adjusted: float
 
@@ -95,7 +95,7 @@ def interaction(
     return Interaction(
         lowest=values[0],
         at=tuple(
-            InteractionAt(p=values[i + 1], change=_mean(changes[:, [i]], len(met)), p_adjusted=p_value)
+            InteractionAt(dose=values[i + 1], change=_mean(changes[:, [i]], len(met)), p_adjusted=p_value)
             for i, p_value in zip(met, reached, strict=True)
         ),
         mean=_mean(changes[:, met]),
@@ -117,7 +117,7 @@ def _with_people(values: tuple[float, ...], apart: Array, person: NDArray[np.str
     if not found:
         return None
     at = tuple(
-        InteractionAt(p=p, change=replace(change, p_value=None), p_adjusted=min(1.0, len(found) * p_value))
+        InteractionAt(dose=p, change=replace(change, p_value=None), p_adjusted=min(1.0, len(found) * p_value))
         for p, change, p_value in found
     )
     mean = replace(_mean(apart[:, 1:] - apart[:, :1]), low=None, high=None)  # its blocks share people

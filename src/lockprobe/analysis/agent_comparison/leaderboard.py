@@ -133,7 +133,7 @@ def worst_case(found: AgentComparison, ends: tuple[AgentComparison, AgentCompari
         found,
         success=_worst_case_mean(found.success, *(end.success for end in ends)),
         steps=_worst_case_mean(found.steps, *(end.steps for end in ends)),
-        at=tuple(_worst_case_at(one, [{at.p: at for at in end.at}[one.p] for end in ends]) for one in found.at),
+        at=tuple(_worst_case_at(one, [{at.dose: at for at in end.at}[one.dose] for end in ends]) for one in found.at),
         interaction=_worst_case_interaction(found.interaction, *(end.interaction for end in ends)),
         bounded=True,
     )
@@ -160,7 +160,7 @@ def _worst_case_interaction(found: Interaction | None, *ends: Interaction | None
         return None
     three = [found, *(end for end in ends if end is not None)]
     signs = {
-        np.sign(change.value) for one in three for at in one.at if at.p == found.clearest.p for change in [at.change]
+        np.sign(change.value) for one in three for at in one.at if at.dose == found.clearest.dose for change in [at.change]
     }
     return replace(found, p_value=max(one.p_value for one in three) if len(three) == 3 and len(signs) == 1 else 1.0)
 

@@ -27,7 +27,7 @@ class ComparisonAt:
     """Two agents at one p.
 
     Attributes:
-        p: Flip probability, [0, 1].
+        dose: Flip probability, [0, 1].
         success: Difference in the share solved, second minus first, over the trials that both finished, with McNemar's
             test. Where one person has several trials, agents are exchanged within whole people, and the interval is
             over people.
@@ -35,7 +35,7 @@ class ComparisonAt:
         p_adjusted: McNemar's P value corrected for all pairs of agents and all p (Holm); None before that.
     """
 
-    p: float
+    dose: float
     success: Paired
     steps: BlockMean
     p_adjusted: float | None = None
@@ -135,7 +135,7 @@ def compare(
         steps=_mean(steps, person, most, rare),
         at=tuple(
             ComparisonAt(
-                p=p,
+                dose=p,
                 success=paired_difference(
                     first.solved[both[:, i], i], second.solved[both[:, i], i], _of(person, both, i)
                 ),
@@ -210,7 +210,7 @@ def corrected(found: Sequence[AgentComparison]) -> tuple[AgentComparison, ...]:
     everywhere = [(one, at) for one in found for at in (one.at[:1] if one.copies else one.at)]
     adjusted = dict(
         zip(
-            [(id(one), at.p) for one, at in everywhere],
+            [(id(one), at.dose) for one, at in everywhere],
             _by_kind([one.among for one, _ in everywhere], [at.success.p_value for _, at in everywhere]),
             strict=True,
         )
@@ -220,7 +220,7 @@ def corrected(found: Sequence[AgentComparison]) -> tuple[AgentComparison, ...]:
             one,
             success_adjusted=success[i],
             steps_adjusted=steps[i],
-            at=tuple(replace(at, p_adjusted=adjusted[id(one), one.at[0].p if one.copies else at.p]) for at in one.at),
+            at=tuple(replace(at, p_adjusted=adjusted[id(one), one.at[0].dose if one.copies else at.dose]) for at in one.at),
             interaction=replace(one.interaction, p_adjusted=moved[i]) if one.interaction else None,
         )
         for i, one in enumerate(found)

@@ -75,12 +75,12 @@ class BlockMean:
 
 def sheets(groups: list[Outcomes]) -> tuple[tuple[float, ...], list[Sheet]]:
     """The values of p, ascending, and a sheet for each agent, all with the same rows (blocks) and columns (p)."""
-    values = np.unique(np.concatenate([group.p for group in groups])) if groups else np.empty(0)
+    values = np.unique(np.concatenate([group.dose for group in groups])) if groups else np.empty(0)
     lucks = sorted({luck for group in groups for luck in _lucks(group)})
     row = {luck: i for i, luck in enumerate(lucks)}
     made = []
     for group in groups:
-        place = np.array([row[luck] for luck in _lucks(group)], dtype=np.int64), np.searchsorted(values, group.p)
+        place = np.array([row[luck] for luck in _lucks(group)], dtype=np.int64), np.searchsorted(values, group.dose)
         solved, steps = np.full((2, len(lucks), len(values)), math.nan)
         solved[place], steps[place] = group.solved, group.length
         person = np.full(solved.shape if group.crossed else (0, 0), "", dtype=group.player.dtype)

@@ -126,8 +126,8 @@ def infer(
     Raises:
         BadValue: If a dose is no finite number.
     """
-    if not (proper := np.isfinite(outcomes.p)).all():
-        raise BadValue("dose of the trials", outcomes.p[~proper][0], "a finite number")
+    if not (proper := np.isfinite(outcomes.dose)).all():
+        raise BadValue("dose of the trials", outcomes.dose[~proper][0], "a finite number")
     most = int(outcomes.length.max(initial=1)) if budget is None else budget
     found = _tested(outcomes, rng, blind, most, agents)
     kept = tuple(persistence_tests(persistence)) if persistence else ()
@@ -161,11 +161,11 @@ def _tested(
 
     steps, speed = of("Mean steps", lambda some: mean_steps(some, budget)), of("Steps to solve", solution_logrank)
     onset = of("Loop onset", loop_onset_logrank)
-    orders = of("Binomial model of success", lambda some: binomial_orders(some.p, some.solved))
-    bend = of("Lind-Mehlum test", lambda some: lind_mehlum(some.p, some.solved))
-    lines = corrected(of("Two lines of success", lambda some: two_lines(some.p, some.solved, _players(some))), agents)
+    orders = of("Binomial model of success", lambda some: binomial_orders(some.dose, some.solved))
+    bend = of("Lind-Mehlum test", lambda some: lind_mehlum(some.dose, some.solved))
+    lines = corrected(of("Two lines of success", lambda some: two_lines(some.dose, some.solved, _players(some))), agents)
     again = of("Two lines of loop onset", onset_lines)
-    rates = of("Two lines of loop rates", lambda some: two_lines(some.p, some.looped, _players(some)))
+    rates = of("Two lines of loop rates", lambda some: two_lines(some.dose, some.looped, _players(some)))
     hazard = of("Success after a loop", lambda some: loop_hazard(some, blind))
     landmark = of("Success after a loop by step 10", lambda some: loop_landmark(some, blind))
     whole = of("Loops against success", naive_association)

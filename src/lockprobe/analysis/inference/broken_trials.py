@@ -57,7 +57,7 @@ def broken_shares(counted: Outcomes, broken: Outcomes, rng: np.random.Generator)
         return None
     begun = appended(counted, broken)
     broke = replace(begun, solved=np.arange(len(begun)) >= len(counted))
-    here = [(float(p), broke.solved[broke.p == p]) for p in np.unique(broke.p)]
+    here = [(float(p), broke.solved[broke.dose == p]) for p in np.unique(broke.dose)]
     return BrokenShares(
         at=tuple((p, proportion(int(which.sum()), len(which))) for p, which in here),
         p_value=any_difference(broke, rng, PERMUTATIONS).omnibus,
@@ -73,8 +73,8 @@ def completed(counted: Outcomes, broken: Outcomes) -> tuple[Outcomes, Outcomes]:
 
 def worst_case_difference(found: AnyDifference, unsolved: AnyDifference, solved: AnyDifference) -> AnyDifference:
     """The differences without the broken trials, with the largest P value of the three cases."""
-    bounds = [{one.p: one for one in other.at} for other in (unsolved, solved)]
-    at = tuple(_worst_case_at(one, *(bound.get(one.p) for bound in bounds)) for one in found.at)
+    bounds = [{one.dose: one for one in other.at} for other in (unsolved, solved)]
+    at = tuple(_worst_case_at(one, *(bound.get(one.dose) for bound in bounds)) for one in found.at)
     return replace(found, at=at, p_value=min((one.p_value for one in at), default=None))
 
 

@@ -27,18 +27,18 @@ class Course:
         kind: The course in words.
         first: Share solved at the lowest p.
         highest: The highest share solved.
-        highest_p: The p of the highest share.
+        highest_dose: The p of the highest share.
         lowest: The lowest share solved.
-        lowest_p: The p of the lowest share.
+        lowest_dose: The p of the lowest share.
         last: Share solved at the highest p.
     """
 
     kind: CourseKind
     first: float
     highest: float
-    highest_p: float
+    highest_dose: float
     lowest: float
-    lowest_p: float
+    lowest_dose: float
     last: float
 
 
@@ -51,9 +51,9 @@ def course(conditions: list[Point], difference: AnyDifference, lines: TwoLines) 
         kind="not tested",
         first=conditions[0].success,
         highest=best.success,
-        highest_p=best.p,
+        highest_dose=best.dose,
         lowest=worst.success,
-        lowest_p=worst.p,
+        lowest_dose=worst.dose,
         last=conditions[-1].success,
     )
     return replace(found, kind=_kind(found, difference, lines))
@@ -74,5 +74,5 @@ def _kind(seen: Course, difference: AnyDifference, lines: TwoLines) -> CourseKin
     differs = [at.value for at in difference.at if at.p_value < ALPHA]
     rises, falls = any(value > 0 for value in differs), any(value < 0 for value in differs)
     if rises and falls:
-        return "rises and falls" if seen.highest_p < seen.lowest_p else "falls and rises"
+        return "rises and falls" if seen.highest_dose < seen.lowest_dose else "falls and rises"
     return "rises" if rises else "falls" if falls else "no change detectable"

@@ -47,7 +47,7 @@ class DifferenceAt:
     """The difference in success between one p and the lowest p, in one sample of trials.
 
     Attributes:
-        p: Flip probability, [0, 1].
+        dose: Flip probability, [0, 1].
         first: Share of the compared trials solved at the lowest p.
         second: Share of the compared trials solved at this p.
         value: Success at this p minus success at the lowest p, [-1, 1].
@@ -62,7 +62,7 @@ class DifferenceAt:
         if_solved: The difference if every broken trial had been solved.
     """
 
-    p: float
+    dose: float
     first: Proportion
     second: Proportion
     value: float
@@ -124,7 +124,7 @@ def any_difference(
         agents: Number of agents that are judged together.
     """
     permutations = max(permutations, _PER_AGENT * agents)
-    values, place = np.unique(outcomes.p, return_inverse=True)
+    values, place = np.unique(outcomes.dose, return_inverse=True)
     lowest = float(values[0]) if len(values) else None
     groups = _groups(outcomes, place)
     apart = not any(len(set(labels)) > 1 for labels in groups)
@@ -163,8 +163,8 @@ def any_difference(
 
 def _at(outcomes: Outcomes, both: tuple[float, float], exchange: float, *, choices: int) -> DifferenceAt:
     """The difference between two values of p, from the trials that can be compared."""
-    together = outcomes.at(np.isin(outcomes.p, both))
-    later = together.p == both[1]
+    together = outcomes.at(np.isin(outcomes.dose, both))
+    later = together.dose == both[1]
     if outcomes.crossed:
         found: Paired | ClusteredDifference = clustered_difference(
             together.solved, later, together.player, together.luck, choices=choices
@@ -175,7 +175,7 @@ def _at(outcomes: Outcomes, both: tuple[float, float], exchange: float, *, choic
         pairs = found = paired(shares[0], shares[1], choices=choices)
     first, second = (proportion(int(one.sum()), len(one)) for one in shares)
     return DifferenceAt(
-        p=float(both[1]),
+        dose=float(both[1]),
         first=first,
         second=second,
         value=found.value,

@@ -153,8 +153,8 @@ def _effect(
     """Mantel-Haenszel over strata of p and step; all grids have the shape (trials, steps)."""
     after, before = looped * running, ~looped * running
     cells = np.stack([after * event, after * (1 - event), before * event, before * (1 - event)])
-    stratum = np.unique(outcomes.p, return_inverse=True)[1]
-    member = (outcomes.p == np.unique(outcomes.p)[:, None]).astype(np.float64)
+    stratum = np.unique(outcomes.dose, return_inverse=True)[1]
+    member = (outcomes.dose == np.unique(outcomes.dose)[:, None]).astype(np.float64)
     tables = stratum_totals(member, cells).reshape(2, 2, -1)
     informative = (tables.sum(axis=0).min(axis=0) > 0) & (tables.sum(axis=1).min(axis=0) > 0)
     found = odds_excess(cells, 1.0, stratum=stratum, cluster=outcomes.cluster)

@@ -26,14 +26,14 @@ class EventGroup:
     """The time to the event in the trials of one or several p.
 
     Attributes:
-        p: The flip probabilities, ascending.
+        doses: The flip probabilities, ascending.
         n: Trials.
         events: Trials with the event.
         expected: Events expected by the end of each trial if p had no influence.
         curve: Share with the event by step, one minus Kaplan-Meier, which corrects for censoring.
     """
 
-    p: tuple[float, ...]
+    doses: tuple[float, ...]
     n: int
     events: int
     expected: float
@@ -97,17 +97,17 @@ def solution_logrank(outcomes: Outcomes) -> LogRanks:
 
 
 def _over_p(outcomes: Outcomes, last: Steps, happened: NDArray[np.bool_]) -> LogRanks:
-    levels = np.unique(outcomes.p)
+    levels = np.unique(outcomes.dose)
     if len(levels) < 2:
         return LogRanks(primary=None, each=(), p_all=None)
     luck = outcomes.cluster
-    x = (outcomes.p == levels[1:, None])[..., None].astype(np.float64)
+    x = (outcomes.dose == levels[1:, None])[..., None].astype(np.float64)
     running, event = grid(last, happened)
     one = np.zeros(len(outcomes), dtype=np.int64)
-    pairs = [(outcomes.p == levels[0]) | (outcomes.p == p) for p in levels[1:]]
-    each = [_compare(outcomes.p[pair], last[pair], happened[pair], luck[pair]) for pair in pairs]
+    pairs = [(outcomes.dose == levels[0]) | (outcomes.dose == p) for p in levels[1:]]
+    each = [_compare(outcomes.dose[pair], last[pair], happened[pair], luck[pair]) for pair in pairs]
     return LogRanks(
-        primary=_compare(outcomes.p, last, happened, luck),
+        primary=_compare(outcomes.dose, last, happened, luck),
         each=tuple(
             replace(comparison, p_adjusted=adjusted)
             for comparison, adjusted in zip(each, holm([one.p_value for one in each]), strict=True)
@@ -139,7 +139,7 @@ def _compare(p: NDArray[np.float64], last: Steps, happened: NDArray[np.bool_], l
 def _group(p: NDArray[np.float64], last: Steps, happened: NDArray[np.bool_], beyond: float) -> EventGroup:
     events = int(happened.sum())
     return EventGroup(
-        p=tuple(np.unique(p).tolist()),
+        doses=tuple(np.unique(p).tolist()),
         n=len(p),
         events=events,
         expected=events - beyond,

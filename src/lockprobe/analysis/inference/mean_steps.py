@@ -64,7 +64,7 @@ def mean_steps(outcomes: Outcomes, budget: int) -> MeanSteps:
         budget: Steps of a trial.
     """
     steps = outcomes.length.astype(np.float64)
-    later = outcomes.p > outcomes.p.min(initial=math.inf)
+    later = outcomes.dose > outcomes.dose.min(initial=math.inf)
     if not later.any():
         return _none("fewer than two p")
     compared = _of_people(outcomes, steps, later) if outcomes.crossed else _of_pairs(outcomes, steps, later)

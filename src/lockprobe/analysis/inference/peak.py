@@ -25,14 +25,14 @@ class Candidate:
     """One value of p as a candidate for the peak of success.
 
     Attributes:
-        p: Flip probability, [0, 1].
+        dose: Flip probability, [0, 1].
         n: Trials.
         success: Share solved, [0, 1].
         share: Share of resamples in which it is the best, ties split, [0, 1]; None without resamples.
         in_set: Whether it belongs to the 95 % confidence set of the best.
     """
 
-    p: float
+    dose: float
     n: int
     success: float
     share: float | None
@@ -73,7 +73,7 @@ def peak(outcomes: Outcomes, rng: np.random.Generator, resamples: int = RESAMPLE
     with centred differences (Hsu's comparison with the best, by bootstrap). The set held the true best in 92 to 100 %
     of simulated studies; the fewest values whose shares of resamples add up to 95 % held it in 60 to 100 %.
     """
-    values, place = np.unique(outcomes.p, return_inverse=True)
+    values, place = np.unique(outcomes.dose, return_inverse=True)
     if not len(values):
         return Peak(note="no trials")
     n = np.bincount(place).astype(np.float64)
@@ -107,7 +107,7 @@ def _peak(values: Array, n: Array, success: Array, drawn: Array, note: str, wide
     return Peak(
         candidates=tuple(
             Candidate(
-                p=float(p),
+                dose=float(p),
                 n=int(n[i]),
                 success=float(success[i]),
                 share=None if share is None else float(share[i]),

@@ -51,12 +51,12 @@ class BinomialCurve:
     """Success by p under one order.
 
     Attributes:
-        p: The p at which the curve is evaluated.
+        dose: The p at which the curve is evaluated.
         value: Success there, [0, 1].
         low, high: Ends of the pointwise 95 % interval, from the normal interval on the logit scale.
     """
 
-    p: tuple[float, ...]
+    dose: tuple[float, ...]
     value: tuple[float, ...]
     low: tuple[float, ...]
     high: tuple[float, ...]
@@ -85,7 +85,7 @@ def binomial_orders(p: NDArray[np.float64], solved: NDArray[np.bool_]) -> Binomi
     """Fit polynomials of order 0 to 3, as far as the values of p allow; p and solved have the shape (trials,)."""
     counted = counts(p, solved)
     n = int(counted.n.sum())
-    allowed = range(min(_HIGHEST, len(counted.p) - 1, n - 3) + 1)
+    allowed = range(min(_HIGHEST, len(counted.dose) - 1, n - 3) + 1)
     fits = list(itertools.takewhile(lambda fit: fit is not None, (_fit(counted, order) for order in allowed)))
     found = [fit for fit in fits if fit is not None]
     orders = tuple(_order(n, found, order) for order in range(len(found)))
@@ -96,7 +96,7 @@ def binomial_orders(p: NDArray[np.float64], solved: NDArray[np.bool_]) -> Binomi
 
 
 def _fit(counted: Counts, order: int) -> LogitFit | None:
-    return logit_fit(np.vander(counted.p, order + 1, increasing=True), counted)
+    return logit_fit(np.vander(counted.dose, order + 1, increasing=True), counted)
 
 
 def _why_not_fitted(counted: Counts, order: int) -> str:
@@ -127,12 +127,12 @@ def _order(n: int, fits: list[LogitFit], order: int) -> BinomialOrder:
 def _curve(counted: Counts, fit: LogitFit) -> BinomialCurve:
     from scipy.special import expit
 
-    grid = np.linspace(counted.p[0], counted.p[-1], _GRID)
+    grid = np.linspace(counted.dose[0], counted.dose[-1], _GRID)
     basis = np.vander(grid, len(fit.coefficients), increasing=True)
     middle = basis @ fit.coefficients
     spread = Z * np.sqrt(np.einsum("ij,jk,ik->i", basis, fit.covariance, basis))
     return BinomialCurve(
-        p=tuple(grid.tolist()),
+        dose=tuple(grid.tolist()),
         value=tuple(expit(middle).tolist()),
         low=tuple(expit(middle - spread).tolist()),
         high=tuple(expit(middle + spread).tolist()),

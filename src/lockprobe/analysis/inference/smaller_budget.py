@@ -48,7 +48,7 @@ def reversal(outcomes: Outcomes, found: AnyDifference) -> Reversal | None:
     clearest = found.clearest
     if clearest is None or clearest.p_value >= ALPHA or outcomes.crossed:
         return None
-    lowest, higher = (outcomes.at(outcomes.p == p) for p in (found.lowest, clearest.p))
+    lowest, higher = (outcomes.at(outcomes.dose == p) for p in (found.lowest, clearest.dose))
     budgets = range(1, int(outcomes.length.max()))
     reversed_at: list[Reversal] = []
     for budget in budgets:

@@ -52,7 +52,7 @@ class Quadratic:
 
     Attributes:
         coefficients: From the constant upwards.
-        p: The p at which the fit is evaluated.
+        dose: The p at which the fit is evaluated.
         value: The fit there.
         low, high: 2.5th and 97.5th percentiles over bootstrap resamples; empty without resamples.
         turning: The p of the fit's extremum, if strictly inside the range of p.
@@ -61,7 +61,7 @@ class Quadratic:
     """
 
     coefficients: tuple[float, ...]
-    p: tuple[float, ...]
+    dose: tuple[float, ...]
     value: tuple[float, ...]
     low: tuple[float, ...]
     high: tuple[float, ...]
@@ -99,7 +99,7 @@ def trend_fit(points: Sequence[Point], quantity: Quantity, draws: Array) -> Tren
         quantity: The fitted quantity.
         draws: The quantity at those points in bootstrap resamples, shape (resamples, points).
     """
-    x = np.array([point.p for point in points], dtype=np.float64)
+    x = np.array([point.dose for point in points], dtype=np.float64)
     y = np.array([getattr(point, quantity) for point in points], dtype=np.float64)
     values = len(set(x.tolist()))
     if values < 3:
@@ -161,7 +161,7 @@ def _quadratic(x: Array, draws: Array, coefficients: tuple[float, ...]) -> Quadr
             share = float(np.mean(alike & _turning(resampled, x.min(), x.max())[1]))
     return Quadratic(
         coefficients=coefficients,
-        p=tuple(grid.tolist()),
+        dose=tuple(grid.tolist()),
         value=tuple((basis @ fitted).tolist()),
         low=tuple(low.tolist()),
         high=tuple(high.tolist()),

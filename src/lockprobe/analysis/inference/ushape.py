@@ -117,14 +117,14 @@ def two_lines(p: NDArray[np.float64], solved: NDArray[np.bool_], cluster: NDArra
         cluster: The cluster of each trial, of the same shape; without it trials are independent.
     """
     counted = counts(p, solved)
-    if len(counted.p) < 3:
+    if len(counted.dose) < 3:
         return TwoLines(note=_TOO_FEW)
     at = _robin_hood_break(counted)
     first, second = (
         _line(side, None if cluster is None else _clustered_p(p[here], solved[here], cluster[here]))
-        for side, here in zip(_sides(counted, at), (p <= counted.p[at], p >= counted.p[at]), strict=True)
+        for side, here in zip(_sides(counted, at), (p <= counted.dose[at], p >= counted.dose[at]), strict=True)
     )
-    return _two_lines_test(float(counted.p[at]), first, second)
+    return _two_lines_test(float(counted.dose[at]), first, second)
 
 
 def _two_lines_test(break_p: float, first: Line, second: Line) -> TwoLines:
@@ -153,18 +153,18 @@ def onset_lines(outcomes: Outcomes) -> TwoLines:
     a loop are compared over p. So trials of different length do not matter. The break is chosen from the first loops at
     each p, against those expected there if p had no influence. Standard errors are clustered.
     """
-    levels = np.unique(outcomes.p)
+    levels = np.unique(outcomes.dose)
     if len(levels) < 3:
         return TwoLines(note=_TOO_FEW)
     running, event = grid(np.where(outcomes.looped, outcomes.onset, outcomes.length), outcomes.looped)
-    here = (levels[:, None] == outcomes.p).astype(np.float64)
+    here = (levels[:, None] == outcomes.dose).astype(np.float64)
     n, events, looped = running.sum(axis=0), event.sum(axis=0), here @ event.sum(axis=1)
     expected = here @ running @ (events / np.maximum(n, 1.0))
     steps = expected * n[events > 0].sum() / max(events.sum(), 1.0)  # as many as expect these first loops
-    at = _robin_hood_break(Counts(p=levels, solved=looped, n=np.maximum(np.maximum(looped, steps), 1.0)))
+    at = _robin_hood_break(Counts(dose=levels, solved=looped, n=np.maximum(np.maximum(looped, steps), 1.0)))
     first, second = (
         _onset_line(outcomes.at(side), running[side], event[side])
-        for side in (outcomes.p <= levels[at], outcomes.p >= levels[at])
+        for side in (outcomes.dose <= levels[at], outcomes.dose >= levels[at])
     )
     return _two_lines_test(float(levels[at]), first, second)
 
@@ -176,12 +176,12 @@ def lind_mehlum(p: NDArray[np.float64], solved: NDArray[np.bool_]) -> LindMehlum
     :func:`two_lines`.
     """
     counted = counts(p, solved)
-    enough = len(counted.p) >= 3
-    fit = logit_fit(np.vander(counted.p, 3, increasing=True), counted) if enough else None
+    enough = len(counted.dose) >= 3
+    fit = logit_fit(np.vander(counted.dose, 3, increasing=True), counted) if enough else None
     if fit is None:
         return LindMehlum(note="quadratic separates" if enough else _TOO_FEW)
     bend = float(fit.coefficients[2])
-    ends = np.array([[0.0, 1.0, 2 * end] for end in (counted.p[0], counted.p[-1])])
+    ends = np.array([[0.0, 1.0, 2 * end] for end in (counted.dose[0], counted.dose[-1])])
     slopes = ends @ fit.coefficients
     z = slopes / np.sqrt(np.einsum("ij,jk,ik->i", ends, fit.covariance, ends))
     away = z * (-1, 1) * (1 if bend > 0 else -1)
@@ -211,7 +211,7 @@ def _concluded(p_value: float, *, opens_up: bool) -> UShape | None:
 def _sides(counted: Counts, at: int) -> tuple[Counts, Counts]:
     """The counts up to the break, and from it on."""
     first, second = (
-        Counts(p=counted.p[part], solved=counted.solved[part], n=counted.n[part])
+        Counts(dose=counted.dose[part], solved=counted.solved[part], n=counted.n[part])
         for part in (slice(at + 1), slice(at, None))
     )
     return first, second
@@ -220,7 +220,7 @@ def _sides(counted: Counts, at: int) -> tuple[Counts, Counts]:
 def _score(counted: Counts) -> float:
     """The Cochran-Armitage score of a slope, in standard errors; 0 if nothing differs."""
     share = counted.solved.sum() / counted.n.sum()
-    centred = counted.p - np.average(counted.p, weights=counted.n)
+    centred = counted.dose - np.average(counted.dose, weights=counted.n)
     variance = share * (1 - share) * np.sum(counted.n * centred**2)
     return float(counted.solved @ centred / math.sqrt(variance)) if variance > 0 else 0.0
 
@@ -240,7 +240,7 @@ def _clustered_p(p: Array, solved: NDArray[np.bool_], cluster: NDArray[np.int64]
 
 
 def _line(counted: Counts, clustered_p: float | None) -> Line:
-    fit, z = logit_fit(np.vander(counted.p, 2, increasing=True), counted), _score(counted)
+    fit, z = logit_fit(np.vander(counted.dose, 2, increasing=True), counted), _score(counted)
     return Line(
         slope=None if fit is None else float(fit.coefficients[1]),
         z=z,
@@ -250,7 +250,7 @@ def _line(counted: Counts, clustered_p: float | None) -> Line:
 
 def _onset_line(outcomes: Outcomes, running: Array, event: Array) -> Line:
     """The log-rank score of p among these trials; ``running`` and ``event`` have the shape (trials, steps)."""
-    x, one = outcomes.p[None, :, None], np.zeros(len(outcomes), dtype=np.int64)
+    x, one = outcomes.dose[None, :, None], np.zeros(len(outcomes), dtype=np.int64)
     found = excess(x, event, running, stratum=one, cluster=outcomes.cluster)
     total, variance, p_value = round(float(found.total[0]), 10), float(found.covariance[0, 0]), found.p_value_t
     return Line(
@@ -264,7 +264,7 @@ def _polynomial(counted: Counts, order: int) -> tuple[Array, Array, Array]:
     """A polynomial through empirical logits: coefficients, fitted logits, standard errors. It always exists."""
     yes, no = counted.solved + 0.5, counted.n - counted.solved + 0.5
     weight = 1 / (1 / yes + 1 / no)
-    design = np.vander(counted.p, order + 1, increasing=True)
+    design = np.vander(counted.dose, order + 1, increasing=True)
     covariance = np.linalg.pinv(design.T @ (weight[:, None] * design))
     coefficients = covariance @ (design.T @ (weight * np.log(yes / no)))
     return coefficients, design @ coefficients, np.sqrt(np.einsum("ij,jk,ik->i", design, covariance, design))
@@ -277,7 +277,7 @@ def _robin_hood_break(counted: Counts) -> int:
     lines about its median have the strengths z1 and z2; the break is its quantile z2 / (z1 + z2).
     """
     bend = _polynomial(counted, 2)[0][2]
-    _, fitted, error = _polynomial(counted, min(3, len(counted.p) - 1))
+    _, fitted, error = _polynomial(counted, min(3, len(counted.dose) - 1))
     inner = np.sign(bend or 1.0) * fitted[1:-1]
     lowest = int(np.argmin(inner))
     flat = 1 + np.flatnonzero(inner <= inner[lowest] + error[1:-1][lowest])

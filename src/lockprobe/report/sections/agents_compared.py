@@ -33,7 +33,7 @@ _Cells = Mapping[tuple[str, str, float], PlayedCell]
 
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
-    cells = {(cell.agent, cell.modality, cell.summary.p): cell for cell in numbers.cells if cell.player}
+    cells = {(cell.agent, cell.modality, cell.summary.dose): cell for cell in numbers.cells if cell.player}
     for one in numbers.flips.comparisons:
         together = [other for other in numbers.flips.comparisons if other.among == one.among]
         yield from _over_all(one, len(together))
@@ -93,7 +93,7 @@ def _by_p(one: AgentComparison, cells: _Cells, many: int) -> Iterator[Estimate]:
     of = _versus(one) | {"note": "; ".join([_ALIKE] * one.copies + [_WORST] * one.bounded)}
     tests = ("permutation of people",) * 2 if one.people else ("McNemar", "permutation within blocks")
     for at in one.at:
-        cell, found = cells[*one.second, at.p], at.success
+        cell, found = cells[*one.second, at.dose], at.success
         for part, p_value, of_tests in (("", at.p_adjusted, many), ("uncorrected", found.p_value, 1)):
             tested = {"p_value": p_value, "corrected_for": of_tests, "test": tests[0]}
             yield cell.estimate("success_difference", of=part, unit="points", **of, **_mean(found) | tested)
@@ -117,7 +117,7 @@ def _changes(one: AgentComparison, cells: _Cells, pairs: int) -> Iterator[Estima
     control = cells[*one.second, moved.lowest].condition
     for at in moved.at:
         tested = {"p_value": at.p_adjusted, "corrected_for": rates, "test": test}
-        yield cells[*one.second, at.p].estimate(control=control, **of, **_mean(at.change) | tested)
+        yield cells[*one.second, at.dose].estimate(control=control, **of, **_mean(at.change) | tested)
 
 
 def _pairs(found: Results) -> list[dict[str, str]]:

@@ -102,7 +102,7 @@ class AgentCourse:
     @property
     def _names(self) -> dict[float, str]:
         """Dose -> the name of its condition."""
-        return {one.p: one.name for one in self.agent.conditions}
+        return {one.dose: one.name for one in self.agent.conditions}
 
     def against_lowest(self, dose: float, *more: str) -> dict[str, Any]:
         """The columns of a row that compares a dose with the lowest; options of agents have no condition each."""
@@ -146,7 +146,7 @@ def _doses(course: AgentCourse, reference: Reference | None) -> Iterator[Row]:
     """The doses that are analysed, and what blind agents reach there."""
     found = course.agent
     for one in found.conditions:
-        yield course.estimate("trials_at_dose", one.success.n, unit="trials", **course.under(one.p))
+        yield course.estimate("trials_at_dose", one.success.n, unit="trials", **course.under(one.dose))
     if (lowest := found.inference.difference.lowest) is not None:
         yield course.estimate("lowest_dose", lowest, unit=DOSE)
     budget = next((len(one.curve.share) - 1 for one in found.conditions if one.success.n), None)
@@ -166,7 +166,7 @@ def trend_rows(course: AgentCourse, quantity: str, fit: TrendFit) -> Iterator[Ro
         if chosen is not None:
             yield course.estimate(f"{quantity}_order", chosen, of=of, n=fit.n, unit="order")
     if (curve := fit.quadratic) is not None:
-        yield course.curve(quantity, n=fit.n, x=curve.p, value=curve.value, low=curve.low, high=curve.high)
+        yield course.curve(quantity, n=fit.n, x=curve.dose, value=curve.value, low=curve.low, high=curve.high)
         if curve.turning is not None:
             yield course.estimate(f"{quantity}_turning", curve.turning, of=curve.turning_kind or "", unit=DOSE)
         if curve.turning_share is not None:
@@ -194,7 +194,7 @@ def _model(course: AgentCourse) -> Iterator[Row]:
     if found.order is not None:
         yield course.estimate("success_model_order", found.order, of="AICc", n=found.n, unit="order")
     if (curve := found.curve) is not None:
-        yield course.curve("success_model", n=found.n, x=curve.p, value=curve.value, low=curve.low, high=curve.high)
+        yield course.curve("success_model", n=found.n, x=curve.dose, value=curve.value, low=curve.low, high=curve.high)
     yield from course.missing("success_model", found.note)
 
 
@@ -202,9 +202,9 @@ def _best(course: AgentCourse) -> Iterator[Row]:
     """The dose of the highest success, the doses that may be it, and success there."""
     found = course.agent.peak
     for one in found.candidates:
-        yield course.estimate("best_dose_probability", one.share, n=one.n, **course.under(one.p))
+        yield course.estimate("best_dose_probability", one.share, n=one.n, **course.under(one.dose))
         if one.in_set:
-            yield course.estimate("best_dose_set", one.p, unit=DOSE, **course.under(one.p))
+            yield course.estimate("best_dose_set", one.dose, unit=DOSE, **course.under(one.dose))
     if found.best is not None:
         yield course.estimate("best_dose", found.best, unit=DOSE)
         yield course.estimate("success_at_best_dose", found.success, of="uncorrected")
@@ -224,11 +224,11 @@ def _differences(course: AgentCourse) -> Iterator[Row]:
         "corrected_for": max(1, len(tested.at)) * tested.agents,
     }
     for one in tested.at:
-        yield _difference(course, "success_difference", one, corrected | course.against_lowest(one.p))
+        yield _difference(course, "success_difference", one, corrected | course.against_lowest(one.dose))
         yield from _details(course, one, corrected)
     if contrast is not None:
-        of = corrected | course.under(contrast.other.p) | {"of": ""}
-        yield course.estimate("clearest_dose", contrast.other.p, unit="dose")
+        of = corrected | course.under(contrast.other.dose) | {"of": ""}
+        yield course.estimate("clearest_dose", contrast.other.dose, unit="dose")
         yield _difference(course, "clearest_success_difference", contrast.difference, of)
         yield course.estimate("clearest_success_difference", of="Fisher", p_value=contrast.fisher, test="Fisher")
     if tested.permutations:
@@ -245,16 +245,16 @@ def _details(course: AgentCourse, one: DifferenceAt, corrected: dict[str, Any]) 
     """The shares that are compared, the pairs that differ, and the difference if broken trials had ended alike."""
 
     def test(of: str, p_value: float, test: str, **more: Any) -> Estimate:
-        columns = course.against_lowest(one.p, of) | more
+        columns = course.against_lowest(one.dose, of) | more
         return course.estimate("success_difference", unit="points", p_value=p_value, test=test, **columns)
 
     for where, share in (((), one.second), ((CONTROL,), one.first)):
-        yield from share_rows("success_in_pairs", share, **course.columns | course.against_lowest(one.p, *where))
+        yield from share_rows("success_in_pairs", share, **course.columns | course.against_lowest(one.dose, *where))
     yield test("permutation", one.exchange, "permutation within blocks", **corrected)
     if (pairs := one.pairs) is not None:
         yield test("McNemar", pairs.p_value, "McNemar", n=pairs.n)
         for where, count in (((), pairs.only_second), ((CONTROL,), pairs.only_first)):
-            of = course.against_lowest(one.p, *where)
+            of = course.against_lowest(one.dose, *where)
             yield course.estimate("solved_at_one_only", count, n=pairs.n, count=count, unit="trials", **of)
     for end, bound in (("unsolved", one.if_unsolved), ("solved", one.if_solved)):
         if bound is not None:
@@ -295,7 +295,7 @@ def log_rank_rows(course: AgentCourse, ratio: str, events: str, found: LogRanks)
         ({"of": "higher doses"}, primary.higher),
     ]
     for one in found.each:
-        (dose,) = one.higher.p
+        (dose,) = one.higher.doses
         many = {"family": f"every {course.dose} against the lowest", "corrected_for": len(found.each)}
         yield _ratio(course, ratio, one, p_value=one.p_adjusted, **course.under(dose), **many)
         yield _ratio(course, ratio, one, p_value=one.p_value, **course.under(dose, "uncorrected"))

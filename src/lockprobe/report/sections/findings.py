@@ -77,7 +77,7 @@ def _of_modalities(flips: StudySummary) -> Iterator[Row]:
 def _of_agents(numbers: StudyNumbers) -> Iterator[Row]:
     """What each agent does over the flip rates; nothing of a study of conditions with a single rate."""
     flips = numbers.flips
-    if numbers.others is not None and len({one.p for one in flips.conditions}) == 1:
+    if numbers.others is not None and len({one.dose for one in flips.conditions}) == 1:
         return
     for one in flips.subjects:
         said = partial(_said, agent=one.agent, modality=one.modality)

@@ -50,7 +50,7 @@ def _onset(course: AgentCourse, found: LogRanks) -> Iterator[Row]:
     if (primary := found.primary) is None:
         return
     groups = {"lowest": primary.lowest, "higher": primary.higher} | {
-        at(one.higher.p[0]): one.higher for one in found.each
+        at(one.higher.doses[0]): one.higher for one in found.each
     }
     for of, group in groups.items():
         own, curve = course.columns | {"of": of, "n": group.n}, group.curve

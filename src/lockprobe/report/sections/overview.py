@@ -153,7 +153,7 @@ def _intervals_said(numbers: Sequence[_KeyNumbers]) -> str:
 
 def _of_flips(summary: StudySummary, study: Study) -> _Screen:
     """The first screen of a study of flips or modalities."""
-    box, several = study.box.name, len({one.p for one in summary.conditions}) > 1
+    box, several = study.box.name, len({one.dose for one in summary.conditions}) > 1
     modal = bool(summary.modalities) and not several
     varied: Varied = "modalities" if modal else "flips" if any(study.p) else "nothing"
     subjects = summary.judged
@@ -225,7 +225,7 @@ def _judged(found: ConditionStudySummary) -> tuple[str, ...]:
 
 def _tested_axes(flips: StudySummary, found: ConditionStudySummary) -> list[StudySummary]:
     """The axes whose doses are compared with the control, flip rates first; without any in a study of controls."""
-    several = [flips] if len({one.p for one in flips.conditions}) > 1 else []
+    several = [flips] if len({one.dose for one in flips.conditions}) > 1 else []
     tested = {one.axis for one in found.on_axes}
     more = [one for series, one in found.series if series in found.design.other_axes and one.axis.name in tested]
     return [] if found.whys else [*several, *more]
@@ -305,13 +305,13 @@ def _numbers(agent: AgentSummary) -> _KeyNumbers:
         change = f"{bracketed(gap.value, gap.low, gap.high)} points"
         start = "change " if contrast.choices == 1 else ""
         which = "" if contrast.choices == 1 else f", {'largest' if contrast.farthest else 'clearest'} change"
-        against = f"{start}from {agent.axis.name} {contrast.baseline.p:g} to {contrast.other.p:g}{which}"
+        against = f"{start}from {agent.axis.name} {contrast.baseline.dose:g} to {contrast.other.dose:g}{which}"
         against += "" if contrast.whole else f", of {gap.first.n} trials finished under both"
     return _KeyNumbers(
         agent=agent.name,
         what=description(agent.spec),
         success=share(found.value, found.low, found.high),
-        where=f"of {found.n} trials solved {at_dose(first.p, agent.axis)}",
+        where=f"of {found.n} trials solved {at_dose(first.dose, agent.axis)}",
         change=change,
         against=against,
         agents=contrast.agents if contrast else 1,

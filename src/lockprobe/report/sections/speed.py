@@ -80,7 +80,7 @@ def _pace(pace: Pace) -> Iterator[Estimate]:
             versus=pace.first[0],
             versus_modality=pace.first[1],
             of=of,
-            doses={"flip.p": pace.p},
+            doses={"flip.p": pace.dose},
             unit="ratio",
             value=pace.hazard_ratio,
             p_value=p_value,
