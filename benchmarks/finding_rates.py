@@ -63,7 +63,8 @@ def thirteen(number: int) -> list[bool]:
         kinds = []
         for one in drawn:
             difference = any_difference(one, np.random.default_rng(number), PERMUTATIONS, agents=agents)
-            seen = course(points(one, by_repetition=False), difference, corrected(two_lines(one.p, one.solved), agents))
+            lines = corrected(two_lines(one.dose, one.solved), agents)
+            seen = course(points(one, by_repetition=False), difference, lines)
             assert seen is not None
             kinds.append(seen.kind)
         said.append(any(kind != "no change detectable" for kind in kinds))

@@ -38,6 +38,7 @@ from lockprobe.analysis.people import people
 from lockprobe.analysis.proportions import ALPHA
 from lockprobe.audit.simulate import simulate_outcomes
 from lockprobe.audit.simulated_agents import Design, World
+from lockprobe.doses import FLIP_RATE
 from lockprobe.record import Trial
 from lockprobe.studies.single import run_trial
 
@@ -88,7 +89,7 @@ def rate(design: str, person: float, luck: float, studies: int, template: Trial)
         assert found is not None
         assert found.success.p_value is not None
         columns = Outcomes(
-            p=np.tile(P, LUCKS),
+            dose=np.tile(P, LUCKS),
             repetition=np.ones(human.solved.size, dtype=np.int64),
             trial=block.ravel(),
             length=human.steps.ravel().astype(np.int64),
@@ -122,7 +123,9 @@ def held(template: Trial, theirs: Array, own: Array, seat: Names) -> bool:
                 replace(
                     template,
                     agent=agent,
-                    p=P[place],
+                    condition=f"flip?p={P[place]:g}",
+                    specs=(f"flip?p={P[place]:g}",),
+                    doses={FLIP_RATE: P[place]},
                     trial=luck + 1,
                     steps=template.steps[:1] * min(steps, BUDGET),
                     ending="solved" if steps <= BUDGET else "budget",
@@ -142,17 +145,17 @@ def at_one_p(people_at_p: int, boxes: int, likeness: float, studies: int) -> lis
     for number in range(studies):
         rng = np.random.default_rng([number, people_at_p, boxes])
         columns = simulate_outcomes(truth, design, rng)
-        first = columns.at(columns.p == 0)
+        first = columns.at(columns.dose == 0)
         together, alone = (
             any_difference(made, rng, 99).clearest
             for made in (columns, replace(columns, player=np.empty(0, dtype=np.str_)))
         )
         assert together is not None
         assert alone is not None
-        of_one = share_of(first.solved, first.person, first.luck), share_of(first.solved, [], first.luck)
+        of_one = share_of(first.solved, first.player, first.luck), share_of(first.solved, [], first.luck)
         counts += [
-            two_lines(columns.p, columns.solved).direction == "inverted U",
-            two_lines(columns.p, columns.solved, columns.cluster).direction == "inverted U",
+            two_lines(columns.dose, columns.solved).direction == "inverted U",
+            two_lines(columns.dose, columns.solved, columns.cluster).direction == "inverted U",
             *(found.low <= 0 <= found.high for found in (alone, together)),
             *(found.low <= 0.5 <= found.high for found in of_one[::-1]),
         ]

@@ -13,7 +13,9 @@ def told(*rates, n=36, rng=None, first=1):
         solved = np.arange(n) < rate * n if rng is None else rng.random(n) < rate
         ones = np.ones(n, dtype=np.int64)
         trial = np.arange(first, first + n)
-        levels.append(Outcomes(dose=0.0 * ones, repetition=ones, trial=trial, length=ones, solved=solved, onset=0 * ones))
+        levels.append(
+            Outcomes(dose=0.0 * ones, repetition=ones, trial=trial, length=ones, solved=solved, onset=0 * ones)
+        )
     return levels
 
 

@@ -24,7 +24,7 @@ def papers_effect():
 def test_the_papers_effect_needs_about_nineteen_trials_a_condition(papers_effect):
     """By 600 studies it is 15 to 27; the 48 studies of either seed, on coarser rungs, are within 11 to 34."""
     (found, _) = papers_effect
-    assert found.test == "greatest difference from the lowest p, permutation"
+    assert found.test == "greatest difference from the lowest dose, permutation"
     assert all(11 <= one.trials <= 34 for one in papers_effect)
     assert [rate.trials for rate in found.measured] == [12, 24, 48]
 

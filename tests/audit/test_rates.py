@@ -26,7 +26,7 @@ from lockprobe.audit.simulate import simulate, simulate_study
 from lockprobe.audit.simulated_agents import WORLDS, Design, world
 from lockprobe.errors import BadValue, Missing
 from lockprobe.parallel import Processes
-from lockprobe.prose.hypothesis_tests import QUESTIONS, name_of_test
+from lockprobe.prose.hypothesis_tests import QUESTIONS
 from lockprobe.seeds import generator
 
 NULL, TRAP = world("loops-irrelevant"), world("loop-trapped")
@@ -73,10 +73,10 @@ def test_recommended_tests_keep_their_level_and_find_what_is_there(rates):
     for (name, _), rate in rates.items():
         if rate.recommended and not rate.truth:
             assert rate.valid, (name, rate)
-    for test in ("loop onset, log-rank", "success after a loop, Mantel-Haenszel by p and step"):
+    for test in ("loop onset, log-rank", "success after a loop, Mantel-Haenszel by dose and step"):
         assert rates[TRAP.name, test].truth
         assert rates[TRAP.name, test].rate > 0.6
-    assert rates[NULL.name, "greatest difference from the lowest p, permutation"].rate > 0.7
+    assert rates[NULL.name, "greatest difference from the lowest dose, permutation"].rate > 0.7
 
 
 def test_truth_decides_what_is_a_false_positive(rates):
@@ -184,7 +184,7 @@ def documented():
         for test in dict.fromkeys(rate.test for rate in asked):
             mine = [rate for rate in asked if rate.test == test]
             worst = max((rate for rate in mine if not rate.truth), key=lambda rate: rate.rate)
-            name = f"**{name_of_test(test)}**" if mine[0].recommended else name_of_test(test)
+            name = f"**{test}**" if mine[0].recommended else test
             wrong = "" if worst.valid else " **!**"
             said = ", ".join(figure(rate) for rate in mine if rate.truth)
             yield f"| {name} | {worst.rate:.3f} {worst.world}{wrong} | {said} |"

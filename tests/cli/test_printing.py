@@ -13,7 +13,7 @@ from lockprobe.cli.printing import new_table, print_table
 from lockprobe.fit import AgentFit, Predicted, RivalFit
 from lockprobe.montecarlo.condition_power import ConditionPower
 
-TESTS = ("greatest difference from the lowest p, permutation", "order 2 by AIC and cross-validation, maximum inside")
+TESTS = ("greatest difference from the lowest dose, permutation", "order 2 by AIC and cross-validation, maximum inside")
 
 
 class Terminal(io.StringIO):

@@ -5,7 +5,7 @@ from builders import SOLUTION, make_trial
 from lockprobe.analysis.axis import FLIPS, Axis
 from lockprobe.analysis.summary import summarise
 from lockprobe.prose.doses import at_dose, cause
-from lockprobe.prose.hypothesis_tests import asked, effect_said, name_of_test
+from lockprobe.prose.hypothesis_tests import asked, effect_said
 from lockprobe.prose.success import finding
 
 TREMBLE = Axis(kind="tremble", dose="p", rest="nudge")
@@ -32,4 +32,3 @@ def test_sentences_about_another_dose_say_nothing_of_flips():
     ]
     assert not [one for one in said if "flip" in one or "false reports" in one.lower() or "the truth" in one]
     assert "under nudge alone" in said[0]
-    assert name_of_test("Pearson over values of p", TREMBLE) == "Pearson over tremble ps"

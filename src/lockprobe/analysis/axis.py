@@ -37,6 +37,17 @@ class Axis:
             return self.dose
         return "flip rate" if (self.kind, self.dose) == ("flip", "p") else f"{self.kind} {self.dose}"
 
+    @property
+    def plural(self) -> str:
+        """What several doses are called.
+
+        >>> Axis(kind="tremble", dose="p").plural, Axis(kind=AGENT, dose="t").plural, FLIPS.plural
+        ('doses', 'values of t', 'flip rates')
+        """
+        if self.kind == AGENT:
+            return f"values of {self.dose}"
+        return "flip rates" if self.name == "flip rate" else "doses"
+
 
 FLIPS = Axis(kind="flip", dose="p")
 """The axis of the paper (Sec. 3.2)."""

@@ -19,7 +19,7 @@ from lockprobe.cli.power import AsJson, Seed, Workers, print_verdicts, processes
 from lockprobe.cli.printing import new_table, plain_console, print_table, time_left
 from lockprobe.errors import BadValue, Conflict, UnknownName
 from lockprobe.parallel import Pool
-from lockprobe.prose.hypothesis_tests import QUESTIONS, name_of_test
+from lockprobe.prose.hypothesis_tests import QUESTIONS
 from lockprobe.spec import Spec
 
 __all__ = ["audit"]
@@ -171,7 +171,7 @@ def _rate_table(rates: Sequence[Rate]) -> Table:
     for test in dict.fromkeys(rate.test for rate in rates):
         mine = [rate for rate in rates if rate.test == test]
         worst = max((rate for rate in mine if not rate.truth), key=lambda rate: rate.rate, default=None)
-        label = f"[bold]{name_of_test(test)}[/bold] *" if mine[0].recommended else name_of_test(test)
+        label = f"[bold]{test}[/bold] *" if mine[0].recommended else test
         table.add_row(label, _false(worst), ", ".join(_figure(rate) for rate in mine if rate.truth))
     return table
 
@@ -192,6 +192,6 @@ def _verdict(rates: Sequence[Rate]) -> str:
         "Every recommended test (*) rejects in at most 5 % of studies without an effect, within Monte Carlo error."
         if not wrong
         else "Too many false positives: "
-        + "; ".join(f"{name_of_test(rate.test)} in {rate.world} ({rate.rate:.2f})" for rate in wrong)
+        + "; ".join(f"{rate.test} in {rate.world} ({rate.rate:.2f})" for rate in wrong)
     )
     return f"\n{said}\nRates at a level of 0.05 ± Monte Carlo standard error; ! marks a rate above 0.05 beyond error."

@@ -17,7 +17,6 @@ from lockprobe.audit.simulated_agents import WORLDS, P, World
 from lockprobe.cli.printing import new_table, plain_console, print_table, time_left
 from lockprobe.errors import BadValue, Conflict
 from lockprobe.parallel import Processes
-from lockprobe.prose.hypothesis_tests import name_of_test
 from lockprobe.studies.study_options import parse_p
 from lockprobe.terminal_text import printable
 
@@ -255,7 +254,7 @@ def _print_power(found: Sequence[Needed], target: float) -> None:
         console.print(f"\n[bold]{name}[/bold]  {says}")
         table = new_table("test", *(f"n={rate.trials}" for rate in mine[0].measured), _heading(target, "flip rate"))
         for one in mine:
-            label = f"[bold]{name_of_test(one.test)}[/bold] *" if one.recommended else name_of_test(one.test)
+            label = f"[bold]{one.test}[/bold] *" if one.recommended else one.test
             table.add_row(label, *_cells(one))
         print_table(table)
     if not found:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 
 from lockprobe.analysis.axis import FLIPS, Axis
@@ -19,7 +18,6 @@ __all__ = [
     "conclusions_of",
     "effect_said",
     "limits_said",
-    "name_of_test",
     "note_said",
     "unit_of_effect",
     "why_missing",
@@ -39,22 +37,11 @@ _ASKED: Mapping[Question, str] = {
 
 def asked(question: Question, axis: Axis = FLIPS) -> str:
     """What a test asks, of the doses of this axis."""
-    return _ASKED[question].format(cause=cause(axis), dose=axis.name)
+    return _ASKED[question].format(cause=cause(axis), dose=axis.name, doses=axis.plural)
 
 
 QUESTIONS: Mapping[Question, str] = {question: asked(question) for question in _ASKED}
 """What tests over flip rates ask."""
-
-_P = re.compile(r"\bp\b")
-
-
-def name_of_test(name: str, axis: Axis = FLIPS) -> str:
-    """The name of a test for readers: names as they are on record, and in the audit, say p for the flip rate.
-
-    >>> name_of_test("looped by step 10, Mantel-Haenszel by p")
-    'looped by step 10, Mantel-Haenszel by flip rate'
-    """
-    return _P.sub(axis.name, name.replace("values of p", f"{axis.name}s"))
 
 
 def conclusions(agent: AgentSummary) -> list[str]:
@@ -74,7 +61,7 @@ def conclusions(agent: AgentSummary) -> list[str]:
         effect = f"{effect_said(test.name, agent.axis)} {minus(f'{test.effect:.2g}{interval}')}; " if told else ""
         fewer, more, no = conclusions_of(subject_of(agent), question, agent.axis, blind=test.baseline is not None)
         found = no if not test.rejects else more if test.direction > 0 else fewer
-        said.append(f"{found} ({effect}{name_of_test(test.name, agent.axis)}, {p_value(test.p_value)}).")
+        said.append(f"{found} ({effect}{test.name}, {p_value(test.p_value)}).")
     return said
 
 
@@ -125,27 +112,27 @@ def conclusions_of(who: Subject, question: Question, axis: Axis = FLIPS, *, blin
 
 
 _EFFECTS: Mapping[str, tuple[str, str]] = {
-    "greatest difference from the lowest p, permutation": ("points", "difference in success"),
+    "greatest difference from the lowest dose, permutation": ("points", "difference in success"),
     "highest success, chosen by eye, Fisher": ("points", "difference in success"),
-    MEAN_STEPS: ("steps", "difference in mean steps, higher {dose}s minus the lowest"),
-    "steps to solve, log-rank": ("ratio", "hazard ratio of solving, higher {dose}s over the lowest"),
+    MEAN_STEPS: ("steps", "difference in mean steps, higher {doses} minus the lowest"),
+    "steps to solve, log-rank": ("ratio", "hazard ratio of solving, higher {doses} over the lowest"),
     "two lines": ("dose", "{dose} at which the lines meet"),
     "Lind-Mehlum": ("dose", "{dose} at the turning point"),
-    "loop onset, log-rank": ("ratio", "hazard ratio of a first loop, higher {dose}s over the lowest"),
+    "loop onset, log-rank": ("ratio", "hazard ratio of a first loop, higher {doses} over the lowest"),
     "lowest loop rate, chosen by eye, Fisher": ("points", "difference in loop rate"),
     "loop onset, two lines": ("dose", "{dose} at which the lines meet"),
     "loop rates, two lines": ("dose", "{dose} at which the lines meet"),
-    "success after a loop, Mantel-Haenszel by p and step": (
+    "success after a loop, Mantel-Haenszel by dose and step": (
         "odds ratio",
         "odds ratio of solving, after over before a loop",
     ),
-    "looped by step 10, Mantel-Haenszel by p": ("odds ratio", "odds ratio of solving, after over before a loop"),
+    "looped by step 10, Mantel-Haenszel by dose": ("odds ratio", "odds ratio of solving, after over before a loop"),
     "looped against solved, Fisher": (
         "odds ratio",
         "odds ratio of solving, trials with over trials without a loop",
     ),
     "Pearson over repetitions": ("r", "r"),
-    "Pearson over values of p": ("r", "r"),
+    "Pearson over doses": ("r", "r"),
     "leaving a loop, Student over trials": ("share", "share of actions in a loop that leave it"),
     "trying a blocked joint again, Student over trials": ("share", "share of actions after a blocked report"),
 }
@@ -160,15 +147,15 @@ _CHANCE = (
 )
 
 _NOTES: Mapping[str, str] = {
-    "greatest difference from the lowest p, permutation": (
-        "Corrected for all {dose}s; permuted within blocks. It rejects only if the interval, corrected alike, "
+    "greatest difference from the lowest dose, permutation": (
+        "Corrected for all {doses}; permuted within blocks. It rejects only if the interval, corrected alike, "
         "excludes 0."
     ),
     "any difference, permutation": (
-        "Uses every pair of {dose}s. Not valid where they change which trials are solved but not how many."
+        "Uses every pair of {doses}. Not valid where they change which trials are solved but not how many."
     ),
     "highest success, chosen by eye, Fisher": "Not corrected for the choice.",
-    MEAN_STEPS: "Pools all higher {dose}s, so no peak is selected. An unsolved trial counts with its whole budget.",
+    MEAN_STEPS: "Pools all higher {doses}, so no peak is selected. An unsolved trial counts with its whole budget.",
     "steps to solve, log-rank": "It compares hazards, not means, and has little power where curves of success cross.",
     "two lines": "Both lines have to be significant; a shape like the paper's needs about 160 trials per {dose}.",
     "Lind-Mehlum": "Rejects too often where success only levels off.",
@@ -177,35 +164,35 @@ _NOTES: Mapping[str, str] = {
         "The paper's rule (Sec. 3.2). The paper does not describe its cross-validation; here each repetition of each "
         "{dose} is left out once."
     ),
-    "loop onset, log-rank": "Pools all higher {dose}s, so no peak is selected.",
+    "loop onset, log-rank": "Pools all higher {doses}, so no peak is selected.",
     "lowest loop rate, chosen by eye, Fisher": "Not corrected for the choice.",
     "loop onset, two lines": (
         "Both lines have to be significant. Compares the hazard of a first loop at equal steps, so it does not depend "
         "on the length of trials."
     ),
     "loop rates, two lines": _LENGTH,
-    "success after a loop, Mantel-Haenszel by p and step": "{null}",
-    "looped by step 10, Mantel-Haenszel by p": "Also valid, with less power. {null}",
+    "success after a loop, Mantel-Haenszel by dose and step": "{null}",
+    "looped by step 10, Mantel-Haenszel by dose": "Also valid, with less power. {null}",
     "looped against solved, Fisher": _LENGTH,
     "Pearson over repetitions": _PEARSON,
-    "Pearson over values of p": _PEARSON,
+    "Pearson over doses": _PEARSON,
     "leaving a loop, Student over trials": _CHANCE,
     "trying a blocked joint again, Student over trials": _CHANCE,
 }
 """What a reader should know about each test."""
 
 _MISSING: Mapping[str, str] = {
-    "fewer than two p": "No test: it needs two {dose}s with trials.",
-    "fewer than three p": "No test: it needs three {dose}s with trials.",
-    "no common trial": "No test: no trial was played at two {dose}s.",
-    "no trial at the lowest p": "No test: no trial at a higher {dose} was also played at the lowest.",
+    "fewer than two doses": "No test: it needs two {doses} with trials.",
+    "fewer than three doses": "No test: it needs three {doses} with trials.",
+    "no common trial": "No test: no trial was played at two {doses}.",
+    "no trial at the lowest dose": "No test: no trial at a higher {dose} was also played at the lowest.",
     "quadratic separates": "No test: a quadratic separates solved from unsolved trials.",
     "no odds ratio of a blind agent": "No test: a blind agent with these habits has no odds ratio on this box.",
     "never side by side": "No test: no box was solved while trials with and without a loop were both running.",
     "too few clusters": "No test: it needs two blocks (of people: two people on either side) with trials that differ.",
     "too few remain": "No test: too few trials finished without an error.",
     **{
-        f"no fit with {number} p": f"No fit: it needs three {{dose}}s with trials that differ, and there {said}."
+        f"no fit with {number} doses": f"No fit: it needs three {{doses}} with trials that differ, and there {said}."
         for number, said in enumerate(("are none", "is one", "are 2"))
     },
     "fewer than seven trials": "No test: it needs seven trials (of people: seven people) with such an action.",
@@ -227,12 +214,12 @@ _MISSING: Mapping[str, str] = {
 
 def why_missing(code: str, axis: Axis = FLIPS) -> str:
     """Why a test or an estimate is missing; empty for an empty code."""
-    return _MISSING[code].format(dose=axis.name)
+    return _MISSING[code].format(dose=axis.name, doses=axis.plural)
 
 
 def effect_said(name: str, axis: Axis = FLIPS) -> str:
     """What the effect of a test is; empty where it has none."""
-    return _EFFECTS.get(name, ("", ""))[1].format(dose=axis.name)
+    return _EFFECTS.get(name, ("", ""))[1].format(dose=axis.name, doses=axis.plural)
 
 
 def unit_of_effect(name: str) -> str:
@@ -254,7 +241,7 @@ def note_said(name: str, axis: Axis = FLIPS, baseline: float | None = None) -> s
         axis: What conditions differ in.
         baseline: The effect for a blind agent, if that is the null hypothesis.
     """
-    return _NOTES.get(name, "").format(dose=axis.name, null=_null(baseline))
+    return _NOTES.get(name, "").format(dose=axis.name, doses=axis.plural, null=_null(baseline))
 
 
 def _null(baseline: float | None) -> str:

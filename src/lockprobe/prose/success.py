@@ -83,7 +83,7 @@ def _contrast_said(agent: AgentSummary, contrast: Contrast) -> str:
     if risen:
         subject = (
             f"No change of the success of {who.name} was detected at a single {agent.axis.name}; "
-            f"the course over all {'other ' * bool(agent.idle)}{agent.axis.name}s is tested below"
+            f"the course over all {'other ' * bool(agent.idle)}{agent.axis.plural} is tested below"
         )
     size = "the largest difference" if contrast.farthest else "the clearest difference"
     return (

@@ -14,7 +14,7 @@ from lockprobe.analysis.proportions import ALPHA, Difference, Proportion, differ
 from lockprobe.analysis.summary import AgentSummary
 from lockprobe.audit.rates import false_positives
 from lockprobe.formatting import minus
-from lockprobe.prose.hypothesis_tests import effect_said, name_of_test
+from lockprobe.prose.hypothesis_tests import effect_said
 from lockprobe.report.paper import counted_share
 
 __all__ = [
@@ -111,7 +111,7 @@ def tested(question: Question, sign: int) -> ClaimMeasure:
         if test.p_value is None or agent.blind:
             return NOT_MEASURED
         said = "" if test.effect is None else minus(f"{test.effect:.2f} ({effect_said(test.name)})")
-        return said, borne_out(pattern(test.p_value, sign * test.direction)), name_of_test(test.name), test.p_value
+        return said, borne_out(pattern(test.p_value, sign * test.direction)), test.name, test.p_value
 
     return measure
 
@@ -120,7 +120,7 @@ def sized(name: str) -> str:
     """A test by its name on record, with its highest false-positive rate in the audit."""
     rates = false_positives(name)
     size = f", at most {100 * rates[1].rate:.1f} % false positives in simulated studies" if rates else ""
-    return name_of_test(name) + size
+    return name + size
 
 
 def in_points(found: Difference) -> str:

@@ -41,10 +41,10 @@ def test_rows_say_what_the_tests_say():
     columns = drawn("loop-trapped")
     found = {test.name: test for test in infer(columns, generator(9)).tests}
     assert (
-        found["greatest difference from the lowest p, permutation"].p_value
+        found["greatest difference from the lowest dose, permutation"].p_value
         == any_difference(columns, generator(9)).p_value
     )
-    hazard = found["success after a loop, Mantel-Haenszel by p and step"]
+    hazard = found["success after a loop, Mantel-Haenszel by dose and step"]
     assert (hazard.effect, hazard.low, hazard.high) == (
         (effect := loop_hazard(columns)).odds_ratio,
         effect.low,

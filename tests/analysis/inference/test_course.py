@@ -69,7 +69,8 @@ def test_where_nothing_happens_a_course_is_rarely_seen(without_slopes):
 def test_without_trials_there_is_no_course():
     outcomes = drawn([0.5]).at(np.zeros(300, dtype=bool))
     assert (
-        course([], any_difference(outcomes, np.random.default_rng(2)), two_lines(outcomes.dose, outcomes.solved)) is None
+        course([], any_difference(outcomes, np.random.default_rng(2)), two_lines(outcomes.dose, outcomes.solved))
+        is None
     )
 
 

@@ -150,10 +150,10 @@ def test_trials_that_all_differ_alike_differ_where_there_are_enough():
 @pytest.mark.parametrize(
     ("found", "note"),
     [
-        (columns([5, 6], [0, 0], trial=[1, 2]), "fewer than two p"),
+        (columns([5, 6], [0, 0], trial=[1, 2]), "fewer than two doses"),
         (columns([5, 6], [0, 0.4], trial=[1, 2]), "no common trial"),
         (columns([5, 6], [0, 0.4], trial=[1, 1]), "too few clusters"),
-        (columns([], [], trial=[]), "fewer than two p"),
+        (columns([], [], trial=[]), "fewer than two doses"),
     ],
 )
 def test_what_cannot_be_tested_says_why(found, note):

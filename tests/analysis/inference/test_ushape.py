@@ -210,7 +210,7 @@ def test_neither_the_order_of_trials_nor_the_unit_of_p_nor_its_direction_matters
 
 def test_no_loops_or_too_few_p_are_no_u_of_loop_onset():
     columns = drawn("loops-return")
-    assert onset_lines(columns.at(columns.dose < 0.15)).note == "fewer than three p"
+    assert onset_lines(columns.at(columns.dose < 0.15)).note == "fewer than three doses"
     none = onset_lines(columns.at(~columns.looped))
     assert (none.p_value, none.direction, none.first.z) == (1.0, None, 0.0)
     assert onset_lines(columns.at(columns.trial < 5)).p_value == 1.0  # too few clusters to test

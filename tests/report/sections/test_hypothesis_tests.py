@@ -9,7 +9,7 @@ from builders import small_study, write_study
 
 from lockprobe.analysis.inference.verdict import Question
 from lockprobe.audit.rates import false_positives, measured
-from lockprobe.prose.hypothesis_tests import asked, limits_said, name_of_test, unit_of_effect
+from lockprobe.prose.hypothesis_tests import asked, limits_said, unit_of_effect
 from lockprobe.report.opened import open_study
 from lockprobe.report.pages import page_of
 from lockprobe.report.results import results_of
@@ -75,7 +75,7 @@ def test_false_positives_are_those_of_the_audit(found):
     rows = {row[1]: row[4] for _, row in cells(found)}
     for row in (*found.where("test"), *found.where("naive_test")):
         best, worst = false_positives(row.test)
-        assert rows[name_of_test(row.test)] == f"{100 * best.rate:.1f} to {100 * worst.rate:.1f} %"
+        assert rows[row.test] == f"{100 * best.rate:.1f} to {100 * worst.rate:.1f} %"
 
 
 @pytest.mark.parametrize(("p_value", "said"), [(0.01, "yes"), (0.9, "not detected"), (None, "\N{EN DASH}")])
@@ -84,7 +84,7 @@ def test_a_test_that_is_not_valid_has_no_plain_yes(found, p_value, said):
         row.model_copy(update={"p_value": p_value, "unit": ""} if row.quantity in ("test", "naive_test") else {})
         for row in found.rows
     ]
-    invalid = {name_of_test(rate.test) for rate in measured() if rate.valid is False and not rate.recommended}
+    invalid = {rate.test for rate in measured() if rate.valid is False and not rate.recommended}
     shown = [(row[1], re.sub("<br>.*", "", row[5])) for _, row in cells(found.changed(rows=tuple(changed)))]
     assert invalid & {test for test, _ in shown}
     for test, conclusion in shown:
@@ -95,7 +95,7 @@ def test_a_rule_without_a_p_value_says_yes_or_no(found):
     (rule,) = [row for row in found.where("naive_test", agent=AGENTS[0]) if row.unit == RULE]
     for holds, said in ((0, "not detected"), (1, "not valid (rejects)")):
         rows = [row.model_copy(update={"value": holds} if row is rule else {}) for row in found.rows]
-        (shown,) = [row for _, row in cells(found.changed(rows=tuple(rows))) if row[1] == name_of_test(rule.test)]
+        (shown,) = [row for _, row in cells(found.changed(rows=tuple(rows))) if row[1] == rule.test]
         assert shown[2:4] == ["\N{EN DASH}", ""]
         assert shown[5].startswith(said)
 

@@ -159,9 +159,7 @@ def _worst_case_interaction(found: Interaction | None, *ends: Interaction | None
     if found is None:
         return None
     three = [found, *(end for end in ends if end is not None)]
-    signs = {
-        np.sign(change.value) for one in three for at in one.at if at.dose == found.clearest.dose for change in [at.change]
-    }
+    signs = {np.sign(at.change.value) for one in three for at in one.at if at.dose == found.clearest.dose}
     return replace(found, p_value=max(one.p_value for one in three) if len(three) == 3 and len(signs) == 1 else 1.0)
 
 

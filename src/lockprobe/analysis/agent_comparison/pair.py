@@ -220,7 +220,9 @@ def corrected(found: Sequence[AgentComparison]) -> tuple[AgentComparison, ...]:
             one,
             success_adjusted=success[i],
             steps_adjusted=steps[i],
-            at=tuple(replace(at, p_adjusted=adjusted[id(one), one.at[0].dose if one.copies else at.dose]) for at in one.at),
+            at=tuple(
+                replace(at, p_adjusted=adjusted[id(one), one.at[0].dose if one.copies else at.dose]) for at in one.at
+            ),
             interaction=replace(one.interaction, p_adjusted=moved[i]) if one.interaction else None,
         )
         for i, one in enumerate(found)

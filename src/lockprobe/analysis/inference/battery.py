@@ -163,7 +163,9 @@ def _tested(
     onset = of("Loop onset", loop_onset_logrank)
     orders = of("Binomial model of success", lambda some: binomial_orders(some.dose, some.solved))
     bend = of("Lind-Mehlum test", lambda some: lind_mehlum(some.dose, some.solved))
-    lines = corrected(of("Two lines of success", lambda some: two_lines(some.dose, some.solved, _players(some))), agents)
+    lines = corrected(
+        of("Two lines of success", lambda some: two_lines(some.dose, some.solved, _players(some))), agents
+    )
     again = of("Two lines of loop onset", onset_lines)
     rates = of("Two lines of loop rates", lambda some: two_lines(some.dose, some.looped, _players(some)))
     hazard = of("Success after a loop", lambda some: loop_hazard(some, blind))

@@ -156,7 +156,7 @@ def any_difference(
         p_value=min((one.p_value for one in at), default=None),
         omnibus=_share(spread[1:], spread[0]),
         permutations=permutations,
-        note="" if at else "no trial at the lowest p",
+        note="" if at else "no trial at the lowest dose",
         agents=agents,
     )
 

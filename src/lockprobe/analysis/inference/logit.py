@@ -53,7 +53,9 @@ def counts(p: NDArray[np.float64], solved: NDArray[np.bool_]) -> Counts:
     """Count trials and successes per value of p; both columns have the shape (trials,)."""
     values = np.unique(np.asarray(p, dtype=np.float64))
     here = values[:, None] == p
-    return Counts(dose=values, solved=(here & solved).sum(axis=1, dtype=np.float64), n=here.sum(axis=1, dtype=np.float64))
+    return Counts(
+        dose=values, solved=(here & solved).sum(axis=1, dtype=np.float64), n=here.sum(axis=1, dtype=np.float64)
+    )
 
 
 def logit_fit(design: Array, counted: Counts) -> LogitFit | None:

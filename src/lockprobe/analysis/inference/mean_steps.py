@@ -66,7 +66,7 @@ def mean_steps(outcomes: Outcomes, budget: int) -> MeanSteps:
     steps = outcomes.length.astype(np.float64)
     later = outcomes.dose > outcomes.dose.min(initial=math.inf)
     if not later.any():
-        return _none("fewer than two p")
+        return _none("fewer than two doses")
     compared = _of_people(outcomes, steps, later) if outcomes.crossed else _of_pairs(outcomes, steps, later)
     return _none(compared) if isinstance(compared, str) else _tested(*compared, budget, float(steps.min()))
 

@@ -103,7 +103,7 @@ def trend_fit(points: Sequence[Point], quantity: Quantity, draws: Array) -> Tren
     y = np.array([getattr(point, quantity) for point in points], dtype=np.float64)
     values = len(set(x.tolist()))
     if values < 3:
-        return TrendFit(n=len(points), note=f"no fit with {values} p")
+        return TrendFit(n=len(points), note=f"no fit with {values} doses")
     orders = tuple(_score(x, y, order) for order in range(min(3, values - 1) + 1))
     return TrendFit(
         n=len(points),

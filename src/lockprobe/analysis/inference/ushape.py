@@ -35,7 +35,7 @@ UShape = Literal["U", "inverted U"]
 
 Array = NDArray[np.float64]
 
-_TOO_FEW = "fewer than three p"
+_TOO_FEW = "fewer than three doses"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

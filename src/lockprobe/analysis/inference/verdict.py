@@ -42,7 +42,7 @@ Question = Literal["success", "speed", "shape", "looping", "looping again", "har
 MEAN_STEPS = "mean steps, Student over blocks"
 """The recommended test of how many steps a trial takes."""
 
-_ONE_P = "fewer than two p"
+_ONE_P = "fewer than two doses"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -91,7 +91,7 @@ def success_tests(found: AnyDifference, conditions: list[Point]) -> list[TestRes
     chosen = _chosen(conditions, "success", highest=True)
     return [
         TestResult(
-            name="greatest difference from the lowest p, permutation",
+            name="greatest difference from the lowest dose, permutation",
             question="success",
             recommended=True,
             p_value=found.p_value,
@@ -219,8 +219,8 @@ def harm_tests(
 ) -> list[TestResult]:
     """Tests of whether success is rarer after a loop."""
     return [
-        replace(_mantel_haenszel(hazard, "success after a loop, Mantel-Haenszel by p and step"), recommended=True),
-        replace(_mantel_haenszel(landmark, "looped by step 10, Mantel-Haenszel by p"), direction=0),
+        replace(_mantel_haenszel(hazard, "success after a loop, Mantel-Haenszel by dose and step"), recommended=True),
+        replace(_mantel_haenszel(landmark, "looped by step 10, Mantel-Haenszel by dose"), direction=0),
         TestResult(
             name="looped against solved, Fisher",
             question="harm",
@@ -237,7 +237,7 @@ def harm_tests(
                 p_value=found.p_value,
                 effect=found.r,
             )
-            for unit, found in (("repetitions", fine), ("values of p", coarse))
+            for unit, found in (("repetitions", fine), ("doses", coarse))
         ),
     ]
 

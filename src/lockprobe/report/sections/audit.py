@@ -8,7 +8,7 @@ from typing import Any
 from markupsafe import Markup
 
 from lockprobe.audit.rates import shipped
-from lockprobe.prose.hypothesis_tests import QUESTIONS, name_of_test
+from lockprobe.prose.hypothesis_tests import QUESTIONS
 from lockprobe.report.section import Cells, Note, Part, Section, Template, Text
 from lockprobe.rows import Results
 
@@ -56,7 +56,7 @@ def _by_test(rates: Iterable[_Rate], worlds: Iterable[str]) -> Cells:
     known = {(rate["world"], rate["test"]): rate for rate in rates}
     tests = list(dict.fromkeys(test for _, test in known))
     rows = [[world, *(_cell(known[world, test]) for test in tests)] for world in worlds]
-    return Cells([["world", *map(name_of_test, tests)], *rows], numeric_from=1)
+    return Cells([["world", *tests], *rows], numeric_from=1)
 
 
 def _said(rates: Iterable[_Rate]) -> list[list[str]]:

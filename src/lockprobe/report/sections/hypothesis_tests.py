@@ -14,7 +14,7 @@ from lockprobe.analysis.inference.verdict import Question
 from lockprobe.analysis.proportions import ALPHA
 from lockprobe.audit.rates import false_positives, measured
 from lockprobe.formatting import NONE, p_cell
-from lockprobe.prose.hypothesis_tests import asked, effect_said, name_of_test, note_said
+from lockprobe.prose.hypothesis_tests import asked, effect_said, note_said
 from lockprobe.report.section import Block, Heading, Note, Part, Section, Template, Text
 from lockprobe.report.sections.course_rows import RULE
 from lockprobe.report.study_numbers import StudyNumbers
@@ -72,7 +72,7 @@ def _lines(course: Course, valid: Estimate, axis: Axis) -> Iterator[_Line]:
         conclusion = "not judged" if course.found.not_judged else _conclusion(test, valid=test.test not in _excessive())
         yield _Line(
             asks=asked(cast("Question", valid.of), axis) if test is valid else "",
-            test=name_of_test(test.test, axis),
+            test=test.test,
             p_value=p_cell(test.p_value),
             estimate=_estimate(course, test, axis),
             false_positives=f"{100 * rates[0].rate:.1f} to {100 * rates[1].rate:.1f} %" if rates else "",
