@@ -62,13 +62,13 @@ def test_rows_are_the_numbers_of_the_analysis(numbers, found):
         assert course.value("success_model_order", "AICc") == model.order
         for quantity, curve in (("success_fit", fit.quadratic), ("success_model", model.curve)):
             drawn = course.curve(quantity)
-            assert (drawn and (drawn.x, drawn.value, drawn.low)) == (curve and (curve.p, curve.value, curve.low))
+            assert (drawn and (drawn.x, drawn.value, drawn.low)) == (curve and (curve.dose, curve.value, curve.low))
         rows = {row.doses["flip.p"]: row for row in course.against_lowest("success_difference")}
         assert {p: (row.value, row.p_value) for p, row in rows.items()} == {
-            one.p: (one.value, one.p_value) for one in tested.at
+            one.dose: (one.value, one.p_value) for one in tested.at
         }
         assert [row.value for row in course.where("best_dose_set")] == [
-            one.p for one in agent.peak.candidates if one.in_set
+            one.dose for one in agent.peak.candidates if one.in_set
         ]
         assert course.value("success_at_best_dose") == agent.peak.honest
 
@@ -105,7 +105,7 @@ def test_broken_trials_bound_every_difference(broken):
         for one in agent.inference.difference.at:
             for end, bound in (("unsolved", one.if_unsolved), ("solved", one.if_solved)):
                 rows = course.against_lowest("success_difference", f"broken trials {end}")
-                (row,) = [row for row in rows if row.doses["flip.p"] == one.p]
+                (row,) = [row for row in rows if row.doses["flip.p"] == one.dose]
                 assert (row.value, row.p_value) == (bound.value, bound.p_value)
                 assert one.p_value >= bound.p_value
         shares = {float(row.of): row.count for row in course.where("broken_share")}
