@@ -27,7 +27,7 @@ def test_staircases_are_the_success_curves_without_bands(typical):
         assert tuple(line.get_xdata()[:-1]) == tuple(range(21))
         assert line.get_ydata()[-1] == line.get_ydata()[-2]
     assert not axes.collections
-    assert "flip rate 0; n = 30 trials" in axes.get_title(loc="left")
+    assert "true reports; n = 30 trials" in axes.get_title(loc="left")
 
 
 def test_the_papers_steps_are_hollow_stars(typical):

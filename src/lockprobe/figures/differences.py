@@ -117,7 +117,8 @@ def side_by_side(found: Results) -> Figure | None:
     pairs, left = pairs[:SHOWN], len(pairs[SHOWN:])
     more = f"the first {SHOWN} pairs, {left} more in the tables" if left else ""
     rows = [_row(_versus(found, row), row, detected=row.detected) for row in pairs]
-    panels = [_Panel.of(rows, "success over all flip rates", more)]
+    over = "success over all flip rates" if found.several_p else "success"
+    panels = [_Panel.of(rows, over, more)]
     if changes := [row for pair in pairs for row in _clearest_change(found, pair)]:
         panels.append(_Panel.of(changes, "change from the lowest flip rate, at the clearest difference"))
     return sheet(panels, _draw, columns=1, heights=[height(panel.rows) for panel in panels])

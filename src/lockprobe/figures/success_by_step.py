@@ -103,7 +103,8 @@ def _staircases(axes: Axes, shown: _Shown) -> str:
         told = "" if alike else f",\n$p$ = {cell.p:g}, n = {curve.n}"
         staircase(axes, curve.value, style, label=agent_label(course) + told, first=1 + i % 4)
     _, _, first, _ = shown[0]
-    return f"flip rate {first.p:g}; {counts([first])} of each agent" if alike else ""
+    where = f"flip rate {first.p:g}" if first.p else "true reports"
+    return f"{where}; {counts([first])} of each agent" if alike else ""
 
 
 def _budget(shown: _Shown) -> int:

@@ -5,15 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from lockprobe.formatting import NONE, bracketed, minus, percent, share
+from lockprobe.prose.doses import at_dose
 from lockprobe.report.format import EVERY
 from lockprobe.rows import Cell, Estimate, Results
 
 __all__ = [
+    "at_lowest",
     "by_conditions",
     "chance_cell",
     "count_of",
     "distinct",
     "flips_first",
+    "over_rates",
     "points_cell",
     "share_of_row",
     "under",
@@ -45,6 +48,16 @@ def value_cell(row: Estimate | None, form: str = "{:.2f}") -> str:
     if row.low is not None and row.high is not None:
         said += f" [{form.format(row.low)}, {form.format(row.high)}]"
     return minus(said)
+
+
+def at_lowest(found: Results) -> str:
+    """Under which reports agents are compared without an effect of false ones, within a sentence."""
+    return "at the lowest flip rate" if found.several_p else at_dose(next(iter(found.flip_rates), 0.0))
+
+
+def over_rates(found: Results) -> str:
+    """Over which reports all trials under flip rates are, within a sentence."""
+    return "over all flip rates" if found.several_p else at_lowest(found)
 
 
 def chance_cell(cell: Cell) -> str:

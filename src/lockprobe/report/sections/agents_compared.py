@@ -15,7 +15,7 @@ from lockprobe.report.format import EVERY, TextTable
 from lockprobe.report.section import Block, Caption, Figure, Folded, Heading, Note, Part, Section, Table, Text
 from lockprobe.report.sections.leaderboard import leaderboard_blocks
 from lockprobe.report.study_numbers import PlayedCell, StudyNumbers
-from lockprobe.report.table_rows import points_cell
+from lockprobe.report.table_rows import over_rates, points_cell
 from lockprobe.rows import Estimate, Finding, Results, Row
 from lockprobe.spec import PEOPLE
 
@@ -201,16 +201,26 @@ _COMPARISONS = Table("comparisons", _table)
 _BY_P = Table("comparisons-by-p", _table_by_p)
 _INTERACTIONS = Table("interactions", _interaction_table, numeric_from=4)
 
+
+def _caption(found: Results) -> Caption:
+    shown = (
+        "Differences between two agents on the same boxes, the first named minus the other; filled marks were detected."
+    )
+    if not found.several_p:
+        computed = "Bars are 95 % intervals clustered by block. Tests are corrected for the number of pairs."
+        return Caption(f"{shown} Compared {over_rates(found)}.", computed)
+    return Caption(
+        f"{shown} Top: success over all flip rates; bottom: change of success from the lowest flip rate to the one "
+        "with the clearest difference.",
+        "Bars are 95 % intervals clustered by block, at the bottom corrected for all flip rates. Tests are corrected "
+        "for the number of pairs, at the bottom also for all flip rates.",
+    )
+
+
 _SIDE_BY_SIDE = Figure(
     "side-by-side",
     "Paired differences between agents in success and in the effect of false reports",
-    Caption(
-        "Differences between two agents on the same boxes with the same false reports, the first named minus the "
-        "other; filled marks were detected. Top: success over all flip rates; bottom: change of success from the "
-        "lowest flip rate to the one with the clearest difference.",
-        "Bars are 95 % intervals clustered by block, at the bottom corrected for all flip rates. Tests are corrected "
-        "for the number of pairs, at the bottom also for all flip rates.",
-    ),
+    _caption,
     draw="lockprobe.figures.differences:side_by_side",
 )
 
@@ -248,10 +258,12 @@ def _numbers(found: Results) -> Iterator[Block]:
         "excludes 0.",
         "Success and steps: permutation test of exchangeability, in which the two agents swap whole blocks. Corrected: "
         "for the number of pairs (Holm), separately for models with each other and for models with baselines.",
-        "A trial uses the same random numbers (labels, flips, draws) for every agent and at every flip rate; a block "
-        "is one repetition and trial. Agents of equal success that play differently may be rejected by the permutation "
-        f"test alone.{people if PEOPLE in found.study['agents'] else ''}",
+        "A trial uses the same random numbers (labels, flips, draws) for every agent and under every condition; a "
+        "block is one repetition and trial. Agents of equal success that play differently may be rejected by the "
+        f"permutation test alone.{people if PEOPLE in found.study['agents'] else ''}",
     )
+    if not found.several_p:
+        return
     yield _BY_P
     yield Note(
         "Differences at each flip rate.",

@@ -15,7 +15,7 @@ from lockprobe.report.costs import cost_rows, price_asked, price_facts, price_of
 from lockprobe.report.format import EVERY, TextTable
 from lockprobe.report.section import Block, Cells, Folded, Note, Section, Table
 from lockprobe.report.study_numbers import StudyNumbers, share_rows
-from lockprobe.report.table_rows import share_of_row, value_cell
+from lockprobe.report.table_rows import over_rates, share_of_row, value_cell
 from lockprobe.rows import Cell, Course, Estimate, Results, Row
 from lockprobe.studies.spending import dollars
 from lockprobe.terminal_text import printable
@@ -149,7 +149,7 @@ def leaderboard_blocks(found: Results, *, ranked: bool) -> Iterator[Block]:
         "paired comparisons; baselines are not ranked."
     )
     yield Note(
-        "Results over all flip rates. 80 % by step: the first step by which 80 % of all trials are solved; misread: "
+        f"Results {over_rates(found)}. 80 % by step: the first step by which 80 % of all trials are solved; misread: "
         "claims that contradict the report; relative area: the area under the success curve by step, 0 for a random "
         "agent, 1 for the shortest plan.",
         f"Brackets: 95 % intervals clustered by block.{rank if ranked else ''}",
@@ -168,6 +168,8 @@ def leaderboard_blocks(found: Results, *, ranked: bool) -> Iterator[Block]:
             "Costs are empty if no price is known, and exclude replies without a token count.",
             Markup(" ").join(said for one in _ranked(found) for said in _prices(found, one)),
         )
+    if not found.several_p:
+        return
     elsewhere = Markup("; tokens and costs are in <code>tables/leaderboard-by-p.csv</code>") if costly else ""
     by_p = Note(
         Markup("The columns of the table above at each flip rate{}.").format(elsewhere),

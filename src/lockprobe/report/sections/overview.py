@@ -305,7 +305,9 @@ def _numbers(agent: AgentSummary) -> _KeyNumbers:
         change = f"{bracketed(gap.value, gap.low, gap.high)} points"
         start = "change " if contrast.choices == 1 else ""
         which = "" if contrast.choices == 1 else f", {'largest' if contrast.farthest else 'clearest'} change"
-        against = f"{start}from {agent.axis.name} {contrast.baseline.dose:g} to {contrast.other.dose:g}{which}"
+        options = f" ({agent.axis.options})" if agent.axis.options else ""
+        doses = f"{contrast.baseline.dose:g} to {contrast.other.dose:g}"
+        against = f"{start}from {agent.axis.name}{options} {doses}{which}"
         against += "" if contrast.whole else f", of {gap.first.n} trials finished under both"
     return _KeyNumbers(
         agent=agent.name,

@@ -14,7 +14,7 @@ from lockprobe.formatting import NONE, p_cell
 from lockprobe.report.format import TextTable
 from lockprobe.report.section import Beside, Block, Caption, Figure, Folded, Heading, Note, Part, Section, Table
 from lockprobe.report.study_numbers import PlayedCell, StudyNumbers
-from lockprobe.report.table_rows import distinct, value_cell, varied
+from lockprobe.report.table_rows import at_lowest, distinct, value_cell, varied
 from lockprobe.rows import Cell, Curve, Estimate, Results, Row
 
 __all__ = ["SECTIONS"]
@@ -212,8 +212,7 @@ _MODALITY = Table("modalities", _modality_table)
 
 def _fig3_caption(found: Results) -> Caption:
     text = (
-        "The paper's Fig. 3: share of trials solved by each step at the lowest flip rate, one line per agent and "
-        "modality."
+        f"The paper's Fig. 3: share of trials solved by each step {at_lowest(found)}, one line per agent and modality."
     )
     lowest = {one.agent: one.p for one in reversed(found.cells) if one.p is not None and one.trials}
     budget = max((len(one.x) - 1 for one in found.curves if one.quantity == "success_by_step" and one.agent), default=0)
@@ -280,7 +279,7 @@ def _blocks(found: Results) -> Iterator[Block]:
     effects = found.where("modality_effect", of="any difference")
     if found.where("hazard_ratio") and (effects or not found.where("played_by_one_only")):
         yield Folded(
-            "Speed of every pair of agents at the lowest flip rate",
+            f"Speed of every pair of agents {at_lowest(found)}",
             [
                 _PACES,
                 Note(
