@@ -86,7 +86,7 @@ def test_a_sweep_over_the_lag_is_reported_with_all_of_them(tmp_path):
     assert (axis.key, list(axis.doses.values())) == ("late lag", [0, 1, 2])
     compared = found.where("success_difference", control="truth", axis="late lag", of="")
     assert [(row.agent, row.condition) for row in compared] == [*product(AGENTS, CONDITIONS[1:])]
-    assert "late lag" in found.answer
+    assert "higher doses of late" in found.answer
     shares, means = ([row.value for row in found.where(name)] for name in ("latecomer.untold_share", "measures.untold"))
     assert shares == pytest.approx(means)
     assert shares[0] == 0 < shares[1] < shares[2]
