@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 
+from lockprobe.errors import BadValue
 from lockprobe.spec import Spec
 
 __all__ = ["DOSES_SAID", "FLIP_RATE", "MODALITY_DOSES", "can_be_fitted", "doses_of", "flip_rate", "modality_doses"]
@@ -53,9 +54,21 @@ def doses_of(specs: Sequence[str], names: Sequence[Sequence[str]], modality: str
         if options and given[options[0]]:
             found |= {f"{said.full_name}{number}.{option}": dose for option, dose in given.items() if dose}
     shown = Spec.parse(modality, "modality").full_name
-    return found | {
-        f"{shown}.{option}": float(dose) for option, dose in modality_doses(modality)[1].items() if float(dose)
-    }
+    pictured = {option: _number(modality, option, dose) for option, dose in modality_doses(modality)[1].items()}
+    return found | {f"{shown}.{option}": dose for option, dose in pictured.items() if dose}
+
+
+def _number(modality: str, option: str, text: str) -> float:
+    """The dose of a picture.
+
+    Raises:
+        BadValue: If it is no number, as a list of several.
+    """
+    try:
+        return float(text)
+    except ValueError:
+        several = f"; several: --sweep '{modality}'" if "," in text else ""
+        raise BadValue(f"{option} of {modality}", text, f"a number{several}") from None
 
 
 def flip_rate(specs: tuple[str, ...], modality: str, doses: Mapping[str, float]) -> float | None:

@@ -100,9 +100,9 @@ def test_the_first_modality_is_compared_with_the_controls_of_the_others():
     planned = study("flips", agent="random", p=[0, 0.4], condition=["nudge"], modality=[SHOWN, "symbolic?tell=outcome"])
     found = design_of(planned)
     first, second = (found.comparison(modality) for modality in found.modalities)
-    assert first.others == ("nudge", "symbolic?tell=outcome")
+    assert (first.others, first.controls) == (("nudge",), ("symbolic?tell=outcome",))
     assert second.control == "symbolic?tell=outcome"
-    assert second.others == ("nudge + symbolic?tell=outcome",)
+    assert (second.others, second.controls) == (("nudge + symbolic?tell=outcome",), ())
     assert second.flips == ("flip?p=0.4 + symbolic?tell=outcome",)
     assert found.controls == {"truth", "symbolic?tell=outcome"}
     assert found.control("nudge + symbolic?tell=outcome") == "symbolic?tell=outcome"

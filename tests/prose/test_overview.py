@@ -84,7 +84,7 @@ def test_many_agents_are_counted_and_not_all_named():
     found = flips_answer(answer(**{name: {0: 20, 0.4: 20 + i} for i, name in enumerate("abcdef")}))
     assert found == (
         "Inconclusive: no effect of false reports on the success of a, b or 4 others was detected, "
-        "and changes of up to 50 points are not excluded."
+        "and changes of up to 49 points are not excluded."
     )
 
 
@@ -151,10 +151,12 @@ def effects(*changes, agents=1):
 
 def effect(name, value, shown, half=0.2, differ=24, n=50):
     pairs = Some(only_first=0, only_second=differ, n=n)
-    difference = Some(value=value, low=value - half, high=value + half, first=Some(n=n), pairs=pairs)
+    ends = {"low": value - half, "high": value + half, "p_value": 0.01 if shown else 0.5}
+    difference = Some(value=value, **ends, first=Some(n=n), pairs=pairs)
     return Some(condition=name, detectable=shown, difference=difference)
 
 
+WIDE = ", and changes of up to 50 points are not excluded."
 LEFT = ", and changes of up to 30 points are not excluded."
 
 
@@ -183,7 +185,11 @@ def test_conditions_are_named_by_what_they_do(found, said):
 def test_people_are_named_as_such():
     people = replace(effects(("x", 0.3, True)), agent="participant")
     assert effects_answer([people]) == "x raises the success of people."
-    assert effects_answer([people] * 2) == "Conditions change the success of people; see the sections below."
+    both = [people, effects(("y", -0.3, True), ("z", 0.1, False))]
+    assert effects_answer(both) == "x raises the success of people; y lowers the success of a."
+    assert effects_answer(both, many=5) == f"Inconclusive: no effect of any condition on success was detected{WIDE}"
+    many = "x raises the success of people; " * 3 + "effects on 2 more agents were detected."
+    assert effects_answer([people] * 5) == many
 
 
 def test_beside_conditions_that_changed_nothing_the_others_are_meant():

@@ -148,4 +148,4 @@ def test_a_dose_that_never_acted_is_no_other_condition_and_no_question_is_asked_
     shown = {"modality": ["symbolic?tell=state", "symbolic?tell=outcome"]}
     found = results(played(tmp_path / "shown", p=[0], **FAMILIES["success by tremble p"], **shown))
     (question,), (needed,) = (found.said("overview", kind) for kind in ("question", "needed"))
-    assert question.count("tremble") == needed.count("per tremble p") == 1
+    assert question.count("tremble") == needed.count("per dose of tremble p") == 1

@@ -70,7 +70,7 @@ _OTHERS = {
     "learner:NAME": "A small network that learned to open unknown boxes. Options: temperature. "
     f"Names: {', '.join(f'{name} ({updates} updates)' for name, (updates, _) in _LEARNERS.items())}, "
     "or the file that lockprobe learn wrote.",
-    "viewer[:STRATEGY]": "Reads pictures and plays any strategy above with its readings. "
+    "viewer[:STRATEGY]": "Reads pictures and plays any strategy with its readings. "
     f"It can misread; its strategy is {_VIEWED} unless you name one. "
     f"Options: {', '.join(field.name for field in fields(Eyesight))}, and its strategy's.",
     "llm:local": "SmolLM2-135M-Instruct, a very small language model.",

@@ -13,7 +13,7 @@ from lockprobe.analysis.axis_trials import Place
 from lockprobe.analysis.behaviour import heeded_at_most
 from lockprobe.analysis.condition import ConditionSummary, condition_summary
 from lockprobe.analysis.design import Comparison, Design
-from lockprobe.analysis.effects import Effect, Effects, effects
+from lockprobe.analysis.effects import CONDITIONS, CONTROLS, Effect, Effects, effects
 from lockprobe.analysis.factors import factor_effects
 from lockprobe.analysis.idle import Idle, Unheeded, idle_interventions, unheeded
 from lockprobe.analysis.reference import Reference, reference_of
@@ -172,58 +172,69 @@ def _cells(trials: Sequence[Trial]) -> dict[tuple[str, str], list[Trial]]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Compared:
-    """The conditions of one agent in one modality, with the control that they are compared with."""
+    """The conditions of one agent in one modality, or the controls of all modalities, with what they are compared with.
+
+    Attributes:
+        agent: Its name.
+        spec: Its spec.
+        trials: Condition -> its trials, those of the modality that are in no comparison too.
+        of: The comparisons of the modality.
+        name: Which of its two families is meant.
+    """
 
     agent: str
     spec: str
     trials: Mapping[str, Sequence[Trial]]
     of: Comparison
+    name: str
 
     @property
-    def family(self) -> tuple[str, bool]:
-        """What is judged together with it: its control, and whether the agent is a baseline."""
-        return self.of.control, is_reference(self.spec)
+    def family(self) -> tuple[str, str, bool]:
+        """What is judged together with it: its family, the control, and whether the agent is a baseline."""
+        return self.name, self.of.control, is_reference(self.spec)
+
+    @property
+    def others(self) -> tuple[str, ...]:
+        """What is compared with the control."""
+        return self.of.others if self.name == CONDITIONS else self.of.controls
 
     @property
     def counts(self) -> bool:
         """Whether a difference can be found: it heeds something, and another condition has trials too."""
-        others = [self.trials[name] for name in self.of.others if name in self.trials]
+        others = [self.trials[name] for name in self.others if name in self.trials]
         if not others or self.of.control not in self.trials:
             return False
         members = [self.trials[self.of.control], *others]
         return heeded_at_most([trial for own in members for trial in own]) is None
 
+    def effects(self, idle: frozenset[str], agents: int) -> Effects | None:
+        """The differences, and with conditions their interactions; ``agents`` are judged together."""
+        beside = [name for name in self.of.labels if name not in (self.of.control, *self.others)]
+        crossed = (self.of.crossings, self.of.grids) if self.name == CONDITIONS else ((), ())
+        return effects(self.trials, self.of.control, *crossed, idle, axis=beside, agents=agents, family=self.name)
+
 
 def _effects(cells: _Cells, design: Design, idle: _Names) -> tuple[Effects, ...]:
-    """Each modality's other conditions against its control.
+    """Each modality's other conditions against its control, and the controls of all modalities against the first.
 
-    In each modality, what the report says of the agents that the study is about is one family, and of baselines
-    another.
+    In each, what the report says of the agents that the study is about is one family, and of baselines another.
     """
     compared = [
-        _compared(cells, design.comparison(modality), agent, design.spec_of(agent))
+        _Compared(agent=agent, spec=design.spec_of(agent), trials=_of_agent(cells, agent, of), of=of, name=name)
         for agent in design.agents
-        for modality in design.modalities
+        for of in map(design.comparison, design.modalities)
+        for name in (CONDITIONS, *([CONTROLS] if of.controls else []))
     ]
     sizes = Counter(one.family for one in compared if one.counts)
     found = (
-        effects(
-            one.trials,
-            one.of.control,
-            one.of.crossings,
-            one.of.grids,
-            {label for name, label in idle if name == one.agent},
-            axis=(*one.of.flips, *one.of.dosed),
-            agents=max(1, sizes[one.family]),
-        )
+        one.effects(frozenset(label for name, label in idle if name == one.agent), max(1, sizes[one.family]))
         for one in compared
     )
     return tuple(one for one in found if one)
 
 
-def _compared(cells: _Cells, of: Comparison, agent: str, spec: str) -> _Compared:
-    trials = {label: cells[agent, label] for label in of.labels if (agent, label) in cells}
-    return _Compared(agent=agent, spec=spec, trials=trials, of=of)
+def _of_agent(cells: _Cells, agent: str, of: Comparison) -> dict[str, Sequence[Trial]]:
+    return {label: cells[agent, label] for label in of.labels if (agent, label) in cells}
 
 
 def _on_axes(flips: StudySummary, series: Sequence[tuple[Series, StudySummary]], design: Design) -> Iterator[Effects]:

@@ -2,9 +2,10 @@
 
 Every contrast belongs to one family. The doses of an axis against its control are one: the flip rates of a modality,
 and every dose with three levels or more of another intervention or another kind of flips. All other conditions of a
-modality against its control are one; the interactions of all crossings and grids are one. So what is said of one family
-does not depend on the conditions of another. Of another intervention a single dose is a condition like any other: with
-an axis of its own, ten conditions would be ten families.
+modality against its control are one, and so are the controls of the other modalities against that of the first; the
+interactions of all crossings and grids are one. So what is said of one family does not depend on the conditions of
+another. Of another intervention a single dose is a condition like any other: with an axis of its own, ten conditions
+would be ten families.
 """
 
 from __future__ import annotations
@@ -28,8 +29,8 @@ class Comparison:
         control: Label of the control.
         flips: Labels of the flip rates that act: the family of the flip axis.
         axes: Doses of other interventions whose lowest level is the control, each a family of its own.
-        others: Labels of all other conditions: another family. In the first modality the controls of the other
-            modalities are among them.
+        others: Labels of all other conditions: another family.
+        controls: In the first modality the labels of the controls of the others: a family too.
         crossings: Two interventions alone, together and not at all.
         grids: Crossed doses of two interventions.
     """
@@ -38,13 +39,14 @@ class Comparison:
     flips: tuple[str, ...]
     axes: tuple[Series, ...]
     others: tuple[str, ...]
+    controls: tuple[str, ...]
     crossings: tuple[Crossing, ...]
     grids: tuple[Grid, ...]
 
     @property
     def labels(self) -> tuple[str, ...]:
         """All its conditions, the control first."""
-        return (self.control, *self.flips, *self.dosed, *self.others)
+        return (self.control, *self.flips, *self.dosed, *self.others, *self.controls)
 
     @property
     def dosed(self) -> tuple[str, ...]:
@@ -99,20 +101,16 @@ class Design:
     def comparison(self, modality: str) -> Comparison:
         """The conditions of a modality and the families of their contrasts with its control."""
         own, control = self.shown(modality), self._controls[modality].label
-        beside = [self._controls[name].label for name in self.modalities[1:]] if modality == self.modalities[0] else []
+        beside = tuple(self._controls[name].label for name in self.modalities[1:])
         rest = [arm.label for arm in own if arm.label != control]
         axes = tuple(one for one in self.series if not one.agent and one.modality == modality and control in one.doses)
         on_axes = self.axis | {label for one in axes for label in one.doses}
-        kept = {arm.label for arm in own} | {*beside}
         return Comparison(
             control=control,
             flips=tuple(label for label in rest if label in self.axis),
             axes=axes,
-            others=tuple(
-                arm.label
-                for arm in self.arms
-                if arm.label in kept and arm.label != control and (arm.label in beside or arm.label not in on_axes)
-            ),
+            others=tuple(label for label in rest if label not in on_axes),
+            controls=beside if modality == self.modalities[0] else (),
             crossings=crossings(own),
             grids=grids(own),
         )

@@ -31,8 +31,8 @@ class Grid:
 
     Attributes:
         rows, columns: The axes of the first and the second dose.
-        row_doses, column_doses: Their doses, ascending; dose 0 means without the intervention. Under dose 0 of its
-            first dose an intervention does nothing, whatever its second one is.
+        row_doses, column_doses: Their doses, ascending; dose 0 means without the intervention. Of two doses of one
+            intervention there is none: without it, neither has a value.
         conditions: (Row dose, column dose) -> condition; combinations that are not played are missing.
         modality: How the box is shown in all of them.
     """
@@ -128,10 +128,11 @@ def _grid(members: Sequence[_Crossed], known: Mapping[tuple[str, tuple[str, ...]
         row, column = arm.dose(*one), arm.dose(*other)
         found.setdefault((row, column), arm.label)
         for place, (away, option) in (((row, 0.0), other), ((0.0, column), one)):
-            alone = known.get((shown, arm.without(away))) if option == arm.doses[away][0] else None
+            zero = i != j and option == arm.doses[away][0]  # without an intervention it has no second dose either
+            alone = known.get((shown, arm.without(away))) if zero else None
             if alone:
                 found.setdefault(place, alone)
-    neither = known.get((shown, first.without(i, j)))
+    neither = known.get((shown, first.without(i, j))) if i != j else None
     if neither and any(row == 0 for row, _ in found) and any(column == 0 for _, column in found):
         found.setdefault((0.0, 0.0), neither)
     rows, columns = (Axis(kind=first.specs[at].full_name, dose=option, rest=rest) for at, option in pair)

@@ -14,14 +14,17 @@ import numpy as np
 
 from lockprobe.analysis.agent_comparison.paired import BlockMean, block_mean, sheets
 from lockprobe.analysis.dose_grid import Grid, GridSummary, grid_summary
-from lockprobe.analysis.inference.difference import DifferenceAt, any_difference
-from lockprobe.analysis.outcomes import Outcomes, joined, outcomes
+from lockprobe.analysis.inference.difference import DifferenceAt, each_difference
+from lockprobe.analysis.outcomes import Outcomes, outcomes
 from lockprobe.analysis.proportions import ALPHA
 from lockprobe.analysis.series import Crossing
 from lockprobe.record import Trial
 from lockprobe.seeds import generator
 
-__all__ = ["Effect", "Effects", "Interplay", "effects", "interactions"]
+__all__ = ["CONDITIONS", "CONTROLS", "Effect", "Effects", "Interplay", "effects", "interactions"]
+
+CONDITIONS, CONTROLS = "conditions against the control", "modalities against the first"
+"""Families of comparisons beside those of axes and options: conditions, and the controls of all modalities."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,7 +78,8 @@ class Effects:
         interplays: Every crossing of two interventions that was played and is part of no grid with an interaction.
         grids: Every pair of interventions with several crossed doses.
         agents: Number of agents (and ways of showing the box) that are judged together.
-        axis: Name of the dose whose levels they are: a family of their own; empty for the family of all others.
+        axis: Name of the dose whose levels they are: a family of their own; empty for all others.
+        family: What is judged together.
     """
 
     agent: str
@@ -86,6 +90,7 @@ class Effects:
     grids: tuple[GridSummary, ...] = ()
     agents: int = 1
     axis: str = ""
+    family: str = CONDITIONS
 
 
 def effects(
@@ -97,6 +102,7 @@ def effects(
     *,
     axis: Collection[str] = (),
     agents: int = 1,
+    family: str = CONDITIONS,
 ) -> Effects | None:
     """Compare the conditions of one agent in one modality with the control.
 
@@ -107,7 +113,8 @@ def effects(
         gridded: Grids of crossed doses; those without a trial are left out.
         idle: Conditions in which an intervention changed nothing: they are in no crossing and in no grid.
         axis: Conditions that an axis compares with the control, in a family of their own: crossings and grids use them.
-        agents: Number of agents (and ways of showing the box) that are judged together.
+        agents: Number of agents that are judged together.
+        family: What is judged together.
 
     Returns:
         None if no other condition shares a trial with the control, and none are crossed.
@@ -118,14 +125,13 @@ def effects(
         return None
     others = [name for name in found if name != control and name not in axis]
     names = [control, *others]
-    together = joined([found[name] for name in names])
     rng = generator(first.seed, "analysis", first.spec, first.modality, "conditions")
-    tested = any_difference(together, rng, agents=agents)
+    tested = each_difference([found[name] for name in names], rng, agents=agents)
     acting = {name: one for name, one in found.items() if name not in idle}
     interplays, summaries = interactions(crossed, gridded, acting, agents)
-    if not (tested.at or interplays or summaries):
+    if not (tested or interplays or summaries):
         return None
-    seen = [Effect(condition=names[int(one.dose)], difference=one) for one in tested.at]
+    seen = [Effect(condition=names[place], difference=one) for place, one in tested]
     return Effects(
         agent=first.group,
         modality=first.modality,
@@ -134,6 +140,7 @@ def effects(
         interplays=interplays,
         grids=summaries,
         agents=agents,
+        family=family,
     )
 
 

@@ -12,14 +12,17 @@ from dataclasses import dataclass
 
 from lockprobe.analysis.behaviour import heeded_at_most
 from lockprobe.analysis.effects import Effect, Effects
-from lockprobe.analysis.inference.difference import any_difference
-from lockprobe.analysis.outcomes import joined, outcomes
+from lockprobe.analysis.inference.difference import each_difference
+from lockprobe.analysis.outcomes import outcomes
 from lockprobe.analysis.series import SeriesArm
 from lockprobe.analysis.summary import is_reference
 from lockprobe.record import Trial
 from lockprobe.seeds import generator
 
-__all__ = ["Factor", "factor_effects", "factors_of"]
+__all__ = ["LEVELS", "Factor", "factor_effects", "factors_of"]
+
+LEVELS = "levels of "
+"""How the names of families of factors begin."""
 
 _Cells = Mapping[tuple[str, str], Sequence[Trial]]
 """The trials of every agent under every condition."""
@@ -106,12 +109,12 @@ def factor_effects(cells: _Cells, factor: Factor, agents: Sequence[str]) -> Iter
         first = cells[agent, names[0]][0]
         rng = generator(first.seed, "analysis", first.spec, first.modality, factor.name, *first.specs)
         many = sizes[baseline[agent]] * len(factor.groups)
-        tested = any_difference(joined([outcomes(cells[agent, name]) for name in names]), rng, agents=many)
-        if tested.at:
-            seen = tuple(Effect(condition=names[int(one.dose)], difference=one) for one in tested.at)
+        tested = each_difference([outcomes(cells[agent, name]) for name in names], rng, agents=many)
+        if tested:
+            seen = tuple(Effect(condition=names[place], difference=one) for place, one in tested)
             yield Effects(
                 agent=agent, modality=first.modality, control=names[0], effects=seen, interplays=(), agents=many,
-                axis=factor.name,
+                axis=factor.name, family=f"{LEVELS}{factor.name}",
             )  # fmt: skip
 
 

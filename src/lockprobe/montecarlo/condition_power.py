@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.agents.catalogue import is_strategy
-from lockprobe.analysis.inference.difference import any_difference
+from lockprobe.analysis.inference.difference import any_difference, each_difference
 from lockprobe.analysis.outcomes import Outcomes
 from lockprobe.analysis.proportions import ALPHA
 from lockprobe.analysis.summary import is_reference
@@ -50,7 +50,7 @@ class Family:
     """Conditions that the report compares with their control together.
 
     Attributes:
-        name: Name of the dose whose levels they are; empty for the family of all others.
+        name: Name of the dose whose levels they are; empty for all others, and for the controls of all modalities.
         doses: Label -> its place on the axis of the test; the control first, which has the lowest.
     """
 
@@ -99,7 +99,8 @@ def families_of(study: Study) -> tuple[Family, ...]:
         others = {label: float(i) for i, label in enumerate((of.control, *of.others))}
         found += [Family(name="flip rate", doses=dict(sorted(flips.items(), key=lambda both: both[1])))]
         found += [Family(name=axis.axis.name, doses=axis.doses) for axis in of.axes]
-        found += [Family(name="", doses=others)]
+        controls = {label: float(i) for i, label in enumerate((of.control, *of.controls))}
+        found += [Family(name="", doses=others), Family(name="", doses=controls)]
     return tuple(one for one in found if len(one.doses) > 1)
 
 
@@ -126,7 +127,12 @@ def detected(solved: Flags, family: Family, rng: np.random.Generator, agents: in
         solved=solved.reshape(-1),
         onset=nothing,
     )
-    found = {one.dose: one.p_value < ALPHA for one in any_difference(columns, rng, agents=agents).at}
+    if family.name:
+        tested = any_difference(columns, rng, agents=agents).at
+    else:
+        groups = [columns.at(columns.dose == dose) for dose in doses]
+        tested = tuple(one for _, one in each_difference(groups, rng, agents=agents))
+    found = {one.dose: one.p_value < ALPHA for one in tested}
     return {label: found.get(dose, False) for label, dose in list(family.doses.items())[1:]}
 
 
@@ -321,9 +327,9 @@ def _played(study: Study, families: Sequence[Family], pool: int, workers: Pool, 
     ]
 
 
-def _judged(agent: str, family: Family) -> tuple[bool, str, str]:
+def _judged(agent: str, family: Family) -> tuple[bool | str, ...]:
     """What is judged together: agents that the study is about, or baselines, in one family of contrasts."""
-    return is_reference(agent), family.control, family.name
+    return is_reference(agent), family.name, *family.doses
 
 
 def _batch(job: _StudyRange) -> Counter[str]:

@@ -53,7 +53,7 @@ def _ranking(summary: StudySummary, modality: str, *, several: bool) -> str:
 
 def comparison_said(one: AgentComparison, summary: StudySummary) -> list[str]:
     """One pair: differences in success, in the effect of false reports and in the number of steps."""
-    names, pairs = subjects_by_name(summary), sum(other.among == one.among for other in summary.comparisons)
+    names, pairs = subjects_by_name(summary), sum(other.family == one.family for other in summary.comparisons)
     second, first = names[one.second], names[one.first]
     broken = "; the largest P value over the treatments of broken trials" if one.bounded else ""
     shares = (

@@ -9,9 +9,9 @@ from statistics import NormalDist
 from typing import Literal
 
 from lockprobe.analysis.agent_comparison.leaderboard_row import Standing
-from lockprobe.analysis.axis import Axis
+from lockprobe.analysis.axis import FLIPS, Axis
 from lockprobe.analysis.clustered import ClusteredProportion
-from lockprobe.analysis.effects import Effects
+from lockprobe.analysis.effects import Effect, Effects
 from lockprobe.analysis.inference.course import CourseKind
 from lockprobe.analysis.inference.difference import DifferenceAt
 from lockprobe.analysis.modalities import ModalityEffect, spoken
@@ -135,7 +135,7 @@ def _leaders(agents: Sequence[AgentSummary], standings: Sequence[Standing]) -> s
 
 def _undetected(effect: str, differences: Iterable[DifferenceAt | Paired], what: str = "changes") -> str:
     """That no effect was detected, and up to which size intervals hold one, if that is not small."""
-    most = ceil(100 * _reach(differences) - 1e-9)
+    most = round(100 * _reach(differences))
     if most <= 100 * NARROW:
         return f"No effect of {effect} was detected."
     return f"Inconclusive: no effect of {effect} was detected, and {what} of up to {most} points are not excluded."
@@ -274,7 +274,8 @@ def flips_needed(summary: StudySummary) -> str:
         if (one := agent.contrast) and not one.detectable and not agent.blind and _course(agent) not in _DOES
     ]
     axis = summary.axis
-    return _needed(hidden, f"per {axis.name}{f' ({axis.options})' if axis.options else ''}")
+    dose = axis.name if axis.name == FLIPS.name else f"dose of {axis.name}"
+    return _needed(hidden, f"per {dose}{f' ({axis.options})' if axis.options else ''}")
 
 
 def _needed(differences: Iterable[tuple[Subject | None, DifferenceAt, int]], where: str) -> str:
@@ -341,37 +342,39 @@ def modality_answer(effect: ModalityEffect) -> str:
     return _undetected(f"fidelity on how soon {who.name} {solves} the box", finals, "differences in success")
 
 
-def effects_answer(found: Sequence[Effects], *, other: bool = False) -> str:
+def effects_answer(found: Sequence[Effects], *, other: bool = False, many: int = 1) -> str:
     """What conditions did to the success of the agents that the study is about, against their control.
 
     Args:
         found: Their effects.
         other: Whether there are conditions that these effects leave out: flip rates, or some that changed nothing.
+        many: For how many questions their P values are corrected further.
     """
-    if not found:
+    every = [one for own in found for one in own.effects]
+    said = [f"{did} the success of {Subject.of(own.agent).name}" for own in found if (did := _did(own.effects, many))]
+    if said:
+        more = len(said) - _NAMED
+        said = [*said[:_NAMED], f"effects on {more} more agent{'s' * (more > 1)} were detected"] if more > 0 else said
+        rest = sum(one.difference.p_value * many >= ALPHA for one in every)
+        others = f"; no effect of {rest} other{'s' * (rest > 1)} was detected" if rest and len(found) == 1 else ""
+        return f"{'; '.join(said)}{others}."
+    if not every:
         return "No two conditions have a trial in common yet."
-    if len(found) > 1:
-        changed = [Subject.of(one.agent).name for one in found if any(effect.detectable for effect in one.effects)]
-        if not changed:
-            differences = [effect.difference for one in found for effect in one.effects]
-            any_ = "any other condition" if other else "any condition"
-            return _undetected(f"{any_} on success", differences)
-        return f"Conditions change the success of {_listed(list(dict.fromkeys(changed)))}; see the sections below."
-    only, who = found[0], Subject.of(found[0].agent).name
-    parts = [
-        f"{_listed([one.condition for one in own])} {way}{'s' * (len(own) == 1)}"
-        for way, own in (
-            ("raise", [one for one in only.effects if one.detectable and one.difference.value > 0]),
-            ("lower", [one for one in only.effects if one.detectable and one.difference.value < 0]),
-        )
-        if own
-    ]
-    if not parts:
-        effect = f"{_listed([one.condition for one in only.effects], 'or')} on the success of {who}"
-        return _undetected(effect, [one.difference for one in only.effects])
-    rest = sum(not one.detectable for one in only.effects)
-    others = f"; no effect of {rest} other{'s' * (rest > 1)} was detected" if rest else ""
-    return f"{' and '.join(parts)} the success of {who}{others}."
+    what = f"any {'other ' * other}condition on success"
+    if len(found) == 1:
+        conditions = _listed([one.condition for one in every], "or")
+        what = f"{conditions} on the success of {Subject.of(found[0].agent).name}"
+    return _undetected(what, [one.difference for one in every])
+
+
+def _did(effects: Sequence[Effect], many: int) -> str:
+    """Which conditions raise success, and which lower it; empty without any."""
+    clear = [one for one in effects if one.difference.p_value * many < ALPHA]
+    ways = {
+        "raise": [one.condition for one in clear if one.difference.value > 0],
+        "lower": [one.condition for one in clear if one.difference.value < 0],
+    }
+    return " and ".join(f"{_listed(own)} {way}{'s' * (len(own) == 1)}" for way, own in ways.items() if own)
 
 
 def effects_needed(found: Sequence[Effects]) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from lockprobe.analysis.effects import Effects
@@ -10,7 +10,7 @@ from lockprobe.analysis.inference.logrank import holm
 from lockprobe.analysis.modalities import spoken
 from lockprobe.analysis.proportions import ALPHA
 from lockprobe.analysis.summary import StudySummary
-from lockprobe.formatting import p_cell
+from lockprobe.formatting import listed, p_cell
 from lockprobe.prose.doses import cause
 from lockprobe.prose.overview import effects_answer, flips_answer
 from lockprobe.prose.subject import Subject, subject_of
@@ -24,13 +24,15 @@ class Question:
 
     Attributes:
         about: What may have an effect.
-        answer: What it did, in sentences.
+        answer: What it did, in sentences, by the number of questions that its P values are corrected for.
+        corrected: Whether these sentences name only what is detected after this correction.
         tested: What was tested, as it follows "the effect", and its P value, corrected within its family.
     """
 
     about: str
-    answer: str
+    answer: Callable[[int], str]
     tested: tuple[tuple[str, float], ...]
+    corrected: bool = False
 
     @property
     def p_value(self) -> float | None:
@@ -52,20 +54,37 @@ def _of_axis(summary: StudySummary) -> Question:
     shown = next((f" with {spoken(one.modality)}" for one in summary.subjects if one.contrast and one.shown), "")
     return Question(
         about=f"{cause(summary.axis)}{shown}",
-        answer=flips_answer(summary),
+        answer=lambda many: flips_answer(summary),
         tested=tuple((f"on {who.name}", one.difference.p_value) for who, one in tested.items()),
     )
 
 
-def of_conditions(found: Sequence[Effects], *, other: bool) -> Question:
-    """What conditions did that are levels of no axis; ``other`` if there are conditions beside them."""
+def of_conditions(found: Sequence[Effects], *, other: bool) -> list[Question]:
+    """What conditions did that are levels of no axis: one question for each family.
+
+    Args:
+        found: The effects on the agents that the study is about.
+        other: Whether there are conditions beside them.
+    """
+    families: dict[tuple[str, str], list[Effects]] = {}
+    for one in found:
+        families.setdefault((one.family, one.control), []).append(one)
+    return [_of_family(own, other=other) for own in families.values()] or [_of_family((), other=other)]
+
+
+def _of_family(found: Sequence[Effects], *, other: bool) -> Question:
     several = len(found) > 1
     tested = [
         (f"of {one.condition}" + f" on {Subject.of(own.agent).name}" * several, one.difference.p_value)
         for own in found
         for one in own.effects
     ]
-    return Question(about="other conditions", answer=effects_answer(found, other=other), tested=tuple(tested))
+    return Question(
+        about="other conditions",
+        answer=lambda many: effects_answer(found, other=other, many=many),
+        tested=tuple(tested),
+        corrected=True,
+    )
 
 
 def several_answers(questions: Sequence[Question]) -> str:
@@ -82,14 +101,16 @@ def several_answers(questions: Sequence[Question]) -> str:
             p_value = p_cell(one.p_value)
             said.append(f"An effect of {one.about} was detected in its own section (P = {p_value}), but not {after}.")
             continue
-        said.append(one.answer)
-        if lost := _lost(one, questions):
-            said.append(f"Of these, the effect {', '.join(lost)} was not detected {after}.")
+        many = _many(one, questions)
+        said.append(one.answer(many))
+        if lost := [name for name, p_value in one.tested if p_value < ALPHA <= p_value * many]:
+            which = "The effect" if one.corrected else "Of these, the effect"
+            own = "detected in its own section, but not" if one.corrected else "not detected"
+            said.append(f"{which} {listed(lost, named=3)} was {own} {after}.")
     return " ".join(dict.fromkeys(said))
 
 
-def _lost(one: Question, questions: Sequence[Question]) -> list[str]:
-    """What is detected in its section, but not after correction for the questions whose effects are no clearer."""
+def _many(one: Question, questions: Sequence[Question]) -> int:
+    """For how many questions it is corrected: those whose effects are no clearer."""
     p_values = [other.p_value for other in questions if other.p_value is not None]
-    many = sum(p_value >= (one.p_value or 0.0) for p_value in p_values)
-    return [name for name, p_value in one.tested if p_value < ALPHA <= p_value * many]
+    return max(1, sum(p_value >= (one.p_value or 0.0) for p_value in p_values))

@@ -80,6 +80,11 @@ class AgentComparison:
     steps_adjusted: float | None = None
 
     @property
+    def family(self) -> tuple[Among, str, str]:
+        """What is judged together with it: pairs of its kind that saw the box in the same ways."""
+        return self.among, self.first[1], self.second[1]
+
+    @property
     def verdict(self) -> int:
         """1 if the second is shown to solve the box more often, -1 if less often, else 0.
 
@@ -200,7 +205,7 @@ def _same_at_every_p(laid: Sheet) -> bool:
 
 
 def corrected(found: Sequence[AgentComparison]) -> tuple[AgentComparison, ...]:
-    """The comparisons with P values corrected for the number of pairs of one kind and of p (Holm).
+    """The comparisons with P values corrected for the number of pairs of their family and of doses (Holm).
 
     Two agents that play identically at every p count as one test, not one for each p.
     """
@@ -211,7 +216,7 @@ def corrected(found: Sequence[AgentComparison]) -> tuple[AgentComparison, ...]:
     adjusted = dict(
         zip(
             [(id(one), at.dose) for one, at in everywhere],
-            _by_kind([one.among for one, _ in everywhere], [at.success.p_value for _, at in everywhere]),
+            _by_family([one.family for one, _ in everywhere], [at.success.p_value for _, at in everywhere]),
             strict=True,
         )
     )
@@ -230,13 +235,13 @@ def corrected(found: Sequence[AgentComparison]) -> tuple[AgentComparison, ...]:
 
 
 def _holm(found: Sequence[AgentComparison], of: Callable[[AgentComparison], float | None]) -> list[float | None]:
-    return _by_kind([one.among for one in found], [of(one) for one in found])
+    return _by_family([one.family for one in found], [of(one) for one in found])
 
 
-def _by_kind(kinds: Sequence[Among], values: Sequence[float | None]) -> list[float | None]:
+def _by_family(families: Sequence[tuple[Among, str, str]], values: Sequence[float | None]) -> list[float | None]:
     adjusted: list[float | None] = [None] * len(values)
-    for kind in dict.fromkeys(kinds):
-        places = [i for i, other in enumerate(kinds) if other == kind]
+    for family in dict.fromkeys(families):
+        places = [i for i, other in enumerate(families) if other == family]
         for i, value in zip(places, holm([values[i] for i in places]), strict=True):
             adjusted[i] = value
     return adjusted

@@ -7,16 +7,17 @@ meet no luck twice; their sample is all trials, clustered by person.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.analysis.clustered import ClusteredDifference, clustered_difference
-from lockprobe.analysis.outcomes import Outcomes, solved_in_pairs
+from lockprobe.analysis.outcomes import Outcomes, joined, solved_in_pairs
 from lockprobe.analysis.proportions import Paired, Proportion, paired, proportion
 
-__all__ = ["AnyDifference", "Bound", "DifferenceAt", "any_difference"]
+__all__ = ["AnyDifference", "Bound", "DifferenceAt", "any_difference", "each_difference"]
 
 PERMUTATIONS = 2000
 
@@ -161,8 +162,34 @@ def any_difference(
     )
 
 
-def _at(outcomes: Outcomes, both: tuple[float, float], exchange: float, *, choices: int) -> DifferenceAt:
-    """The difference between two values of p, from the trials that can be compared."""
+def each_difference(
+    groups: Sequence[Outcomes], rng: np.random.Generator, *, agents: int = 1
+) -> tuple[tuple[int, DifferenceAt], ...]:
+    """Each group of trials against the first one, in the pairs of trials that the two share.
+
+    A comparison looks at its own two groups alone, so that a further group changes its P value only by the number that
+    it is corrected for (Bonferroni, with the agents). The P value is the larger of two: McNemar's exact one and that of
+    the interval. With people it is that of a permutation clustered by person in place of McNemar's.
+
+    Args:
+        groups: The ended trials of one agent by condition, the control first.
+        rng: The stream of the permutations, which only people need.
+        agents: Number of agents that are judged together.
+
+    Returns:
+        The place of each group that shares a trial with the first one, and the difference; its dose is that place.
+    """
+    pairs = {i: joined([groups[0], one]) for i, one in enumerate(groups) if i and len(one) and len(groups[0])}
+    if any(together.crossed for together in pairs.values()):
+        found = {i: any_difference(together, rng, agents=agents * len(pairs)) for i, together in pairs.items()}
+        return tuple((i, replace(one, dose=float(i))) for i, tested in found.items() for one in tested.at)
+    shared = {i: together for i, together in pairs.items() if len(solved_in_pairs(groups[0], groups[i]))}
+    made = {i: _at(together, (0.0, 1.0), choices=agents * len(shared)) for i, together in shared.items()}
+    return tuple((i, replace(one, dose=float(i))) for i, one in made.items())
+
+
+def _at(outcomes: Outcomes, both: tuple[float, float], exchange: float | None = None, *, choices: int) -> DifferenceAt:
+    """The difference between two doses, from the trials that can be compared; McNemar's test without a permutation."""
     together = outcomes.at(np.isin(outcomes.dose, both))
     later = together.dose == both[1]
     if outcomes.crossed:
@@ -174,6 +201,9 @@ def _at(outcomes: Outcomes, both: tuple[float, float], exchange: float, *, choic
         shares = list(solved_in_pairs(together.at(~later), together.at(later)).T)
         pairs = found = paired(shares[0], shares[1], choices=choices)
     first, second = (proportion(int(one.sum()), len(one)) for one in shares)
+    if exchange is None:
+        assert pairs is not None, "people are compared by a permutation"
+        exchange = min(1.0, choices * pairs.p_value)
     return DifferenceAt(
         dose=float(both[1]),
         first=first,

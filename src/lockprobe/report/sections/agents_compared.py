@@ -35,7 +35,7 @@ _Cells = Mapping[tuple[str, str, float], PlayedCell]
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     cells = {(cell.agent, cell.modality, cell.summary.dose): cell for cell in numbers.cells if cell.player}
     for one in numbers.flips.comparisons:
-        together = [other for other in numbers.flips.comparisons if other.among == one.among]
+        together = [other for other in numbers.flips.comparisons if other.family == one.family]
         yield from _over_all(one, len(together))
         yield from _by_p(one, cells, sum(1 if other.copies else len(other.at) for other in together))
         yield from _changes(one, cells, sum(other.interaction is not None for other in together))

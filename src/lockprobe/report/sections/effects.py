@@ -25,8 +25,11 @@ from lockprobe.rows import Estimate, Fact, Finding, Results, Row, axis_key
 
 __all__ = ["SECTIONS", "compared_rows", "compared_table", "of_blocks"]
 
-_CONDITIONS, _INTERACTIONS = "conditions against the control", "interactions"
-"""The families of comparisons beside those of axes."""
+_INTERACTIONS = "interactions"
+"""The family of interactions."""
+
+_PAIRED = "McNemar, and interval"
+"""The test of a comparison in pairs; people are compared by a permutation."""
 
 _BETWEEN = " \N{MULTIPLICATION SIGN} "
 
@@ -42,7 +45,7 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
         return
     doses = {name: dict(one.doses) for name, one in numbers.conditions.items()}
     for one in others.effects:
-        yield from compared_rows(one, numbers.conditions, family=_CONDITIONS)
+        yield from compared_rows(one, numbers.conditions)
         yield from _crossings(one, doses)
     yield from _grids(others, doses)
     yield from _answers(others)
@@ -52,7 +55,7 @@ _Doses = Mapping[str, dict[str, float]]
 """Condition -> its doses."""
 
 
-def compared_rows(found: Effects, conditions: Mapping[str, Condition], *, family: str) -> Iterator[Estimate]:
+def compared_rows(found: Effects, conditions: Mapping[str, Condition]) -> Iterator[Estimate]:
     """Success under conditions minus success under another one, and both shares."""
     for one in found.effects:
         gap, condition = one.difference, conditions[one.condition]
@@ -67,9 +70,9 @@ def compared_rows(found: Effects, conditions: Mapping[str, Condition], *, family
             low=gap.low,
             high=gap.high,
             p_value=gap.p_value,
-            family=family,
+            family=found.family,
             corrected_for=len(found.effects) * found.agents,
-            test=PERMUTED,
+            test=_PAIRED if gap.pairs else PERMUTED,
         )
         for of, share in (("", gap.second), (CONTROL, gap.first)):
             yield from share_rows("success_in_pairs", share, **pair, of=of)
@@ -246,17 +249,15 @@ def _show(found: Results) -> Iterator[Part]:
         ),
         Markup(
             "Trials of equal repetition and number use common random numbers under every condition (a block) and are "
-            "compared in pairs. <i>P</i> is the larger of two: that of a permutation of conditions within blocks, "
-            "corrected for the number of conditions and of the agents that are judged together (baselines apart), and "
-            "that of the interval, corrected alike."
+            "compared in pairs. <i>P</i> is the larger of McNemar's exact one and that of the interval, both corrected "
+            "for the number of conditions and of agents (baselines apart)."
         ),
         Markup(
-            "Flip rates are a family of their own, and so are the doses of another intervention with three levels or "
-            "more; each is corrected for their number and that of agents. So other conditions change no <i>P</i> of "
-            "theirs."
-        )
-        if any(row.family != _CONDITIONS for row in found.against_control())
-        else "",
+            "Over the doses of an axis (flip rates, and doses of another intervention with three levels or more), and "
+            "with people, a permutation within blocks stands in place of McNemar's test. Each axis is a family of its "
+            "own, corrected for its doses and for agents, and so are the modalities. So other conditions change no "
+            "<i>P</i> of theirs."
+        ),
     )
     yield Part("Every condition against the control", found.answer_of("effects"), [_FIGURE, _EFFECTS, note])
     if axes := list(dict.fromkeys(row.axis for row in found.where("success_in_grid"))):

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from markupsafe import Markup
 
+from lockprobe.analysis.factors import LEVELS
 from lockprobe.report.format import TextTable
 from lockprobe.report.section import Note, Part, Section, Table
 from lockprobe.report.sections.effects import compared_rows, compared_table
@@ -14,21 +15,18 @@ from lockprobe.rows import Estimate, Finding, Results, Row
 
 __all__ = ["SECTIONS"]
 
-_FAMILY = "levels of "
-"""How the names of families of factors begin."""
-
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     found = numbers.others.on_factors if numbers.others else ()
     for one in found:
-        yield from compared_rows(one, numbers.conditions, family=f"{_FAMILY}{one.axis}")
+        yield from compared_rows(one, numbers.conditions)
     if effects := [effect for one in found for effect in one.effects]:
         said = f"{sum(one.detectable for one in effects)} of {len(effects)} differences were detected."
         yield Finding(section="factors", kind="answer", text=said, rests_on=("success_difference",))
 
 
 def _compared(found: Results) -> list[Estimate]:
-    return [row for row in found.where("success_difference", of="") if row.family.startswith(_FAMILY)]
+    return [row for row in found.where("success_difference", of="") if row.family.startswith(LEVELS)]
 
 
 def _table(found: Results) -> TextTable:
@@ -45,8 +43,8 @@ _NOTE = Note(
     ),
     Markup(
         "Trials of equal repetition and number use common random numbers and are compared in pairs. <i>P</i> is the "
-        "larger of two: that of a permutation within blocks and that of the interval; both are corrected for all "
-        "comparisons of the option and for the agents (baselines apart)."
+        "larger of two: that of McNemar's exact test (with people: of a permutation) and that of the interval; both "
+        "are corrected for all comparisons of the option and for the agents (baselines apart)."
     ),
 )
 

@@ -124,7 +124,7 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
             yield Finding(section="overview", kind=kind, text=said, rests_on=rests_on, judges=judges)
     about = {
         "figure": screen.figure,
-        "more": f"and {screen.more} more agent{'s' * (screen.more > 1)}" * bool(screen.more),
+        "more": f"and {screen.more} more in the sections below" * bool(screen.more),
     }
     if screen.numbers:
         about |= {"intervals": _intervals_said(screen.numbers), "random agents": screen.by_chance}
@@ -192,7 +192,7 @@ def _of_conditions(flips: StudySummary, found: ConditionStudySummary, study: Stu
         questions = [question for one in axes for question in of_axis(one)]
         if effects or not questions:
             other = bool(questions) or any(not one.intervention for one in named)
-            questions.append(of_conditions(effects, other=other))
+            questions += of_conditions(effects, other=other)
         said = _Screen(
             question=_asked(axes, found, study),
             trial=trial_said(study.max_steps, "conditions"),
@@ -211,8 +211,7 @@ def _of_conditions(flips: StudySummary, found: ConditionStudySummary, study: Stu
     if flips in axes:
         said = _with_flips(_of_flips(flips, study), said)
     shown = said.numbers[:_ROWS]
-    hidden = {row.agent for row in said.numbers[_ROWS:]} - {row.agent for row in shown}
-    return replace(said, numbers=shown, more=len(hidden))
+    return replace(said, numbers=shown, more=len(said.numbers[_ROWS:]))
 
 
 def _judged(found: ConditionStudySummary) -> tuple[str, ...]:
@@ -233,13 +232,12 @@ def _tested_axes(flips: StudySummary, found: ConditionStudySummary) -> list[Stud
 
 def _asked(axes: Sequence[StudySummary], found: ConditionStudySummary, study: Study) -> str:
     """The question of the page."""
-    shown = [series for series in found.design.other_axes if any(one.axis == series.axis for one in axes)]
-    dosed = {label for series in shown for label in series.doses}
-    rest = [one for one in study.conditions if one.label not in {*dosed, *study.flip_labels}]
+    compared = map(found.design.comparison, found.design.modalities)
+    rest = [label for of in compared for label in (*of.others, *of.controls)]
     causes = list(dict.fromkeys(cause(one.axis) for one in axes))
-    if not causes:
-        return f"How do {len(study.conditions)} conditions affect success on {study.box.name}?"
-    causes += [f"{len(rest)} other condition{'s' * (len(rest) > 1)}"] * bool(rest)
+    if not causes and len(rest) == 1:
+        return f"Does {rest[0]} change how agents open {study.box.name}?"
+    causes += [f"{len(rest)}{' other' * bool(causes)} condition{'s' * (len(rest) > 1)}"] * bool(rest)
     return f"Do {listed(causes)} change how agents open {study.box.name}?"
 
 
