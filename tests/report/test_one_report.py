@@ -71,9 +71,10 @@ def test_no_family_changes_a_p_value_of_another(whole, family, many, tmp_path):
 
 def test_a_modality_more_changes_no_p_value_of_another(tmp_path):
     """Each modality has its own control, so its own families; the first screen corrects for all of them."""
-    of, shown = {**FLIPS, **FAMILIES["success by tremble p"]}, ["symbolic?tell=state", "symbolic?tell=outcome"]
+    of = {**FLIPS, **FAMILIES["success by tremble p"], **FAMILIES["conditions against the control"]}
+    shown = ["symbolic?tell=state", "symbolic?tell=outcome"]
     one, both = (results(played(tmp_path / str(len(of_)), **of, modality=of_)) for of_ in (shown[:1], shown))
-    for family in ("success by flip rate", "success by tremble p"):
+    for family in ("success by flip rate", *FAMILIES):
         own = of_family(one, family)
         assert own
         assert [row for row in own if row not in of_family(both, family)] == []

@@ -6,9 +6,10 @@ from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
+from scipy.stats import binomtest
 from solved import TRUTH, drawn, people, rng, study, unequal_luck
 
-from lockprobe.analysis.inference.difference import any_difference
+from lockprobe.analysis.inference.difference import any_difference, each_difference
 from lockprobe.analysis.proportions import paired
 from lockprobe.prose.hypothesis_tests import why_missing
 
@@ -194,3 +195,23 @@ def test_a_person_alone_at_one_p_hides_no_effect_beside_it():
         alone = columns.at((columns.dose < 0.2) | (columns.player == "2-0"))
         found.append(any_difference(alone, rng(seed), permutations=200).at[0].exchange < 0.05)
     assert np.mean(found) > 0.8
+
+
+def test_conditions_are_compared_with_the_first_one_alone_and_corrected_for_their_number():
+    solved = np.zeros((3, 1, 20))
+    solved[1, 0, :9], solved[2, 0, 3:6] = 1, 1
+    first, *others = (study(solved[i : i + 1]) for i in range(3))
+    (alone,) = (one for _, one in each_difference([first, others[0]], rng()))
+    assert alone.exchange == pytest.approx(binomtest(9, 9).pvalue)
+    both = dict(each_difference([first, *others], rng(), agents=2))
+    assert [one.exchange for one in both.values()] == pytest.approx([4 * binomtest(9, 9).pvalue, 4 * 0.25])
+    assert all(one.p_value >= one.exchange for one in both.values())
+    assert (both[1].value, both[1].second, both[1].dose) == (alone.value, alone.second, 1.0)
+    assert alone.low > both[1].low
+
+
+def test_conditions_without_a_common_trial_are_not_compared():
+    apart = study(np.ones((1, 1, 4)))
+    later = replace(apart, trial=apart.trial + 4)
+    assert each_difference([apart, later], rng()) == ()
+    assert [place for place, _ in each_difference([apart, later, apart], rng())] == [2]
