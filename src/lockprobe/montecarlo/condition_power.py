@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,7 +68,7 @@ class ConditionPower:
     """The sample size that one condition needs, for one agent: trials per condition.
 
     Attributes:
-        agent: Agent spec, or :data:`STATED`.
+        agent: Name of the agent, or :data:`STATED`.
         family: Name of the dose whose level it is; empty for the family of all others.
         condition: Its label.
         control: The condition that it is compared with.
@@ -225,7 +225,7 @@ def condition_power(
         for source, rejected in zip(
             sources, _rejected(sources, sizes, studies, study.seed, workers, progress), strict=True
         )
-        for one in _powers(source, rejected, studies, target)
+        for one in _powers(replace(source, agent=study.label_of(source.agent)), rejected, studies, target)
     ]
 
 

@@ -44,7 +44,7 @@ def _ranking(summary: StudySummary, modality: str, *, several: bool) -> str:
             f"{percent(only.first_share)})"
         )
     over = " over all flip rates" * (len({one.dose for one in summary.conditions}) > 1)
-    baselines = "; baselines are not ranked" if any(agent.reference for agent in summary.agents) else ""
+    baselines = "; baselines are not ranked" if any(agent not in summary.subjects for agent in summary.agents) else ""
     return (
         f"Success{over}{f', box shown as {modality}' * several} (rank of these {len(placed)} agents"
         f"{baselines}): {', '.join(said)}. {differences}, with the same false reports."

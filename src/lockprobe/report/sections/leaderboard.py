@@ -146,7 +146,7 @@ def leaderboard_blocks(found: Results, *, ranked: bool) -> Iterator[Block]:
     yield Cells([row[:8] for row in rows], cards=True)
     rank = (
         " Rank: by success among agents that saw the box alike, from the best to the worst rank compatible with the "
-        "paired comparisons; baselines are not ranked."
+        f"paired comparisons{'; baselines are not ranked' * any(not one.subject for one in found.design.players)}."
     )
     yield Note(
         f"Results {over_rates(found)}. 80 % by step: the first step by which 80 % of all trials are solved; misread: "
