@@ -11,7 +11,7 @@ from typing import Literal
 from lockprobe.analysis.agent_comparison.leaderboard_row import Standing
 from lockprobe.analysis.axis import FLIPS, Axis
 from lockprobe.analysis.clustered import ClusteredProportion
-from lockprobe.analysis.effects import Effect, Effects
+from lockprobe.analysis.effects import CONTROLS, Effect, Effects
 from lockprobe.analysis.inference.course import CourseKind
 from lockprobe.analysis.inference.difference import DifferenceAt
 from lockprobe.analysis.modalities import ModalityEffect, spoken
@@ -342,12 +342,13 @@ def modality_answer(effect: ModalityEffect) -> str:
     return _undetected(f"fidelity on how soon {who.name} {solves} the box", finals, "differences in success")
 
 
-def effects_answer(found: Sequence[Effects], *, other: bool = False, many: int = 1) -> str:
+def effects_answer(found: Sequence[Effects], *, other: bool = False, shown: str = "", many: int = 1) -> str:
     """What conditions did to the success of the agents that the study is about, against their control.
 
     Args:
         found: Their effects.
         other: Whether there are conditions that these effects leave out: flip rates, or some that changed nothing.
+        shown: How the box was shown, where conditions of several modalities are judged apart; else empty.
         many: For how many questions their P values are corrected further.
     """
     every = [one for own in found for one in own.effects]
@@ -360,8 +361,10 @@ def effects_answer(found: Sequence[Effects], *, other: bool = False, many: int =
         return f"{'; '.join(said)}{others}."
     if not every:
         return "No two conditions have a trial in common yet."
-    what = f"any {'other ' * other}condition on success"
-    if len(found) == 1:
+    what = f"any {'other ' * other}condition{shown and f' with {shown}'} on success"
+    if found[0].family == CONTROLS:
+        what = "the modality on success"
+    elif len(found) == 1:
         conditions = _listed([one.condition for one in every], "or")
         what = f"{conditions} on the success of {Subject.of(found[0].agent).name}"
     return _undetected(what, [one.difference for one in every])

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-from lockprobe.analysis.effects import Effects
+from lockprobe.analysis.effects import CONTROLS, Effects
 from lockprobe.analysis.inference.logrank import holm
 from lockprobe.analysis.modalities import spoken
 from lockprobe.analysis.proportions import ALPHA
@@ -69,10 +69,13 @@ def of_conditions(found: Sequence[Effects], *, other: bool) -> list[Question]:
     families: dict[tuple[str, str], list[Effects]] = {}
     for one in found:
         families.setdefault((one.family, one.control), []).append(one)
-    return [_of_family(own, other=other) for own in families.values()] or [_of_family((), other=other)]
+    several = len({control for family, control in families if family != CONTROLS}) > 1
+    return [
+        _of_family(own, other=other, shown=spoken(own[0].modality) if several else "") for own in families.values()
+    ] or [_of_family((), other=other)]
 
 
-def _of_family(found: Sequence[Effects], *, other: bool) -> Question:
+def _of_family(found: Sequence[Effects], *, other: bool, shown: str = "") -> Question:
     several = len(found) > 1
     tested = [
         (f"of {one.condition}" + f" on {Subject.of(own.agent).name}" * several, one.difference.p_value)
@@ -80,8 +83,10 @@ def _of_family(found: Sequence[Effects], *, other: bool) -> Question:
         for one in own.effects
     ]
     return Question(
-        about="other conditions",
-        answer=lambda many: effects_answer(found, other=other, many=many),
+        about="the modality"
+        if found and found[0].family == CONTROLS
+        else f"other conditions{shown and f' with {shown}'}",
+        answer=lambda many: effects_answer(found, other=other, shown=shown, many=many),
         tested=tuple(tested),
         corrected=True,
     )
