@@ -75,7 +75,10 @@ MISTAKES = [
     (lambda: lockprobe.population(trials=1.5), "trials: got 1.5, expected a whole number from 1 to "),
     (lambda: lockprobe.population(repetition="x"), "repetition: got 'x', expected a whole number from 1"),
     (lambda: lockprobe.population(threads=0), "threads: got 0, expected a whole number from 1"),
-    (lambda: lockprobe.population(flip=None), "flip: got None, expected one of transient, sticky, outcome-only"),
+    (
+        lambda: lockprobe.population(flip=None),
+        "flip: got None, expected one of transient, sticky, outcome-only, memoryless, latched, re-observed, integrated",
+    ),
     (lambda: lockprobe.population(p=[0, 0.4]), "p: got \\[0, 0.4\\], expected a number"),
     (lambda: box_of(initial="00"), "initial: got '00', expected positions True \\(open\\) and False"),
     (lambda: box_of(interlock={"a": {"b": True}}), "interlock of a: got {'b': True}, expected a tuple of clauses"),

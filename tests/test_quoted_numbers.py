@@ -129,7 +129,8 @@ def widest(trials):
 def doubter_is_done_by():
     """The last step at which it solves the box in any reading. It acts on its reports alone, so every course that is
     possible at some p is possible at 0.4, which a table below has too."""
-    return max(course("ideal-observer?noise=aware", 0.4, flip).by(1) for flip in READINGS)
+    kinds = (*READINGS, "re-observed", "integrated")
+    return max(course("ideal-observer?noise=aware", 0.4, flip).by(1) for flip in kinds)
 
 
 @cache
@@ -159,7 +160,8 @@ QUOTED = [
      lambda: [max(50 * (sampled(p).high - sampled(p).low) for p in (0, 0.3, 1))]),
     ("docs/agents.md", "solves the box with probability {:.9g} at every flip rate.",
      lambda: [min(course("ideal-observer", p).success for p in (0, 0.5, 1))]),
-    ("docs/limits.md", "all three readings, 0.5 among them", lambda: [][:doubter_is_done_by() > 20]),
+    ("docs/limits.md", "all four readings, 0.5 among them", lambda: [][:doubter_is_done_by() > 20]),
+    ("docs/readings.md", "is {:.2f} without false reports", lambda: [course("cognitive:perseverant").success]),
     ("README.md", "solves it in 20 steps with probability {}, round-robin always.", lambda: success("random", 0)),
     ("README.md", "reference curve: 80 % by step {}, all by step 20.", lambda: [course().by(0.8)]),
     ("docs/commands.md", "how often a blind agent loops: {:.4f}; also", lambda: [chance_level(20).probability]),
@@ -285,6 +287,9 @@ ROWS = [
       for agent, told_the_truth in HEARERS.items()),
     ("docs/monte-carlo.md", "`ideal-observer`",
      lambda: [f"{course('ideal-observer', p).success:.9g}" for p in (0, 0.3, 0.8, 1)]),
+    *(("docs/readings.md", f"{inverts} inverted", lambda kinds=kinds: [
+        f"{course('cognitive:perseverant', 0.4, kind).success:.2f}" for kind in kinds])
+      for inverts, kinds in (("position", ("memoryless", "latched")), ("outcome", ("re-observed", "integrated")))),
     *(("docs/ideal-observer.md", f"`noise={noise}` | {flip}",
        lambda noise=noise, flip=flip: judged(noise, flip, 0, 0.2, 0.4, 0.6))
       for noise in ("naive", "aware") for flip in READINGS),

@@ -9,7 +9,18 @@ from functools import lru_cache
 from lockprobe.errors import BadValue
 from lockprobe.spec import Spec
 
-__all__ = ["DOSES_SAID", "FLIP_RATE", "MODALITY_DOSES", "can_be_fitted", "doses_of", "flip_rate", "modality_doses"]
+__all__ = [
+    "DOSES_SAID",
+    "FLIP_RATE",
+    "MODALITY_DOSES",
+    "OF_PLAIN_FLIPS",
+    "can_be_fitted",
+    "dose_of",
+    "doses_of",
+    "flip_rate",
+    "modality_doses",
+    "without_doses",
+]
 
 FLIP_RATE = "flip.p"
 """The dose of the paper: the probability that a report is inverted (Sec. 3.2)."""
@@ -24,8 +35,43 @@ DOSES_SAID = (
 )
 """The doses that :func:`can_be_fitted` takes, in words."""
 
-_OF_PLAIN_FLIPS = frozenset({"p", "persistence"})
+OF_PLAIN_FLIPS = frozenset({"p", "inverts", "others", "keep"})
 """The options of a flip that acts on every report."""
+
+
+_IN_WORDS: Mapping[tuple[str, str], tuple[str, Mapping[str, float]]] = {("flip", "keep"): ("others", {"kept": 1.0})}
+"""Kind and dose -> the option that says the dose in a word, and what its words mean."""
+
+
+def dose_of(spec: Spec, option: str, first: str) -> float:
+    """A dose of an intervention.
+
+    >>> flip = Spec.parse("flip?p=0.4&others=kept")
+    >>> dose_of(flip, "p", "p"), dose_of(flip, "keep", "p"), dose_of(Spec.parse("flip?p=0.4"), "keep", "p")
+    (0.4, 1.0, 0.0)
+
+    Args:
+        spec: Its spec.
+        option: The dose.
+        first: Its first dose, which every spec says. Another one may be said in a word, and is 0 if it is left out.
+
+    Returns:
+        The dose; NaN if it is the first one and not said.
+    """
+    if option in spec.options or option == first:
+        return float(spec.options.get(option, "nan"))
+    word, meant = _IN_WORDS.get((spec.full_name, option), ("", {}))
+    return meant.get(spec.options.get(word, ""), 0.0)
+
+
+def without_doses(spec: Spec, options: Sequence[str]) -> Spec:
+    """The spec without these doses, however they are said.
+
+    >>> str(without_doses(Spec.parse("flip?p=0.4&others=kept"), ["keep"]))
+    'flip?p=0.4'
+    """
+    words = [_IN_WORDS[spec.full_name, option][0] for option in options if (spec.full_name, option) in _IN_WORDS]
+    return spec.without([*options, *words])
 
 
 def doses_of(specs: Sequence[str], names: Sequence[Sequence[str]], modality: str) -> dict[str, float]:
@@ -50,7 +96,7 @@ def doses_of(specs: Sequence[str], names: Sequence[Sequence[str]], modality: str
         said = Spec.parse(spec, "intervention")
         seen[said.full_name] += 1
         number = f"#{seen[said.full_name]}" if seen[said.full_name] > 1 else ""
-        given = {option: float(said.options.get(option, "0")) for option in options}
+        given = {option: dose_of(said, option, options[0]) for option in options}
         if options and given[options[0]]:
             found |= {f"{said.full_name}{number}.{option}": dose for option, dose in given.items() if dose}
     shown = Spec.parse(modality, "modality").full_name
@@ -79,7 +125,7 @@ def flip_rate(specs: tuple[str, ...], modality: str, doses: Mapping[str, float])
 @lru_cache(maxsize=4096)
 def _flips_alone(specs: tuple[str, ...], modality: str) -> bool:
     found = [Spec.parse(spec, "intervention") for spec in specs]
-    flips = [one for one in found if one.full_name == "flip" and one.options.keys() <= _OF_PLAIN_FLIPS]
+    flips = [one for one in found if one.full_name == "flip" and one.options.keys() <= OF_PLAIN_FLIPS]
     return len(specs) <= 1 and len(flips) == len(specs) and not modality_doses(modality)[1]
 
 

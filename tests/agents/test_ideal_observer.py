@@ -128,7 +128,7 @@ def test_it_keeps_nothing_between_calls():
 
 def test_what_it_is_stands_in_the_record():
     trial = run_trial(agent="ideal-observer?prior=chains&plan=information", seed=1)
-    assert trial.facts == {"prior": "chains", "noise": "aware", "plan": "information", "persistence": "unknown"}
+    assert trial.facts == {"prior": "chains", "noise": "aware", "plan": "information", "reading": "unknown"}
     assert trial.steps[0].decision.probabilities is not None
 
 
@@ -139,7 +139,7 @@ def test_what_it_is_stands_in_the_record():
         ({"priors": "chains"}, UnknownName, "no option of ideal-observer is called 'priors'"),
         ({"noise": "2"}, BadValue, "noise: got '2'"),
         ({"plan": "best"}, BadValue, "plan: got 'best', expected one of steps, information"),
-        ({"persistence": "outcome-only"}, BadValue, "persistence: got 'outcome-only'"),
+        ({"reading": "outcome-only"}, BadValue, "reading: got 'outcome-only'"),
     ],
 )
 def test_options_that_do_not_exist_are_refused(options, kind, said):

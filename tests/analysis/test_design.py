@@ -17,7 +17,7 @@ FLIPS = [read_condition(f"flip?p={p}") for p in (0.2, 0.4, 0.8)]
 OTHERS = [
     read_condition(spec)
     for spec in (
-        "nudge", "tremble?p=0.1", "tremble?p=0.3", "drop?p=0.5", "flip?p=0.4 + nudge", "flip?p=0.4&persistence=sticky",
+        "nudge", "tremble?p=0.1", "tremble?p=0.3", "drop?p=0.5", "flip?p=0.4 + nudge", "flip?p=0.4&others=kept",
         "flip?p=0.4&at=3", "drop?p=0.5 + tremble?p=0.1",
     )
 ]  # fmt: skip
@@ -72,7 +72,7 @@ def test_three_levels_of_a_dose_are_a_family_and_two_are_a_condition_like_any_ot
     assert [axis.axis.name for axis in many.axes] == ["tremble p"]
 
 
-TRANSIENT = [one for one in OTHERS if "sticky" not in one.label]
+TRANSIENT = [one for one in OTHERS if "kept" not in one.label]
 """Of two kinds of flips the first one is the axis, so the order says which."""
 
 
@@ -90,10 +90,27 @@ def test_the_order_of_conditions_and_their_names_make_no_family(both, random):
         assert {*after.others} == {of[label] for label in before.others}
 
 
+def test_what_is_kept_is_one_axis_on_which_a_word_and_no_word_are_its_ends():
+    kept = ["flip?p=0.4", "flip?p=0.4&keep=0.5", "flip?p=0.4&others=kept"]
+    found = designed([TRUTH, *map(read_condition, kept)])
+    (axis,) = found.series
+    assert (axis.axis.name, axis.axis.options) == ("flip keep", "p=0.4")
+    assert dict(axis.doses) == dict(zip(kept, (0, 0.5, 1), strict=True))
+    assert found.factors == ()  # its ends are compared once
+
+
+def test_two_readings_at_several_flip_rates_are_levels_of_a_factor():
+    rates = [f"flip?p={p}{option}" for option in ("", "&others=kept") for p in (0.2, 0.4)]
+    found = designed([TRUTH, *map(read_condition, rates)])
+    assert [one.axis.dose for one in found.series] == ["p"]
+    assert [one.name for one in found.factors] == ["flip others"]
+    assert found.comparison(SHOWN).grids == ()
+
+
 def test_flips_of_one_kind_are_the_axis_and_those_of_another_are_conditions():
-    found = designed([TRUTH, *FLIPS[:2], read_condition("flip?p=0.4&persistence=sticky")])
+    found = designed([TRUTH, *FLIPS[:2], read_condition("flip?p=0.4&others=kept")])
     assert found.axis == {"truth", "flip?p=0.2", "flip?p=0.4"}
-    assert found.comparison(SHOWN).others == ("flip?p=0.4&persistence=sticky",)
+    assert found.comparison(SHOWN).others == ("flip?p=0.4&others=kept",)
 
 
 def test_the_first_modality_is_compared_with_the_controls_of_the_others():

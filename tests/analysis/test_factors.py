@@ -8,7 +8,7 @@ from lockprobe.interventions.condition import read_condition
 from lockprobe.studies.single import run_trial
 from lockprobe.studies.study_design import arms_of
 
-STICKY = "flip?p=0.4&persistence=sticky"
+STICKY = "flip?p=0.4&others=kept"
 
 
 def found_in(*specs, controls=()):
@@ -17,14 +17,14 @@ def found_in(*specs, controls=()):
 
 
 def test_the_level_that_does_not_say_the_option_is_the_first():
-    assert found_in("truth", STICKY, "flip?p=0.4", "nudge") == {"flip persistence": (("flip?p=0.4", STICKY),)}
+    assert found_in("truth", STICKY, "flip?p=0.4", "nudge") == {"flip others": (("flip?p=0.4", STICKY),)}
 
 
 def test_every_context_is_a_group_of_the_same_factor():
     beside = [f"{spec} + nudge" for spec in ("flip?p=0.4", STICKY)]
-    more = ["flip?p=0.2", "flip?p=0.2&persistence=sticky"]
+    more = ["flip?p=0.2", "flip?p=0.2&others=kept"]
     assert found_in("flip?p=0.4", STICKY, *beside, *more) == {
-        "flip persistence": (("flip?p=0.4", STICKY), tuple(beside), tuple(more))
+        "flip others": (("flip?p=0.4", STICKY), tuple(beside), tuple(more))
     }
 
 
@@ -45,7 +45,7 @@ def test_the_order_of_conditions_changes_no_contrast(specs):
 
 
 def test_other_conditions_change_no_p_value_and_every_contrast_is_corrected_for_all_of_its_factor():
-    specs = ("flip?p=0.2", "flip?p=0.2&persistence=sticky", "flip?p=0.4", STICKY)
+    specs = ("flip?p=0.2", "flip?p=0.2&others=kept", "flip?p=0.4", STICKY)
     agent = "cognitive:perseverant"
     cells = {
         (agent, spec): [run_trial(agent=agent, condition=spec, trial=i + 1, seed=3) for i in range(12)]
@@ -54,7 +54,7 @@ def test_other_conditions_change_no_p_value_and_every_contrast_is_corrected_for_
     (factor,) = factors_of(arms_of(map(read_condition, specs)))
     found = [*factor_effects(cells, factor, (agent,))]
     assert [(one.control, one.effects[0].condition, one.agents) for one in found] == [
-        ("flip?p=0.2", "flip?p=0.2&persistence=sticky", 2), ("flip?p=0.4", STICKY, 2),
+        ("flip?p=0.2", "flip?p=0.2&others=kept", 2), ("flip?p=0.4", STICKY, 2),
     ]  # fmt: skip
     (beside,) = factors_of(arms_of(map(read_condition, ("nudge", *specs, "truth"))))
     assert [*factor_effects(cells, beside, (agent,))] == found

@@ -7,7 +7,7 @@ from itertools import product
 import numpy as np
 
 from lockprobe.beliefs.posterior import ReportedAttempt
-from lockprobe.interventions.flip import OutcomeFlip
+from lockprobe.interventions.flip import flip_of
 from lockprobe.lockbox.box import Joint, Lockbox
 from lockprobe.record import Moment, Percept, Task
 
@@ -34,13 +34,13 @@ def told(box, kind, joints, flips, states_only=False):
         configuration, moved = box.attempt(configuration, joint)
         if moved and joint == 0:
             return None
-        channel = OutcomeFlip(p=float(flip), persistence=kind)
+        channel = flip_of(kind, float(flip))
         real = Percept(joint=box.names[joint], outcome="moved" if moved else "blocked", positions=configuration)
         last, percept = (
             percept,
             channel.perceive(real, (Moment(was=real, told=percept),), task, np.random.default_rng(0)),
         )
-        where = None if percept.positions is None else sum(p << i for i, p in enumerate(percept.positions))
+        where = None if kind == "outcome-only" else sum(p << i for i, p in enumerate(percept.positions))
         said = percept.positions[joint] != last.positions[joint] if states_only else percept.outcome == "moved"
         reports.append(ReportedAttempt(joint, said, where, states_only))
         truth.append(moved)

@@ -138,13 +138,17 @@ def test_what_is_known_for_nothing_bounds_what_has_to_be_found_out(true, joints)
 @pytest.mark.parametrize(
     ("name", "kinds", "states_only"),
     [
-        ("0.3", ["transient"], False),
-        ("0.3", ["sticky"], False),
+        ("0.3", ["memoryless"], False),
+        ("0.3", ["latched"], False),
         ("0.3", ["outcome-only"], False),
-        ("aware", ["transient", "sticky"], False),
-        ("0.3", ["transient"], True),
-        ("0.3", ["sticky"], True),
-        ("aware", ["transient", "sticky"], True),
+        ("aware", ["memoryless", "latched"], False),
+        ("0.3", ["memoryless"], True),
+        ("0.3", ["latched"], True),
+        ("0.3", ["re-observed"], False),
+        ("0.3", ["integrated"], False),
+        ("0.3", ["re-observed"], True),
+        ("0.3", ["integrated"], True),
+        ("aware", ["memoryless", "latched"], True),
     ],
 )
 def test_information_is_what_reports_give_on_average(name, kinds, states_only):

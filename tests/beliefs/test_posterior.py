@@ -24,21 +24,26 @@ def after(known, noise, reports):
 
 
 @pytest.mark.parametrize(
-    ("name", "persistence", "kinds", "states_only"),
+    ("name", "reading", "kinds", "states_only"),
     [
-        ("0.3", "transient", ["transient"], False),
-        ("0.3", "sticky", ["sticky"], False),
+        ("0.3", "memoryless", ["memoryless"], False),
+        ("0.3", "latched", ["latched"], False),
         ("0.3", "unknown", ["outcome-only"], False),
-        ("0.3", "unknown", ["transient", "sticky"], False),
-        ("aware", "unknown", ["transient", "sticky"], False),
-        ("aware", "transient", ["outcome-only"], False),
-        ("0.3", "transient", ["transient"], True),
-        ("0.3", "sticky", ["sticky"], True),
-        ("aware", "unknown", ["transient", "sticky"], True),
+        ("0.3", "unknown", ["memoryless", "latched"], False),
+        ("aware", "unknown", ["memoryless", "latched"], False),
+        ("aware", "memoryless", ["outcome-only"], False),
+        ("0.3", "memoryless", ["memoryless"], True),
+        ("0.3", "latched", ["latched"], True),
+        ("0.3", "re-observed", ["re-observed"], False),
+        ("aware", "integrated", ["integrated"], False),
+        ("0.3", "re-observed", ["re-observed"], True),
+        ("aware", "re-observed", ["re-observed"], True),
+        ("0.3", "integrated", ["integrated"], True),
+        ("aware", "unknown", ["memoryless", "latched"], True),
     ],
 )
-def test_the_posterior_is_that_of_enumeration(name, persistence, kinds, states_only):
-    noise = noise_model(name, persistence)
+def test_the_posterior_is_that_of_enumeration(name, reading, kinds, states_only):
+    noise = noise_model(name, reading)
     for joints in product(range(3), repeat=3):
         for reports, behind in histories(SMALL.needs, kinds, joints, noise.p, states_only).items():
             belief = after(SMALL, noise, reports)
@@ -51,7 +56,7 @@ def test_the_posterior_is_that_of_enumeration(name, persistence, kinds, states_o
 
 def test_a_longer_history_of_chains():
     known, noise = interlocks("chains", 4), noise_model("0.3")
-    for reports, behind in histories(known.needs, ["transient", "sticky"], (1, 2, 1, 0, 3), 0.3).items():
+    for reports, behind in histories(known.needs, ["memoryless", "latched"], (1, 2, 1, 0, 3), 0.3).items():
         total = sum(behind.values())
         expected = [sum(behind[place, moved] for moved in (False, True)) / total for place in range(6)]
         assert np.allclose(after(known, noise, reports).weights, expected, atol=1e-12)
@@ -61,14 +66,14 @@ def test_a_longer_history_of_chains():
 @given(st.integers(0, 141), st.lists(st.integers(0, 3), max_size=8), st.booleans())
 def test_told_the_truth_all_that_is_left_would_have_done_the_same(place, joints, states_only):
     known = interlocks("single-parent", 4)
-    heard = told(as_box(known.needs[place]), "transient", joints, [False] * len(joints), states_only)
+    heard = told(as_box(known.needs[place]), "memoryless", joints, [False] * len(joints), states_only)
     if heard is None:
         return
     belief = after(known, noise_model("naive"), heard[0])
     left = [
         s
         for s, needs in enumerate(known.needs)
-        if told(as_box(needs), "transient", joints, [False] * len(joints), states_only) == heard
+        if told(as_box(needs), "memoryless", joints, [False] * len(joints), states_only) == heard
     ]
     assert belief.alive == sum(1 << s for s in left)
     assert entropy(belief) == pytest.approx(np.log2(len(left)))
@@ -92,7 +97,7 @@ def test_beliefs_are_calibrated():
     predicted, hits = [], []
     for _ in range(300):
         place, p = rng.integers(len(known)), rng.random()
-        kind = ("transient", "sticky")[rng.integers(2)]
+        kind = ("memoryless", "latched")[rng.integers(2)]
         joints, flips = rng.integers(0, 4, 9).tolist(), (rng.random(9) < p).tolist()
         box = as_box(known.needs[place])
         while (heard := told(box, kind, joints, flips)) is None:

@@ -140,7 +140,10 @@ def test_lists():
         ),
         (["run", "flips", "--p", "2"], "flip rate p: got 2.0, expected a number from 0 to 1"),
         (["run", "flips", "--p", "x"], "p: got 'x', expected numbers from 0 to 1 with commas between"),
-        (["run", "flips", "--flip", "often"], "flip: got 'often', expected one of transient, sticky, outcome-only"),
+        (
+            ["run", "flips", "--flip", "often"],
+            "flip: got 'often', expected one of transient, sticky, outcome-only, memoryless",
+        ),
         (["run", "flips", "--trials", "0"], "trials: got 0, expected a whole number from 1 to 1000000"),
         (["run", "flips", "--trials", "ten"], "Invalid value for '--trials'"),
         (["run", "none.toml"], "none.toml: cannot be read (No such file or directory)"),

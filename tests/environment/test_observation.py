@@ -75,9 +75,7 @@ def test_what_is_never_told_has_one_value_and_what_may_be_missing_one_more():
 def test_a_study_shows_a_learned_agent_what_the_environment_shows(flip, seed, trial, shuffle):
     agent = Scripted()
     played = run_trial(agent=agent, p=0.4, flip=flip, modality="symbolic", seed=seed, trial=trial, shuffle=shuffle)
-    env = LockboxEnv(
-        channels=[{"channel": "OutcomeFlip", "p": 0.4, "persistence": flip}], shuffle=shuffle, steps_left=True
-    )
+    env = LockboxEnv(p=0.4, flip=flip, shuffle=shuffle, steps_left=True)
     told = [env.reset(seed=seed, options={"trial": trial})[0]]
     for observations, step in zip(agent.seen, played.steps, strict=True):
         assert observations.tolist() == np.array(told).tolist()

@@ -73,15 +73,15 @@ def test_a_box_is_a_name_a_value_or_a_file(tmp_path):
 
 
 def test_a_mapping_is_the_channel_that_it_describes():
-    flip = {"channel": "OutcomeFlip", "p": 0.25, "persistence": "sticky"}
+    flip = {"channel": "OutcomeFlip", "p": 0.25, "others": "kept"}
     read = read_settings({"channels": [flip, OutcomeFlip(p=0.5), {"channel": "TextChannel"}]})
-    assert read.channels == (OutcomeFlip(p=0.25, persistence="sticky"), OutcomeFlip(p=0.5), TextChannel())
+    assert read.channels == (OutcomeFlip(p=0.25, others="kept"), OutcomeFlip(p=0.5), TextChannel())
 
 
 def test_only_what_is_told_has_entries():
     assert read_settings({}).sizes == (4, 5, 3, 2, 2, 2, 2)
     assert read_settings({"steps_left": True, "max_steps": 9, "box": "chain-2"}).sizes == (2, 3, 3, 2, 2, 10)
-    hidden = {"channels": [OutcomeFlip(persistence="outcome-only")]}
+    hidden = {"channels": [TextChannel(tell="outcome")]}
     assert read_settings(hidden).sizes == (4, 5, 3)
     assert not read_settings(hidden).tells_positions
 
@@ -103,7 +103,7 @@ class NotAChannel:
         ({"plant": "twin?heigth=99"}, UnknownName, "no option of twin is called 'heigth' (did you mean 'height'?)"),
         ({"plant": "fast-twin?width=9"}, BadValue, "width: got 9, expected a number from 64 to 4096"),
         (SEEN | {"steps_left": True}, BadValue, "steps_left=True cannot be combined with pictures"),
-        (SEEN | {"channels": [OutcomeFlip(p=0.2)]}, BadValue, "channel: got OutcomeFlip(p=0.2, persistence='transient', only='any'"),
+        (SEEN | {"channels": [OutcomeFlip(p=0.2)]}, BadValue, "channel: got OutcomeFlip(p=0.2, inverts='position', others='fresh', keep=0.0, only='any'"),
         (SEEN | {"channels": [TextChannel()]}, BadValue, "channel: got TextChannel(tell='both', form='words', places=False), expected a channel that changes no report"),
         ({"max_step": 3}, UnknownName, "no setting of the environment is called 'max_step' (did you mean 'max_steps'?"),
         ({"box": "chain-99"}, UnknownName, "no box is called 'chain-99'"),

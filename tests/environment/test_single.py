@@ -31,8 +31,8 @@ def made(**asked):
     return gymnasium.make(lockprobe.environment.ENVIRONMENT, **asked)
 
 
-def flip(p, persistence="transient"):
-    return {"channel": "OutcomeFlip", "p": p, "persistence": persistence}
+def flip(p, others="fresh", inverts="position"):
+    return {"channel": "OutcomeFlip", "p": p, "others": others, "inverts": inverts}
 
 
 def episode(env, actions, **asked):
@@ -51,9 +51,9 @@ def episode(env, actions, **asked):
     "asked",
     [
         {},
-        {"box": "chain-2", "channels": [flip(0.5, "sticky")], "shuffle": True},
-        {"box": "chain-8", "channels": [flip(0.3, "outcome-only")], "steps_left": True, "max_steps": 5},
-        {"channels": [flip(1.0), OutcomeFlip(p=0.2, persistence="sticky")], "info": "truth", "step_cost": 0.1},
+        {"box": "chain-2", "channels": [flip(0.5, "kept")], "shuffle": True},
+        {"box": "chain-8", "channels": [flip(0.3, "kept", "outcome")], "steps_left": True, "max_steps": 5},
+        {"channels": [flip(1.0), OutcomeFlip(p=0.2, others="kept")], "info": "truth", "step_cost": 0.1},
         {"modality": "symbolic?tell=state", "p": 0.4, "layout": "shuffled"},
         {"modality": "symbolic?tell=outcome", "condition": "tremble?p=0.3 + yoked?p=0.2"},
         {"condition": [Drop(p=0.5), Tremble(p=0.2)], "steps_left": True},
@@ -82,8 +82,9 @@ def test_an_episode_is_the_trial_of_the_study(kind, seed, repetition, trial, shu
         shuffle=shuffle,
         modality="symbolic",
     )
-    acting = [flip(p, kind)] if p or kind == "outcome-only" else []
-    env = LockboxEnv(box=name, channels=[*acting, {"channel": "TextChannel"}], shuffle=shuffle)
+    acting = [flip(p, "kept" if kind == "sticky" else "fresh")] if p else []
+    told = {"channels": [*acting, {"channel": "TextChannel"}]} if kind != "outcome-only" else {"p": p, "flip": kind}
+    env = LockboxEnv(box=name, **told, shuffle=shuffle)
     first, _ = env.reset(seed=seed, options={"repetition": repetition, "trial": trial})
     assert first[0] == there.listing.index(there.labels[0])
     for step in there.steps:
@@ -243,7 +244,7 @@ def test_conditions_share_their_luck():
 
 @pytest.mark.parametrize("copied", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))])
 def test_a_copy_goes_on_as_the_original_does(copied):
-    env = made(channels=[flip(0.5, "sticky")], shuffle=True, info="truth")
+    env = made(channels=[flip(0.5, "kept")], shuffle=True, info="truth")
     env.reset(seed=2)
     for action in (0, 1, 2):
         env.step(action)
@@ -259,7 +260,7 @@ def test_the_panel_in_words_says_what_is_told():
     assert env.render() == "Joints: 0 A, 1 B, 2 C, 3 D. Target: A. Steps left: 20.\nAt 1: none."
     env.step(3)
     assert env.render() == "Joints: 0 A, 1 B, 2 C, 3 D. Target: A. Steps left: 19.\nD did not move. At 1: none."
-    quiet = LockboxEnv(render_mode="ansi", channels=[flip(0.0, "outcome-only")])
+    quiet = LockboxEnv(render_mode="ansi", channels=[{"channel": "TextChannel", "tell": "outcome"}])
     quiet.reset(seed=1)
     quiet.step(3)
     assert quiet.render().endswith("\nD moved.")

@@ -36,22 +36,31 @@ def equal(one, other):
 
 
 flips = st.builds(
-    lambda p, persistence: {"channel": "OutcomeFlip", "p": p, "persistence": persistence},
+    lambda p, inverts, keep: {"channel": "OutcomeFlip", "p": p, "inverts": inverts, "keep": keep},
     st.sampled_from([0.0, 0.2, 0.6, 1.0]),
-    st.sampled_from(["transient", "sticky", "outcome-only"]),
+    st.sampled_from(["position", "outcome"]),
+    st.sampled_from([0.0, 0.5, 1.0]),
 )
 by_channels = st.fixed_dictionaries({"channels": st.lists(flips | st.just({"channel": "TextChannel"}), max_size=3)})
 by_condition = st.fixed_dictionaries(
     {},
     optional={
-        "condition": st.sampled_from(["truth", "flip?p=0.4", "flip?p=0.3&persistence=sticky", "flip + flip?p=0.5"]),
+        "condition": st.sampled_from(
+            [
+                "truth",
+                "flip?p=0.4",
+                "flip?p=0.3&others=kept",
+                "flip?p=0.4&inverts=outcome&keep=0.7",
+                "flip + flip?p=0.5",
+            ]
+        ),
         "modality": st.sampled_from(["symbolic", "symbolic?tell=state", "symbolic?tell=outcome&form=json"]),
         "layout": st.sampled_from(["fixed", "shuffled"]),
     },
 ) | st.fixed_dictionaries(
     {
         "p": st.sampled_from([0.0, 0.4, 1.0]),
-        "flip": st.sampled_from(["transient", "sticky", "outcome-only"]),
+        "flip": st.sampled_from(["transient", "sticky", "integrated", "outcome-only"]),
         "modality": st.sampled_from([None, "symbolic?tell=outcome"]),
     }
 )
@@ -156,7 +165,7 @@ def test_a_mistake_is_said_in_one_line():
     for asked, message in (
         (
             {"channels": [Dim()]},
-            'expected an OutcomeFlip of p and persistence; vectorization_mode="sync" plays any other',
+            'expected an OutcomeFlip of p, inverts, others and keep; vectorization_mode="sync" plays any other',
         ),
         ({"render_mode": "ansi"}, 'render_mode: got .ansi., expected None; vectorization_mode="sync" renders'),
         (

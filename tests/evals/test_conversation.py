@@ -107,7 +107,7 @@ CURT = Path(__file__).parents[1] / "interventions" / "curt.txt"
     "spec",
     [
         "truth", f"prompt?file={CURT}", "hypothesis?ask=off", "hypothesis?ask=after + confidence", "warn?rate=0.4",
-        "distract?p=1", "reword?p=1", "nudge + remark", "flip?p=0.3&persistence=outcome-only + nudge",
+        "distract?p=1", "reword?p=1", "nudge + remark", "flip?p=0.3 + nudge + symbolic?tell=outcome",
         f"prompt?file={CURT} + confidence + warn + drop?p=0.5",
     ],
 )  # fmt: skip

@@ -108,9 +108,8 @@ def test_a_study_is_played_as_any_other():
         "random", RecoveryDesign(p=(0.0, 0.5), repetitions=2, trials=3, flip="outcome-only", budget=7), seed=4
     )
     assert len(trials) == 12
-    assert {spec for trial in trials for spec in trial.specs} == {
-        f"flip?p={p}&persistence=outcome-only" for p in ("0", "0.5")
-    }
+    assert {spec for trial in trials for spec in trial.specs} == {"flip?p=0.5"}
+    assert {trial.modality for trial in trials} == {"symbolic?tell=outcome"}
     assert max(len(trial.steps) for trial in trials) == 7
     assert all(step.told_state is None for trial in trials for step in trial.steps)
     assert simulate("random", RecoveryDesign(p=(0.5,), repetitions=1, trials=1), seed=4) != simulate(

@@ -51,7 +51,7 @@ def test_they_are_found_when_a_spec_is_read_and_not_before():
 
 
 def test_a_condition_is_read_in_order_and_written_again():
-    spec = "flip?p=0.4&persistence=sticky + nudge?after=3 + tremble?p=0.1"
+    spec = "flip?p=0.4&others=kept + nudge?after=3 + tremble?p=0.1"
     assert " + ".join(map(spec_of, interventions_of(spec))) == spec
     assert interventions_of("truth") == interventions_of("") == ()
 

@@ -45,11 +45,11 @@ def test_a_flip_rate_is_kept_to_the_last_digit():
 @pytest.mark.parametrize(
     ("spec", "nothing"),
     [
-        ("truth", True), ("flip?p=0", True), ("tremble?p=0 + flip?p=0&persistence=sticky", True), ("nudge", False),
-        ("flip?p=0&persistence=outcome-only", False), ("tremble?p=0.1", False),
+        ("truth", True), ("flip?p=0", True), ("tremble?p=0 + flip?p=0&others=kept", True), ("nudge", False),
+        ("tremble?p=0.1", False), ("symbolic?tell=outcome", True),
     ],
 )  # fmt: skip
-def test_dose_0_does_nothing_unless_positions_are_left_out(spec, nothing):
+def test_dose_0_does_nothing(spec, nothing):
     assert read_condition(spec).does_nothing is nothing
 
 
@@ -57,8 +57,8 @@ def test_the_paper_s_conditions_run_over_flip_rates_and_then_modalities():
     found = flips((0, 0.4), "sticky", ("symbolic", "rgb"))
     assert [(one.p, one.modality) for one in found] == [(0, "symbolic"), (0.4, "symbolic"), (0, "rgb"), (0.4, "rgb")]
     assert [one.spec for one in found] == [
-        "symbolic", "flip?p=0.4&persistence=sticky + symbolic", "rgb",
-        "flip?p=0.4&persistence=sticky + rgb",
+        "symbolic", "flip?p=0.4&others=kept + symbolic", "rgb",
+        "flip?p=0.4&others=kept + rgb",
     ]  # fmt: skip
 
 
@@ -78,9 +78,19 @@ def test_several_doses_are_swept_in_every_combination_and_have_the_names_of_what
     assert len(sweep("flip?p=0,0.2,0.4 + tremble?p=0,0.1,0.2 + drop?p=0,0.1")) == 18
 
 
-def test_dose_0_stays_in_a_combination_where_it_does_something():
-    found = sweep("flip?p=0,0.4&persistence=outcome-only + tremble?p=0,0.1")
-    assert found[0].spec == "flip?p=0&persistence=outcome-only"
+def test_a_sweep_of_what_is_kept_names_its_ends_by_their_words():
+    assert [one.spec for one in sweep("flip?p=0.4&keep=0,0.5,1")] == [
+        "flip?p=0.4", "flip?p=0.4&keep=0.5", "flip?p=0.4&others=kept",
+    ]  # fmt: skip
+
+
+def test_flips_of_outcomes_alone_are_shown_without_positions():
+    found = flips((0, 0.4), "outcome-only", ("symbolic?form=json",))
+    shown = "symbolic?form=json&tell=outcome"
+    assert [one.spec for one in found] == [shown, f"flip?p=0.4 + {shown}"]
+    for modality in ("symbolic?tell=state", "rgb"):
+        with pytest.raises(BadValue, match="^flip: got 'outcome-only', expected .*, which shows positions$"):
+            flips((0.4,), "outcome-only", (modality,))
 
 
 def test_doses_of_pictures_are_crossed_with_others():
@@ -110,8 +120,8 @@ def test_what_does_not_exist_is_refused_with_what_does():
     ("kind", "modality", "spec"),
     [
         ("transient", "rgb", "rgb"), ("sticky", "rgb", "rgb"), ("sticky", "rgb?p=0", "rgb?p=0"),
-        ("transient", "rgb?p=0.4", "rgb?p=0.4"), ("sticky", "rgb?p=0.4", "flip?p=0&persistence=sticky + rgb?p=0.4"),
-        ("sticky", "rgb?blur=2", "rgb?blur=2"), ("outcome-only", "symbolic", "flip?p=0&persistence=outcome-only"),
+        ("transient", "rgb?p=0.4", "rgb?p=0.4"), ("sticky", "rgb?p=0.4", "flip?p=0&others=kept + rgb?p=0.4"),
+        ("sticky", "rgb?blur=2", "rgb?blur=2"), ("outcome-only", "symbolic", "symbolic?tell=outcome"),
     ],
 )  # fmt: skip
 def test_a_flip_at_rate_0_is_the_truth_unless_it_says_more(kind, modality, spec):

@@ -1,5 +1,6 @@
 """The outcome flip: what it inverts, how often, and what becomes of it."""
 
+import itertools
 import re
 
 import numpy as np
@@ -10,8 +11,8 @@ from hypothesis import strategies as st
 from lockprobe.analysis.loops import onset
 from lockprobe.errors import BadValue, UserMistake
 from lockprobe.interventions.catalogue import interventions_of, spec_of
-from lockprobe.interventions.flip import OutcomeFlip
-from lockprobe.record import Moment, Percept, Task
+from lockprobe.interventions.flip import READINGS, OutcomeFlip, flip_of
+from lockprobe.record import STATES, Moment, Percept, Task
 from lockprobe.studies.single import run_trial
 
 TASK = Task(joints=("A", "B", "C"), target="C", budget=20)
@@ -33,10 +34,12 @@ def tell(channel, percept=TRUTH, previous=None, number=0.0):
     return channel.perceive(percept, past, TASK, Fixed(number))
 
 
-@pytest.mark.parametrize("persistence", ["transient", "sticky", "outcome-only"])
-def test_nothing_is_flipped_at_zero_and_everything_at_one(persistence):
-    honest = tell(OutcomeFlip(p=0.0, persistence=persistence))
-    lying = tell(OutcomeFlip(p=1.0, persistence=persistence), number=0.999999)
+LIKE = [OutcomeFlip(inverts=inverts, keep=keep) for inverts in ("position", "outcome") for keep in (0, 0.5, 1)]
+
+
+@pytest.mark.parametrize("like", LIKE, ids=lambda one: one.reading)
+def test_nothing_is_flipped_at_zero_and_everything_at_one(like):
+    honest, lying = tell(like), tell(like.at_rate(1.0), number=0.999999)
     assert honest.outcome == "moved"
     assert lying.outcome == "blocked"
 
@@ -51,10 +54,6 @@ def test_the_first_look_is_never_flipped():
     assert tell(OutcomeFlip(p=1.0), opening) == opening
 
 
-def test_outcome_only_hides_the_positions():
-    assert tell(OutcomeFlip(p=0.0, persistence="outcome-only")).positions is None
-
-
 def test_a_transient_lie_is_gone_in_the_next_report():
     lie = tell(OutcomeFlip(p=1.0))
     later = Percept(joint="A", outcome="blocked", positions=(False, True, False))
@@ -62,13 +61,105 @@ def test_a_transient_lie_is_gone_in_the_next_report():
 
 
 def test_a_sticky_lie_stays_until_the_joint_is_attempted_again():
-    lie = tell(OutcomeFlip(p=1.0, persistence="sticky"))
+    lie = tell(OutcomeFlip(p=1.0, others="kept"))
     later = Percept(joint="A", outcome="blocked", positions=(False, True, False))
-    still = tell(OutcomeFlip(p=0.0, persistence="sticky"), later, lie)
+    still = tell(OutcomeFlip(p=0.0, others="kept"), later, lie)
     assert still.positions == (False, False, False)
     again = Percept(joint="B", outcome="moved", positions=(False, False, False))
-    assert tell(OutcomeFlip(p=0.0, persistence="sticky"), again, still).positions == (False, False, False)
-    assert tell(OutcomeFlip(p=0.0, persistence="sticky"), again, lie).outcome == "moved"
+    assert tell(OutcomeFlip(p=0.0, others="kept"), again, still).positions == (False, False, False)
+    assert tell(OutcomeFlip(p=0.0, others="kept"), again, lie).outcome == "moved"
+
+
+def played(like, seed=1, agent="random", p=0.5, **settings):
+    return run_trial(agent=agent, box="chain-8", condition=[like.at_rate(p)], seed=seed, max_steps=40, **settings)
+
+
+def told_errors(trial):
+    """After each step the joints told falsely, as bits in panel order."""
+    truth = [step.state for step in trial.steps[1:]]
+    told = [step.told_state for step in trial.steps]
+    return [[a != b for a, b in zip(one, other, strict=True)] for one, other in zip(truth, told, strict=False)]
+
+
+@pytest.mark.parametrize("seed", range(1, 6))
+@pytest.mark.parametrize("like", LIKE, ids=lambda one: one.reading)
+def test_each_reading_is_its_law_of_false_positions(like, seed):
+    """Position: false if this report is flipped. Outcome: false if it was before, or this report is flipped, not both.
+    Others: true if fresh, as they were if kept."""
+    flips = [step.told_falsely for step in played(OutcomeFlip(), seed, modality="symbolic").steps]
+    trial = played(like, seed, modality="symbolic")
+    before = [False] * 8
+    for step, flipped, after in zip(trial.steps, flips, told_errors(trial), strict=False):
+        assert step.told_falsely == flipped
+        for joint in range(8):
+            if trial.joints[joint] == step.joint:
+                assert after[joint] == flipped ^ (like.inverts == "outcome" and before[joint])
+            elif like.keep in (0, 1):
+                assert after[joint] == (before[joint] and like.keep == 1)
+            else:
+                assert not after[joint] or before[joint]
+        before = after
+
+
+@pytest.mark.parametrize("agent", ["random", "human-inspired", "cognitive:perseverant"])
+@pytest.mark.parametrize("keep", [0, 0.5, 1])
+def test_inverted_outcomes_are_a_share_p_of_those_that_an_agent_infers(agent, keep):
+    """By comparing two reports, whatever the agent does; where positions are inverted, repeats change the share."""
+    like = OutcomeFlip(inverts="outcome", keep=keep)
+    trials = [played(like, trial=trial, agent=agent, p=0.3, modality=STATES) for trial in range(1, 41)]
+    false = [step.told_falsely for trial in trials for step in trial.steps]
+    assert abs(np.mean(false) - 0.3) < 4 * (0.21 / len(false)) ** 0.5
+
+
+def test_an_agent_that_repeats_infers_other_outcomes_than_a_share_p_where_positions_are_inverted():
+    """2p(1 - p) after a repeat, .32 at p = .2 and .32 at .8, where the last report was of the same joint."""
+    for p, share in ((0.2, 0.32), (0.8, 0.32)):
+        rng, channel, past, false = np.random.default_rng(3), OutcomeFlip(p=p), (), []
+        for _ in range(4_000):
+            blocked = Percept(joint="B", outcome="blocked", positions=(False, False, False))
+            told = channel.perceive(blocked, past, TASK, rng)
+            false += [told.positions != past[-1].told.positions] if past else []
+            past = (Moment(was=blocked, told=told),)
+        assert np.mean(false) == pytest.approx(share, abs=0.03)
+
+
+@pytest.mark.parametrize("agent", ["random", "random-no-repeat", "round-robin"])
+def test_an_agent_that_ignores_reports_chooses_the_same_under_every_reading(agent):
+    assert len({tuple(played(like, agent=agent, modality=STATES).actions) for like in LIKE}) == 1
+
+
+def test_positions_that_survive_at_a_smaller_keep_are_a_subset_of_those_at_a_larger():
+    told = [told_errors(played(OutcomeFlip(keep=keep), modality="symbolic")) for keep in (0, 0.3, 0.6, 0.9, 1)]
+    for fewer, more in itertools.pairwise(told):
+        assert all(b or not a for low, high in zip(fewer, more, strict=True) for a, b in zip(low, high, strict=True))
+    assert len({str(one) for one in told}) == 5
+
+
+def test_a_false_position_survives_with_probability_keep_and_independently_of_other_joints():
+    rng, flip = np.random.default_rng(5), OutcomeFlip(p=0.5, keep=0.3)
+    truth = Percept(joint="B", outcome="blocked", positions=(False, False, False))
+    past = (Moment(was=truth, told=Percept(joint="A", outcome="moved", positions=(True, False, True))),)
+    told = np.array([flip.perceive(truth, past, TASK, rng).positions for _ in range(20_000)])
+    assert told.mean(axis=0) == pytest.approx([0.3, 0.5, 0.3], abs=0.014)
+    assert np.corrcoef(told.T.astype(float)) == pytest.approx(np.eye(3), abs=0.03)
+
+
+@pytest.mark.parametrize(
+    ("spec", "canonical", "reading"),
+    [
+        ("flip?p=0.4&others=fresh", "flip?p=0.4", "memoryless state noise"),
+        ("flip?p=0.4&keep=0", "flip?p=0.4", "memoryless state noise"),
+        ("flip?p=0.4&keep=1", "flip?p=0.4&others=kept", "latched state noise"),
+        ("flip?p=0.4&inverts=outcome", "flip?p=0.4&inverts=outcome", "re-observed outcome noise"),
+        ("flip?inverts=outcome&keep=1", "flip?p=0&inverts=outcome&others=kept", "integrated outcome noise"),
+        ("flip?p=0.4&keep=0.5", "flip?p=0.4&keep=0.5", "partly latched state noise (keep = 0.5)"),
+    ],
+)
+def test_every_flip_has_one_spec_and_a_name(spec, canonical, reading):
+    (flip,) = interventions_of(spec)
+    assert (spec_of(flip), flip.reading) == (canonical, reading)
+    assert interventions_of(canonical) == (flip,)
+    assert READINGS[flip.inverts, flip.others] in reading
 
 
 @given(st.integers(0, 10_000), st.floats(0, 1), st.floats(0, 1))
@@ -83,12 +174,10 @@ def test_the_flips_at_a_smaller_p_are_a_subset_of_those_at_a_larger(seed, one, o
     assert all(not at_low or at_high for at_low, at_high in zip(flips(low), flips(high), strict=True))
 
 
-@pytest.mark.parametrize("persistence", ["transient", "sticky", "outcome-only"])
-def test_it_draws_equally_often_whatever_its_parameters(persistence):
+def test_it_draws_equally_often_whatever_its_parameters():
     after = set()
-    for p in (0.0, 0.3, 1.0):
+    for channel in [like.at_rate(p) for like in LIKE for p in (0.0, 0.3, 1.0)]:
         rng = np.random.default_rng(1)
-        channel = OutcomeFlip(p=p, persistence=persistence)
         past = ()
         for _ in range(7):
             past = (*past, Moment(was=TRUTH, told=channel.perceive(TRUTH, past, TASK, rng)))
@@ -109,8 +198,14 @@ def test_bad_settings_are_named():
         OutcomeFlip(p=1.2)
     with pytest.raises(BadValue, match=r"^flip rate p: got nan"):
         OutcomeFlip(p=float("nan"))
-    with pytest.raises(BadValue, match="^flip: got 'sometimes', expected one of transient, sticky, outcome-only$"):
-        OutcomeFlip(p=0.2, persistence="sometimes")
+    with pytest.raises(BadValue, match="^inverts: got 'both', expected one of position, outcome$"):
+        OutcomeFlip(p=0.2, inverts="both")
+    with pytest.raises(BadValue, match=r"^keep: got 2, expected a number from 0 to 1$"):
+        OutcomeFlip(p=0.2, keep=2)
+    with pytest.raises(BadValue, match=r"^others: got 'kept', expected none with keep=0.5, which says it already$"):
+        OutcomeFlip(p=0.2, keep=0.5, others="kept")
+    with pytest.raises(BadValue, match="^flip: got 'sometimes', expected one of transient, sticky, outcome-only, mem"):
+        flip_of("sometimes")
 
 
 def lies(condition, agent="round-robin", **settings):
@@ -144,7 +239,7 @@ def test_while_looping_every_report_is_true_until_the_first_loop_is_complete(see
 
 def test_every_option_is_in_the_record():
     plain, set_ = (lies(spec)[1].channels[0] for spec in ("flip?p=0.4", "flip?p=0.4&from=2&at=4;8&while=looping"))
-    acting = {"channel": "OutcomeFlip", "p": 0.4, "persistence": "transient"}
+    acting = {"channel": "OutcomeFlip", "p": 0.4, "inverts": "position", "others": "fresh", "keep": 0.0}
     assert plain == acting | {"only": "any", "from": None, "until": None, "at": "", "while": "always"}
     assert set_ == {**plain, "from": 2, "at": "4;8", "while": "looping"}
 

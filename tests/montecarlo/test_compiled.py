@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from lockprobe.agents.cognitive import RandomMap, SoftmaxMemory
 from lockprobe.agents.human_inspired import HumanInspired
 from lockprobe.agents.strategies import RandomAgent, RandomNoRepeat, RoundRobin
+from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.lockbox.families import box
 from lockprobe.montecarlo import compiled as compiling
 from lockprobe.montecarlo.compiled import (
@@ -18,6 +19,7 @@ from lockprobe.montecarlo.compiled import (
     fill,
     joints_in,
     jumps,
+    lasting_in,
     numbers_a_step,
     rule_of,
     scene_of,
@@ -53,6 +55,7 @@ POLICIES = st.one_of(
     st.builds(RandomMap, window=st.integers(0, 3), avoid=st.sampled_from(["none", "failed"]), lapse=SHARES),
     st.builds(RandomMap, window=st.integers(1, 3), avoid=st.just("last"), lapse=SHARES),
 )
+FLIPS = [OutcomeFlip(inverts=inverts, keep=keep) for inverts in ("position", "outcome") for keep in (0, 0.5, 1)]
 BOXES = ("chain-2", "chain-4", "reset", "branched", "random-5-17", "random-8-3")
 
 
@@ -69,7 +72,9 @@ def played(play, policy, world, trials, seed):
         seed, len(world.places), shuffle=True, flips=world.budget, draws=world.budget * numbers_a_step(rule)
     )
     found = room(trials, world.budget)
-    play(scene_of(world), rule, record(MEMORY), *source.block(0, trials), *found)
+    orders, flips, draws = source.block(0, trials)
+    lasting = lasting_in(flips, orders, world.flip.keep)
+    play(scene_of(world), rule, record(MEMORY), orders, flips, lasting, draws, *found)
     return source, found
 
 
@@ -77,17 +82,16 @@ def played(play, policy, world, trials, seed):
 @given(
     policy=POLICIES,
     name=st.sampled_from(BOXES),
-    flip=st.sampled_from(["transient", "sticky", "outcome-only"]),
+    like=st.sampled_from(FLIPS),
     p=SHARES,
     budget=st.integers(1, 30),
     seed=st.integers(0, 2**40),
-    states_only=st.booleans(),
+    tell=st.sampled_from(["state", "outcome", "both"]),
 )
-def test_a_kernel_plays_what_the_policy_plays(policy, name, flip, p, budget, seed, states_only):
+def test_a_kernel_plays_what_the_policy_plays(policy, name, like, p, budget, seed, tell):
     """Every family, every setting: choice by choice and report by report, on the same numbers."""
     pytest.importorskip("numba")
-    states_only &= flip != "outcome-only"
-    world = world_of(name, p=p, flip=flip, max_steps=budget, states_only=states_only)
+    world = world_of(name, flip=like.at_rate(p), max_steps=budget, tell=tell)
     source, (steps, solved, actions, moved, told) = played(compiled(play_trials), policy, world, 4, seed)
     for trial in range(4):
         by_hand = play_plainly(policy, world, *source.luck(trial))
@@ -99,10 +103,10 @@ def test_a_kernel_plays_what_the_policy_plays(policy, name, flip, p, budget, see
 
 
 @settings(max_examples=30, deadline=None)
-@given(policy=POLICIES, flip=st.sampled_from(["transient", "sticky", "outcome-only"]), seed=st.integers(0, 99))
-def test_the_same_functions_run_uncompiled(policy, flip, seed):
+@given(policy=POLICIES, like=st.sampled_from(FLIPS), seed=st.integers(0, 99))
+def test_the_same_functions_run_uncompiled(policy, like, seed):
     pytest.importorskip("numba")
-    world = world_of("reset", p=0.3, flip=flip, max_steps=20)
+    world = world_of("reset", flip=like.at_rate(0.3), max_steps=20)
     _, one = played(play_trials, policy, world, 3, seed)
     _, other = played(compiled(play_trials), policy, world, 3, seed)
     assert all((a == b).all() for a, b in zip(one, other, strict=True))
@@ -118,7 +122,7 @@ def test_a_policy_of_another_class_is_not_taken_for_its_parent():
 
 @pytest.mark.parametrize("name", ["chain-2", "chain-3", "chain-4", "reset", "random-5-17", "random-8-3"])
 def test_a_jump_is_its_steps_one_by_one(name):
-    puzzle, world = box(name), world_of(name, p=0, flip="transient", max_steps=20)
+    puzzle, world = box(name), world_of(name, flip=OutcomeFlip(), max_steps=20)
     depth = deepest(len(puzzle.joints))
     table, sequences = jumps(scene_of(world), depth), joints_in(len(puzzle.joints), depth)
     assert table.shape == (2 ** len(puzzle.joints), len(puzzle.joints) ** depth)

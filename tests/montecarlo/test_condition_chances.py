@@ -137,13 +137,15 @@ CONDITIONS = [
     "tremble?p=0.3",
     "drop?p=0.4",
     "flip?p=0.3&only=moved",
-    "flip?p=0.3&only=blocked&persistence=sticky",
+    "flip?p=0.3&only=blocked&others=kept",
     "flip?p=0.3&from=2&until=3",
-    "flip?p=0.3&at=1;3&persistence=sticky",
+    "flip?p=0.3&at=1;3&others=kept",
+    "flip?p=0.3&inverts=outcome",
+    "flip?p=0.3&inverts=outcome&others=kept + drop?p=0.4",
     "force?at=2",
     "drop?p=0.2 + drop?p=0.3",
-    "flip?p=0.3&persistence=sticky + drop?p=0.4",
-    "drop?p=0.4 + flip?p=0.3&persistence=sticky",
+    "flip?p=0.3&others=kept + drop?p=0.4",
+    "drop?p=0.4 + flip?p=0.3&others=kept",
     "tremble?p=0.2 + force?at=2 + flip?p=0.4&from=2",
     "correction?p=0.3",
     "correction?p=0.3&of=truth",
@@ -154,7 +156,7 @@ CONDITIONS = [
 ]
 
 
-ODD = ["flip?p=0.3&only=blocked&persistence=sticky", "drop?p=0.2 + drop?p=0.3", *CONDITIONS[-6:]]
+ODD = ["flip?p=0.3&only=blocked&others=kept", "drop?p=0.2 + drop?p=0.3", *CONDITIONS[-6:]]
 """Conditions in which worlds of known mechanism are held; they have a larger box."""
 
 CASES = [
@@ -211,7 +213,7 @@ def test_what_is_odd_comes_to_the_same_in_the_loop(spec):
 
 
 def test_a_flip_in_a_condition_is_the_flip_of_p():
-    assert propagate(condition="flip?p=0.3&persistence=sticky") == propagate(p=0.3, flip="sticky")
+    assert propagate(condition="flip?p=0.3&others=kept") == propagate(p=0.3, flip="sticky")
 
 
 @pytest.mark.parametrize("agent", ["human-inspired", "cognitive:insistent", "ideal-observer?noise=naive"])
@@ -223,11 +225,10 @@ def test_told_the_truth_states_say_as_much_as_outcomes(agent):
     ("given", "named"),
     [
         ({"modality": "rgb"}, "modality: got 'rgb'"),
-        ({"modality": "symbolic?tell=outcome"}, "modality: got 'symbolic.tell=outcome'"),
         ({"modality": "symbolic?tell=state", "flip": "outcome-only"}, "flip: got 'outcome-only'"),
     ],
 )
-def test_what_shows_no_states_or_outcomes_in_words_is_refused(given, named):
+def test_what_shows_pictures_or_states_where_none_are_told_is_refused(given, named):
     with pytest.raises(BadValue, match=named):
         propagate(p=0.1, **given)
 
@@ -258,9 +259,11 @@ def test_reports_are_flipped_once():
         {"condition": "flip?p=0.2", "p": 0.1},
         {"condition": "flip?p=0.2 + flip?p=0.1"},
         {"condition": "flip?p=0.2&until=5 + flip?p=0.1&from=5"},
-        {"condition": "flip?p=0.2&until=5 + flip?p=0.1&from=6&persistence=sticky"},
+        {"condition": "flip?p=0.2&until=5 + flip?p=0.1&from=6&others=kept"},
     ):
-        with pytest.raises(BadValue, match="one transient flip a step at most, and none with p"):
+        with pytest.raises(
+            BadValue, match="one flip with inverts=position and others=fresh a step at most, and none with p"
+        ):
             propagate(**given)
 
 

@@ -7,47 +7,46 @@ from hypothesis import strategies as st
 
 from lockprobe import run_trial
 from lockprobe.errors import BadValue, UnknownName
+from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.lockbox.families import box
 from lockprobe.montecarlo.plain import heeds_order, play_plainly, policy_of, world_of
 from lockprobe.montecarlo.streams import FromTree
 
-KINDS = ("transient", "sticky", "outcome-only")
+FLIPS = [OutcomeFlip(inverts=inverts, keep=keep) for inverts in ("position", "outcome") for keep in (0, 0.5, 1)]
 
 
 @settings(max_examples=25, deadline=None)
 @given(
     name=st.sampled_from(["chain-2", "chain-4", "reset", "random-5-17", "chain-8"]),
-    flip=st.sampled_from(KINDS),
+    like=st.sampled_from(FLIPS),
     p=st.sampled_from([0.0, 0.3, 1.0]),
     seed=st.integers(0, 9),
     trial=st.integers(1, 5),
     shuffle=st.booleans(),
     max_steps=st.integers(1, 25),
-    states_only=st.booleans(),
+    tell=st.sampled_from(["state", "outcome", "both"]),
 )
-def test_a_trial_played_plainly_is_the_trial_on_record(name, flip, p, seed, trial, shuffle, max_steps, states_only):
-    states_only &= flip != "outcome-only"
-    world = world_of(name, p=p, flip=flip, max_steps=max_steps, states_only=states_only)
+def test_a_trial_played_plainly_is_the_trial_on_record(name, like, p, seed, trial, shuffle, max_steps, tell):
+    world = world_of(name, flip=like.at_rate(p), max_steps=max_steps, tell=tell)
     tree = FromTree(seed, 2, len(box(name).joints), shuffle=shuffle, flips=0, draws=0)
     played = play_plainly(Diary(), world, *tree.luck(trial - 1))
     recorded = run_trial(
         agent=Diary(),
         box=name,
-        p=p,
-        flip=flip,
+        condition=[like.at_rate(p)],
         seed=seed,
         repetition=2,
         trial=trial,
         shuffle=shuffle,
         max_steps=max_steps,
-        modality="symbolic?tell=state" if states_only else "symbolic",
+        modality=f"symbolic?tell={tell}",
     )
     assert (played.joints, played.moved, played.told_moved, played.solved) == as_recorded(recorded)
 
 
 def test_a_world_is_its_box():
     puzzle = box("reset")
-    world = world_of(puzzle, p=0.2, flip="sticky", max_steps=7)
+    world = world_of(puzzle, flip=OutcomeFlip(p=0.2, others="kept"), max_steps=7)
     assert (world.name, world.target, world.budget) == ("reset", puzzle.target_index, 7)
     for shifted, movable in enumerate(world.movable):
         configuration = tuple(start ^ bool(shifted >> j & 1) for j, start in enumerate(puzzle.initial))
@@ -64,8 +63,6 @@ def test_mistakes_are_one_line():
     with pytest.raises(UnknownName, match=r"^no agent is called 'rundom'"):
         policy_of("rundom")
     with pytest.raises(UnknownName, match=r"^no box is called 'chain-9'"):
-        world_of("chain-9", p=0, flip="sticky", max_steps=20)
+        world_of("chain-9", flip=OutcomeFlip(), max_steps=20)
     with pytest.raises(BadValue, match=r"^max_steps: got 20000, expected a whole number from 1 to 10000$"):
-        world_of("chain-4", p=0, flip="sticky", max_steps=20_000)
-    with pytest.raises(BadValue, match=r"^flip: got 'often'"):
-        world_of("chain-4", p=0, flip="often", max_steps=20)
+        world_of("chain-4", flip=OutcomeFlip(), max_steps=20_000)

@@ -15,7 +15,7 @@ from lockprobe.plants import catalogue
 from lockprobe.studies.paused_trial import PausedTrial
 
 STUDY = people_study(layout="shuffled", flip="sticky", modalities=("symbolic",))
-PLAN = STUDY.plan("participant", STUDY.labelled("flip?p=0.4&persistence=sticky + symbolic"), 1, 3)
+PLAN = STUDY.plan("participant", STUDY.labelled("flip?p=0.4&others=kept + symbolic"), 1, 3)
 
 
 def after(joints, plan=PLAN):

@@ -22,7 +22,7 @@ def test_what_changes_what_is_told_or_done_can(spec):
 @pytest.mark.parametrize(
     "spec",
     [
-        "truth", "flip?p=0", "flip?p=0&persistence=outcome-only", "delay?lag=0", "drop?p=0.3", "reword?p=1", "nudge",
+        "truth", "flip?p=0", "delay?lag=0", "drop?p=0.3", "reword?p=1", "nudge",
         "remark", "distract?p=0.3", "nudge + tremble?p=0", "rgb?blur=8", "rgb?p=0",
     ],
 )  # fmt: skip

@@ -53,7 +53,7 @@ def test_in_words_and_drawn_it_tells_truly_what_a_step_did(view):
 
 
 def test_where_no_positions_are_told_it_shows_none():
-    before, after = shown(people_study(flip="outcome-only"))["symbolic"]
+    before, after = shown(people_study(flip="outcome-only"))["symbolic?tell=outcome"]
     assert {joint.position for panel in (before, after) for joint in panel.joints} == {None}
     assert after.outcome == "moved"
 

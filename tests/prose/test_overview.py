@@ -12,6 +12,7 @@ from scipy.stats import binom
 from lockprobe.analysis.effects import Effects
 from lockprobe.analysis.proportions import proportion
 from lockprobe.analysis.summary import summarise
+from lockprobe.interventions.flip import flip_of
 from lockprobe.lockbox.families import box
 from lockprobe.prose.overview import (
     effects_answer,
@@ -24,6 +25,7 @@ from lockprobe.prose.overview import (
     smaller_budget_said,
     trial_said,
 )
+from lockprobe.record import STATES
 
 SOLVED, UNSOLVED = [3, 2, 1, 0], [1] * 20
 
@@ -358,15 +360,19 @@ def test_the_first_sentence_and_the_courses_say_the_same_of_many_agents():
 
 
 @pytest.mark.parametrize(
-    ("flip", "inverted"),
+    ("flip", "modality", "inverted"),
     [
-        ("transient", "the reported position of the attempted joint is inverted."),
-        ("sticky", "the reported position of the attempted joint is inverted until its next attempt."),
-        ("outcome-only", "the reported outcome is inverted."),
+        ("memoryless", STATES, "the reported position of the attempted joint is inverted."),
+        ("latched", STATES, "the reported position of the attempted joint is inverted until its next attempt."),
+        ("re-observed", STATES, "the reported outcome is inverted."),
+        ("integrated", STATES, "the reported outcome is inverted."),
+        ("outcome-only", "symbolic?tell=outcome", "the reported outcome is inverted."),
     ],
 )
-def test_the_flip_rate_is_a_probability_and_no_share_of_false_reports(flip, inverted):
-    assert trial_said(20, "flips", flip).endswith(f"The flip rate is the probability that {inverted}")
+def test_the_flip_rate_is_a_probability_and_no_share_of_false_reports(flip, modality, inverted):
+    assert trial_said(20, "flips", flip_of(flip), [modality]).endswith(
+        f"The flip rate is the probability that {inverted}"
+    )
 
 
 def test_the_agent_that_needs_more_trials_is_named():

@@ -25,7 +25,7 @@ def data_of(*trials):
     )
 
 
-@pytest.mark.parametrize("condition", ["flip?p=0.4", "flip?p=0.5&persistence=sticky", "tremble?p=0.5", "drop?p=0.5"])
+@pytest.mark.parametrize("condition", ["flip?p=0.4", "flip?p=0.5&others=kept", "tremble?p=0.5", "drop?p=0.5"])
 def test_the_data_hold_every_step_of_the_record(condition):
     trial = run_trial(agent="human-inspired", condition=condition, trial=3)
     data = data_of(trial)

@@ -14,7 +14,7 @@ FLIPS = {"p": [0, 0.4, 0.8]}
 BESIDE = [
     {"condition": ["nudge"]},
     {"sweep": "tremble?p=0.2,0.5"},
-    {"condition": ["flip?p=0.4&persistence=sticky", "drop?p=0.5 + flip?p=0.4"]},
+    {"condition": ["flip?p=0.4&others=kept", "drop?p=0.5 + flip?p=0.4"]},
 ]
 FAMILIES = {
     "success by tremble p": {"sweep": "tremble?p=0.2,0.5"},
@@ -127,14 +127,14 @@ def test_conditions_without_flips_have_speed_loops_and_agents_compared(tmp_path)
 def test_flips_of_another_kind_have_a_name_of_their_own_and_are_told_apart_in_every_table(tmp_path):
     directory = played(tmp_path / "study", p=[0, 0.4], flip="sticky", condition=["flip?p=0.4", "flip?p=0.1"])
     found = reported(directory)
-    assert found.design.flip_kind == "sticky"
+    assert found.design.flip_kind == "latched state noise"
     contrasts = found.where("clearest_success_difference", axis="flip rate", of="")
-    assert [row.doses for row in contrasts] == [{"flip.p": 0.4}] * 2
-    others = found.where("success_difference", axis="flip rate (persistence=transient)", of="")
+    assert [row.doses for row in contrasts] == [{"flip.p": 0.4, "flip.keep": 1}] * 2
+    others = found.where("success_difference", axis="flip rate (others=fresh)", of="")
     assert {row.condition for row in others} == {"flip?p=0.4", "flip?p=0.1"}
     assert not of_family(found, "conditions against the control")
     (question,) = found.said("overview", "question")
-    assert question == "Do false reports and false reports (persistence=transient) change how agents open chain-4?"
+    assert question == "Do false reports and false reports (others=fresh) change how agents open chain-4?"
     for name in ("speed", "loops", "detectors"):
         rows = [line.split(",")[:2] for line in (directory / "tables" / f"{name}.csv").read_text().splitlines()]
         assert len({tuple(row) for row in rows}) == len(rows), name

@@ -53,7 +53,7 @@ def test_a_study_without_a_condition_in_common_is_refused_with_the_reason():
     with pytest.raises(BadFile, match=r"^a: it shares no condition .*: it has truth, flip\?p=0\.3, flip\?p=0\.6; they"):
         check_comparable({A: FLIPS, B: flips})
     sticky = study_of((0.3,), "sticky", name="flips", agents=("random",), box=box("chain-4"))
-    with pytest.raises(BadFile, match=r"they have flip\?p=0\.3&persistence=sticky$"):
+    with pytest.raises(BadFile, match=r"they have flip\?p=0\.3&others=kept$"):
         check_comparable({A: FLIPS, B: sticky})
     shown = [modality_study(modalities=(one,)) for one in ("rgb", "symbolic")]
     with pytest.raises(BadFile, match=r"the modality is rgb, not symbolic$"):
@@ -90,13 +90,13 @@ def test_a_prompt_belongs_to_the_agent(tmp_path):
     ]
 
 
-def test_a_dose_of_0_is_no_intervention_unless_it_changes_what_is_told():
+def test_a_dose_of_0_is_no_intervention():
     assert names(of_conditions("tremble?p=0", "nudge + drop?p=0", "flip?p=0.4 + tremble?p=0")) == [
         "truth",
         "nudge",
         "flip?p=0.4",
     ]
-    assert names(of_conditions("flip?p=0&persistence=outcome-only + nudge")) != ["nudge"]
+    assert names(of_conditions("flip?p=0&others=kept + nudge")) == ["nudge"]
 
 
 def test_a_long_condition_of_a_short_name_is_matched_too():

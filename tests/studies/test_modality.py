@@ -15,11 +15,10 @@ from lockprobe.studies.modality import check_distinct, interventions_for, is_pic
 
 
 def test_reports_are_flipped_and_put_into_words():
-    flip = OutcomeFlip(p=0.3, persistence="sticky")
+    flip = OutcomeFlip(p=0.3, others="kept")
     assert interventions_for(flips((0.3,), "sticky")[0]) == (flip, TextChannel(tell="state"))
     assert interventions_for(flips((0.3,), "sticky", ("symbolic",))[0]) == (flip, TextChannel())
-    blind = OutcomeFlip(p=0.3, persistence="outcome-only")
-    assert interventions_for(flips((0.3,), "outcome-only")[0]) == (blind, TextChannel())
+    assert interventions_for(flips((0.3,), "outcome-only")[0]) == (OutcomeFlip(p=0.3), TextChannel(tell="outcome"))
 
 
 @pytest.mark.parametrize(
@@ -38,7 +37,7 @@ def test_pictures_come_from_the_camera_alone_where_they_are_true(spec, eye):
 
 
 def test_false_pictures_are_made_by_a_flip_before_the_camera():
-    flipped = (OutcomeFlip(p=0.3, persistence="sticky"), CameraChannel())
+    flipped = (OutcomeFlip(p=0.3, others="kept"), CameraChannel())
     assert interventions_for(flips((0.3,), "sticky", ("rgb",))[0]) == flipped
     assert interventions_for(flips((0.0,), "sticky", ("rgb?p=0.3",))[0]) == flipped
     assert interventions_for(flips((0.0,), "transient", ("rgb?p=0.3",))[0]) == (OutcomeFlip(p=0.3), CameraChannel())
@@ -50,9 +49,9 @@ def test_false_pictures_are_made_by_a_flip_before_the_camera():
     ("p", "flip", "modality", "message"),
     [
         (0.3, "sticky", "rgb?p=0.2", r"p: got \[0.3\], expected 0 with rgb\?p=0.2, which has a flip rate of its own"),
-        (0.3, "outcome-only", "rgb", "flip: got 'outcome-only', expected transient or sticky with rgb"),
-        (0.0, "outcome-only", "rgb?p=0.2", "flip: got 'outcome-only', expected transient or sticky with rgb"),
-        (0.3, "outcome-only", "symbolic?tell=state", "flip: .* which tells positions alone"),
+        (0.3, "outcome-only", "rgb", "flip: got 'outcome-only', expected .*, with rgb, which shows positions"),
+        (0.0, "outcome-only", "rgb?p=0.2", "flip: got 'outcome-only', expected .*, with rgb.*, which shows positions"),
+        (0.3, "outcome-only", "symbolic?tell=state", "flip: got 'outcome-only', .*tell=state, which shows positions"),
     ],
 )
 def test_what_cannot_be_shown_is_refused(p, flip, modality, message):
@@ -71,7 +70,7 @@ def test_what_cannot_be_shown_is_refused(p, flip, modality, message):
 def test_a_report_needs_no_camera(spec, channel):
     assert not is_pictured(spec)
     assert shown(spec) == channel
-    assert interventions_for(flips((0.3,), "sticky", (spec,))[0]) == (OutcomeFlip(p=0.3, persistence="sticky"), channel)
+    assert interventions_for(flips((0.3,), "sticky", (spec,))[0]) == (OutcomeFlip(p=0.3, others="kept"), channel)
 
 
 @pytest.mark.parametrize(

@@ -128,7 +128,7 @@ def test_a_long_spec_is_refused():
     [
         ({"spec": "nudge + flip?p=0.4"}, "intervention: got 'nudge \\+ flip.p=0.4', expected one"),
         ({"spec": "flip?p=0.4", "doses": ["q"]}, "dose q of flip.p=0.4: got '', expected a number among its options"),
-        ({"spec": "flip?p=0.4&persistence=sticky", "doses": ["persistence"]}, "dose persistence of .*: got 'sticky'"),
+        ({"spec": "flip?p=0.4&others=kept", "doses": ["others"]}, "dose others of .*: got 'kept'"),
     ],
 )
 def test_an_intervention_of_settings_is_one_with_a_number_for_its_dose(acting, message):

@@ -146,7 +146,7 @@ def test_a_study_file(tmp_path):
         ("", "says nothing to play: a study file has at least a line such as study"),
         ("# all of it is still to come\n", "says nothing to play"),
         ('name = "mine"', "says nothing to play"),
-        ('flip = "often"', "flip: expected 'transient', 'sticky' or 'outcome-only'"),
+        ('flip = "often"', "flip: expected 'transient', 'sticky', 'outcome-only', 'memoryless'"),
     ],
 )
 def test_what_is_wrong_in_a_study_file_is_named(tmp_path, text, reason):
@@ -321,7 +321,10 @@ def test_a_plant_without_a_camera_has_no_pictures_and_none_may_be_asked_for():
             {"modality": ["rgb"]},
             "modality: got 'rgb', expected symbolic too for random, which reads reports and looks at",
         ),
-        ({"p": [0, 0.2], "flip": "outcome-only"}, "flip: got 'outcome-only', expected transient or sticky with rgb: a"),
+        (
+            {"p": [0, 0.2], "flip": "outcome-only"},
+            "flip: got 'outcome-only', expected transient, sticky, memoryless, latched, re-observed, integrated, with rgb",
+        ),
         (
             {"p": [0.2], "modality": ["rgb?p=0.4"]},
             r"p: got \[0.2\], expected 0 with rgb.p=0.4, which has a flip rate of",

@@ -63,7 +63,7 @@ _LEARNERS = {"novice": (2, "barely trained"), "apprentice": (5, "half trained"),
 _OTHERS = {
     "human-inspired[:PRESET]": f"{_described(HumanInspired)} Presets: {', '.join(PRESETS)}.",
     "ideal-observer": "Infers the interlock from all reports (Bayesian) and plans by the posterior. "
-    "Options: prior, noise, plan, persistence.",
+    "Options: prior, noise, plan, reading.",
     **{f"cognitive:{name}": _described(model) for name, model in MODELS.items()},
     "cognitive:CHARACTER": f"A softmax memory with fixed settings. Characters: {', '.join(CHARACTERS)}.",
     "world:NAME": f"An agent with a known mechanism, for tests of causal analyses. Names: {', '.join(WORLDS)}.",

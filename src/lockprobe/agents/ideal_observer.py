@@ -16,7 +16,7 @@ import numpy as np
 from lockprobe.agents.policy import Policy, Told, View, draw, told_outcome
 from lockprobe.beliefs.exact import planner
 from lockprobe.beliefs.planning import PlanGoal, best_joints
-from lockprobe.beliefs.posterior import Belief, Persistence, ReportedAttempt, begin, noise_model, update
+from lockprobe.beliefs.posterior import Belief, KnownReading, ReportedAttempt, begin, noise_model, update
 from lockprobe.beliefs.structures import PRIORS, interlocks
 from lockprobe.errors import UnknownName
 from lockprobe.record import Decision, Fact, Outcome, Situation
@@ -39,11 +39,12 @@ class IdealObserver(Policy[Belief]):
         noise: ``naive`` (reports are true), ``aware`` (how often they are false is inferred) or a flip probability.
         plan: ``steps``: fewest expected steps. ``information``: most expected bits about the interlock, and fewest
             expected steps once the interlock is known or no attempt is informative.
-        persistence: Whether it knows that false positions are ``transient`` or ``sticky``; else it infers that too.
+        reading: What it knows a false report to be: ``memoryless``, ``latched``, ``re-observed`` or ``integrated``.
+            With ``unknown`` it takes positions to be inverted, and infers whether false ones stay.
 
     Raises:
         UnknownName: If there is no such prior.
-        BadValue: If ``noise`` is none of these.
+        BadValue: If ``noise`` or ``reading`` is none of these.
     """
 
     exact: ClassVar[bool] = True
@@ -51,12 +52,12 @@ class IdealObserver(Policy[Belief]):
     prior: str = "single-parent"
     noise: str = "aware"
     plan: PlanGoal = "steps"
-    persistence: Persistence = "unknown"
+    reading: KnownReading = "unknown"
 
     def __post_init__(self) -> None:
         if self.prior not in PRIORS:
             raise UnknownName("prior", self.prior, PRIORS)
-        noise_model(self.noise)
+        noise_model(self.noise, self.reading)
 
     @classmethod
     def from_options(cls, options: Mapping[str, str]) -> IdealObserver:
@@ -74,7 +75,7 @@ class IdealObserver(Policy[Belief]):
 
     def begin(self, view: View) -> Belief:
         """The prior over the interlocks of this number of joints."""
-        known, noise = interlocks(self.prior, view.joints), noise_model(self.noise, self.persistence)
+        known, noise = interlocks(self.prior, view.joints), noise_model(self.noise, self.reading)
         if self.plan == "steps" and noise.naive:
             planner(known)  # says at the first step whether it can plan at all
         return begin(known, noise)

@@ -17,7 +17,7 @@ class Axis:
     Attributes:
         kind: Name of the intervention, for example ``tremble``; :data:`AGENT` for an option of agents.
         dose: The option that is its dose.
-        options: Its other options, equal in all conditions, as in a spec: ``persistence=sticky``; empty without any.
+        options: Its other options, equal in all conditions, as in a spec: ``others=kept``; empty without any.
         rest: The other interventions, equal in all conditions, as specs joined by plus signs; empty if there are none.
     """
 

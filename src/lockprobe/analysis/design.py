@@ -122,8 +122,13 @@ class Design:
 
     @property
     def factors(self) -> tuple[Factor, ...]:
-        """Options that are no numbers, in which conditions differ alone."""
-        return factors_of(self.arms, self.controls)
+        """Options that are no numbers, in which conditions differ alone; those on the axis of a dose are none."""
+        dosed = [one.doses.keys() for one in self.series if not one.agent]
+        found = (
+            replace(one, groups=tuple(group for group in one.groups if not any(of >= {*group} for of in dosed)))
+            for one in factors_of(self.arms, self.controls)
+        )
+        return tuple(one for one in found if one.groups)
 
     @property
     def series(self) -> tuple[Series, ...]:
@@ -133,5 +138,5 @@ class Design:
 
 
 def _named(one: Series) -> Series:
-    """A series beside the flip axis. Flips without options are of another kind there, which its name says."""
-    return replace(one, axis=replace(FLIPS, options="persistence=transient")) if one.axis == FLIPS else one
+    """A series beside the flip axis. Flips without options are of another reading there, which its name says."""
+    return replace(one, axis=replace(FLIPS, options="others=fresh")) if one.axis == FLIPS else one

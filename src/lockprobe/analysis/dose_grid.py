@@ -109,7 +109,7 @@ def grids(arms: Sequence[SeriesArm]) -> tuple[Grid, ...]:
     for arm in arms:
         for pair in combinations(arm.dosed, 2):
             families.setdefault(arm.family(*pair), []).append((arm, *pair))
-    made = (_grid(members, known) for members in families.values())
+    made = (_grid(members, known) for members in families.values() if _says_both(members))
     return tuple(grid for grid in made if min(len(grid.row_doses), len(grid.column_doses)) > 1)
 
 
@@ -117,6 +117,11 @@ _Dose = tuple[int, str]
 """The place of an intervention, and the name of a dose of it."""
 
 _Crossed = tuple[SeriesArm, _Dose, _Dose]
+
+
+def _says_both(members: Sequence[_Crossed]) -> bool:
+    """Whether each of both doses is said as a number by a condition; a word that stands for one makes a factor."""
+    return all(any(arm.says(*pair[of]) for arm, *pair in members) for of in (0, 1))
 
 
 def _grid(members: Sequence[_Crossed], known: Mapping[tuple[str, tuple[str, ...]], str]) -> Grid:

@@ -47,7 +47,7 @@ class Factor:
 
     @property
     def name(self) -> str:
-        """The intervention and its option, ``flip persistence``."""
+        """The intervention and its option, ``flip others``."""
         return f"{self.kind} {self.option}"
 
 

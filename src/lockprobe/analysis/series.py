@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
+from math import isnan
 
 from lockprobe.analysis.axis import AGENT, Axis
-from lockprobe.doses import can_be_fitted
+from lockprobe.doses import can_be_fitted, dose_of, without_doses
 from lockprobe.record import STATES
 from lockprobe.spec import Spec
 
@@ -35,29 +36,36 @@ class SeriesArm:
 
     @property
     def acting(self) -> tuple[int, ...]:
-        """The places of interventions with an effect. At dose 0 there is none, unless other options change reports."""
-        return tuple(i for i in range(len(self.specs)) if self.dose(i) != 0 or "outcome-only" in str(self.specs[i]))
+        """The places of interventions with an effect. At dose 0 there is none."""
+        return tuple(i for i in range(len(self.specs)) if self.dose(i) != 0)
 
     @property
     def dosed(self) -> tuple[tuple[int, str], ...]:
         """Every dose of an intervention with an effect, as its place and the name of its option."""
-        return tuple((i, dose) for i in self.acting for dose in self.doses[i] if dose in self.specs[i].options)
+        return tuple((i, dose) for i in self.acting for dose in self.doses[i] if not isnan(self.dose(i, dose)))
 
     def without(self, *places: int) -> tuple[str, ...]:
         """The specs of interventions with an effect, except at these places."""
         return tuple(str(self.specs[i]) for i in self.acting if i not in places)
 
     def dose(self, place: int, option: str = "") -> float:
-        """A dose of the intervention at a place, its first one without a name; NaN without a dose."""
-        option = option or next(iter(self.doses[place]), "")
-        return float(self.specs[place].options.get(option, "nan"))
+        """A dose of the intervention at a place, its first one without a name; NaN without a dose.
+
+        A second dose that its spec leaves out is 0.
+        """
+        first = next(iter(self.doses[place]), "")
+        return dose_of(self.specs[place], option or first, first)
+
+    def says(self, place: int, option: str) -> bool:
+        """Whether the spec at a place says an option."""
+        return option in self.specs[place].options
 
     def family(self, *differ: tuple[int, str]) -> tuple[object, ...]:
         """A key that is equal for conditions that differ only in these options, each with its place."""
         acts = []
         for place, option in differ:
             away = [name for at, name in differ if at == place]
-            acts.append((self.specs[place].full_name, option, str(self.specs[place].without(away))))
+            acts.append((self.specs[place].full_name, option, str(without_doses(self.specs[place], away))))
         return *acts, tuple(sorted(self.without(*(at for at, _ in differ)))), self.modality
 
 
@@ -116,7 +124,7 @@ def _series(members: Sequence[tuple[SeriesArm, int, str]], arms: Sequence[Series
         for one in zero[:1]:
             labels.setdefault(0.0, one.label)
     spec = first.specs[place]
-    options = str(spec.without([option])).partition("?")[2]
+    options = str(without_doses(spec, [option])).partition("?")[2]
     return Series(
         axis=Axis(kind=spec.full_name, dose=option, options=options, rest=" + ".join(rest)),
         doses={label: dose for dose, label in sorted(labels.items())},

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.beliefs.exact import SAME, can_plan, planner
-from lockprobe.beliefs.posterior import Belief, entropy
+from lockprobe.beliefs.posterior import OF_OUTCOMES, Belief, compared, entropy
 
 __all__ = ["PlanGoal", "best_joints", "expected_steps", "information", "least", "next_false", "qmdp"]
 
@@ -70,7 +70,7 @@ def information(belief: Belief) -> Floats:
     told[:, :n] = np.where(moves, 1.0 - false, false) * goes_on
     told[:, n:] = goes_on - told[:, :n]
     if belief.states_only:
-        told = _by_position(told, belief.configuration[held])
+        told = _by_position(told, compared(belief)[held])
     kinds = np.ascontiguousarray(belief.possible[:, held])
     both = _gained((kinds / kinds.sum(axis=0) * weights)[:, :, None] * told, _news(belief)[:, held])
     gained = both[:n] + both[n:]
@@ -86,21 +86,21 @@ def next_false(belief: Belief) -> Floats:
     return np.full(len(belief.interlocks), belief.noise.p)
 
 
-def _by_position(told: Floats, configuration: NDArray[np.int64]) -> Floats:
+def _by_position(told: Floats, before: NDArray[np.int64]) -> Floats:
     """Probabilities of the reported position of the attempted joint, from those of the reported outcome.
 
     Args:
         told: Probabilities of the report "moved" for each joint, then of "blocked", shape (interlocks, 2n).
-        configuration: The configuration under each interlock, shape (interlocks,).
+        before: The configuration with which a report is compared, under each interlock, shape (interlocks,).
     """
     n = told.shape[1] // 2
-    away = (configuration[:, None] >> np.arange(n) & 1).astype(bool)
+    away = (before[:, None] >> np.arange(n) & 1).astype(bool)
     moved, blocked = told[:, :n], told[:, n:]
     return np.hstack((np.where(away, blocked, moved), np.where(away, moved, blocked)))
 
 
 def _news(belief: Belief) -> NDArray[np.int64]:
-    """The positions before each attempt that a report would show, shape (kinds, interlocks, n).
+    """The positions before each attempt that a report would show, shape (readings, interlocks, n).
 
     The attempted joint's reported position follows from its position and the reported outcome.
     """
@@ -108,7 +108,8 @@ def _news(belief: Belief) -> NDArray[np.int64]:
     found = np.zeros((len(belief.noise.kinds), len(where), len(bit)), dtype=np.int64)
     if belief.positions is not None:
         for kind, shown in zip(belief.noise.kinds, found, strict=True):
-            shown[:] = where if kind == "transient" else belief.positions & ~bit | where & bit
+            others = where if kind in ("memoryless", "re-observed") else belief.positions
+            shown[:] = others & ~bit | (belief.positions if kind in OF_OUTCOMES else where) & bit
     return found & ~bit if belief.states_only else found
 
 

@@ -7,12 +7,19 @@ prior times the probability of these counts:
 * a number p: every report is false with probability p, independently; k false ones of t have p^k (1 - p)^(t - k).
 * ``aware``: p is unknown, with a uniform prior over [0, 1], and inferred jointly; k of t have k! (t - k)! / (t + 1)!.
 
-The content of a report depends on the kind of flip (:mod:`lockprobe.interventions.flip`). In each kind the position
-told of the attempted joint, with the outcome told, gives its position before. ``transient`` reports also show the
-positions of all others; ``sticky`` ones repeat what was told of them before. Without positions there is the outcome
-alone. With positions and no outcomes (``tell=state``) a report is false if the position told of the attempted joint is,
-whatever comparing it with the last report says. An observer who was not told the kind infers it, from equal odds; a
-naive one takes every position as true. A trial that goes on shows that the target has not moved, whatever was reported.
+The content of a report depends on the reading of a false report (:mod:`lockprobe.interventions.flip`):
+
+* ``memoryless`` and ``latched``: the position told of the attempted joint, with the outcome told, gives its position
+  before. With positions and no outcomes (``tell=state``) a report is false if the position told of the attempted joint
+  is, whatever comparing it with the last report says.
+* ``re-observed`` and ``integrated``: the position told of the attempted joint is the one told before, moved or not as
+  the outcome says. It says no more than the outcome, which ``tell=state`` tells by this comparison.
+* The other positions are true under ``memoryless`` and ``re-observed``; under ``latched`` and ``integrated`` they
+  repeat what was told before.
+
+Without positions there is the outcome alone. An observer who was not told the reading takes positions to be inverted
+and infers from equal odds whether false ones stay (``memoryless`` or ``latched``); a naive one takes every position as
+true. A trial that goes on shows that the target has not moved, whatever was reported.
 
 If no interlock of the prior allows the reports, the observer keeps only the last report. It restarts from the prior at
 the configuration told before it (or the most probable one, if none was told). If that is impossible too, it restarts at
@@ -24,18 +31,34 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from math import inf, lgamma, log
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.beliefs.structures import NEVER, Interlocks, as_mask
 from lockprobe.errors import BadValue
+from lockprobe.validation import check_choice
 
-__all__ = ["Belief", "Noise", "Persistence", "ReportedAttempt", "begin", "entropy", "noise_model", "opened", "update"]
+__all__ = [
+    "OF_OUTCOMES",
+    "Belief",
+    "KnownReading",
+    "Noise",
+    "ReportedAttempt",
+    "begin",
+    "compared",
+    "entropy",
+    "noise_model",
+    "opened",
+    "update",
+]
 
-Persistence = Literal["unknown", "transient", "sticky"]
-"""Whether a false position stays in later reports, as far as an observer was told."""
+KnownReading = Literal["unknown", "memoryless", "latched", "re-observed", "integrated"]
+"""What a false report is, as far as an observer was told."""
+
+OF_OUTCOMES = ("re-observed", "integrated")
+"""The readings that invert outcomes, against what was told before."""
 
 Floats = NDArray[np.float64]
 
@@ -47,12 +70,12 @@ class Noise:
     Attributes:
         name: ``naive``, ``aware`` or a number.
         p: Probability that a report is false, [0, 1]; None if the observer infers it.
-        kinds: The possible kinds of flip.
+        kinds: The possible readings: one, or those that invert positions.
     """
 
     name: str
     p: float | None
-    kinds: tuple[Persistence, ...]
+    kinds: tuple[KnownReading, ...]
 
     @property
     def naive(self) -> bool:
@@ -60,12 +83,12 @@ class Noise:
         return self.p == 0.0
 
 
-def noise_model(name: str, persistence: Persistence = "unknown") -> Noise:
+def noise_model(name: str, reading: KnownReading = "unknown") -> Noise:
     """A noise model by name.
 
     Args:
         name: ``naive``, ``aware``, or a flip probability from 0 to 1; 0 is ``naive``.
-        persistence: The kind of flip that the observer was told; a naive observer ignores it.
+        reading: The reading of a false report that the observer was told; a naive observer ignores it.
 
     Raises:
         BadValue: If it is none of these.
@@ -76,8 +99,9 @@ def noise_model(name: str, persistence: Persistence = "unknown") -> Noise:
         p = inf
     if p is not None and not 0.0 <= p <= 1.0:
         raise BadValue("noise", name, "naive, aware, or a number from 0 to 1")
-    kinds: tuple[Persistence, ...] = ("transient", "sticky") if persistence == "unknown" else (persistence,)
-    return Noise(name=name, p=p, kinds=("transient",) if p == 0.0 else kinds)
+    check_choice("reading", reading, get_args(KnownReading))
+    kinds: tuple[KnownReading, ...] = ("memoryless", "latched") if reading == "unknown" else (reading,)
+    return Noise(name=name, p=p, kinds=("memoryless",) if p == 0.0 else kinds)
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +128,7 @@ class Belief:
     Attributes:
         interlocks: The interlocks of the prior.
         noise: The model of reports.
-        possible: Whether the reports are possible, by kind of flip and interlock, shape (kinds, interlocks).
+        possible: Whether the reports are possible, by reading and interlock, shape (kinds, interlocks).
         configuration: The configuration under each interlock, shape (interlocks,).
         false: The number of false reports under each interlock, of the same shape.
         weights: The posterior probability of every interlock, of the same shape.
@@ -141,7 +165,7 @@ class Belief:
         held = self.possible.any(axis=0)
         arrays = (self.possible, self.configuration * held, self.false * held)
         told = self.told if self.noise.p is None else 0  # with a known p only differences of counts matter
-        positions = None if self.positions is None else self.positions if "sticky" in self.noise.kinds else 0
+        positions = None if self.positions is None else 0 if self.noise.kinds == ("memoryless",) else self.positions
         plain = (self.interlocks.prior, self.interlocks.joints, self.noise, told, positions, self.states_only)
         return (*plain, *(array.tobytes() for array in arrays))
 
@@ -217,12 +241,19 @@ def _moved_as_told(belief: Belief, report: ReportedAttempt) -> NDArray[np.bool_]
     """Whether the joint moved according to the report; under each interlock if only positions are told."""
     if not report.states_only or report.positions is None:
         return report.moved
-    moved: NDArray[np.bool_] = (belief.configuration ^ report.positions) >> report.joint & 1 == 1
+    moved: NDArray[np.bool_] = (compared(belief) ^ report.positions) >> report.joint & 1 == 1
     return moved
 
 
+def compared(belief: Belief) -> NDArray[np.int64]:
+    """The configuration from which the next report says the attempted joint moved or not, shape (interlocks,)."""
+    if belief.noise.kinds[0] in OF_OUTCOMES and belief.positions is not None:
+        return np.full_like(belief.configuration, belief.positions)
+    return belief.configuration
+
+
 def _allows_positions(belief: Belief, report: ReportedAttempt, said: NDArray[np.bool_] | bool) -> NDArray[np.bool_]:
-    """Whether each kind of flip and interlock allows the reported positions, shape (kinds, interlocks)."""
+    """Whether each reading and interlock allows the reported positions, shape (kinds, interlocks)."""
     if report.positions is None:
         return np.ones_like(belief.possible)
     bit = 1 << report.joint
@@ -230,8 +261,14 @@ def _allows_positions(belief: Belief, report: ReportedAttempt, said: NDArray[np.
     if belief.noise.naive:  # it takes the target to be at rest, whatever is told of it
         differs &= ~1
     repeated = belief.positions is None or (report.positions ^ belief.positions) & ~bit == 0
-    shown = {"transient": differs == 0, "sticky": (differs & bit == 0) & repeated}
-    return np.stack([shown[kind] for kind in belief.noise.kinds])
+    follows = (compared(belief) ^ report.positions ^ (said * bit)) & bit == 0
+    shown = {
+        "memoryless": differs == 0,
+        "latched": (differs & bit == 0) & repeated,
+        "re-observed": (differs & ~bit == 0) & follows,
+        "integrated": follows & repeated,
+    }
+    return np.stack([shown[kind] & np.ones_like(differs, bool) for kind in belief.noise.kinds])
 
 
 def _weights(noise: Noise, possible: NDArray[np.bool_], false: NDArray[np.int64], told: int) -> Floats | None:

@@ -54,7 +54,7 @@ _SEEDS = 10_000
 def play(
     box: Annotated[str, typer.Option(help="A box by name, random-N-SEED, or a TOML file.")] = DEFAULT_BOX,
     p: Annotated[float, typer.Option(help="Flip rate: how often reports are false.")] = 0.0,
-    flip: Annotated[FlipKind, typer.Option(help="How long a false report lasts.")] = "transient",
+    flip: Annotated[FlipKind, typer.Option(help="What a false report is.")] = "transient",
     seed: Annotated[int | None, typer.Option(help="Seed of everything (drawn).")] = None,
     max_steps: Annotated[int, typer.Option(help="Budget in steps.")] = 20,
     layout: Annotated[LayoutKind, typer.Option(help="fixed; shuffled: a new panel.")] = "fixed",

@@ -267,7 +267,7 @@ def _enough_trials(
     repetitions = planned.repetitions if "repetitions" in asked else 1
     trials = trials_for(people, len(conditions_of(planned)), repetitions, experiment)
     enough = {"trials": trials, "repetitions": repetitions}
-    by_rate = planned.conditions == flips(planned.p, planned.flip_kind, planned.modalities)
+    by_rate = planned.conditions == flips(planned.p, planned.flip, planned.modalities)
     return enough | ({"p": list(planned.p)} if by_rate else {})
 
 

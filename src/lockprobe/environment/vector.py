@@ -16,6 +16,7 @@ from lockprobe.environment.observation import BLOCKED, Vector
 from lockprobe.environment.settings import EnvironmentSettings, EpisodeKey, read_episode_key, read_settings, whole
 from lockprobe.errors import BadValue
 from lockprobe.interventions.flip import OutcomeFlip
+from lockprobe.interventions.survival import survival
 from lockprobe.interventions.words import TextChannel
 from lockprobe.lockbox.state_space import space_of
 from lockprobe.plan import Names
@@ -152,7 +153,6 @@ class _Boxes:
         self._may_move = space_of(box).may_move
         self._initial = np.array(box.initial, dtype=np.bool_)
         self._start = int(self._initial @ (1 << np.arange(joints)))
-        self._reports_positions = not any(flip.persistence == "outcome-only" for _, flip in self._flips)
         self._tells_positions, self._tells_outcomes = settings.tells_positions, settings.tells_outcomes
         self._is_drawn = settings.study.shuffle or settings.study.layout == "shuffled"
         self._rows = np.arange(count)
@@ -170,7 +170,7 @@ class _Boxes:
     def begin(self, rows: NDArray[np.int64], keys: Sequence[EpisodeKey]) -> None:
         """Begin trials in the given rows."""
         settings = self._settings
-        drawn = [(k, at) for k, (at, flip) in enumerate(self._flips) if 0 < flip.p < 1]
+        drawn = [(k, at) for k, (at, flip) in enumerate(self._flips) if _heeds_luck(flip)]
         if drawn or self._is_drawn:
             for i, key in zip(rows.tolist(), keys, strict=True):
                 plan = settings.plan(key.seed, key.repetition, key.trial)
@@ -202,11 +202,17 @@ class _Boxes:
         """Apply :meth:`OutcomeFlip.perceive`, one flip after the other, in all boxes."""
         outcome, positions = moved, self._positions.copy()
         for (_, flip), luck in zip(self._flips, self._luck, strict=True):
-            flipped = luck[self._rows, self.taken] < flip.p
-            outcome = outcome ^ flipped
+            drawn = luck[self._rows, self.taken]
+            flipped = drawn < flip.p
             attempted = positions[self._rows, actions] ^ flipped
-            if flip.persistence == "sticky" and self._reports_positions:
+            if flip.inverts == "outcome":
+                attempted = self._told[self._rows, actions] ^ outcome ^ flipped
+            outcome = outcome ^ flipped
+            if flip.keep == 1:
                 positions = self._told.copy()
+            elif flip.keep:
+                numbers = [survival(drawn, place) for place in range(positions.shape[1])]
+                positions = np.where(np.stack(numbers, axis=1) < flip.keep, self._told, positions)
             positions[self._rows, actions] = attempted
         self._told = positions
         self._seen[:, 1] = actions + 1
@@ -227,15 +233,22 @@ class _Boxes:
         return {"positions": self._positions.astype(np.int8), "moved": self._moved.copy()}
 
 
+def _heeds_luck(flip: OutcomeFlip) -> bool:
+    """Whether the numbers that a flip draws decide anything."""
+    return 0 < flip.p < 1 or 0 < flip.keep < 1
+
+
 def _flips(settings: EnvironmentSettings) -> list[tuple[int, OutcomeFlip]]:
     """The flips with their numbers among flips; channels of words are not counted."""
     flips: list[tuple[int, OutcomeFlip]] = []
     for channel in settings.chain:
-        if isinstance(channel, OutcomeFlip) and channel == OutcomeFlip(p=channel.p, persistence=channel.persistence):
+        if isinstance(channel, OutcomeFlip) and channel == channel.at_rate(channel.p):
             flips.append((len(flips), channel))
         elif not isinstance(channel, TextChannel):
             what = "condition" if settings.channels is None else "channel"
             raise BadValue(
-                what, channel, 'an OutcomeFlip of p and persistence; vectorization_mode="sync" plays any other'
+                what,
+                channel,
+                'an OutcomeFlip of p, inverts, others and keep; vectorization_mode="sync" plays any other',
             )
     return flips

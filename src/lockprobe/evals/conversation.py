@@ -10,7 +10,6 @@ from lockprobe.agents.prompt import Message, check_template, conversation, instr
 from lockprobe.errors import ReplyFault
 from lockprobe.inputs import read_input
 from lockprobe.interventions.confidence import Confidence
-from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.hypothesis import Hypothesis
 from lockprobe.interventions.prompt import OwnPrompt
 from lockprobe.interventions.warn import Warn
@@ -88,8 +87,7 @@ def instruction(trial: Trial) -> str:
         return f"Joints {', '.join(task.joints)}; the target is {task.target}; {task.budget} steps."
     shown = sum(kind in _SHOWN for kind in trial.opening_pictures)
     tell = _tells(trial)
-    hidden = any(one.get("persistence") == "outcome-only" for one in _named(trial.channels, OutcomeFlip))
-    positions = not shown and not hidden and tell != "outcome"
+    positions = not shown and tell != "outcome"
     return instructions(
         task, positions=positions, outcomes=tell != "state", pictures=shown, briefing=briefing_of(trial)
     )

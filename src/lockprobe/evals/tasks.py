@@ -127,7 +127,7 @@ def _sample(plan: Plan) -> Sample:
         id=sample_id(plan),
         input=instructions(
             task,
-            positions=plan.condition.tells_positions and tell != "outcome",
+            positions=tell != "outcome",
             outcomes=tell != "state",
             pictures=pictures,
         ),

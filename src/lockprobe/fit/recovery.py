@@ -23,13 +23,14 @@ from lockprobe.fit.known_agents import WORLDS, KnownAgent
 from lockprobe.fit.model_comparison import FittedCandidate, compare_models
 from lockprobe.fit.optimise import maximum, parameters
 from lockprobe.fit.result import CLOSE, FitClaim, Parameter
-from lockprobe.interventions.condition import flips
+from lockprobe.interventions.condition import Condition, flips, tells_positions
 from lockprobe.interventions.flip import FlipKind
+from lockprobe.interventions.words import TextChannel
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.families import box
 from lockprobe.plan import Plan
 from lockprobe.plants.symbolic import SymbolicPlant
-from lockprobe.protocols import Agent
+from lockprobe.protocols import Agent, Intervention
 from lockprobe.record import Trial
 from lockprobe.spec import Spec
 from lockprobe.trial import play
@@ -150,11 +151,17 @@ def simulate(agent: str | Agent, design: RecoveryDesign, seed: int) -> list[Tria
 
     async def all_of_them() -> list[Trial]:
         return [
-            await play(plan, plant=SymbolicPlant(plan.box), interventions=plan.condition.made(), agent=player)
+            await play(plan, plant=SymbolicPlant(plan.box), interventions=_acting(plan.condition), agent=player)
             for plan in plans
         ]
 
     return asyncio.run(all_of_them())
+
+
+def _acting(condition: Condition) -> tuple[Intervention, ...]:
+    """What acts, without words, which no model reads; of a blind modality, that positions are not told."""
+    hidden = () if tells_positions(condition.modality) else (TextChannel(tell="outcome"),)
+    return (*condition.made(), *hidden)
 
 
 def recover_parameters(

@@ -73,16 +73,20 @@ def interventions_of(spec: str) -> tuple[Intervention, ...]:
 def spec_of(intervention: Intervention) -> str:
     """The spec of an intervention for :func:`interventions_of`: its doses, and all options not at their defaults.
 
-    >>> [spec_of(one) for one in interventions_of("flip?persistence=sticky + nudge")]
-    ['flip?p=0&persistence=sticky', 'nudge']
+    Options that others imply (``implied``) are left out, so that equal interventions have equal specs.
+
+    >>> [spec_of(one) for one in interventions_of("flip?keep=1 + nudge")]
+    ['flip?p=0&others=kept', 'nudge']
     """
     kind: Any = type(intervention)
     known = {named: name for name, named in shipped().items()}
     name = known.get(kind) or plugin_name_of("intervention", kind)
+    implied: tuple[str, ...] = getattr(intervention, "implied", ())
     options = {
         option.name: in_words(getattr(intervention, option.field))
         for option in options_of(kind)
-        if option.field in getattr(kind, "doses", ()) or getattr(intervention, option.field) != option.default
+        if option.field not in implied
+        and (option.field in getattr(kind, "doses", ()) or getattr(intervention, option.field) != option.default)
     }
     return str(Spec.parse(name, "intervention").adding(options))
 

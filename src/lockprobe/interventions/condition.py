@@ -6,11 +6,12 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import chain, product
 from math import prod
+from typing import get_args
 
-from lockprobe.doses import MODALITY_DOSES, doses_of, flip_rate, modality_doses
+from lockprobe.doses import MODALITY_DOSES, OF_PLAIN_FLIPS, doses_of, flip_rate, modality_doses
 from lockprobe.errors import BadValue
 from lockprobe.interventions.catalogue import TRUTH, interventions_of, spec_of
-from lockprobe.interventions.flip import FlipKind, OutcomeFlip
+from lockprobe.interventions.flip import FlipKind, OutcomeFlip, flip_of
 from lockprobe.protocols import Intervention
 from lockprobe.record import STATES
 from lockprobe.spec import Spec, spec_name, split_specs
@@ -20,12 +21,13 @@ __all__ = [
     "MODALITIES",
     "Condition",
     "Recorded",
-    "default_modality",
+    "blind",
     "distinct",
     "flips",
     "read_condition",
     "says_modality",
     "sweep",
+    "tells_positions",
 ]
 
 MODALITIES = ("symbolic", "rgb", "rgbd")
@@ -80,7 +82,7 @@ class Condition:
     @property
     def spec(self) -> str:
         """The specs joined by plus signs, ``tremble?p=0.1 + nudge?after=2``; ``truth`` without interventions."""
-        shown = () if self.modality == default_modality(*self.specs) else (self.modality,)
+        shown = () if self.modality == STATES else (self.modality,)
         return " + ".join((*self.specs, *shown)) or TRUTH
 
     @property
@@ -110,16 +112,9 @@ class Condition:
 
     @property
     def does_nothing(self) -> bool:
-        """Whether it equals the truth: no intervention, or doses of 0. Reports without positions do not count."""
-        if not self.tells_positions:
-            return False
+        """Whether it equals the truth: no intervention, or doses of 0."""
         options = [Spec.parse(spec, "intervention").options for spec in self.specs]
         return all(doses and float(found[doses[0]]) == 0 for found, doses in zip(options, self.dose_names, strict=True))
-
-    @property
-    def tells_positions(self) -> bool:
-        """Whether reports hold positions, as far as it is known before a trial."""
-        return self.flip is None or self.flip.persistence != "outcome-only"
 
     def made(self) -> tuple[Intervention, ...]:
         """The interventions; those named in settings are constructed.
@@ -134,7 +129,7 @@ def _flip_alone(specs: Sequence[str]) -> OutcomeFlip | None:
     if not specs:
         return OutcomeFlip()
     first = Spec.parse(specs[0], "intervention")
-    if len(specs) > 1 or first.full_name != OutcomeFlip.name or not first.options.keys() <= {"p", "persistence"}:
+    if len(specs) > 1 or first.full_name != OutcomeFlip.name or not first.options.keys() <= OF_PLAIN_FLIPS:
         return None
     (flip,) = interventions_of(specs[0])
     assert isinstance(flip, OutcomeFlip)
@@ -149,32 +144,59 @@ def _made(one: Intervention | Recorded) -> Intervention:
 
 
 def flips(
-    p: Iterable[float], persistence: FlipKind = "transient", modalities: Iterable[str] | None = None
+    p: Iterable[float], kind: FlipKind | OutcomeFlip = "transient", modalities: Iterable[str] | None = None
 ) -> tuple[Condition, ...]:
     """The conditions of the paper's studies: every flip rate in every modality, modalities outermost.
 
-    A flip at rate 0 is left out, which leaves the truth, unless its reports tell no positions, or it says how long the
-    false pictures of a modality last (``rgb?p=0.4``).
+    A flip at rate 0 is left out, which leaves the truth, unless it says what false pictures of a modality are
+    (``rgb?p=0.4``).
 
-    ``p`` holds flip probabilities, [0, 1], and ``modalities`` specs; :func:`default_modality` if none are given.
+    Args:
+        p: Flip probabilities, [0, 1].
+        kind: What a false report is: a word, or a flip whose rate does not count.
+        modalities: Specs; :data:`lockprobe.record.STATES` if none are given. Under ``outcome-only`` they are blind.
+
+    Raises:
+        BadValue: If there is no such kind, or a modality cannot be blind.
     """
-    made = [OutcomeFlip(p=rate, persistence=persistence) for rate in p]
+    like = kind if isinstance(kind, OutcomeFlip) else flip_of(kind)
+    made = [like.at_rate(rate) for rate in p]
+    shown = (STATES,) if modalities is None and kind != "outcome-only" else tuple(modalities or ("symbolic",))
     return tuple(
         Condition(interventions=() if flip.p == 0 and not _says_more(flip, modality) else (flip,), modality=modality)
-        for modality in modalities or (default_modality(persistence),)
+        for modality in (map(blind, shown) if kind == "outcome-only" else shown)
         for flip in made
     )
 
 
 def _says_more(flip: OutcomeFlip, modality: str) -> bool:
-    """Whether a flip at rate 0 is more than the truth."""
-    has_own_rate = "p" in modality_doses(_without_zeros(modality))[1]
-    return flip.persistence == "outcome-only" or (flip.persistence == "sticky" and has_own_rate)
+    """Whether a flip at rate 0 is more than the truth: false pictures are of its reading."""
+    return flip.at_rate(0) != OutcomeFlip() and "p" in modality_doses(_without_zeros(modality))[1]
 
 
-def default_modality(*acting: str) -> str:
-    """The default modality: positions, or outcomes if a flip's kind or a spec is outcome-only."""
-    return "symbolic" if any("outcome-only" in spec for spec in acting) else STATES
+def blind(modality: str) -> str:
+    """The modality without positions, for ``--flip outcome-only``.
+
+    >>> blind("symbolic?form=json")
+    'symbolic?form=json&tell=outcome'
+
+    Raises:
+        BadValue: If it shows positions in any case: a picture, or words that tell positions alone.
+    """
+    spec = Spec.parse(modality, "modality")
+    if spec.full_name != "symbolic" or spec.options.get("tell", "outcome") != "outcome":
+        others = ", ".join(kind for kind in get_args(FlipKind) if kind != "outcome-only")
+        raise BadValue("flip", "outcome-only", f"{others}, with {modality}, which shows positions")
+    return modality if "tell" in spec.options else str(spec.adding({"tell": "outcome"}))
+
+
+def tells_positions(modality: str) -> bool:
+    """Whether a modality shows or tells positions, or only outcomes.
+
+    >>> tells_positions("symbolic"), tells_positions("rgb"), tells_positions("symbolic?tell=outcome")
+    (True, True, False)
+    """
+    return Spec.parse(modality, "modality").options.get("tell") != "outcome"
 
 
 def read_condition(spec: str, name: str = "") -> Condition:
@@ -191,7 +213,7 @@ def read_condition(spec: str, name: str = "") -> Condition:
     if says_modality(spec):
         interventions = interventions_of(" + ".join(acting))
         return Condition(interventions=interventions, modality=_without_zeros(last), name=name)
-    return Condition(interventions=interventions_of(spec), modality=default_modality(spec), name=name)
+    return Condition(interventions=interventions_of(spec), name=name)
 
 
 def says_modality(spec: str) -> bool:

@@ -2,43 +2,67 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar, Literal, get_args
 
 from lockprobe.errors import BadValue
+from lockprobe.interventions.survival import survival
 from lockprobe.record import Moment, Outcome, Percept, Task
 from lockprobe.validation import check_choice, check_probability
 
 if TYPE_CHECKING:  # the options of a study rest on this module, and their help needs no arithmetic
     import numpy as np
 
-__all__ = ["FlipKind", "OutcomeFlip"]
+__all__ = ["READINGS", "FlipKind", "Inverts", "Others", "OutcomeFlip", "flip_of"]
 
-FlipKind = Literal["transient", "sticky", "outcome-only"]
+FlipKind = Literal["transient", "sticky", "outcome-only", "memoryless", "latched", "re-observed", "integrated"]
+"""What ``--flip`` takes: the readings of a false report by the first word of their names, and short words for three
+studies. ``transient`` is memoryless, ``sticky`` is latched; ``outcome-only`` is memoryless and tells no positions."""
 
+Inverts = Literal["position", "outcome"]
+Others = Literal["fresh", "kept", "partly"]
 Only = Literal["moved", "blocked", "any"]
 While = Literal["looping", "always"]
+
+READINGS: Mapping[tuple[Inverts, Others], str] = {
+    ("position", "fresh"): "memoryless state noise",
+    ("position", "kept"): "latched state noise",
+    ("position", "partly"): "partly latched state noise",
+    ("outcome", "fresh"): "re-observed outcome noise",
+    ("outcome", "kept"): "integrated outcome noise",
+    ("outcome", "partly"): "partly integrated outcome noise",
+}
+"""What is inverted, and what becomes of the false positions of other joints -> the name of the reading."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OutcomeFlip:
     """With probability ``p`` the report says the opposite of what the action did (paper, Sec. 3.2).
 
-    The outcome in the report is inverted and so is the reported position of the attempted joint, so that the two
-    agree. The inversion is relative to where the joint really was. The paper leaves open whether a false report
-    persists; each reading is a choice of ``persistence``:
+    The paper leaves open how, in two respects. What is inverted:
 
-    * ``transient``: every report starts from the truth, only the attempted joint can be wrong in it.
-    * ``sticky``: a false position stays in the reports until that joint is attempted again.
-    * ``outcome-only``: the report holds the outcome and no positions.
+    * ``inverts=position``: the outcome in the report and the reported position of the attempted joint are the opposite
+      of the true ones.
+    * ``inverts=outcome``: the opposite outcome is told, and the position that follows from it and from what was told of
+      the joint before. So exactly a share ``p`` of the outcomes that an agent infers by comparing reports is inverted.
+
+    What becomes of the false positions of other joints:
+
+    * ``others=fresh``: their positions are true in every report.
+    * ``others=kept``: they stay as they were last told, until their joint is attempted.
+    * ``keep``: each false one survives a report with this probability; 0 is ``fresh``, 1 is ``kept``.
 
     One number is drawn per attempt whatever the options are, so the flips at a smaller ``p`` are a subset of those at a
-    larger one, and options only leave some of them out. Above p = 0.5 the report is informative again, with its
-    meaning inverted. A report that says nothing is not inverted.
+    larger one, the surviving positions at a smaller ``keep`` are a subset too, and further options only leave some
+    flips out. Above p = 0.5 the report is informative again, with its meaning inverted. A report that says nothing is
+    not inverted.
 
     Attributes:
         p: Flip probability, [0, 1].
-        persistence: What becomes of a false report.
+        keep: Probability that a false position of another joint survives a report, [0, 1].
+        inverts: What is inverted.
+        others: What becomes of the false positions of other joints; ``partly`` with ``keep`` between 0 and 1.
         only: Which outcomes are inverted.
         from_: The first step, from 1, whose report can be inverted; None for the first of all.
         until: The last one; None for the last of all.
@@ -47,14 +71,16 @@ class OutcomeFlip:
             attempts, this one among them, have stood in this order before.
 
     Raises:
-        BadValue: If a value is none of these.
+        BadValue: If a value is none of these, or ``others`` and ``keep`` contradict each other.
     """
 
     name: ClassVar[str] = "flip"
-    doses: ClassVar[tuple[str, ...]] = ("p",)
+    doses: ClassVar[tuple[str, ...]] = ("p", "keep")
     stream: ClassVar[str] = "channel"
     p: float = 0.0
-    persistence: FlipKind = "transient"
+    inverts: Inverts = "position"
+    others: Others = "fresh"
+    keep: float = 0.0
     only: Only = "any"
     from_: int | None = None
     until: int | None = None
@@ -63,14 +89,42 @@ class OutcomeFlip:
 
     def __post_init__(self) -> None:
         check_probability("flip rate p", self.p)
-        check_choice("flip", self.persistence, get_args(FlipKind))
+        check_probability("keep", self.keep)
+        check_choice("inverts", self.inverts, get_args(Inverts))
+        check_choice("others", self.others, get_args(Others))
         check_choice("only", self.only, get_args(Only))
         check_choice("while", self.while_, get_args(While))
+        self._agree()
         for what, step in (("from", self.from_), ("until", self.until), *(("at", step) for step in self.at)):
             if step is not None and step < 1:
                 raise BadValue(what, step, "a step from 1")
         if self.until is not None and self.until < (self.from_ or 1):
             raise BadValue("until", self.until, f"a step from {self.from_}, the first step of the flip")
+
+    def _agree(self) -> None:
+        """Let ``others`` and ``keep`` say the same; each may be said alone."""
+        said: Others = "fresh" if self.keep == 0 else "kept" if self.keep == 1 else "partly"
+        if self.others == "kept" and self.keep == 0:
+            object.__setattr__(self, "keep", 1.0)
+        elif self.others == "fresh":
+            object.__setattr__(self, "others", said)
+        elif self.others != said:
+            raise BadValue("others", self.others, f"none with keep={self.keep:g}, which says it already")
+
+    @property
+    def implied(self) -> tuple[str, ...]:
+        """The option that its spec leaves out, because another one says it."""
+        return ("others",) if self.others == "partly" else ("keep",)
+
+    @property
+    def reading(self) -> str:
+        """What this false report is in the words of the field: ``memoryless state noise``."""
+        name = READINGS[self.inverts, self.others]
+        return f"{name} (keep = {self.keep:g})" if self.others == "partly" else name
+
+    def at_rate(self, p: float, at: tuple[int, ...] = ()) -> OutcomeFlip:
+        """A flip of the same reading at another rate, of all reports or of those of given steps."""
+        return OutcomeFlip(p=p, inverts=self.inverts, keep=self.keep, at=at)
 
     def falls_on(self, step: int) -> bool:
         """Whether the report of this step, from 1, can be inverted."""
@@ -82,11 +136,12 @@ class OutcomeFlip:
 
     def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
         """The percept with its outcome inverted, or not."""
-        flipped = percept.joint is not None and rng.random() < self.p and self._may(percept, past)
+        drawn = 1.0 if percept.joint is None else rng.random()
+        flipped = drawn < self.p and self._may(percept, past)
         outcome: Outcome | None = percept.outcome
         if flipped:
             outcome = "blocked" if percept.outcome == "moved" else "moved"
-        return replace(percept, outcome=outcome, positions=self._positions(percept, past, task, flipped))
+        return replace(percept, outcome=outcome, positions=self._positions(percept, past, task, drawn, flipped))
 
     def _may(self, percept: Percept, past: tuple[Moment, ...]) -> bool:
         if percept.outcome is None or self.only not in ("any", percept.outcome) or not self.falls_on(len(past)):
@@ -94,17 +149,50 @@ class OutcomeFlip:
         return self.while_ == "always" or _continues_a_loop((*(was.attempted for was in past[1:]), percept.joint))
 
     def _positions(
-        self, percept: Percept, past: tuple[Moment, ...], task: Task, flipped: bool
+        self, percept: Percept, past: tuple[Moment, ...], task: Task, drawn: float, flipped: bool
     ) -> tuple[bool, ...] | None:
-        if percept.positions is None or self.persistence == "outcome-only":
+        if percept.positions is None:
             return None
-        believed = percept.positions
-        if self.persistence == "sticky" and past and past[-1].reported.positions is not None:
-            believed = past[-1].reported.positions
-        return tuple(
-            truth ^ flipped if label == percept.joint else earlier
-            for label, truth, earlier in zip(task.joints, percept.positions, believed, strict=True)
-        )
+        last = past[-1].reported.positions if past else None
+        before = percept.positions if last is None else last
+        told = []
+        for place, (label, truth, earlier) in enumerate(zip(task.joints, percept.positions, before, strict=True)):
+            if label != percept.joint:
+                told.append(earlier if earlier != truth and self._survives(drawn, place) else truth)
+            elif self.inverts == "outcome" and last is not None and percept.outcome is not None:
+                told.append(earlier ^ (percept.outcome == "moved") ^ flipped)
+            else:
+                told.append(truth ^ flipped)
+        return tuple(told)
+
+    def _survives(self, drawn: float, place: int) -> bool:
+        """Whether a false position survives the report for which this number was drawn."""
+        return self.keep == 1 or (self.keep > 0 and survival(float(drawn), place) < self.keep)
+
+
+_LIKE: Mapping[str, tuple[Inverts, Others]] = {
+    "transient": ("position", "fresh"),
+    "sticky": ("position", "kept"),
+    "outcome-only": ("position", "fresh"),
+    "memoryless": ("position", "fresh"),
+    "latched": ("position", "kept"),
+    "re-observed": ("outcome", "fresh"),
+    "integrated": ("outcome", "kept"),
+}
+
+
+def flip_of(kind: FlipKind, p: float = 0.0) -> OutcomeFlip:
+    """The flip that a word of ``--flip`` means, at this rate.
+
+    >>> flip_of("sticky", 0.4).reading
+    'latched state noise'
+
+    Raises:
+        BadValue: If there is no such word, or the rate is none.
+    """
+    check_choice("flip", kind, get_args(FlipKind))
+    inverts, others = _LIKE[kind]
+    return OutcomeFlip(p=p, inverts=inverts, others=others)
 
 
 def _continues_a_loop(attempted: tuple[str | None, ...]) -> bool:

@@ -20,7 +20,7 @@ from lockprobe.agents.cognitive import RandomMap, SoftmaxMemory
 from lockprobe.agents.human_inspired import HumanInspired
 from lockprobe.agents.policy import Policy
 from lockprobe.agents.strategies import RandomAgent, RandomNoRepeat, RoundRobin
-from lockprobe.interventions.flip import FlipKind
+from lockprobe.interventions.survival import survival
 from lockprobe.montecarlo.compiled_choices import HUMAN, MAP, NO_REPEAT, PARTS, RANDOM, ROUND_ROBIN, SOFTMAX
 from lockprobe.montecarlo.plain import BoxWorld
 from lockprobe.montecarlo.rules import RULE, SCENE, Integers, Numbers, Rule, Scene, record
@@ -33,6 +33,7 @@ __all__ = [
     "fill",
     "joints_in",
     "jumps",
+    "lasting_in",
     "mixed",
     "numbers_a_step",
     "pays",
@@ -192,10 +193,25 @@ def numbers_a_step(rule: Rule) -> int:
 
 def scene_of(world: BoxWorld) -> Scene:
     """A world as a record of numbers. Distances are rounded as in the human-inspired strategy."""
-    scene = record(SCENE, {"p": world.p, "budget": world.budget, "flip": get_args(FlipKind).index(world.flip)})
+    scene = record(SCENE, {"p": world.flip.p, "budget": world.budget, "kept": int(world.flip.keep)})
     scene.joints, scene.target, scene.states_only = len(world.places), world.target, world.states_only
+    scene.outcome, scene.positions = world.flip.inverts == "outcome", world.tell != "outcome"
     scene.movable[: len(world.movable)] = world.movable
     for j, (x, y) in enumerate(world.places):
         for k, (u, v) in enumerate(world.places):
             scene.far[j, k] = round((u - x) ** 2 + (v - y) ** 2, 9)
     return scene
+
+
+def lasting_in(flips: Numbers, orders: Integers, keep: float) -> Integers:
+    """The joints whose false positions survive each report, one bit each, where some do: shape (trials, budget).
+
+    Args:
+        flips: The numbers that reports draw, shape (trials, budget).
+        orders: The joints as they are listed in each trial, shape (trials, joints).
+        keep: The probability that one survives; with 0 and 1 the result has no columns.
+    """
+    if keep in (0, 1):
+        return np.zeros((len(flips), 0), np.int64)
+    survive = [(survival(flips, place) < keep) << orders[:, place, None] for place in range(orders.shape[1])]
+    return np.asarray(np.sum(survive, axis=0), np.int64)

@@ -28,7 +28,6 @@ __all__ = [
 ]
 
 RANDOM, NO_REPEAT, ROUND_ROBIN, HUMAN, SOFTMAX, MAP = range(6)
-STICKY, OUTCOME_ONLY = 1, 2
 FIRST, LATER = 0, 1
 BY_CONFIGURATION = 1
 SPARE_OPENED, SPARE_MOVED = 0, 1
@@ -42,6 +41,7 @@ def play_trials(
     memory: Memory,
     orders: Integers,
     flips: Numbers,
+    lasting: Integers,
     draws: Numbers,
     steps: NDArray[np.int32],
     solved: NDArray[np.bool_],
@@ -57,6 +57,7 @@ def play_trials(
         memory: Storage for the agent's memory.
         orders: The joints as they are listed in each trial, shape (trials, joints).
         flips: Random numbers of the outcome flip, shape (trials, budget); zero columns without flips.
+        lasting: The joints whose false positions survive each report, one bit each; zero columns if all or none do.
         draws: Random numbers of the agent, shape (trials, most that it can use).
         steps: Output: steps played, shape (trials,).
         solved: Output: whether the box was solved, shape (trials,).
@@ -64,7 +65,7 @@ def play_trials(
         moves: Output: whether each joint moved, the same shape.
         reports: Output: the reported outcomes, the same shape.
     """
-    recorded, noisy = actions.shape[1] > 0, flips.shape[1] > 0
+    recorded, noisy, partly = actions.shape[1] > 0, flips.shape[1] > 0, lasting.shape[1] > 0
     for trial in range(len(steps)):
         forget(rule, memory)
         configuration = shown = 0
@@ -74,16 +75,18 @@ def play_trials(
             joint = choose(scene, rule, memory, order, numbers)
             moved = scene.movable[configuration] >> joint & 1
             flipped = 1 if noisy and flips[trial, step] < scene.p else 0
+            last, wrong = shown, shown ^ configuration
+            kept = lasting[trial, step] if partly else -scene.kept
+            attempted = flipped << joint ^ wrong * scene.outcome
             configuration ^= moved << joint
-            last, others = shown, shown if scene.flip == STICKY else configuration
-            shown = others & ~(1 << joint) | (configuration ^ flipped << joint) & 1 << joint
+            shown = configuration ^ (wrong & kept & ~(1 << joint) | attempted & 1 << joint)
             said = (shown ^ last) >> joint & 1 if scene.states_only else moved ^ flipped
             if recorded:
                 actions[trial, step], moves[trial, step], reports[trial, step] = joint, moved, said
             if moved and joint == scene.target:
                 steps[trial], solved[trial] = step + 1, True
                 break
-            told = NOT_TOLD if scene.flip == OUTCOME_ONLY else shown
+            told = shown if scene.positions else NOT_TOLD
             remember(scene, rule, memory, joint, said, told)
 
 

@@ -10,21 +10,22 @@ from typing import Any, NamedTuple, get_args
 
 from lockprobe.errors import BadValue
 from lockprobe.interventions.catalogue import interventions_of, place_of, spec_of
-from lockprobe.interventions.condition import default_modality
+from lockprobe.interventions.condition import blind
 from lockprobe.interventions.correction import Correction
 from lockprobe.interventions.distract import Distract
 from lockprobe.interventions.drop import Drop
-from lockprobe.interventions.flip import FlipKind, OutcomeFlip
+from lockprobe.interventions.flip import FlipKind, OutcomeFlip, flip_of
 from lockprobe.interventions.force import Force
 from lockprobe.interventions.reword import Reword
 from lockprobe.interventions.tremble import Tremble
-from lockprobe.interventions.words import TextChannel
+from lockprobe.interventions.words import Tell, TextChannel
 from lockprobe.plugins import allow
 from lockprobe.protocols import Intervention
+from lockprobe.record import STATES
 from lockprobe.studies.modality import shown
 from lockprobe.validation import check_choice, check_number
 
-__all__ = ["ConditionChances", "Report", "condition_chances", "tells_states_only"]
+__all__ = ["ConditionChances", "Report", "condition_chances", "told_by"]
 
 _KNOWN = (
     "flip (but while=looping), correction, drop, tremble (but at), force (but joint), reword and what is asked; "
@@ -51,7 +52,7 @@ class ConditionChances:
         odd: Probability of an odd form of the report, with the same random number, [0, 1].
         lost: Probability that a report is lost independently of the flip, [0, 1].
         remarked: Probability of a remark, independently of the flip, [0, 1].
-        states_only: Whether positions are told and no outcomes.
+        tell: Whether positions are told, outcomes, or both.
         hands: Interventions that change the attempted joint, in order.
         asks: Whether an intervention other than ``distract`` acts on what is asked.
     """
@@ -62,7 +63,7 @@ class ConditionChances:
     odd: float = 0.0
     lost: float = 0.0
     remarked: float = 0.0
-    states_only: bool = False
+    tell: Tell = "both"
     hands: tuple[Tremble | Force, ...] = ()
     asks: bool = False
 
@@ -120,11 +121,10 @@ def condition_chances(
     ones = interventions_of(condition) if isinstance(condition, str) else tuple(condition)
     flips = [one for one in ones if isinstance(one, OutcomeFlip)]
     twice = any(sum(one.falls_on(step) for one in flips) > 1 for step in range(1, budget + 1))
-    kinds = {one.persistence for one in flips}
-    if twice or (flips and p > 0) or (len(flips) > 1 and kinds != {"transient"}):
-        raise BadValue(
-            "condition", " + ".join(map(spec_of, ones)), "one transient flip a step at most, and none with p"
-        )
+    lasting = any(one.at_rate(0) != OutcomeFlip() for one in flips)
+    if twice or (flips and p > 0) or (len(flips) > 1 and lasting):
+        expected = "one flip with inverts=position and others=fresh a step at most, and none with p"
+        raise BadValue("condition", " + ".join(map(spec_of, ones)), expected)
     at_the_flips: dict[type[Any], float] = {}
     spoken = {Drop: 1.0, Distract: 1.0}
     for one in ones:
@@ -138,35 +138,34 @@ def condition_chances(
         elif isinstance(one, Drop | Distract | Correction):
             at_the_flips[type(one)] = max(one.p, at_the_flips.get(type(one), 0.0))
     return ConditionChances(
-        flip=flips[0] if flips else OutcomeFlip(p=p, persistence=flip),
+        flip=flips[0] if flips else flip_of(flip, p),
         later=tuple(flips[1:]),
         withheld=at_the_flips.get(Drop, 0.0),
         odd=max(at_the_flips.get(Distract, 0.0), at_the_flips.get(Correction, 0.0)),
         lost=1 - spoken[Drop],
         remarked=1 - spoken[Distract],
-        states_only=tells_states_only(modality, flips[0].persistence if flips else flip),
+        tell=told_by(modality, flip),
         hands=tuple(one for one in ones if isinstance(one, Tremble | Force)),
         asks=any(place_of(type(one)) == "asked" and not isinstance(one, Distract) for one in ones),
     )
 
 
-def tells_states_only(modality: str | None, flip: FlipKind) -> bool:
-    """Whether a modality tells positions and no outcomes; None means the default of studies.
+def told_by(modality: str | None, flip: FlipKind) -> Tell:
+    """What a modality tells; None means the default of studies, and ``outcome-only`` makes it blind.
 
     Raises:
-        UserMistake: If it tells no positions, or shows the box in pictures.
+        UserMistake: If it shows the box in pictures, or shows positions under ``outcome-only``.
     """
     check_choice("flip", flip, get_args(FlipKind))
     if not isinstance(modality, str | None):
         raise BadValue("modality", modality, "a text, such as symbolic")
-    modality = modality or default_modality(flip)
-    channel = shown(modality)
-    if not isinstance(channel, TextChannel) or channel.tell == "outcome":
+    if flip == "outcome-only":
+        modality = blind(modality or "symbolic")
+    channel = shown(modality or STATES)
+    if not isinstance(channel, TextChannel):
         known = "symbolic, or symbolic?tell=state, as which a viewer that sees well plays in pictures"
         raise BadValue("modality", modality, known)
-    if channel.tell == "state" and flip == "outcome-only":
-        raise BadValue("flip", flip, f"transient or sticky with {modality}, which tells positions alone")
-    return channel.tell == "state"
+    return channel.tell
 
 
 _FOLLOWED = (OutcomeFlip, Correction, Drop, Distract, Tremble, Force, Reword)

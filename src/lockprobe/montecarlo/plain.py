@@ -23,13 +23,25 @@ from lockprobe.agents.policy import Policy, Told, View
 from lockprobe.agents.strategies import RandomAgent, RandomNoRepeat
 from lockprobe.agents.worlds import Believer, LoopBreaker, LostHalf
 from lockprobe.errors import BadValue
-from lockprobe.interventions.flip import FlipKind, OutcomeFlip
+from lockprobe.interventions.flip import OutcomeFlip
+from lockprobe.interventions.survival import survival
+from lockprobe.interventions.words import Tell
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.families import find_box
 from lockprobe.plugins import allow
-from lockprobe.validation import check_number, check_whole
+from lockprobe.validation import check_whole
 
-__all__ = ["BoxWorld", "PlainTrial", "heeds_order", "listed", "play_plainly", "policy_of", "reported", "world_of"]
+__all__ = [
+    "BoxWorld",
+    "PlainTrial",
+    "heeds_order",
+    "listed",
+    "play_plainly",
+    "policy_of",
+    "reported",
+    "surviving",
+    "world_of",
+]
 
 LONGEST = 10_000
 
@@ -43,20 +55,23 @@ class BoxWorld:
         target: Index of the target in panel order.
         movable: The joints that may move in each configuration, one bit each, shape (2 ** joints,).
         places: Position of each joint on the panel, shape (joints, 2).
-        p: Flip probability, [0, 1].
-        flip: Kind of outcome flip.
+        flip: The outcome flip: its rate, and what a false report is.
         budget: Budget in steps.
-        states_only: Whether positions are told and no outcomes.
+        tell: Whether positions are told, outcomes, or both.
     """
 
     name: str
     target: int
     movable: tuple[int, ...]
     places: tuple[tuple[float, float], ...]
-    p: float
-    flip: FlipKind
+    flip: OutcomeFlip
     budget: int
-    states_only: bool = False
+    tell: Tell = "both"
+
+    @property
+    def states_only(self) -> bool:
+        """Whether positions are told and no outcomes."""
+        return self.tell == "state"
 
     def view(self, order: tuple[int, ...]) -> View:
         """A policy's view of the task, given the order in which joints (by index in panel order) are listed."""
@@ -89,6 +104,7 @@ def play_plainly(
     view = world.view(order)
     memory: Hashable = policy.begin(view)
     configuration = shown = 0
+    flip, partly = world.flip, 0 < world.flip.keep < 1
     joints: list[int] = []
     moves: list[bool] = []
     reports: list[bool] = []
@@ -96,25 +112,41 @@ def play_plainly(
         place = policy.choose(view, memory, agent)
         joint = order[place]
         moved = bool(world.movable[configuration] >> joint & 1)
-        flipped = channel.random() < world.p
+        drawn = channel.random()
+        flipped = drawn < flip.p
+        lasting = surviving(drawn, order, flip.keep) if partly else -int(flip.keep)
+        last, wrong = shown, reported(flip, configuration ^ shown, joint, lasting, flipped=flipped)
         configuration ^= moved << joint
-        last, shown = shown, reported(world.flip, configuration, shown, joint, flipped=flipped)
+        shown = configuration ^ wrong
         said = bool((shown ^ last) >> joint & 1) if world.states_only else moved != flipped
         joints.append(joint)
         moves.append(moved)
         reports.append(said)
         if moved and joint == world.target:
             return PlainTrial(joints=joints, moved=moves, told_moved=reports, solved=True)
-        shifted = None if world.flip == "outcome-only" else listed(shown, order)
+        shifted = None if world.tell == "outcome" else listed(shown, order)
         told = Told(joint=place, moved=said, shifted=shifted, states_only=world.states_only)
         memory = policy.remember(view, memory, told)
     return PlainTrial(joints=joints, moved=moves, told_moved=reports, solved=False)
 
 
-def reported(flip: FlipKind, configuration: int, before: int, joint: int, *, flipped: bool) -> int:
-    """The configuration as :class:`OutcomeFlip` reports it; only ``sticky`` uses the previous report ``before``."""
-    others = before if flip == "sticky" else configuration
-    return others & ~(1 << joint) | (configuration ^ flipped << joint) & 1 << joint
+def reported(flip: OutcomeFlip, wrong: int, joint: int, lasting: int, *, flipped: bool) -> int:
+    """The joints whose position is false in a report of :class:`OutcomeFlip`, one bit each.
+
+    Args:
+        flip: What a false report is.
+        wrong: The joints whose position was false in the last report.
+        joint: The joint attempted.
+        lasting: The joints whose false positions survive.
+        flipped: Whether the report is inverted.
+    """
+    attempted = flipped << joint ^ (wrong if flip.inverts == "outcome" else 0)
+    return wrong & lasting & ~(1 << joint) | attempted & 1 << joint
+
+
+def surviving(drawn: float, order: tuple[int, ...], keep: float) -> int:
+    """The joints whose false positions survive a report, by the number that it drew; joints are listed in an order."""
+    return sum((survival(drawn, place) < keep) << joint for place, joint in enumerate(order))
 
 
 @lru_cache(maxsize=4096)
@@ -123,17 +155,13 @@ def listed(configuration: int, order: tuple[int, ...]) -> int:
     return sum((configuration >> joint & 1) << place for place, joint in enumerate(order))
 
 
-def world_of(
-    box: str | Path | Lockbox, *, p: float, flip: FlipKind, max_steps: int, states_only: bool = False
-) -> BoxWorld:
-    """The world of a box, given by name, path or value.
+def world_of(box: str | Path | Lockbox, *, flip: OutcomeFlip, max_steps: int, tell: Tell = "both") -> BoxWorld:
+    """The world of a box, given by name, path or value; every report can be inverted by the flip.
 
     Raises:
         UserMistake: If there is no such box, or a value is out of range.
     """
     lockbox = find_box(box)
-    check_number("flip rate p", p)
-    OutcomeFlip(p=p, persistence=flip)
     check_whole("max_steps", max_steps, 1, LONGEST)
     joints = range(len(lockbox.joints))
     movable = []
@@ -145,10 +173,9 @@ def world_of(
         target=lockbox.target_index,
         movable=tuple(movable),
         places=tuple(joint.place for joint in lockbox.joints),
-        p=p,
         flip=flip,
         budget=max_steps,
-        states_only=states_only,
+        tell=tell,
     )
 
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from lockprobe.agents.policy import Policy
 from lockprobe.analysis.loops import LoopMeasures, kernels, measure
 from lockprobe.errors import BadValue
-from lockprobe.interventions.flip import FlipKind
+from lockprobe.interventions.flip import FlipKind, OutcomeFlip, flip_of
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.families import DEFAULT_BOX
 from lockprobe.montecarlo import rules
@@ -28,6 +28,7 @@ from lockprobe.montecarlo.compiled import (
     deepest,
     fill,
     jumps,
+    lasting_in,
     numbers_a_step,
     pays,
     play_blind,
@@ -35,11 +36,11 @@ from lockprobe.montecarlo.compiled import (
     scene_of,
 )
 from lockprobe.montecarlo.compiled_choices import RANDOM, play_trials
-from lockprobe.montecarlo.condition_chances import tells_states_only
+from lockprobe.montecarlo.condition_chances import told_by
 from lockprobe.montecarlo.plain import BoxWorld, heeds_order, play_plainly, policy_of, world_of
 from lockprobe.montecarlo.rules import Rule
 from lockprobe.montecarlo.streams import Counted, FromTree, LuckSource
-from lockprobe.validation import check_choice, check_whole
+from lockprobe.validation import check_choice, check_number, check_whole
 
 __all__ = ["Population", "Streams", "population"]
 
@@ -113,7 +114,7 @@ def population(
     box: str | Path | Lockbox = DEFAULT_BOX,
     *,
     p: float = 0.0,
-    flip: FlipKind = "transient",
+    flip: FlipKind | OutcomeFlip = "transient",
     modality: str | None = None,
     trials: int = 5_000,
     seed: int = 1,
@@ -134,7 +135,7 @@ def population(
         agent: Spec of an agent that is a policy, or a policy.
         box: Name of a box, path of a TOML file, or a box.
         p: Flip probability, [0, 1].
-        flip: Kind of outcome flip.
+        flip: What a false report is: a word, or a flip of every report, whose rate does not count.
         modality: As for :func:`lockprobe.propagate`: ``symbolic?tell=state``, or ``symbolic``, with outcomes too.
         trials: Number of trials.
         seed: Seed of the study.
@@ -151,9 +152,10 @@ def population(
     >>> population("round-robin", trials=100).success
     1.0
     """
-    _check(trials, repetition, seed, streams, threads)
-    policy, states_only = policy_of(agent), tells_states_only(modality, flip)
-    world = world_of(box, p=p, flip=flip, max_steps=max_steps, states_only=states_only)
+    _check(trials, repetition, seed, streams, threads, p)
+    policy, tell = policy_of(agent), told_by(modality, "memoryless" if isinstance(flip, OutcomeFlip) else flip)
+    like = flip if isinstance(flip, OutcomeFlip) else flip_of(flip)
+    world = world_of(box, flip=like.at_rate(p), max_steps=max_steps, tell=tell)
     if record and trials * max_steps > MOST_RECORDED:
         raise BadValue("steps to record", trials * max_steps, f"at most {MOST_RECORDED}")
     found = _empty_columns(trials, max_steps if record else 0)
@@ -169,7 +171,8 @@ def population(
     )
 
 
-def _check(trials: int, repetition: int, seed: int, streams: str, threads: int | None) -> None:
+def _check(trials: int, repetition: int, seed: int, streams: str, threads: int | None, p: float) -> None:
+    check_number("flip rate p", p)
     check_choice("streams", streams, get_args(Streams))
     check_whole("trials", trials, 1, MOST_TRIALS)
     check_whole("repetition", repetition, 1)
@@ -210,7 +213,7 @@ def _play(
     """Play the trials by the fastest available method, with as many random numbers as this policy can need."""
     rule = rule_of(policy)
     swift = rule is not None and pays(len(found.steps) * world.budget)
-    joints, flips = len(world.places), world.budget if world.p or not swift else 0
+    joints, flips = len(world.places), world.budget if world.flip.p or not swift else 0
     draws = 0 if rule is None else world.budget * numbers_a_step(rule)
     source: LuckSource
     if streams == "study":
@@ -260,9 +263,8 @@ def _play_compiled(world: BoxWorld, rule: Rule, source: LuckSource, found: _Colu
         def piece(first: int) -> None:
             steps, solved, actions, moved, told_moved = _rows(found, first, trials)
             orders, flips, draws = source.block(first, len(steps))
-            play(
-                scene, rule, rules.record(rules.MEMORY), orders, flips, draws, steps, solved, actions, moved, told_moved
-            )
+            room, lasting = rules.record(rules.MEMORY), lasting_in(flips, orders, world.flip.keep)
+            play(scene, rule, room, orders, flips, lasting, draws, steps, solved, actions, moved, told_moved)
 
     piece(0)  # compiles, once
     others = range(trials, len(found.steps), trials)

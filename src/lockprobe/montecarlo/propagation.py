@@ -85,12 +85,13 @@ def propagate(
         agent: Spec of an agent that is a policy, or a policy.
         box: Name of a box, path of a TOML file, or a box.
         p: Flip probability, [0, 1].
-        flip: Kind of outcome flip.
+        flip: What a false report is.
         condition: Further interventions: ``flip`` with every option except ``while``, ``drop``, ``tremble``, ``force``,
             ``reword``, ``correction``, and everything asked, which few policies heed. Several flips at different steps
             make a flip rate that changes: ``flip?p=0.4&until=7 + flip?p=1&at=8``.
         modality: How the box is shown: ``symbolic?tell=state`` (positions only; policies compare them, as they do with
-            pictures that they see well) or ``symbolic`` (outcomes too). The default is that of studies.
+            pictures that they see well), ``symbolic`` (outcomes too) or ``symbolic?tell=outcome`` (no positions). The
+            default is that of studies.
         max_steps: Budget in steps.
         listing: ``shuffled`` averages over all orders of the listing, where the order matters.
         most_states: Largest number of states.
@@ -106,8 +107,7 @@ def propagate(
     check_whole("max_steps", max_steps, 1, LONGEST)
     check_whole("most_states", most_states, 1)
     chances = condition_chances(condition, p, flip, modality, budget=max_steps)
-    flip = chances.flip.persistence
-    policy, world = policy_of(agent), world_of(box, p=chances.flip.p, flip=flip, max_steps=max_steps)
+    policy, world = policy_of(agent), world_of(box, flip=chances.flip, max_steps=max_steps, tell=chances.tell)
     if chances.asks and policy.heeds_remarks:
         expected = "distract alone of what is asked, for an agent that heeds remarks; sample it (lockprobe.run_trial)"
         raise BadValue("condition", condition, expected)
@@ -122,14 +122,14 @@ def propagate(
             apart[step] += differs / len(orders)
         states += len(chain.transitions)
     shares = tuple(part / (1 - done) if 1 - done > ROUNDING else 0.0 for part, done in zip(apart, solved, strict=True))
-    return Propagation(solved=tuple(solved), apart=None if flip == "outcome-only" else shares, states=states)
+    return Propagation(solved=tuple(solved), apart=None if world.tell == "outcome" else shares, states=states)
 
 
 class _State(NamedTuple):
     """A state of the Markov chain; configurations are numbers as in :mod:`lockprobe.montecarlo.plain`."""
 
     configuration: int
-    told: int | None  # heeded by the next report where false positions persist; None where the last one told none
+    wrong: int  # the joints told falsely, as far as the next report heeds them; none where the last one told nothing
     compared: int  # what the next report is compared with where states alone are told, else 0
     memory: Hashable
 
@@ -218,22 +218,34 @@ class _MarkovChain:
             if (phase, moved) not in self._reports:
                 self._reports[phase, moved] = self._condition.reports(step, moved=moved)
             for report in self._reports[phase, moved]:
-                yield self._after_report(state, configuration, place, moved, report, chance * report.chance)
+                for lasting, share in self._lasting(state.wrong & ~(1 << joint) if report.inverted is not None else 0):
+                    told = chance * report.chance * share
+                    yield self._after_report(state, configuration, place, moved, report, lasting, told)
+
+    def _lasting(self, wrong: int) -> list[tuple[int, float]]:
+        """The false positions that survive a report, of those of joints that are not attempted, and how probably."""
+        keep = self._world.flip.keep
+        if keep in (0, 1):
+            return [(wrong if keep else 0, 1.0)]
+        found = [(0, 1.0)]
+        for bit in (1 << joint for joint in self._order if wrong >> joint & 1):
+            found = [one for kept, share in found for one in ((kept | bit, share * keep), (kept, share * (1 - keep)))]
+        return found
 
     def _after_report(
-        self, state: _State, configuration: int, place: int, moved: bool, given: Report, chance: float
+        self, state: _State, configuration: int, place: int, moved: bool, given: Report, lasting: int, chance: float
     ) -> _Transition:
         """The transition after a report, with its probability."""
-        sticky, states_only = self._world.flip == "sticky", self._condition.states_only
+        flip, states_only, positions = self._world.flip, self._world.states_only, self._world.tell != "outcome"
         inverted, odd, _ = given
         if inverted is None:
             memory = self._policy.remember_silence(self._view, state.memory, place)
-            return _Transition(_State(configuration, None if sticky else 0, state.compared, memory), chance)
-        before = configuration if state.told is None else state.told
-        told = reported(self._world.flip, configuration, before, self._order[place], flipped=inverted)
-        shifted = None if self._world.flip == "outcome-only" else listed(told, self._order)
+            return _Transition(_State(configuration, 0, state.compared, memory), chance)
+        wrong = reported(flip, state.wrong, self._order[place], lasting, flipped=inverted) if positions else 0
+        told = configuration ^ wrong
         said = bool((told ^ state.compared) >> self._order[place] & 1) if states_only else moved != inverted
+        shifted = listed(told, self._order) if positions else None
         report = Told(joint=place, moved=said, shifted=shifted, states_only=states_only, odd=odd)
         memory = self._policy.remember(self._view, state.memory, report)
-        after = _State(configuration, told if sticky else 0, told if states_only else 0, memory)
-        return _Transition(after, chance, told != configuration)
+        heeded = wrong if flip.keep or flip.inverts == "outcome" else 0
+        return _Transition(_State(configuration, heeded, told if states_only else 0, memory), chance, wrong != 0)

@@ -30,7 +30,9 @@ SCENE = np.dtype(
     [
         ("joints", np.int64),
         ("target", np.int64),
-        ("flip", np.int64),
+        ("outcome", np.int64),
+        ("kept", np.int64),
+        ("positions", np.int64),
         ("budget", np.int64),
         ("states_only", np.int64),
         ("p", np.float64),
@@ -40,7 +42,8 @@ SCENE = np.dtype(
 )
 """A box and what is told of it: :class:`lockprobe.montecarlo.plain.BoxWorld`.
 
-``flip`` is the kind by its place among them; ``states_only`` is 0 or 1; ``movable`` the joints that may move in each
+``outcome`` (outcomes are inverted), ``kept`` (all false positions survive), ``positions`` (they are told) and
+``states_only`` are 0 or 1; ``movable`` the joints that may move in each
 configuration; ``far`` the squared distance of every two joints on the panel.
 """
 

@@ -109,17 +109,10 @@ def _extra_plan(study: Study, name: str, box: Lockbox, modality: str) -> Plan:
         name=name,
         agents=(PEOPLE,),
         box=box,
-        conditions=(_true_reports(study, modality),),
+        conditions=(Condition(modality=modality),),
         repetitions=1,
         trials=1,
         seed=integer_seed(study.seed, "people", name),
         layout="fixed",
     )
     return alone.plan(PEOPLE, alone.conditions[0], 1, 1)
-
-
-def _true_reports(study: Study, modality: str) -> Condition:
-    """True reports that hold as much as those of the study in a modality: a flip can leave the positions out."""
-    shown = (one for one in study.conditions_of(PEOPLE) if true_modality(one.modality) == modality)
-    flip = next((one.flip for one in shown if one.flip is not None and not one.tells_positions), None)
-    return Condition(interventions=() if flip is None else (replace(flip, p=0.0),), modality=modality)

@@ -18,9 +18,12 @@ from lockprobe.analysis.modalities import ModalityEffect, spoken
 from lockprobe.analysis.proportions import ALPHA, Paired, Proportion, proportion
 from lockprobe.analysis.summary import AgentSummary, StudySummary
 from lockprobe.formatting import capital, change, listed, p_value, percent
+from lockprobe.interventions.condition import tells_positions
+from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.prose.doses import at_dose, cause
 from lockprobe.prose.subject import Subject, subject_of
 from lockprobe.prose.success import alike_said
+from lockprobe.record import STATES
 
 __all__ = [
     "Varied",
@@ -64,24 +67,30 @@ _VARIED = {
 }
 
 _POSITION = "the reported position of the attempted joint is inverted"
-
-_FLIPPED = {"sticky": f"{_POSITION} until its next attempt", "outcome-only": "the reported outcome is inverted"}
-"""What a flip inverts, by its kind, where that is not the position alone."""
+_OUTCOME = "the reported outcome is inverted"
 
 
 Varied = Literal["flips", "modalities", "conditions", "nothing"]
 """What differs between the conditions of a study."""
 
 
-def trial_said(budget: int, varied: Varied, flip: str = "transient") -> str:
+def trial_said(
+    budget: int, varied: Varied, flip: OutcomeFlip | None = None, modalities: Sequence[str] = (STATES,)
+) -> str:
     """What happens in a trial, and what is varied.
 
     Args:
         budget: Steps of a trial.
         varied: What differs between conditions.
-        flip: The kind of flip.
+        flip: What a false report is; by default the reported position is inverted in one report.
+        modalities: How the box is shown.
     """
-    told = _VARIED[varied].format(flipped=_FLIPPED.get(flip, _POSITION))
+    inverted = _POSITION
+    if not any(map(tells_positions, modalities)) or (flip and flip.inverts == "outcome"):
+        inverted = _OUTCOME
+    elif flip and flip.others == "kept":
+        inverted = f"{_POSITION} until its next attempt"
+    told = _VARIED[varied].format(flipped=inverted)
     return f"An agent has {budget} step{'s' * (budget != 1)} to open a box whose joints lock each other. {told}"
 
 

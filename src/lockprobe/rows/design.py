@@ -67,7 +67,7 @@ class Design(Part):
     conditions: tuple[Condition, ...] = Field(description="Its conditions, in the order of the settings.")
     players: tuple[Player, ...] = Field(description="The agents that have trials, each in each of its modalities.")
     axes: tuple[DoseAxis, ...] = Field(default=(), description="The doses; flip rates first.")
-    flip_kind: str = Field(default="", description="What becomes of a false report.")
+    flip_kind: str = Field(default="", description="What a false report is.")
 
 
 class Progress(Part):

@@ -173,7 +173,7 @@ def _label(trial: Trial, arm: str) -> str:
 
 
 def arm_interventions(arm: str, at: int, condition: Condition, label: str = "") -> tuple[Intervention, ...]:
-    """The interventions of an arm. The kind of flip stays that of the condition, because of its later effects.
+    """The interventions of an arm. What a false report is stays that of the condition, because of its later effects.
 
     Args:
         arm: One of :data:`TOLD` or :data:`ACTS`, which include ``force=JOINT``.
@@ -192,11 +192,11 @@ def arm_interventions(arm: str, at: int, condition: Condition, label: str = "") 
         raise BadValue("told", arm, f"{', '.join(_PICTURED)} with {condition.modality}: a picture cannot be {arm}")
     spec = (TOLD.get(arm) or ACTS.get(kind, "")).format(at=at, after=at + 1, joint=label)
     flips = [one for one in condition.made() if isinstance(one, OutcomeFlip)]
-    kept = flips[0].persistence if flips else "transient"
+    like = flips[0] if flips else OutcomeFlip()
     made = interventions_of(spec)
     if arm == "lie":
-        return (OutcomeFlip(p=1.0, persistence=kept, at=(at,)),)
-    return made if kept == "transient" else (OutcomeFlip(persistence=kept), *made)
+        return (like.at_rate(1.0, at=(at,)),)
+    return made if like.at_rate(0.0) == OutcomeFlip() else (like.at_rate(0.0), *made)
 
 
 def branching(

@@ -13,7 +13,7 @@ from hashlib import sha256
 from pathlib import Path
 
 from lockprobe.analysis.design import Design
-from lockprobe.doses import modality_doses
+from lockprobe.doses import OF_PLAIN_FLIPS, modality_doses
 from lockprobe.errors import BadFile, BadValue
 from lockprobe.interventions.condition import Condition, Recorded
 from lockprobe.interventions.prompt import OwnPrompt
@@ -152,12 +152,9 @@ def _shared(condition: Condition) -> SharedCondition:
 
 
 def _is_idle(spec: str, doses: Sequence[str], modality: str) -> bool:
-    """Whether an intervention has a first dose of 0 and nothing else that changes reports.
-
-    Flips of outcomes alone take the positions from reports, and the kind of flips says how long false pictures last.
-    """
+    """Whether an intervention has a first dose of 0, and does not say what false pictures of the modality are."""
     options = Spec.parse(spec, "intervention").options
-    says_more = "outcome-only" in spec or ("persistence" in options and "p" in modality_doses(modality)[1])
+    says_more = options.keys() & (OF_PLAIN_FLIPS - {"p"}) and "p" in modality_doses(modality)[1]
     return bool(doses) and float(options.get(doses[0], 1)) == 0 and not says_more
 
 

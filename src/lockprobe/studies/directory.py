@@ -19,7 +19,7 @@ from typing import Self
 from lockprobe.errors import BadFile, DirectoryBusy, SettingsChanged
 from lockprobe.inputs import parse_json, read_input
 from lockprobe.interventions.catalogue import TRUTH
-from lockprobe.interventions.condition import default_modality
+from lockprobe.record import STATES
 from lockprobe.storage.atomic_file import write_file
 from lockprobe.storage.links import refuse_links
 from lockprobe.studies.call_log import ASKED, CALLS
@@ -246,8 +246,8 @@ def _conditions_said(conditions: object) -> str:
 def _condition_said(condition: Mapping[str, object]) -> str:
     acting = condition.get("interventions")
     specs = [str(one.get("spec")) for one in acting if isinstance(one, dict)] if isinstance(acting, list) else []
-    shown = str(condition.get("modality", default_modality(*specs)))
-    said = specs if shown == default_modality(*specs) else [*specs, shown]
+    shown = str(condition.get("modality", STATES))
+    said = specs if shown == STATES else [*specs, shown]
     acts, name = " + ".join(said) or TRUTH, str(condition.get("name", ""))
     return f"{name}={acts}" if name else acts
 

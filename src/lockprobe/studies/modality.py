@@ -20,7 +20,7 @@ from lockprobe.interventions.condition import MODALITIES, Condition
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.words import TextChannel
 from lockprobe.plants.catalogue import PlantSource
-from lockprobe.protocols import Channel, Intervention
+from lockprobe.protocols import Intervention
 from lockprobe.spec import Spec, spec_name, with_options
 
 __all__ = [
@@ -127,25 +127,14 @@ def interventions_for(condition: Condition) -> tuple[Intervention, ...]:
     channel, own = _read(condition.modality)
     acting = condition.made()
     flips = [one for one in acting if isinstance(one, OutcomeFlip)]
-    _check_tellable(condition.modality, channel, own, flips)
+    if own and any(one.p for one in flips):
+        rates = [one.p for one in flips]
+        raise BadValue("p", rates, f"0 with {condition.modality}, which has a flip rate of its own")
     if isinstance(channel, CameraChannel):
-        persistence = flips[0].persistence if flips else "transient"
+        like = flips[0] if flips else OutcomeFlip()
         acting = tuple(one for one in acting if not (isinstance(one, OutcomeFlip) and one.p == 0))
-        acting = ((OutcomeFlip(p=own, persistence=persistence),) if own else ()) + acting
+        acting = ((like.at_rate(own),) if own else ()) + acting
     return with_words(acting, channel)
-
-
-def _check_tellable(modality: str, channel: Channel, own: float, flips: Sequence[OutcomeFlip]) -> None:
-    """Refuse conditions that leave nothing to be told, or flip twice."""
-    rates = [one.p for one in flips]
-    if own and any(rates):
-        raise BadValue("p", rates, f"0 with {modality}, which has a flip rate of its own")
-    if not any(one.persistence == "outcome-only" for one in flips):
-        return
-    if isinstance(channel, CameraChannel) and (own or any(rates)):
-        raise BadValue("flip", "outcome-only", f"transient or sticky with {modality}: a picture shows positions")
-    if isinstance(channel, TextChannel) and channel.tell == "state":
-        raise BadValue("flip", "outcome-only", f"transient or sticky with {modality}, which tells positions alone")
 
 
 def taken_in(agent: str, modalities: Iterable[str]) -> tuple[str, ...]:

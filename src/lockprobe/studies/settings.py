@@ -10,9 +10,10 @@ from typing import Annotated, Any
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from lockprobe.errors import BadFile, BadValue, UserMistake
+from lockprobe.interventions.catalogue import shipped
 from lockprobe.interventions.condition import Condition, Recorded
 from lockprobe.lockbox.boxfile import box_from_data
-from lockprobe.spec import Spec, split_specs
+from lockprobe.spec import Spec, spec_name, split_specs
 from lockprobe.studies.directory import read_settings
 from lockprobe.studies.study import LARGEST_SEED, Study
 from lockprobe.validation import plain
@@ -102,12 +103,18 @@ def _conditions(found: _Settings) -> tuple[Condition, ...]:
         _check(act)
     return tuple(
         Condition(
-            interventions=tuple(Recorded(spec=act.spec, doses=tuple(act.doses)) for act in one.interventions),
+            interventions=tuple(Recorded(spec=act.spec, doses=_doses(act)) for act in one.interventions),
             modality=one.modality,
             name=one.name,
         )
         for one in found.conditions
     )
+
+
+def _doses(act: _Intervention) -> tuple[str, ...]:
+    """All doses of an intervention of Lockprobe, said or left out; of other packages' those on record."""
+    own = shipped().get(spec_name(act.spec))
+    return tuple(act.doses) if own is None or not act.doses else tuple(own.doses)
 
 
 def _check(act: _Intervention) -> None:

@@ -10,8 +10,8 @@ from typing import get_args
 from lockprobe.agents.catalogue import is_strategy
 from lockprobe.doses import DOSES_SAID, can_be_fitted
 from lockprobe.errors import BadValue, UnknownName
-from lockprobe.interventions.condition import Condition
-from lockprobe.interventions.flip import FlipKind
+from lockprobe.interventions.condition import Condition, tells_positions
+from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.lockbox.box import LayoutKind, Lockbox
 from lockprobe.lockbox.layouts import redealt
 from lockprobe.plan import Plan
@@ -150,9 +150,14 @@ class Study:
         return len(self.flip_axis) == len(self.conditions)
 
     @property
-    def flip_kind(self) -> FlipKind:
-        """The kind of outcome flip of those conditions."""
-        return _flip_kind(self.flip_axis)
+    def flip(self) -> OutcomeFlip:
+        """What a false report is in those conditions: a flip at rate 0."""
+        return _reading(self.flip_axis)
+
+    @property
+    def flip_kind(self) -> str:
+        """What a false report is in those conditions, in the words of the field: ``memoryless state noise``."""
+        return self.flip.reading if any(map(tells_positions, self.modalities)) else "outcomes without positions"
 
     @property
     def modalities(self) -> tuple[str, ...]:
@@ -394,27 +399,33 @@ def _acted(specs: Sequence[str]) -> list[str]:
 
 
 def flip_axis(conditions: Sequence[Condition]) -> tuple[Condition, ...]:
-    """Flips of one kind and the truth: each rate once in each modality. Of several kinds, that of the first flip."""
+    """Flips of one reading and the truth: each rate once in each modality. Of several, that of the first flip."""
     flips = [one for one in conditions if one.p is not None]
-    kind = _flip_kind(flips)
+    reading = _reading(flips)
     found: dict[tuple[str, float | None], Condition] = {}
     for one in flips:
-        if not one.specs or (one.flip is not None and one.flip.persistence == kind):
+        if not one.specs or (one.flip is not None and one.flip.at_rate(0) == reading):
             found.setdefault((one.modality, one.p), one)
     return tuple(found.values())
 
 
-def _flip_kind(flips: Sequence[Condition]) -> FlipKind:
-    return next((one.flip.persistence for one in flips if one.specs and one.flip is not None), "transient")
+def _reading(flips: Sequence[Condition]) -> OutcomeFlip:
+    return next((one.flip.at_rate(0) for one in flips if one.specs and one.flip is not None), OutcomeFlip())
 
 
 def _settings_of(condition: Condition) -> dict[str, object]:
     """A condition as JSON holds it: enough to read records by, whatever of it can be imported there."""
     acting = [
-        {"spec": spec, **({"doses": list(doses)} if doses else {})}
+        {"spec": spec, **({"doses": said} if (said := _said(spec, doses)) else {})}
         for spec, doses in zip(condition.specs, condition.dose_names, strict=True)
     ]
     return {"name": condition.name, "interventions": acting, "modality": condition.modality}
+
+
+def _said(spec: str, doses: Sequence[str]) -> list[str]:
+    """The first dose of an intervention, and the others that its spec says as a number."""
+    options = Spec.parse(spec, "intervention").options
+    return [dose for dose in doses if dose == doses[0] or dose in options]
 
 
 def joined_agents(there: Sequence[str], asked: Sequence[str]) -> tuple[str, ...]:

@@ -130,7 +130,13 @@ class StudyOptions(BaseModel):
     repetitions: Annotated[Whole | None, _about("Repetitions (3).")] = None
     seed: Annotated[Whole | None, _about("Seed of everything (1).")] = None
     max_steps: Annotated[Whole | None, _about("Budget of a trial in steps (20).")] = None
-    flip: Annotated[FlipKind | None, _about("A false report is transient, sticky or outcome-only (transient).")] = None
+    flip: Annotated[
+        FlipKind | None,
+        _about(
+            "What a false report is: memoryless or transient, latched or sticky, re-observed, integrated; or "
+            "outcome-only, without positions (transient)."
+        ),
+    ] = None
     plant: Annotated[
         str | None,
         _about(

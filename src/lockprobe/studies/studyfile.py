@@ -13,17 +13,17 @@ from typing import Any, NamedTuple, TypeVar
 from lockprobe.agents.catalogue import resolve
 from lockprobe.doses import DOSES_SAID, can_be_fitted, modality_doses
 from lockprobe.errors import BadValue, UnknownName, UserMistake
-from lockprobe.interventions.catalogue import TRUTH, shipped, spec_of
+from lockprobe.interventions.catalogue import TRUTH, shipped
 from lockprobe.interventions.condition import (
     Condition,
-    default_modality,
+    blind,
     distinct,
     flips,
     read_condition,
     says_modality,
     sweep,
 )
-from lockprobe.interventions.flip import FlipKind, OutcomeFlip
+from lockprobe.interventions.flip import FlipKind, OutcomeFlip, flip_of
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.boxfile import box_from_data
 from lockprobe.lockbox.check import fault_of
@@ -31,6 +31,7 @@ from lockprobe.lockbox.families import find_box
 from lockprobe.plants.catalogue import PlantSource, resolve_plant
 from lockprobe.plugins import allow
 from lockprobe.protocols import Intervention
+from lockprobe.record import STATES
 from lockprobe.spec import Spec, spec_name
 from lockprobe.studies import paper
 from lockprobe.studies.agent_names import named_agents
@@ -80,6 +81,8 @@ def study(asked: StudyOptions | str | Path = "flips", /, **options: Any) -> Stud
     _check_lengths(request)
     plant = resolve_plant(_plant(request))
     modalities = tuple(_given(request.modality, _shown_by_default(request, plant, modal=modal)))
+    if request.flip == "outcome-only":
+        modalities = tuple(map(blind, modalities))
     extent = paper.MODALITY_TRIALS if modal else EXTENT if request.study == "why" else _flips_extent(request)
     written = request.agent if request.agent is not None else _players_by_default(request.study, modalities)
     agents, names = named_agents(written)
@@ -208,7 +211,7 @@ def _conditions(request: StudyOptions, extent: paper.Extent, modalities: Sequenc
         return _arms(request, p, modalities)
     if request.condition is None and request.sweep is None:
         return flips(p, flip, modalities)
-    rates = flips(p, flip) if request.p is not None else ()
+    rates = flips(p, flip_of(flip)) if request.p is not None else ()
     return _with_controls([*(_Asked(one, shown=False) for one in rates), *_asked(request)], modalities)
 
 
@@ -250,7 +253,7 @@ def _arms(request: StudyOptions, p: Sequence[float], modalities: Sequence[str]) 
     for what, values in (("p", p), ("modality", modalities)):
         if len(values) > 1:
             raise BadValue(what, list(values), "one, which all arms have")
-    if request.flip not in (None, "transient"):
+    if request.flip is not None and (request.flip == "outcome-only" or flip_of(request.flip) != OutcomeFlip()):
         raise BadValue("flip", request.flip, "transient, the only kind that can be corrected")
     (shown,) = modalities
     arms, asked = arm_conditions(p[0], shown), _asked(request)
@@ -273,6 +276,7 @@ def _one_condition(asked: str | Condition | Sequence[Intervention] | None, reque
     (p,) = _given(request.p, paper.ONE_TRIAL.p)
     if not asked:
         return flips((p,), _flip(request), request.modality)[0]
+    blinded = _flip(request) == "outcome-only"
     said = isinstance(asked, str) and says_modality(asked)
     if isinstance(asked, str):
         asked = read_condition(asked)
@@ -281,20 +285,19 @@ def _one_condition(asked: str | Condition | Sequence[Intervention] | None, reque
         raise BadValue("p", p, "0 with a condition that flips reports itself")
     if request.flip is not None and not p:
         raise BadValue("flip", request.flip, "a flip rate p with it, where a condition says what else acts")
-    unsaid = not said and found.modality == default_modality(*found.specs)
+    unsaid = not said and found.modality == STATES
     if p:
-        flip = OutcomeFlip(p=p, persistence=_flip(request))
-        found = replace(found, interventions=(flip, *found.interventions))
+        found = replace(found, interventions=(flip_of(_flip(request), p), *found.interventions))
     if unsaid:
-        (shown,) = _given(request.modality, [default_modality(*found.specs)])
-        return replace(found, modality=shown)
+        (shown,) = _given(request.modality, ["symbolic" if blinded else STATES])
+        return replace(found, modality=blind(shown) if blinded else shown)
     if request.modality is not None and request.modality != [found.modality]:
         raise BadValue("modality", request.modality[0], f"none with a condition that says {found.modality} itself")
     return found
 
 
 def _composed(acting: Sequence[Intervention]) -> Condition:
-    return Condition(interventions=tuple(acting), modality=default_modality(*map(spec_of, acting)))
+    return Condition(interventions=tuple(acting))
 
 
 def _with_controls(found: Sequence[_Asked], modalities: Sequence[str]) -> tuple[Condition, ...]:
@@ -356,7 +359,7 @@ def _shown_by_default(request: StudyOptions, plant: PlantSource, *, modal: bool)
     """The paper's modalities in the modality study, as far as the plant has a camera; reports in words in others."""
     if modal and plant.has_camera:
         return paper.MODALITIES
-    return (default_modality(request.flip or "", *request.acting, *(request.sweep or ())),)
+    return ("symbolic" if request.flip == "outcome-only" else STATES,)
 
 
 def _players_by_default(study: str, modalities: tuple[str, ...]) -> tuple[str, ...]:

@@ -96,9 +96,9 @@ def test_rows_at_a_dose_hold_all_doses_of_the_condition_and_its_modality(tmp_pat
 
 
 def test_two_kinds_of_flips_are_told_apart(tmp_path):
-    sticky = [f"flip?p={p}&persistence=sticky" for p in (0.2, 0.4, 0.6)]
+    sticky = [f"flip?p={p}&others=kept" for p in (0.2, 0.4, 0.6)]
     found = found_in(tmp_path, agent=[READER], p=[0, 0.2, 0.4], condition=sticky, **SMALL)
-    assert [axis.key for axis in found.design.axes] == ["flip rate", "flip rate (persistence=sticky)"]
+    assert [axis.key for axis in found.design.axes] == ["flip rate", "flip rate (others=kept)"]
     first, second = found.courses()[0], found.courses(found.design.axes[1])[0]
     assert [cell.dose for cell in first.cells] == [0, 0.2, 0.4]
     assert [cell.condition for cell in second.cells] == ["truth", *sticky]
@@ -107,7 +107,7 @@ def test_two_kinds_of_flips_are_told_apart(tmp_path):
     contrasts = [row.condition for row in found.against_control()]
     assert contrasts == ["flip?p=0.2", "flip?p=0.4", *sticky]
     assert not found.sections_left_out
-    assert "false reports (persistence=sticky)" in " ".join(found.said("overview", "answer"))
+    assert "false reports (others=kept)" in " ".join(found.said("overview", "answer"))
 
 
 @pytest.mark.parametrize("p", [[0], [0, 0.4]])

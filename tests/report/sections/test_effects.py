@@ -104,7 +104,7 @@ def test_an_interaction_of_doses_is_tested_once_in_its_grid(grid):
 
 def test_grids_of_one_name_are_told_apart(tmp_path):
     """A grid of lies that stay, and one of lies that are told once."""
-    sticky = "flip?p=0.4&persistence=sticky"
+    sticky = "flip?p=0.4&others=kept"
     conditions = ["tremble?p=0.3", *(f"{flip} + tremble?p=0.3" for flip in ("flip?p=0.4", sticky)), sticky]
     found = found_in(tmp_path / "study", agent=["random"], p=[0, 0.4], condition=conditions, trials=2, repetitions=1)
     assert list(dict.fromkeys(row.axis for row in found.where("success_in_grid"))) == [AXIS, f"{AXIS} (2)"]

@@ -9,7 +9,7 @@ from lockprobe.report.results import results_of
 from lockprobe.report.study_numbers import study_numbers
 from lockprobe.studies.studyfile import study
 
-STICKY = "flip?p=0.6&persistence=sticky"
+STICKY = "flip?p=0.6&others=kept"
 
 
 @pytest.fixture(scope="module")
@@ -21,9 +21,9 @@ def found(tmp_path_factory):
 
 
 def test_a_level_is_compared_with_the_first_one_beside_the_control(found):
-    (row,) = found.where("success_difference", axis="flip persistence")
+    (row,) = found.where("success_difference", axis="flip others")
     assert (row.condition, row.control, row.family, row.corrected_for) == (
-        STICKY, "flip?p=0.6", "levels of flip persistence", 1,
+        STICKY, "flip?p=0.6", "levels of flip others", 1,
     )  # fmt: skip
     pair = {"agent": row.agent, "condition": STICKY, "control": "flip?p=0.6"}
     second, first = (found.one("success_in_pairs", **pair, of=of).value for of in ("", "the control"))
@@ -37,5 +37,5 @@ def test_the_table_and_the_page_show_it(found):
         ["agent", "condition", "control"],
         ["cognitive:perseverant", STICKY, "flip?p=0.6"],
     ]
-    assert "Options compared: flip persistence" in page_of("report", found)
+    assert "Options compared: flip others" in page_of("report", found)
     assert found.answer_of("factors") in ("0 of 1 differences were detected.", "1 of 1 differences were detected.")

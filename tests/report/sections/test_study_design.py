@@ -38,7 +38,14 @@ def test_what_is_left_out_is_counted(tmp_path):
 def test_the_design_is_named_with_the_hashes_that_a_publication_gives(tmp_path):
     found = found_in(tmp_path, small_study(repetitions=1, trials=1))
     part = part_of(found, "design")
-    for said in (found.settings_hash, found.results_hash, "4 joints", "optimum 4 steps", "0, 0.3, 0.6", "transient"):
+    for said in (
+        found.settings_hash,
+        found.results_hash,
+        "4 joints",
+        "optimum 4 steps",
+        "0, 0.3, 0.6",
+        "memoryless state noise",
+    ):
         assert said in part
     assert "6 trials of 2 agents." in part
     assert "<dt>Baselines</dt>" not in part  # both are, so that the report is about both

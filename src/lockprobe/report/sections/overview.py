@@ -166,7 +166,7 @@ def _of_flips(summary: StudySummary, study: Study) -> _Screen:
         question = f"Do false reports change how agents open {box}?"
     return _Screen(
         question=question,
-        trial=trial_said(study.max_steps, varied, study.flip_kind),
+        trial=trial_said(study.max_steps, varied, study.flip, study.modalities),
         answer=answer or several_answers(of_axis(summary)),
         changed_nothing=_joined(*map(idle_doses_said, subjects)),
         chance=not_above_chance(summary),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from lockprobe.interventions.flip import READINGS
 from lockprobe.record import PLAIN_WORDS
 from lockprobe.report.section import Part, Section, Template
 from lockprobe.report.study_numbers import StudyNumbers
@@ -12,13 +13,13 @@ from lockprobe.spec import PEOPLE
 
 __all__ = ["SECTIONS"]
 
-_KINDS = {
-    "transient": " (every report starts from the truth)",
-    "sticky": " (a false position stays until its joint is attempted again)",
-    "outcome-only": " (the report holds the outcome and no positions)",
+_READINGS = {
+    READINGS["position", "fresh"]: " (a false position is gone in the next report)",
+    READINGS["position", "kept"]: " (a false position stays until its joint is attempted again)",
+    READINGS["outcome", "fresh"]: " (the outcome is inverted, and the next report shows the other joints afresh)",
+    READINGS["outcome", "kept"]: " (the outcome is inverted, and positions add up what was told)",
 }
-"""What becomes of a false report."""
-
+"""What a false report is."""
 
 _ABOUT = "design"
 
@@ -56,7 +57,7 @@ def _show(found: Results) -> Iterator[Part]:
         "modalities": modalities if len(modalities) != 1 or modalities[0] not in PLAIN_WORDS else [],
         "conditions": list(dict.fromkeys(cell.condition for cell in found.cells)) if found.beside_flips else [],
         "rates": list(dict.fromkeys(one.p for one in found.design.conditions if one.p is not None)),
-        "kind": _KINDS.get(found.design.flip_kind, ""),
+        "kind": _READINGS.get(found.design.flip_kind, ""),
         "reconstructed": found.facts_about(_ABOUT),
         "left_out": {row.of: f"{row.value:.0f}" for row in found.where("left_out")},
     }
