@@ -56,7 +56,7 @@ class Correction:
 
 
 def _inverted(percept: Percept, task: Task) -> Percept:
-    """The lie that a transient flip tells."""
+    """The lie that a memoryless flip tells."""
     positions = percept.positions
     if positions is not None:
         at = task.joints.index(str(percept.joint))

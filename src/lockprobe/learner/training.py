@@ -178,7 +178,7 @@ def play(
     budget: int = BUDGET,
     seed: int = 1,
 ) -> PlayedTrials:
-    """Play every box once with reports of positions (``symbolic?tell=state``) and transient flips.
+    """Play every box once with reports of positions (``symbolic?tell=state``) and memoryless flips.
 
     Args:
         network: The network.
