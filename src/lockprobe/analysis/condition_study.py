@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from functools import partial
 from operator import call
 
+from lockprobe.analysis.agents_by_condition import ComparisonUnder, agents_by_condition
 from lockprobe.analysis.axis_trials import Place
 from lockprobe.analysis.behaviour import heeded_at_most
 from lockprobe.analysis.condition import ConditionSummary, condition_summary
@@ -46,6 +47,7 @@ class ConditionStudySummary:
         effects: Every agent's other conditions against their control.
         on_axes: The same of the doses of every axis, as the axis has tested them.
         on_factors: Conditions that differ in one option that is no number, against its first level.
+        agents_compared: Every two agents under each condition that is no flip rate.
         series: Conditions that differ in one dose alone, each with the numbers over that dose.
         whys: Of a study of controls: why false reports change each agent's success.
         reference: What blind agents and the shortest plan reach on the box.
@@ -59,6 +61,7 @@ class ConditionStudySummary:
     effects: tuple[Effects, ...]
     on_axes: tuple[Effects, ...]
     on_factors: tuple[Effects, ...]
+    agents_compared: tuple[ComparisonUnder, ...]
     series: tuple[tuple[Series, StudySummary], ...]
     whys: tuple[Why, ...]
     reference: Reference
@@ -114,6 +117,7 @@ def summarise_conditions(
         effects=section("Every condition against the control", lambda: _effects(acting, design, _names(idle)), tuple),
         on_axes=tuple(_on_axes(flips, series, design)),
         on_factors=section("Factors", lambda: _on_factors(acting, design), tuple),
+        agents_compared=section("Agents compared under conditions", lambda: agents_by_condition(acting, design), tuple),
         series=series,
         whys=section("Why false reports change success", lambda: _whys(acting, design), tuple),
         reference=reference,

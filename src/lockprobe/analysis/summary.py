@@ -42,6 +42,7 @@ __all__ = [
     "AgentSummary",
     "StudySummary",
     "check_trials",
+    "entrant",
     "is_reference",
     "summarise",
 ]
@@ -220,7 +221,7 @@ def _jobs(
     return [
         lambda: section(
             "Agents compared",
-            lambda: comparisons([_entrant(members) for members in by_agent], by_agent[0].seed if by_agent else 0),
+            lambda: comparisons([entrant(members) for members in by_agent], by_agent[0].seed if by_agent else 0),
             tuple,
         ),
         *(
@@ -276,7 +277,8 @@ def _judged_together(by_agent: Sequence[AxisTrials], heeded: Sequence[float | No
     return [max(1, sizes[family]) for family in families]
 
 
-def _entrant(trials: AxisTrials) -> Entrant:
+def entrant(trials: AxisTrials) -> Entrant:
+    """One agent, to be compared with others."""
     return Entrant(
         agent=trials.agent,
         spec=trials.spec,

@@ -25,7 +25,7 @@ from lockprobe.prose.subject import Subject
 from lockprobe.record import PLAIN_WORDS
 from lockprobe.rows import Estimate, Results
 
-__all__ = ["SHOWN", "comparison_drawing", "effects", "pair_rows", "side_by_side"]
+__all__ = ["SHOWN", "by_condition", "comparison_drawing", "effects", "pair_rows", "side_by_side"]
 
 SHOWN = 15
 """Differences that one picture of agents or of studies has room for; those of the first pair are always shown."""
@@ -126,13 +126,14 @@ def side_by_side(found: Results) -> Figure | None:
 
 def _clearest_change(found: Results, pair: Estimate) -> list[ForestRow]:
     """The difference in the effect of false reports at the flip rate where it is clearest; none if not compared."""
+    rates = {one.name: one.p for one in found.design.conditions}
     changes = found.where("success_change_difference", **pair.pair, of="")
+    changes = [row for row in changes if rates[row.condition] is not None]
     if not changes:
         return []
     clearest = min(changes, key=lambda row: (row.p_value, -abs(row.value or 0.0)))
     tested = found.one("success_change_difference", **pair.pair, of="any flip rate")
     detected = tested.p_value is not None and tested.p_value < ALPHA
-    rates = {one.name: one.p for one in found.design.conditions}
     where = f"to {rates[clearest.condition]:g}: "
     return [_row(_versus(found, clearest), clearest, detected=detected, where=where)]
 
@@ -140,6 +141,34 @@ def _clearest_change(found: Results, pair: Estimate) -> list[ForestRow]:
 def _versus(found: Results, row: Estimate) -> str:
     names = {(one.agent, one.modality): agent_label(one) for one in found.courses()}
     return f"{names[row.agent, row.modality]}\n\N{MINUS SIGN} {names[row.versus, row.versus_modality]}"
+
+
+@own_settings()
+def by_condition(found: Results) -> Figure | None:
+    """Every two agents under each condition that is no flip rate, and the difference in what the condition changes.
+
+    The agents are chosen as in :func:`side_by_side`. None if no agents are compared.
+    """
+    rates = {one.name: one.p for one in found.design.conditions}
+    titles = {
+        "success_difference": "success under the condition",
+        "success_change_difference": "change from the control to the condition",
+    }
+    panels = []
+    for quantity, said in titles.items():
+        own = [row for row in found.where(quantity, of="", axis="") if row.versus and row.family]
+        own = [row for row in own if rates[row.condition] is None]
+        first = own[0].family.partition(",")[0] if own else ""
+        pairs = [row for row in own if row.family.partition(",")[0] == first]
+        left = len(pairs[SHOWN:])
+        more = f"the first {SHOWN}, {left} more in the tables" if left else ""
+        rows = [
+            _row(_versus(found, row), row, detected=row.detected, where=f"{safe_name(row.condition, _LONGEST)}: ")
+            for row in pairs[:SHOWN]
+        ]
+        if rows:
+            panels.append(_Panel.of(rows, said, more))
+    return sheet(panels, _draw, columns=1, heights=[height(panel.rows) for panel in panels]) if panels else None
 
 
 @own_settings()

@@ -58,18 +58,19 @@ class PlayedCell:
 
     def estimate(self, quantity: str, value: float | None = None, **columns: Any) -> Estimate:
         """A row of this cell."""
-        return Estimate(quantity=quantity, value=value, **self._of, **columns)
+        return Estimate(quantity=quantity, value=value, **self.of, **columns)
 
     def share(self, quantity: str, found: Proportion | ClusteredProportion, **columns: Any) -> list[Estimate]:
         """The row of a share of this cell; none if it is a share of nothing."""
-        return share_rows(quantity, found, **self._of, **columns)
+        return share_rows(quantity, found, **self.of, **columns)
 
     def curve(self, quantity: str, **columns: Any) -> Curve:
         """A curve of this cell."""
-        return Curve(quantity=quantity, **self._of, **columns)
+        return Curve(quantity=quantity, **self.of, **columns)
 
     @property
-    def _of(self) -> dict[str, Any]:
+    def of(self) -> dict[str, Any]:
+        """The columns that say of which cell a row is."""
         return {
             "agent": self.agent,
             "modality": self.modality,

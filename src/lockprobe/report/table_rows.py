@@ -19,6 +19,7 @@ __all__ = [
     "over_rates",
     "points_cell",
     "share_of_row",
+    "steps_cell",
     "under",
     "value_cell",
     "varied",
@@ -33,6 +34,11 @@ def share_of_row(row: Estimate | None) -> str:
 def points_cell(row: Estimate | None) -> str:
     """A difference with its interval, in points."""
     return NONE if row is None else bracketed(row.value, row.low, row.high)
+
+
+def steps_cell(row: Estimate) -> str:
+    """A difference in steps, with its interval."""
+    return bracketed(row.value, row.low, row.high, "{:+.1f}", 1)
 
 
 def count_of(row: Estimate | None) -> str:

@@ -57,11 +57,16 @@ class Entrant:
         return self.agent, self.modality
 
 
-def comparisons(entrants: Sequence[Entrant], seed: int) -> tuple[AgentComparison, ...]:
+def comparisons(entrants: Sequence[Entrant], seed: int, of: Sequence[str] = ()) -> tuple[AgentComparison, ...]:
     """Compare every two agents that the study is about, and each of them with the baselines.
 
     Two agents are compared if they saw the boxes in the same modality. Baselines read reports and are compared with
-    all. Entrants come in the order of the study; ``seed`` is the study's.
+    all.
+
+    Args:
+        entrants: The agents, in the order of the study.
+        seed: That of the study.
+        of: Specs of the condition under which they are compared, which name random streams; empty over flip rates.
     """
     subjects = [one for one in entrants if not one.reference] or list(entrants)
     pairs: list[tuple[Entrant, Entrant, Among]] = [
@@ -72,11 +77,11 @@ def comparisons(entrants: Sequence[Entrant], seed: int) -> tuple[AgentComparison
     names = {one.name for one in subjects}
     baselines = [one for one in entrants if one.name not in names and one.head in BASELINES]
     pairs += [(baseline, subject, "reference") for subject, baseline in product(subjects, baselines)]
-    return corrected(_uncorrected(pairs, entrants, seed))
+    return corrected(_uncorrected(pairs, entrants, seed, of))
 
 
 def _uncorrected(
-    pairs: Sequence[tuple[Entrant, Entrant, Among]], entrants: Sequence[Entrant], seed: int
+    pairs: Sequence[tuple[Entrant, Entrant, Among]], entrants: Sequence[Entrant], seed: int, of: Sequence[str]
 ) -> list[AgentComparison]:
     """All pairs without correction for their number; pairs with broken trials get worst-case P values."""
     ends = [both_ends(one.counted, one.broken, one.budget) for one in entrants]
@@ -93,7 +98,7 @@ def _uncorrected(
                 values,
                 (sheet[first.name], sheet[second.name]),
                 among,
-                generator(seed, "analysis", *_stream(first), *_stream(second), "comparison"),
+                generator(seed, "analysis", *_stream(first), *_stream(second), "comparison", *of),
                 budget=max(first.budget, second.budget),
             )
             for values, sheet in (three if bounded else three[:1])

@@ -21,8 +21,8 @@ __all__ = ["all_sections", "checked_section", "own_sections", "section_of_packag
 
 _OWN = (
     "overview", "findings", "study_design", "people", "leaderboard", "agents_compared", "success", "effects", "factors",
-    "doses", "speed", "seen", "optimal_actions", "loops", "one_false_report", "hypothesis_tests", "misinterpretations",
-    "conditions", "trials", "broken", "agents", "limits", "claims", "audit", "why", "forks",
+    "agents_by_condition", "doses", "speed", "seen", "optimal_actions", "loops", "one_false_report", "hypothesis_tests",
+    "misinterpretations", "conditions", "trials", "broken", "agents", "limits", "claims", "audit", "why", "forks",
 )  # fmt: skip
 """Modules of this package, each with its ``SECTIONS``."""
 

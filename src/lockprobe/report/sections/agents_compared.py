@@ -5,24 +5,27 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from lockprobe.analysis.agent_comparison.pair import AgentComparison
+from lockprobe.analysis.agent_comparison.interaction import InteractionAt
+from lockprobe.analysis.agent_comparison.pair import AgentComparison, ComparisonAt
 from lockprobe.analysis.agent_comparison.paired import BlockMean
 from lockprobe.analysis.axis import FLIPS
 from lockprobe.analysis.proportions import Paired
-from lockprobe.formatting import NONE, bracketed, p_cell, percent
+from lockprobe.formatting import NONE, p_cell, percent
 from lockprobe.prose.agent_comparison import comparison_said
 from lockprobe.report.format import EVERY, TextTable
 from lockprobe.report.section import Block, Caption, Figure, Folded, Heading, Note, Part, Section, Table, Text
 from lockprobe.report.sections.leaderboard import leaderboard_blocks
 from lockprobe.report.study_numbers import PlayedCell, StudyNumbers
-from lockprobe.report.table_rows import over_rates, points_cell
+from lockprobe.report.table_rows import over_rates, points_cell, steps_cell
 from lockprobe.rows import Estimate, Finding, Results, Row
 from lockprobe.spec import PEOPLE
 
-__all__ = ["SECTIONS"]
+__all__ = ["FAMILIES", "SECTIONS", "at_one_condition", "change_at", "labels"]
 
 _SUBJECTS, _BASELINES = "agents", "agents and baselines"
-_FAMILIES = {"subjects": _SUBJECTS, "reference": _BASELINES}
+FAMILIES = {"subjects": _SUBJECTS, "reference": _BASELINES}
+"""Kind of pair -> the name of its family."""
+
 
 _ALIKE = "the same at every flip rate"
 _WORST = "largest P value over the endings of broken trials"
@@ -43,7 +46,7 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
         rests_on = ("success_difference", "success_change_difference", "steps_difference")
         yield Finding(
             section="agents_compared",
-            kind=_FAMILIES[one.among],
+            kind=FAMILIES[one.among],
             agent=agent,
             modality=modality,
             text=said,
@@ -53,7 +56,7 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
 
 
 def _versus(one: AgentComparison) -> dict[str, Any]:
-    return {"versus": one.first[0], "versus_modality": one.first[1], "family": _FAMILIES[one.among]}
+    return {"versus": one.first[0], "versus_modality": one.first[1], "family": FAMILIES[one.among]}
 
 
 def _mean(found: BlockMean | Paired) -> dict[str, Any]:
@@ -91,16 +94,29 @@ def _over_all(one: AgentComparison, pairs: int) -> Iterator[Estimate]:
 def _by_p(one: AgentComparison, cells: _Cells, many: int) -> Iterator[Estimate]:
     """The same at each flip rate."""
     of = _versus(one) | {"note": "; ".join([_ALIKE] * one.copies + [_WORST] * one.bounded)}
-    tests = ("permutation of people",) * 2 if one.people else ("McNemar", "permutation within blocks")
     for at in one.at:
-        cell, found = cells[*one.second, at.dose], at.success
-        for part, p_value, of_tests in (("", at.p_adjusted, many), ("uncorrected", found.p_value, 1)):
-            tested = {"p_value": p_value, "corrected_for": of_tests, "test": tests[0]}
-            yield cell.estimate("success_difference", of=part, unit="points", **of, **_mean(found) | tested)
-        tested = {"p_value": at.steps.p_value, "test": tests[1]}
-        yield cell.estimate("steps_difference", unit="steps", **of, **_mean(at.steps) | tested)
-        for part, count in (("only", found.only_second), ("only the other", found.only_first)):
-            yield cell.estimate("solved_by_one_only", count, of=part, unit="trials", n=found.n, count=count, **of)
+        yield from at_one_condition(at, cells[*one.second, at.dose].of | of, many, people=one.people)
+
+
+def at_one_condition(at: ComparisonAt, of: Mapping[str, Any], many: int, *, people: bool) -> Iterator[Estimate]:
+    """Two agents under one condition.
+
+    Args:
+        at: Their comparison.
+        of: Columns of all rows.
+        many: For how many comparisons the P value of success is corrected.
+        people: Whether one of the two is people.
+    """
+    found = at.success
+    tests = ("permutation of people",) * 2 if people else ("McNemar", "permutation within blocks")
+    for part, p_value, of_tests in (("", at.p_adjusted, many), ("uncorrected", found.p_value, 1)):
+        tested = {"p_value": p_value, "corrected_for": of_tests, "test": tests[0]}
+        yield Estimate(quantity="success_difference", of=part, unit="points", **of, **_mean(found) | tested)
+    tested = {"p_value": at.steps.p_value, "test": tests[1]}
+    yield Estimate(quantity="steps_difference", unit="steps", **of, **_mean(at.steps) | tested)
+    for part, count in (("only", found.only_second), ("only the other", found.only_first)):
+        counted: dict[str, Any] = {"value": count, "count": count, "n": found.n, "unit": "trials"}
+        yield Estimate(quantity="solved_by_one_only", of=part, **of, **counted)
 
 
 def _changes(one: AgentComparison, cells: _Cells, pairs: int) -> Iterator[Estimate]:
@@ -110,14 +126,31 @@ def _changes(one: AgentComparison, cells: _Cells, pairs: int) -> Iterator[Estima
         return
     of = {"quantity": "success_change_difference", "unit": "points"} | _versus(one)
     over_all = of | {"agent": one.second[0], "modality": one.second[1], "axis": FLIPS.name}
-    rates, test = len(moved.at), _BY_PERSON if one.people else "sign flips of blocks"
+    rates, test = len(moved.at), _test_of_change(people=one.people)
     yield Estimate(of="mean", **over_all, **_mean(moved.mean))
     yield Estimate(of="any flip rate", **over_all, p_value=moved.p_adjusted, corrected_for=pairs * rates, test=test)
     yield Estimate(of="any flip rate, one pair", **over_all, p_value=moved.p_value, corrected_for=rates, test=test)
     control = cells[*one.second, moved.lowest].condition
     for at in moved.at:
-        tested = {"p_value": at.p_adjusted, "corrected_for": rates, "test": test}
-        yield cells[*one.second, at.dose].estimate(control=control, **of, **_mean(at.change) | tested)
+        own = cells[*one.second, at.dose].of | _versus(one) | {"control": control, "corrected_for": rates}
+        yield change_at(at, own, at.p_adjusted, people=one.people)
+
+
+def change_at(at: InteractionAt, of: Mapping[str, Any], p_value: float | None, *, people: bool) -> Estimate:
+    """How much more one condition changes the one agent than the other.
+
+    Args:
+        at: The change.
+        of: Columns of the row.
+        p_value: Its P value, corrected as the columns say.
+        people: Whether one of the two is people.
+    """
+    tested = {"p_value": p_value, "test": _test_of_change(people=people)}
+    return Estimate(quantity="success_change_difference", unit="points", **of, **_mean(at.change) | tested)
+
+
+def _test_of_change(*, people: bool) -> str:
+    return _BY_PERSON if people else "sign flips of blocks"
 
 
 def _pairs(found: Results) -> list[dict[str, str]]:
@@ -125,12 +158,9 @@ def _pairs(found: Results) -> list[dict[str, str]]:
     return [row.pair for row in found.where("played_by_one_only")]
 
 
-def _labels(found: Results, pair: Mapping[str, str]) -> list[str]:
+def labels(found: Results, pair: Mapping[str, str]) -> list[str]:
+    """What tables call two agents that are compared."""
     return [found.label(pair["agent"], pair["modality"]), found.label(pair["versus"], pair["versus_modality"])]
-
-
-def _steps(row: Estimate) -> str:
-    return bracketed(row.value, row.low, row.high, "{:+.1f}", 1)
 
 
 def _table(found: Results) -> TextTable:
@@ -142,12 +172,12 @@ def _table(found: Results) -> TextTable:
         success, steps = own["success_difference", ""], own["steps_difference", ""]
         table.append(
             [
-                *_labels(found, pair),
+                *labels(found, pair),
                 str(success.n),
                 *(percent(own["success_in_pairs", of].value) for of in ("", "the other")),
                 points_cell(success),
                 *(p_cell(own["success_difference", of].p_value) for of in ("uncorrected", "")),
-                _steps(steps),
+                steps_cell(steps),
                 *(p_cell(own["steps_difference", of].p_value) for of in ("uncorrected", "")),
                 f"{own['played_by_one_only', ''].value:g}",
             ]
@@ -162,17 +192,18 @@ def _table_by_p(found: Results) -> TextTable:
     head += ["solved only by the other", "difference, points", "McNemar", "corrected P", "difference in steps"]
     table = [head]
     for pair in _pairs(found):
-        rows = {(row.quantity, row.condition, row.of): row for row in found.where(**pair, axis="", control="")}
+        own = [row for row in found.where(**pair, axis="", control="") if rates.get(row.condition) is not None]
+        rows = {(row.quantity, row.condition, row.of): row for row in own}
         success = [row for (quantity, _, of), row in rows.items() if quantity == "success_difference" and not of]
         table += [
             [
-                *_labels(found, pair),
+                *labels(found, pair),
                 EVERY if _ALIKE in one.note else f"{rates[one.condition]:g}",
                 str(one.n),
                 *(str(rows["solved_by_one_only", one.condition, of].count) for of in ("only", "only the other")),
                 points_cell(one),
                 *(p_cell(rows["success_difference", one.condition, of].p_value) for of in ("uncorrected", "")),
-                _steps(rows["steps_difference", one.condition, ""]),
+                steps_cell(rows["steps_difference", one.condition, ""]),
             ]
             for one in (success[:1] if _ALIKE in success[0].note else success)
         ]
@@ -186,8 +217,9 @@ def _interaction_table(found: Results) -> TextTable:
     table = [[*head, "P, corrected for flip rates", "P, corrected for pairs"]]
     for mean in found.where("success_change_difference", of="mean"):
         pair = mean.pair
-        rows = found.where("success_change_difference", **pair, of="")
-        names = [*_labels(found, pair), f"{rates[rows[0].control]:g}"]
+        own = found.where("success_change_difference", **pair, of="")
+        rows = [row for row in own if rates[row.condition] is not None]
+        names = [*labels(found, pair), f"{rates[rows[0].control]:g}"]
         one_pair, corrected = (
             found.one("success_change_difference", **pair, of=of).p_value
             for of in ("any flip rate, one pair", "any flip rate")

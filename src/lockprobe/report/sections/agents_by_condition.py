@@ -1,0 +1,183 @@
+"""Agents compared under each condition that is no flip rate, and in how much the condition changes each of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from markupsafe import Markup
+
+from lockprobe.analysis.agents_by_condition import ComparisonUnder
+from lockprobe.formatting import capital, p_cell
+from lockprobe.interventions.condition import Condition
+from lockprobe.prose.subject import Subject
+from lockprobe.report.format import DETECTED, TextTable
+from lockprobe.report.section import Caption, Figure, Folded, Note, Part, Section, Table, Text
+from lockprobe.report.sections.agents_compared import FAMILIES, at_one_condition, change_at, labels
+from lockprobe.report.study_numbers import StudyNumbers
+from lockprobe.report.table_rows import points_cell, steps_cell
+from lockprobe.rows import Estimate, Finding, Results, Row
+
+__all__ = ["SECTIONS"]
+
+_NAME = "agents_by_condition"
+_APART, _CHANGED = "success_difference", "success_change_difference"
+
+_NAMED = 3
+"""Differences that a sentence names."""
+
+
+def _rows(numbers: StudyNumbers) -> Iterator[Row]:
+    compared = numbers.others.agents_compared if numbers.others else ()
+    found = [row for one in compared for row in _of_pair(one, numbers.conditions[one.condition])]
+    yield from found
+    tested = {
+        quantity: own
+        for quantity in (_APART, _CHANGED)
+        if (own := [row for row in found if row.quantity == quantity and not row.of])
+    }
+    for quantity, own in tested.items():
+        if said := _clearest(own):
+            yield Finding(section=_NAME, kind=quantity, text=said, rests_on=(quantity,))
+    if tested:
+        counts = [f"{sum(row.detected for row in own)} of {len(own)} {_WHAT[name]}" for name, own in tested.items()]
+        yield Finding(
+            section=_NAME, kind="answer", text=f"{' and '.join(counts)} were detected.", rests_on=tuple(tested)
+        )
+
+
+def _of_pair(one: ComparisonUnder, condition: Condition) -> Iterator[Estimate]:
+    """Two agents under a condition, and how much more it changes the one."""
+    (agent, modality), (versus, shown) = one.pair.second, one.pair.first
+    of = {
+        "agent": agent,
+        "modality": modality,
+        "versus": versus,
+        "versus_modality": shown,
+        "condition": one.condition,
+        "doses": dict(condition.doses),
+        "family": f"{FAMILIES[one.pair.among]}, {one.axis or 'conditions'}",
+    }
+    yield from at_one_condition(one.at, of, one.tests, people=one.pair.people)
+    if (moved := one.change) is not None:
+        p_values = {"": (one.change_adjusted, one.changes), "uncorrected": (moved.p_value, 1)}
+        for part, (p_value, many) in p_values.items():
+            own = of | {"control": one.control, "of": part, "corrected_for": many}
+            yield change_at(moved.at[0], own, p_value, people=one.pair.people)
+
+
+_WHAT = {_APART: "differences between agents", _CHANGED: "differences in the effect of a condition"}
+
+
+def _clearest(rows: Sequence[Estimate]) -> str:
+    """The clearest differences that were detected, of models with each other before those with baselines."""
+    found = [row for row in rows if row.detected]
+    found.sort(key=lambda row: (_with_baseline(row), row.p_value or 0.0, -abs(row.value or 0.0)))
+    if not found:
+        return ""
+    several = len(found) > _NAMED
+    each = _one_apart if found[0].quantity == _APART else _one_changed
+    return capital(f"{'the clearest: ' * several}{'; '.join(each(row) for row in found[:_NAMED])}.")
+
+
+def _with_baseline(row: Estimate) -> bool:
+    return row.family.startswith(FAMILIES["reference"])
+
+
+def _one_apart(row: Estimate) -> str:
+    first, second = _names(row)
+    more = "more" if (row.value or 0.0) > 0 else "fewer"
+    return f"under {row.condition} {first} solved {more} trials than {second} ({points_cell(row)} points)"
+
+
+def _one_changed(row: Estimate) -> str:
+    first, second = _names(row)
+    higher = "higher" if (row.value or 0.0) > 0 else "lower"
+    return f"the effect of {row.condition} on {first} is {higher} than on {second} ({points_cell(row)} points)"
+
+
+def _names(row: Estimate) -> tuple[str, str]:
+    first = Subject.seeing(row.agent, row.modality)
+    return first.name, Subject.seeing(row.versus, row.versus_modality).name
+
+
+def _of(found: Results, quantity: str) -> list[Estimate]:
+    """The rows of a quantity under conditions that are no flip rates."""
+    rates = {one.name: one.p for one in found.design.conditions}
+    rows = found.where(quantity, of="", axis="")
+    return [row for row in rows if row.versus and row.family and rates.get(row.condition, 0.0) is None]
+
+
+def _table(found: Results) -> TextTable:
+    head = ["agent", "compared with", "condition", "pairs of trials", "solved only by the first"]
+    head += ["solved only by the other", "difference, points", "McNemar", "corrected P", "difference in steps"]
+    table = [head]
+    for row in _of(found, _APART):
+        of = row.pair | {"condition": row.condition, "control": ""}
+        counts = (found.one("solved_by_one_only", **of, of=part).count for part in ("only", "only the other"))
+        steps = found.one("steps_difference", **of)
+        uncorrected = found.one(_APART, **of, of="uncorrected")
+        p_values = (p_cell(one.p_value) for one in (uncorrected, row))
+        table.append(
+            [
+                *labels(found, row.pair), row.condition, str(row.n), *map(str, counts), points_cell(row), *p_values,
+                steps_cell(steps),
+            ]
+        )  # fmt: skip
+    return table if len(table) > 1 else []
+
+
+def _change_table(found: Results) -> TextTable:
+    head = ["agent", "compared with", "condition", "control", "blocks", "difference in effect, points", "P"]
+    table = [[*head, "corrected P", "conclusion"]]
+    for row in _of(found, _CHANGED):
+        of = row.pair | {"condition": row.condition, "control": row.control}
+        p_values = (p_cell(one.p_value) for one in (found.one(_CHANGED, **of, of="uncorrected"), row))
+        names = [*labels(found, row.pair), row.condition, row.control]
+        table.append([*names, str(row.n), points_cell(row), *p_values, DETECTED[row.detected]])
+    return table if len(table) > 1 else []
+
+
+_COMPARISONS = Table("comparisons-by-condition", _table, numeric_from=3)
+_CHANGES = Table("changes-by-condition", _change_table, numeric_from=4)
+
+_FIGURE = Figure(
+    "agents-by-condition",
+    "Differences between two agents under each condition, and in how much the condition changes them",
+    Caption(
+        "Differences between two agents, the first minus the other: success under each condition (top), and how much "
+        "more the condition changes the success of the first (bottom). Filled marks were detected.",
+        "Bars are 95 % intervals; tests are corrected for all pairs of agents and conditions (Holm).",
+    ),
+    draw="lockprobe.figures.differences:by_condition",
+)
+
+
+def _show(found: Results) -> Iterator[Part]:
+    if not _of(found, _APART):
+        return
+    said = [Text(text) for quantity in (_APART, _CHANGED) for text in found.said(_NAME, quantity)]
+    notes = Note(
+        "Success and steps of the first agent minus those of the second, over the trials that both finished under the "
+        "condition. Difference in effect: how much more the condition changes the success of the first.",
+        "Success: McNemar's exact test (with people: a permutation of whole people); effect: sign flips of blocks.",
+        Markup(
+            "<i>P</i> is corrected for all pairs of agents and conditions of a modality (Holm); the doses of an axis "
+            "are a family of their own, and so are baselines. Agents that play alike under a condition and its control "
+            "are compared under the control alone."
+        ),
+    )
+    changes = [_CHANGES] if _of(found, _CHANGED) else []
+    folded = Folded("In numbers", [_COMPARISONS, *changes, notes])
+    yield Part("Agents compared under other conditions", found.answer_of(_NAME), [*said, _FIGURE, folded])
+
+
+SECTIONS = (
+    Section(
+        name=_NAME,
+        title="Agents compared under other conditions",
+        rows=_rows,
+        show=_show,
+        tables=(_COMPARISONS, _CHANGES),
+        figures=(_FIGURE,),
+    ),
+)
