@@ -127,7 +127,7 @@ def call_of(trial: Trial | Plan, step: int = 1, reply: str | None = "said", **mo
     return Call(key=trial.key, agent=trial.agent, **place, step=step, reply=reply, **asked)
 
 
-def study_of(p: Sequence[float] = (0.0, 0.4), flip: FlipKind = "transient", **settings: Any) -> Study:
+def study_of(p: Sequence[float] = (0.0, 0.4), flip: FlipKind = "re-observed", **settings: Any) -> Study:
     """A study of flip rates, shown as ``modalities`` say, with the other settings as they are."""
     return Study(conditions=flips(p, flip, settings.pop("modalities", None)), **settings)
 

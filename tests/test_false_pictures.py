@@ -45,7 +45,7 @@ def test_who_sees_well_plays_as_its_strategy_does_that_is_told_the_same_states(s
     assert any(step.told_falsely for step in seen.steps)
 
 
-@pytest.mark.parametrize(("modality", "flip"), [("rgb?p=0.5", "sticky"), ("rgbd?p=0.5", "transient")])
+@pytest.mark.parametrize(("modality", "flip"), [("rgb?p=0.5", "integrated"), ("rgbd?p=0.5", "re-observed")])
 def test_a_modality_may_be_false_of_itself(modality, flip):
     told = run_trial(agent="human-inspired", modality="symbolic?tell=state", p=0.5, flip=flip, seed=4)
     seen = run_trial(agent="viewer?acuity=64", modality=modality, flip=flip, seed=4, plant=SMALL)
@@ -175,9 +175,9 @@ def test_sticky_and_runs_of_lies_are_the_same_however_they_are_shown(modality):
     """What a report said is known to interventions also where words left it out."""
     told, burst = (
         run_trial(agent="random", modality=modality, seed=1, box="chain-8", **settings)
-        for settings in ({"p": 0.5, "flip": "sticky"}, {"condition": "burst?p=0.5&length=4"})
+        for settings in ({"p": 0.5, "flip": "integrated"}, {"condition": "burst?p=0.5&length=4"})
     )
     plain = run_trial(agent="random", seed=1, box="chain-8", condition="burst?p=0.5&length=4")
     assert [step.told_state for step in burst.steps] == [step.told_state for step in plain.steps]
-    sticky = run_trial(agent="random", seed=1, box="chain-8", p=0.5, flip="sticky")
+    sticky = run_trial(agent="random", seed=1, box="chain-8", p=0.5, flip="integrated")
     assert [step.told_state for step in told.steps] == [step.told_state for step in sticky.steps]

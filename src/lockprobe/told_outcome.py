@@ -39,11 +39,12 @@ def told_positions(moment: Moment) -> tuple[bool, ...] | None:
 def flipped(trial: Trial, i: int) -> bool:
     """Whether the report of step ``i + 1`` was inverted; the trial goes on after it.
 
-    An agent that is told only positions compares two reports, and the earlier one may be false too. Then the report
-    itself counts: it is false if it shows the attempted joint in the wrong position.
+    What an agent infers from two reports of positions is inverted if outcomes are. Where positions are inverted
+    (``flip?inverts=position``), the earlier report may be false too; then the report itself counts: it is false if it
+    shows the attempted joint in the wrong position.
     """
     step = trial.steps[i]
-    if not trial.states_only:
+    if not (trial.states_only and any(channel.get("inverts") == "position" for channel in trial.channels)):
         return step.told_falsely
     place = trial.joints.index(step.joint)
     return step.told_state is not None and step.told_state[place] != trial.steps[i + 1].state[place]

@@ -41,7 +41,7 @@ def test_steps_to_solve_the_papers_chain_when_told_the_truth(options, steps, by_
     assert (course.by(0.8), course.by(1)) == (by_80, last)
 
 
-@pytest.mark.parametrize("flip", ["transient", "sticky", "outcome-only"])
+@pytest.mark.parametrize("flip", ["re-observed", "integrated", "outcome-only"])
 @pytest.mark.parametrize("p", [0.5, 1.0])
 def test_one_who_knows_that_reports_may_be_false_always_solves_the_box(flip, p):
     """Whatever can be reported at some flip rate can be reported at 0.5; tests/test_quoted_numbers.py has 0.2 to 0.6."""
@@ -50,14 +50,14 @@ def test_one_who_knows_that_reports_may_be_false_always_solves_the_box(flip, p):
     assert course.steps < 9.7
 
 
-@pytest.mark.parametrize("flip", ["transient", "sticky", "outcome-only"])
+@pytest.mark.parametrize("flip", ["re-observed", "integrated", "outcome-only"])
 def test_false_reports_hurt_one_who_believes_them(flip):
     found = [propagate(NAIVE, p=p, flip=flip, listing="panel") for p in (0, 0.2, 0.4, 0.6)]
     steps = [course.steps for course in found]
     assert steps == sorted(steps)
-    if flip != "transient":
+    if flip != "re-observed":
         assert [round(course.success, 2) for course in found] == {
-            "sticky": [1.0, 0.72, 0.5, 0.33], "outcome-only": [1.0, 0.71, 0.49, 0.33],
+            "integrated": [1.0, 0.71, 0.49, 0.34], "outcome-only": [1.0, 0.71, 0.49, 0.33],
         }[flip]  # fmt: skip
 
 
@@ -128,7 +128,7 @@ def test_it_keeps_nothing_between_calls():
 
 def test_what_it_is_stands_in_the_record():
     trial = run_trial(agent="ideal-observer?prior=chains&plan=information", seed=1)
-    assert trial.facts == {"prior": "chains", "noise": "aware", "plan": "information", "reading": "unknown"}
+    assert trial.facts == {"prior": "chains", "noise": "aware", "plan": "information", "reading": "outcomes"}
     assert trial.steps[0].decision.probabilities is not None
 
 

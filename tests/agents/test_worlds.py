@@ -57,8 +57,8 @@ def test_the_loop_breaker_is_helped_by_all_that_is_odd_whatever_it_says(effects)
 
 @pytest.mark.parametrize(
     ("name", "least", "most"),
-    [("perseverant", 0.07, 0.09), ("information", -0.08, -0.06), ("information-hurts", -0.1, -0.09),
-     ("careful-believer", -0.08, -0.06)],
+    [("perseverant", 0.07, 0.09), ("information", -0.06, -0.04), ("information-hurts", -0.08, -0.06),
+     ("careful-believer", -0.06, -0.04)],
 )  # fmt: skip
 def test_those_who_believe_are_changed_by_what_lies_say_alone(effects, name, least, most):
     found = effects[name]

@@ -16,7 +16,7 @@ from lockprobe.beliefs.posterior import ReportedAttempt, begin, entropy, noise_m
 from lockprobe.beliefs.structures import interlocks
 from lockprobe.errors import BadValue, UnknownName
 
-FLIPS = ("transient", "sticky", "outcome-only")
+FLIPS = ("re-observed", "integrated", "outcome-only")
 
 
 def played(agent, n, p=0.0, **settings):

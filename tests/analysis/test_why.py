@@ -88,7 +88,7 @@ def test_errors_leave_their_blocks_out(loop_breaker):
     [
         ("world:loop-breaker", 150, "disturbs"),
         ("world:perseverant", 200, "says"),
-        ("world:information-hurts", 70, "says"),
+        ("world:information-hurts", 150, "says"),
         ("world:irrelevant", 40, "no change"),
         ("world:lost-half", 40, "no change"),
     ],

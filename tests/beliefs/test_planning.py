@@ -149,12 +149,14 @@ def test_what_is_known_for_nothing_bounds_what_has_to_be_found_out(true, joints)
         ("0.3", ["re-observed"], True),
         ("0.3", ["integrated"], True),
         ("aware", ["memoryless", "latched"], True),
+        ("aware", ["re-observed", "integrated"], True),
     ],
 )
 def test_information_is_what_reports_give_on_average(name, kinds, states_only):
     """Over every next report, told or that the box opens, weighed by slow enumeration."""
     known = interlocks("single-parent", 3)
-    noise = noise_model(name, kinds[0] if kinds[0] != "outcome-only" and len(kinds) == 1 else "unknown")
+    unsaid = "outcomes" if "re-observed" in kinds else "positions"
+    noise = noise_model(name, kinds[0] if kinds[0] != "outcome-only" and len(kinds) == 1 else unsaid)
     for joints in [(1, 2), (1, 1), (0, 2)]:
         longer = [histories(known.needs, kinds, (*joints, joint), noise.p, states_only) for joint in range(3)]
         for reports, behind in histories(known.needs, kinds, joints, noise.p, states_only).items():

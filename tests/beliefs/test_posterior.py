@@ -28,9 +28,9 @@ def after(known, noise, reports):
     [
         ("0.3", "memoryless", ["memoryless"], False),
         ("0.3", "latched", ["latched"], False),
-        ("0.3", "unknown", ["outcome-only"], False),
-        ("0.3", "unknown", ["memoryless", "latched"], False),
-        ("aware", "unknown", ["memoryless", "latched"], False),
+        ("0.3", "outcomes", ["outcome-only"], False),
+        ("0.3", "positions", ["memoryless", "latched"], False),
+        ("aware", "positions", ["memoryless", "latched"], False),
         ("aware", "memoryless", ["outcome-only"], False),
         ("0.3", "memoryless", ["memoryless"], True),
         ("0.3", "latched", ["latched"], True),
@@ -39,7 +39,9 @@ def after(known, noise, reports):
         ("0.3", "re-observed", ["re-observed"], True),
         ("aware", "re-observed", ["re-observed"], True),
         ("0.3", "integrated", ["integrated"], True),
-        ("aware", "unknown", ["memoryless", "latched"], True),
+        ("aware", "positions", ["memoryless", "latched"], True),
+        ("0.3", "outcomes", ["re-observed", "integrated"], False),
+        ("aware", "outcomes", ["re-observed", "integrated"], True),
     ],
 )
 def test_the_posterior_is_that_of_enumeration(name, reading, kinds, states_only):
@@ -56,7 +58,7 @@ def test_the_posterior_is_that_of_enumeration(name, reading, kinds, states_only)
 
 def test_a_longer_history_of_chains():
     known, noise = interlocks("chains", 4), noise_model("0.3")
-    for reports, behind in histories(known.needs, ["memoryless", "latched"], (1, 2, 1, 0, 3), 0.3).items():
+    for reports, behind in histories(known.needs, ["re-observed", "integrated"], (1, 2, 1, 0, 3), 0.3).items():
         total = sum(behind.values())
         expected = [sum(behind[place, moved] for moved in (False, True)) / total for place in range(6)]
         assert np.allclose(after(known, noise, reports).weights, expected, atol=1e-12)
@@ -97,7 +99,7 @@ def test_beliefs_are_calibrated():
     predicted, hits = [], []
     for _ in range(300):
         place, p = rng.integers(len(known)), rng.random()
-        kind = ("memoryless", "latched")[rng.integers(2)]
+        kind = ("re-observed", "integrated")[rng.integers(2)]
         joints, flips = rng.integers(0, 4, 9).tolist(), (rng.random(9) < p).tolist()
         box = as_box(known.needs[place])
         while (heard := told(box, kind, joints, flips)) is None:

@@ -45,7 +45,7 @@ def bare(trial):
     return replace(trial, agent="", key="", facts={}, steps=steps)
 
 
-@pytest.mark.parametrize("flip", ["transient", "sticky", "outcome-only"])
+@pytest.mark.parametrize("flip", ["re-observed", "integrated", "outcome-only"])
 @pytest.mark.parametrize("view", ["text", "panel"])
 def test_it_is_the_trial_that_any_agent_plays(flip, view, tmp_path):
     theirs = run_trial(agent="human-inspired", p=0.2, seed=SEED, flip=flip)
@@ -60,7 +60,7 @@ def test_it_is_the_trial_that_any_agent_plays(flip, view, tmp_path):
 @pytest.mark.parametrize(
     ("flip", "rule", "report"),
     [
-        ("transient", "After every step you are told which joints are at position 1.", "You attempted A."),
+        ("re-observed", "After every step you are told which joints are at position 1.", "You attempted A."),
         ("outcome-only", "After every step you are told whether it moved.", "A moved."),
     ],
 )

@@ -24,14 +24,14 @@ from lockprobe.lockbox.families import box
 from lockprobe.record import Percept
 from lockprobe.trial_json import trial_from_json, trial_to_json
 
-FLIPS = ("transient", "sticky", "outcome-only")
+FLIPS = ("re-observed", "integrated", "outcome-only")
 
 
 def made(**asked):
     return gymnasium.make(lockprobe.environment.ENVIRONMENT, **asked)
 
 
-def flip(p, others="fresh", inverts="position"):
+def flip(p, others="fresh", inverts="outcome"):
     return {"channel": "OutcomeFlip", "p": p, "others": others, "inverts": inverts}
 
 
@@ -82,7 +82,7 @@ def test_an_episode_is_the_trial_of_the_study(kind, seed, repetition, trial, shu
         shuffle=shuffle,
         modality="symbolic",
     )
-    acting = [flip(p, "kept" if kind == "sticky" else "fresh")] if p else []
+    acting = [flip(p, "kept" if kind == "integrated" else "fresh")] if p else []
     told = {"channels": [*acting, {"channel": "TextChannel"}]} if kind != "outcome-only" else {"p": p, "flip": kind}
     env = LockboxEnv(box=name, **told, shuffle=shuffle)
     first, _ = env.reset(seed=seed, options={"repetition": repetition, "trial": trial})

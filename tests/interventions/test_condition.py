@@ -54,7 +54,7 @@ def test_dose_0_does_nothing(spec, nothing):
 
 
 def test_the_paper_s_conditions_run_over_flip_rates_and_then_modalities():
-    found = flips((0, 0.4), "sticky", ("symbolic", "rgb"))
+    found = flips((0, 0.4), "integrated", ("symbolic", "rgb"))
     assert [(one.p, one.modality) for one in found] == [(0, "symbolic"), (0.4, "symbolic"), (0, "rgb"), (0.4, "rgb")]
     assert [one.spec for one in found] == [
         "symbolic", "flip?p=0.4&others=kept + symbolic", "rgb",
@@ -119,9 +119,9 @@ def test_what_does_not_exist_is_refused_with_what_does():
 @pytest.mark.parametrize(
     ("kind", "modality", "spec"),
     [
-        ("transient", "rgb", "rgb"), ("sticky", "rgb", "rgb"), ("sticky", "rgb?p=0", "rgb?p=0"),
-        ("transient", "rgb?p=0.4", "rgb?p=0.4"), ("sticky", "rgb?p=0.4", "flip?p=0&others=kept + rgb?p=0.4"),
-        ("sticky", "rgb?blur=2", "rgb?blur=2"), ("outcome-only", "symbolic", "symbolic?tell=outcome"),
+        ("re-observed", "rgb", "rgb"), ("integrated", "rgb", "rgb"), ("integrated", "rgb?p=0", "rgb?p=0"),
+        ("re-observed", "rgb?p=0.4", "rgb?p=0.4"), ("integrated", "rgb?p=0.4", "flip?p=0&others=kept + rgb?p=0.4"),
+        ("integrated", "rgb?blur=2", "rgb?blur=2"), ("outcome-only", "symbolic", "symbolic?tell=outcome"),
     ],
 )  # fmt: skip
 def test_a_flip_at_rate_0_is_the_truth_unless_it_says_more(kind, modality, spec):

@@ -54,20 +54,20 @@ def test_the_first_look_is_never_flipped():
     assert tell(OutcomeFlip(p=1.0), opening) == opening
 
 
-def test_a_transient_lie_is_gone_in_the_next_report():
+def test_a_lie_is_gone_in_the_next_report_of_another_joint():
     lie = tell(OutcomeFlip(p=1.0))
     later = Percept(joint="A", outcome="blocked", positions=(False, True, False))
     assert tell(OutcomeFlip(p=0.0), later, lie).positions == (False, True, False)
 
 
-def test_a_sticky_lie_stays_until_the_joint_is_attempted_again():
-    lie = tell(OutcomeFlip(p=1.0, others="kept"))
+def test_a_latched_lie_stays_until_the_joint_is_attempted_again():
+    lie = tell(OutcomeFlip(p=1.0, inverts="position", others="kept"))
     later = Percept(joint="A", outcome="blocked", positions=(False, True, False))
-    still = tell(OutcomeFlip(p=0.0, others="kept"), later, lie)
+    still = tell(OutcomeFlip(p=0.0, inverts="position", others="kept"), later, lie)
     assert still.positions == (False, False, False)
     again = Percept(joint="B", outcome="moved", positions=(False, False, False))
-    assert tell(OutcomeFlip(p=0.0, others="kept"), again, still).positions == (False, False, False)
-    assert tell(OutcomeFlip(p=0.0, others="kept"), again, lie).outcome == "moved"
+    assert tell(OutcomeFlip(p=0.0, inverts="position", others="kept"), again, still).positions == (False, False, False)
+    assert tell(OutcomeFlip(p=0.0, inverts="position", others="kept"), again, lie).outcome == "moved"
 
 
 def played(like, seed=1, agent="random", p=0.5, **settings):
@@ -105,7 +105,7 @@ def test_each_reading_is_its_law_of_false_positions(like, seed):
 @pytest.mark.parametrize("keep", [0, 0.5, 1])
 def test_inverted_outcomes_are_a_share_p_of_those_that_an_agent_infers(agent, keep):
     """By comparing two reports, whatever the agent does; where positions are inverted, repeats change the share."""
-    like = OutcomeFlip(inverts="outcome", keep=keep)
+    like = OutcomeFlip(keep=keep)
     trials = [played(like, trial=trial, agent=agent, p=0.3, modality=STATES) for trial in range(1, 41)]
     false = [step.told_falsely for trial in trials for step in trial.steps]
     assert abs(np.mean(false) - 0.3) < 4 * (0.21 / len(false)) ** 0.5
@@ -114,7 +114,7 @@ def test_inverted_outcomes_are_a_share_p_of_those_that_an_agent_infers(agent, ke
 def test_an_agent_that_repeats_infers_other_outcomes_than_a_share_p_where_positions_are_inverted():
     """2p(1 - p) after a repeat, .32 at p = .2 and .32 at .8, where the last report was of the same joint."""
     for p, share in ((0.2, 0.32), (0.8, 0.32)):
-        rng, channel, past, false = np.random.default_rng(3), OutcomeFlip(p=p), (), []
+        rng, channel, past, false = np.random.default_rng(3), OutcomeFlip(p=p, inverts="position"), (), []
         for _ in range(4_000):
             blocked = Percept(joint="B", outcome="blocked", positions=(False, False, False))
             told = channel.perceive(blocked, past, TASK, rng)
@@ -129,7 +129,10 @@ def test_an_agent_that_ignores_reports_chooses_the_same_under_every_reading(agen
 
 
 def test_positions_that_survive_at_a_smaller_keep_are_a_subset_of_those_at_a_larger():
-    told = [told_errors(played(OutcomeFlip(keep=keep), modality="symbolic")) for keep in (0, 0.3, 0.6, 0.9, 1)]
+    told = [
+        told_errors(played(OutcomeFlip(inverts="position", keep=keep), modality="symbolic"))
+        for keep in (0, 0.3, 0.6, 0.9, 1)
+    ]
     for fewer, more in itertools.pairwise(told):
         assert all(b or not a for low, high in zip(fewer, more, strict=True) for a, b in zip(low, high, strict=True))
     assert len({str(one) for one in told}) == 5
@@ -147,12 +150,12 @@ def test_a_false_position_survives_with_probability_keep_and_independently_of_ot
 @pytest.mark.parametrize(
     ("spec", "canonical", "reading"),
     [
-        ("flip?p=0.4&others=fresh", "flip?p=0.4", "memoryless state noise"),
-        ("flip?p=0.4&keep=0", "flip?p=0.4", "memoryless state noise"),
-        ("flip?p=0.4&keep=1", "flip?p=0.4&others=kept", "latched state noise"),
-        ("flip?p=0.4&inverts=outcome", "flip?p=0.4&inverts=outcome", "re-observed outcome noise"),
-        ("flip?inverts=outcome&keep=1", "flip?p=0&inverts=outcome&others=kept", "integrated outcome noise"),
-        ("flip?p=0.4&keep=0.5", "flip?p=0.4&keep=0.5", "partly latched state noise (keep = 0.5)"),
+        ("flip?p=0.4&others=fresh", "flip?p=0.4", "re-observed outcome noise"),
+        ("flip?p=0.4&keep=0&inverts=outcome", "flip?p=0.4", "re-observed outcome noise"),
+        ("flip?p=0.4&keep=1", "flip?p=0.4&others=kept", "integrated outcome noise"),
+        ("flip?p=0.4&inverts=position", "flip?p=0.4&inverts=position", "memoryless state noise"),
+        ("flip?inverts=position&keep=1", "flip?p=0&inverts=position&others=kept", "latched state noise"),
+        ("flip?p=0.4&keep=0.5", "flip?p=0.4&keep=0.5", "partly integrated outcome noise (keep = 0.5)"),
     ],
 )
 def test_every_flip_has_one_spec_and_a_name(spec, canonical, reading):
@@ -239,7 +242,7 @@ def test_while_looping_every_report_is_true_until_the_first_loop_is_complete(see
 
 def test_every_option_is_in_the_record():
     plain, set_ = (lies(spec)[1].channels[0] for spec in ("flip?p=0.4", "flip?p=0.4&from=2&at=4;8&while=looping"))
-    acting = {"channel": "OutcomeFlip", "p": 0.4, "inverts": "position", "others": "fresh", "keep": 0.0}
+    acting = {"channel": "OutcomeFlip", "p": 0.4, "inverts": "outcome", "others": "fresh", "keep": 0.0}
     assert plain == acting | {"only": "any", "from": None, "until": None, "at": "", "while": "always"}
     assert set_ == {**plain, "from": 2, "at": "4;8", "while": "looping"}
 

@@ -213,7 +213,7 @@ def test_what_is_odd_comes_to_the_same_in_the_loop(spec):
 
 
 def test_a_flip_in_a_condition_is_the_flip_of_p():
-    assert propagate(condition="flip?p=0.3&others=kept") == propagate(p=0.3, flip="sticky")
+    assert propagate(condition="flip?p=0.3&others=kept") == propagate(p=0.3, flip="integrated")
 
 
 @pytest.mark.parametrize("agent", ["human-inspired", "cognitive:insistent", "ideal-observer?noise=naive"])
@@ -262,7 +262,7 @@ def test_reports_are_flipped_once():
         {"condition": "flip?p=0.2&until=5 + flip?p=0.1&from=6&others=kept"},
     ):
         with pytest.raises(
-            BadValue, match="one flip with inverts=position and others=fresh a step at most, and none with p"
+            BadValue, match="one flip a step at most, several only with others=fresh and equal inverts, and none with p"
         ):
             propagate(**given)
 

@@ -147,7 +147,10 @@ def test_success_under_each_reading_is_as_sampled_before_there_were_readings(age
 
 def test_a_false_position_that_lives_longer_turns_the_sign_of_the_effect():
     truth = propagate("cognitive:perseverant").success
-    found = [propagate("cognitive:perseverant", condition=f"flip?p=0.4&keep={q}").success for q in (0, 0.5, 0.9, 1)]
+    found = [
+        propagate("cognitive:perseverant", condition=f"flip?p=0.4&inverts=position&keep={q}").success
+        for q in (0, 0.5, 0.9, 1)
+    ]
     assert found == pytest.approx([0.641, 0.553, 0.359, 0.256], abs=0.006)
     assert found[2] > truth > found[3]
 

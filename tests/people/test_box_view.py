@@ -14,7 +14,7 @@ from lockprobe.plan import Names
 from lockprobe.plants import catalogue
 from lockprobe.studies.paused_trial import PausedTrial
 
-STUDY = people_study(layout="shuffled", flip="sticky", modalities=("symbolic",))
+STUDY = people_study(layout="shuffled", flip="integrated", modalities=("symbolic",))
 PLAN = STUDY.plan("participant", STUDY.labelled("flip?p=0.4&others=kept + symbolic"), 1, 3)
 
 

@@ -37,7 +37,7 @@ def test_the_page_is_sent_nothing_but_what_is_told(tmp_path):
     free = replace(chain, name="free", interlock={})
     around = dict(zip(chain.names, (*chain.names[1:], chain.names[0]), strict=True))
     stuck = replace(chain, name="stuck", interlock={one: ({other: True},) for one, other in around.items()})
-    settings = {"flip": "sticky", "trials": 2, "max_steps": 3}
+    settings = {"flip": "integrated", "trials": 2, "max_steps": 3}
     true = people_study(box=free, p=(0.0,), **settings)
     false = people_study(box=stuck, p=(1.0,), name="another", **settings)
     labels = Names(plan := true.plan("participant", true.conditions[0], 1, 1)).listing

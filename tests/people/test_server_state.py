@@ -32,9 +32,9 @@ CHOICE = Attempt(joint="A", rt=1.0)
 
 
 @pytest.mark.parametrize("spec", ["human-inspired", "human-inspired:proximity", "ideal-observer", "round-robin"])
-@pytest.mark.parametrize("flip", ["transient", "sticky", "outcome-only"])
+@pytest.mark.parametrize("flip", ["re-observed", "integrated", "outcome-only"])
 def test_a_strategy_at_the_page_plays_as_without_it(tmp_path, spec, flip):
-    study = people_study(flip=flip, layout="shuffled", assessment=flip != "sticky")
+    study = people_study(flip=flip, layout="shuffled", assessment=flip != "integrated")
     take_part(tmp_path, study, Experiment(history=False), spec, people=2)
     trials = load(tmp_path)
     assert len(trials) == 4

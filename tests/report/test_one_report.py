@@ -125,9 +125,9 @@ def test_conditions_without_flips_have_speed_loops_and_agents_compared(tmp_path)
 
 
 def test_flips_of_another_kind_have_a_name_of_their_own_and_are_told_apart_in_every_table(tmp_path):
-    directory = played(tmp_path / "study", p=[0, 0.4], flip="sticky", condition=["flip?p=0.4", "flip?p=0.1"])
+    directory = played(tmp_path / "study", p=[0, 0.4], flip="integrated", condition=["flip?p=0.4", "flip?p=0.1"])
     found = reported(directory)
-    assert found.design.flip_kind == "latched state noise"
+    assert found.design.flip_kind == "integrated outcome noise"
     contrasts = found.where("clearest_success_difference", axis="flip rate", of="")
     assert [row.doses for row in contrasts] == [{"flip.p": 0.4, "flip.keep": 1}] * 2
     others = found.where("success_difference", axis="flip rate (others=fresh)", of="")

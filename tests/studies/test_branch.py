@@ -140,8 +140,8 @@ def test_forks_estimate_the_exact_effect_of_one_lie(tmp_path, agent, p):
 
 def test_every_kind_of_flip_leaves_later_reports_as_it_would(tmp_path):
     """A sticky lie at the fork stays until its joint is attempted again; outcome-only reports stay without positions."""
-    planned = study("flips", agent="round-robin", flip="sticky", p=[0.3], trials=4, repetitions=1)
-    _, forks = played(tmp_path / "sticky", planned, at=["5"], truthful=True)
+    planned = study("flips", agent="round-robin", flip="integrated", p=[0.3], trials=4, repetitions=1)
+    _, forks = played(tmp_path / "integrated", planned, at=["5"], truthful=True)
     stays = [fork for name, fork in by_name(forks).items() if name.arm == "lie"]
     assert any(step.told_state != after.state for fork in stays for step, after in zip(fork.steps[5:], fork.steps[6:]))  # noqa: B905
     planned = study("flips", agent="random", flip="outcome-only", p=[0.3], trials=2, repetitions=1)

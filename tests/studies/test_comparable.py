@@ -52,7 +52,7 @@ def test_a_study_without_a_condition_in_common_is_refused_with_the_reason():
     flips = study_of((0.1, 0.9), name="flips", agents=("random",), box=box("chain-4"))
     with pytest.raises(BadFile, match=r"^a: it shares no condition .*: it has truth, flip\?p=0\.3, flip\?p=0\.6; they"):
         check_comparable({A: FLIPS, B: flips})
-    sticky = study_of((0.3,), "sticky", name="flips", agents=("random",), box=box("chain-4"))
+    sticky = study_of((0.3,), "integrated", name="flips", agents=("random",), box=box("chain-4"))
     with pytest.raises(BadFile, match=r"they have flip\?p=0\.3&others=kept$"):
         check_comparable({A: FLIPS, B: sticky})
     shown = [modality_study(modalities=(one,)) for one in ("rgb", "symbolic")]

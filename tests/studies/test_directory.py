@@ -95,7 +95,7 @@ def test_the_first_agents_play_on_without_those_that_were_added(tmp_path):
         ({"conditions": flips((0.0,))}, "(conditions is 'truth; flip?p=0.4' there, 'truth' asked)"),
         ({"conditions": (Condition(), Condition(modality="symbolic"))}, "'truth; symbolic' asked"),
         ({"conditions": (Condition(name="honest"),)}, "(conditions is 'truth; flip?p=0.4' there, 'honest=truth' asked)"),
-        ({"max_steps": 5, "conditions": flips((0.0, 0.4), "sticky")}, "there, 'truth; flip?p=0.4&others=kept' asked; max_steps is 20 there, 5 asked)"),
+        ({"max_steps": 5, "conditions": flips((0.0, 0.4), "integrated")}, "there, 'truth; flip?p=0.4&others=kept' asked; max_steps is 20 there, 5 asked)"),
         ({"assessment": False}, "(assessment is True there, False asked)"),
         ({"box": box("chain-5")}, "(box is 'chain-4' there, 'chain-5' asked)"),
         ({"box": replace(box("chain-4"), target="slider-1")}, "(box is {'target': 'revolute-left'} there, "),

@@ -16,8 +16,8 @@ from lockprobe.studies.modality import check_distinct, interventions_for, is_pic
 
 def test_reports_are_flipped_and_put_into_words():
     flip = OutcomeFlip(p=0.3, others="kept")
-    assert interventions_for(flips((0.3,), "sticky")[0]) == (flip, TextChannel(tell="state"))
-    assert interventions_for(flips((0.3,), "sticky", ("symbolic",))[0]) == (flip, TextChannel())
+    assert interventions_for(flips((0.3,), "integrated")[0]) == (flip, TextChannel(tell="state"))
+    assert interventions_for(flips((0.3,), "integrated", ("symbolic",))[0]) == (flip, TextChannel())
     assert interventions_for(flips((0.3,), "outcome-only")[0]) == (OutcomeFlip(p=0.3), TextChannel(tell="outcome"))
 
 
@@ -33,14 +33,14 @@ def test_reports_are_flipped_and_put_into_words():
 def test_pictures_come_from_the_camera_alone_where_they_are_true(spec, eye):
     assert is_pictured(spec)
     assert shown(spec) == eye
-    assert interventions_for(flips((0.0,), "sticky", (spec,))[0]) == (eye,)
+    assert interventions_for(flips((0.0,), "integrated", (spec,))[0]) == (eye,)
 
 
 def test_false_pictures_are_made_by_a_flip_before_the_camera():
     flipped = (OutcomeFlip(p=0.3, others="kept"), CameraChannel())
-    assert interventions_for(flips((0.3,), "sticky", ("rgb",))[0]) == flipped
-    assert interventions_for(flips((0.0,), "sticky", ("rgb?p=0.3",))[0]) == flipped
-    assert interventions_for(flips((0.0,), "transient", ("rgb?p=0.3",))[0]) == (OutcomeFlip(p=0.3), CameraChannel())
+    assert interventions_for(flips((0.3,), "integrated", ("rgb",))[0]) == flipped
+    assert interventions_for(flips((0.0,), "integrated", ("rgb?p=0.3",))[0]) == flipped
+    assert interventions_for(flips((0.0,), "re-observed", ("rgb?p=0.3",))[0]) == (OutcomeFlip(p=0.3), CameraChannel())
     under = Condition(interventions=(Delay(lag=1),), modality="rgb")
     assert interventions_for(under) == (Delay(lag=1), CameraChannel())
 
@@ -48,7 +48,12 @@ def test_false_pictures_are_made_by_a_flip_before_the_camera():
 @pytest.mark.parametrize(
     ("p", "flip", "modality", "message"),
     [
-        (0.3, "sticky", "rgb?p=0.2", r"p: got \[0.3\], expected 0 with rgb\?p=0.2, which has a flip rate of its own"),
+        (
+            0.3,
+            "integrated",
+            "rgb?p=0.2",
+            r"p: got \[0.3\], expected 0 with rgb\?p=0.2, which has a flip rate of its own",
+        ),
         (0.3, "outcome-only", "rgb", "flip: got 'outcome-only', expected .*, with rgb, which shows positions"),
         (0.0, "outcome-only", "rgb?p=0.2", "flip: got 'outcome-only', expected .*, with rgb.*, which shows positions"),
         (0.3, "outcome-only", "symbolic?tell=state", "flip: got 'outcome-only', .*tell=state, which shows positions"),
@@ -70,7 +75,7 @@ def test_what_cannot_be_shown_is_refused(p, flip, modality, message):
 def test_a_report_needs_no_camera(spec, channel):
     assert not is_pictured(spec)
     assert shown(spec) == channel
-    assert interventions_for(flips((0.3,), "sticky", (spec,))[0]) == (OutcomeFlip(p=0.3, others="kept"), channel)
+    assert interventions_for(flips((0.3,), "integrated", (spec,))[0]) == (OutcomeFlip(p=0.3, others="kept"), channel)
 
 
 @pytest.mark.parametrize(

@@ -87,7 +87,7 @@ def test_identity_changes_with_every_setting():
         "seed": 2, "shuffle": False, "box": study(StudyOptions(agent=["random"], box="chain-3")).box,
         "layout": "shuffled", "plant": "fast-twin", "strategy_trials": 7,
     }  # fmt: skip
-    acting = [flips((0.0,)), flips((0.0, 0.4), "sticky"), (Condition(name="mine"),)]
+    acting = [flips((0.0,)), flips((0.0, 0.4), "integrated"), (Condition(name="mine"),)]
     changed = [{name: value} for name, value in changes.items()] + [{"conditions": one} for one in acting]
     identities = {replace(STUDY, **change).identity for change in changed}
     assert len(identities | {STUDY.identity}) == len(changed) + 1

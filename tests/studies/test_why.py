@@ -53,7 +53,7 @@ def test_it_is_shown_in_one_way_throughout():
         ({"p": [1.5]}, "a rate above 0"),
         ({"modality": ["rgb"], "plant": "fast-twin"}, "pictures cannot be corrected"),
         ({"modality": ["symbolic", "symbolic?tell=state"]}, "one, which all arms have"),
-        ({"flip": "sticky"}, "transient"),
+        ({"flip": "integrated"}, "re-observed"),
         ({"condition": "flip?p=0.4"}, "another condition than the arm lie, which is the same"),
         ({"condition": "nudge"}, "got 'nudge', expected another condition than the arm nudge, which is the same"),
         ({"condition": "retracted=nudge?after=5"}, r"got 'retracted=nudge.*another name: retracted is the arm correc"),

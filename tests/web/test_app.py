@@ -597,7 +597,7 @@ TRUTH = re.compile(
 )
 
 
-@pytest.mark.parametrize("flip", ["transient", "sticky", "outcome-only"])
+@pytest.mark.parametrize("flip", ["re-observed", "integrated", "outcome-only"])
 @pytest.mark.parametrize("layout", ["fixed", "shuffled"])
 def test_no_truth_in_all_the_traffic_of_a_session(tmp_path, flip, layout):
     study = Study(

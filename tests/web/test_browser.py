@@ -62,7 +62,7 @@ def check_equal(directory, study, strategy, who, boxes, *, claims=True):
 
 CASES = {
     "words, clicks": ("text", "click", "human-inspired", {}),
-    "a drawn panel, keys, false positions that stay": ("panel", "key", "ideal-observer", {"flip": "sticky"}),
+    "a drawn panel, keys, false positions that stay": ("panel", "key", "ideal-observer", {"flip": "integrated"}),
     "a drawn panel, touch, outcomes only": (
         "panel",
         "touch",

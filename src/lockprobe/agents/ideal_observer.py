@@ -40,7 +40,8 @@ class IdealObserver(Policy[Belief]):
         plan: ``steps``: fewest expected steps. ``information``: most expected bits about the interlock, and fewest
             expected steps once the interlock is known or no attempt is informative.
         reading: What it knows a false report to be: ``memoryless``, ``latched``, ``re-observed`` or ``integrated``.
-            With ``unknown`` it takes positions to be inverted, and infers whether false ones stay.
+            With ``outcomes`` it knows that outcomes are inverted and infers whether false positions stay, with
+            ``positions`` that positions are.
 
     Raises:
         UnknownName: If there is no such prior.
@@ -52,7 +53,7 @@ class IdealObserver(Policy[Belief]):
     prior: str = "single-parent"
     noise: str = "aware"
     plan: PlanGoal = "steps"
-    reading: KnownReading = "unknown"
+    reading: KnownReading = "outcomes"
 
     def __post_init__(self) -> None:
         if self.prior not in PRIORS:

@@ -128,7 +128,8 @@ class LocalModel:
         name, options = read_options(spec)
         path = weights.locate(name)
         engine = Engine(path, context=_CONTEXT)
-        facts = {"model": path.stem, "sha256": weights.sha256_of(path)} | engine.facts()
+        called = path.stem if name == "llm:local" else weights.model_name(path)
+        facts = {"model": called, "sha256": weights.sha256_of(path)} | engine.facts()
         calibration: Calibration = "first" if options["calibration"] == "first" else "none"
         return cls(engine, facts, temperature=float(options["temperature"]), calibration=calibration)
 

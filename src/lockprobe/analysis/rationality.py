@@ -27,7 +27,16 @@ import numpy as np
 from lockprobe.analysis.clustered import ClusteredMean, ClusteredProportion, cluster_bootstrap, clustered_proportion
 from lockprobe.analysis.outcomes import ended
 from lockprobe.beliefs.planning import expected_steps, information, least
-from lockprobe.beliefs.posterior import Belief, ReportedAttempt, begin, entropy, noise_model, opened, update
+from lockprobe.beliefs.posterior import (
+    Belief,
+    KnownReading,
+    ReportedAttempt,
+    begin,
+    entropy,
+    noise_model,
+    opened,
+    update,
+)
 from lockprobe.beliefs.structures import interlocks
 from lockprobe.record import Trial
 from lockprobe.seeds import generator
@@ -221,7 +230,11 @@ def judge(trial: Trial, *, prior: str, noise: str = "naive") -> JudgedTrial:
 
 
 def _judge(trial: Trial, told: Sequence[Told], prior: str, noise: str) -> JudgedTrial:
-    now, restarts, steps = moment(begin(interlocks(prior, len(trial.joints)), noise_model(noise))), 0, []
+    now, restarts, steps = (
+        moment(begin(interlocks(prior, len(trial.joints)), noise_model(noise, _reading(trial)))),
+        0,
+        [],
+    )
     for step, (joint, report) in zip(trial.steps, told, strict=True):
         after, again = now.after(report)
         steps.append(_judged(step.step, joint, now, now.entropy - after.entropy))
@@ -229,6 +242,11 @@ def _judge(trial: Trial, told: Sequence[Told], prior: str, noise: str) -> Judged
     return JudgedTrial(
         key=trial.key, prior=prior, noise=noise, steps=tuple(steps), entropy_left=now.entropy, restarts=restarts
     )
+
+
+def _reading(trial: Trial) -> KnownReading:
+    """What the observer knows to be inverted: what was inverted in this trial, or outcomes."""
+    return "positions" if any(channel.get("inverts") == "position" for channel in trial.channels) else "outcomes"
 
 
 def _told(trial: Trial) -> list[Told]:

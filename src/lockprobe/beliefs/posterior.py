@@ -17,9 +17,9 @@ The content of a report depends on the reading of a false report (:mod:`lockprob
 * The other positions are true under ``memoryless`` and ``re-observed``; under ``latched`` and ``integrated`` they
   repeat what was told before.
 
-Without positions there is the outcome alone. An observer who was not told the reading takes positions to be inverted
-and infers from equal odds whether false ones stay (``memoryless`` or ``latched``); a naive one takes every position as
-true. A trial that goes on shows that the target has not moved, whatever was reported.
+Without positions there is the outcome alone. An observer who knows only that outcomes are inverted infers from equal
+odds whether false positions stay (``re-observed`` or ``integrated``), and so does one who knows that positions are
+(``memoryless`` or ``latched``). A naive one takes every position as true. A trial that goes on shows that the target has not moved, whatever was reported.
 
 If no interlock of the prior allows the reports, the observer keeps only the last report. It restarts from the prior at
 the configuration told before it (or the most probable one, if none was told). If that is impossible too, it restarts at
@@ -28,6 +28,7 @@ the configuration told after it. Interlocks that cannot be solved from there are
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from math import inf, lgamma, log
@@ -54,8 +55,13 @@ __all__ = [
     "update",
 ]
 
-KnownReading = Literal["unknown", "memoryless", "latched", "re-observed", "integrated"]
-"""What a false report is, as far as an observer was told."""
+KnownReading = Literal["outcomes", "positions", "memoryless", "latched", "re-observed", "integrated"]
+"""What a false report is, as far as an observer was told: a reading, or only what is inverted."""
+
+_KINDS: Mapping[KnownReading, tuple[KnownReading, ...]] = {
+    "outcomes": ("re-observed", "integrated"),
+    "positions": ("memoryless", "latched"),
+}
 
 OF_OUTCOMES = ("re-observed", "integrated")
 """The readings that invert outcomes, against what was told before."""
@@ -70,7 +76,7 @@ class Noise:
     Attributes:
         name: ``naive``, ``aware`` or a number.
         p: Probability that a report is false, [0, 1]; None if the observer infers it.
-        kinds: The possible readings: one, or those that invert positions.
+        kinds: The possible readings: one, or those that invert the same.
     """
 
     name: str
@@ -83,7 +89,7 @@ class Noise:
         return self.p == 0.0
 
 
-def noise_model(name: str, reading: KnownReading = "unknown") -> Noise:
+def noise_model(name: str, reading: KnownReading = "outcomes") -> Noise:
     """A noise model by name.
 
     Args:
@@ -100,7 +106,7 @@ def noise_model(name: str, reading: KnownReading = "unknown") -> Noise:
     if p is not None and not 0.0 <= p <= 1.0:
         raise BadValue("noise", name, "naive, aware, or a number from 0 to 1")
     check_choice("reading", reading, get_args(KnownReading))
-    kinds: tuple[KnownReading, ...] = ("memoryless", "latched") if reading == "unknown" else (reading,)
+    kinds: tuple[KnownReading, ...] = _KINDS.get(reading, (reading,))
     return Noise(name=name, p=p, kinds=("memoryless",) if p == 0.0 else kinds)
 
 

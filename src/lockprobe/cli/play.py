@@ -24,7 +24,7 @@ from lockprobe.agents.participant import participant_spec
 from lockprobe.cli.printing import Screen
 from lockprobe.errors import BadFile, BadValue, LockprobeError
 from lockprobe.inputs import check_regular
-from lockprobe.interventions.flip import FlipKind
+from lockprobe.interventions.flip import DEFAULT, FlipKind
 from lockprobe.lockbox.box import LayoutKind, Lockbox
 from lockprobe.lockbox.families import DEFAULT_BOX
 from lockprobe.lockbox.sketch import interlock_lines, panel_lines
@@ -54,7 +54,7 @@ _SEEDS = 10_000
 def play(
     box: Annotated[str, typer.Option(help="A box by name, random-N-SEED, or a TOML file.")] = DEFAULT_BOX,
     p: Annotated[float, typer.Option(help="Flip rate: how often reports are false.")] = 0.0,
-    flip: Annotated[FlipKind, typer.Option(help="What a false report is.")] = "transient",
+    flip: Annotated[FlipKind, typer.Option(help="What a false report is.")] = DEFAULT,
     seed: Annotated[int | None, typer.Option(help="Seed of everything (drawn).")] = None,
     max_steps: Annotated[int, typer.Option(help="Budget in steps.")] = 20,
     layout: Annotated[LayoutKind, typer.Option(help="fixed; shuffled: a new panel.")] = "fixed",

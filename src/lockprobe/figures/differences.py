@@ -151,13 +151,13 @@ def by_condition(found: Results) -> Figure | None:
     """
     rates = {one.name: one.p for one in found.design.conditions}
     titles = {
-        "success_difference": "success under the condition",
-        "success_change_difference": "change from the control to the condition",
+        "success_difference": "difference in success under the condition",
+        "success_change_difference": "difference in what the condition changes",
     }
     panels = []
     for quantity, said in titles.items():
         own = [row for row in found.where(quantity, of="", axis="") if row.versus and row.family]
-        own = [row for row in own if rates[row.condition] is None]
+        own = [row for row in own if rates.get(row.condition, 0.0) is None]
         first = own[0].family.partition(",")[0] if own else ""
         pairs = [row for row in own if row.family.partition(",")[0] == first]
         left = len(pairs[SHOWN:])

@@ -24,7 +24,7 @@ from lockprobe.fit.model_comparison import FittedCandidate, compare_models
 from lockprobe.fit.optimise import maximum, parameters
 from lockprobe.fit.result import CLOSE, FitClaim, Parameter
 from lockprobe.interventions.condition import Condition, flips, tells_positions
-from lockprobe.interventions.flip import FlipKind
+from lockprobe.interventions.flip import DEFAULT, FlipKind
 from lockprobe.interventions.words import TextChannel
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.families import box
@@ -62,7 +62,7 @@ class RecoveryDesign:
 
     box: Lockbox = field(default_factory=box)
     p: tuple[float, ...] = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
-    flip: FlipKind = "transient"
+    flip: FlipKind = DEFAULT
     repetitions: int = 3
     trials: int = 10
     budget: int = 20

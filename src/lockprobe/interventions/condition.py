@@ -11,7 +11,7 @@ from typing import get_args
 from lockprobe.doses import MODALITY_DOSES, OF_PLAIN_FLIPS, doses_of, flip_rate, modality_doses
 from lockprobe.errors import BadValue
 from lockprobe.interventions.catalogue import TRUTH, interventions_of, spec_of
-from lockprobe.interventions.flip import FlipKind, OutcomeFlip, flip_of
+from lockprobe.interventions.flip import DEFAULT, FlipKind, OutcomeFlip, flip_of
 from lockprobe.protocols import Intervention
 from lockprobe.record import STATES
 from lockprobe.spec import Spec, spec_name, split_specs
@@ -144,7 +144,7 @@ def _made(one: Intervention | Recorded) -> Intervention:
 
 
 def flips(
-    p: Iterable[float], kind: FlipKind | OutcomeFlip = "transient", modalities: Iterable[str] | None = None
+    p: Iterable[float], kind: FlipKind | OutcomeFlip = DEFAULT, modalities: Iterable[str] | None = None
 ) -> tuple[Condition, ...]:
     """The conditions of the paper's studies: every flip rate in every modality, modalities outermost.
 

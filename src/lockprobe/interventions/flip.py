@@ -14,11 +14,16 @@ from lockprobe.validation import check_choice, check_probability
 if TYPE_CHECKING:  # the options of a study rest on this module, and their help needs no arithmetic
     import numpy as np
 
-__all__ = ["READINGS", "FlipKind", "Inverts", "Others", "OutcomeFlip", "flip_of"]
+__all__ = ["DEFAULT", "READINGS", "FlipKind", "Inverts", "Others", "OutcomeFlip", "flip_of"]
 
 FlipKind = Literal["transient", "sticky", "outcome-only", "memoryless", "latched", "re-observed", "integrated"]
 """What ``--flip`` takes: the readings of a false report by the first word of their names, and short words for three
-studies. ``transient`` is memoryless, ``sticky`` is latched; ``outcome-only`` is memoryless and tells no positions."""
+studies. ``transient`` is memoryless, ``sticky`` is latched; ``outcome-only`` is re-observed and tells no positions."""
+
+DEFAULT: FlipKind = "re-observed"
+"""The reading of the paper's study. The paper leaves the reading open, so this is a judgement: it is the only one that
+inverts a share p of the outcomes (Sec. 3.2), tells them through states, and looks afresh at the other joints, as the
+next picture would show them ("mimicking the effect of misinterpreting a visual observation")."""
 
 Inverts = Literal["position", "outcome"]
 Others = Literal["fresh", "kept", "partly"]
@@ -42,10 +47,10 @@ class OutcomeFlip:
 
     The paper leaves open how, in two respects. What is inverted:
 
-    * ``inverts=position``: the outcome in the report and the reported position of the attempted joint are the opposite
-      of the true ones.
     * ``inverts=outcome``: the opposite outcome is told, and the position that follows from it and from what was told of
       the joint before. So exactly a share ``p`` of the outcomes that an agent infers by comparing reports is inverted.
+    * ``inverts=position``: the outcome in the report and the reported position of the attempted joint are the opposite
+      of the true ones.
 
     What becomes of the false positions of other joints:
 
@@ -78,7 +83,7 @@ class OutcomeFlip:
     doses: ClassVar[tuple[str, ...]] = ("p", "keep")
     stream: ClassVar[str] = "channel"
     p: float = 0.0
-    inverts: Inverts = "position"
+    inverts: Inverts = "outcome"
     others: Others = "fresh"
     keep: float = 0.0
     only: Only = "any"
@@ -173,7 +178,7 @@ class OutcomeFlip:
 _LIKE: Mapping[str, tuple[Inverts, Others]] = {
     "transient": ("position", "fresh"),
     "sticky": ("position", "kept"),
-    "outcome-only": ("position", "fresh"),
+    "outcome-only": ("outcome", "fresh"),
     "memoryless": ("position", "fresh"),
     "latched": ("position", "kept"),
     "re-observed": ("outcome", "fresh"),

@@ -121,9 +121,9 @@ def condition_chances(
     ones = interventions_of(condition) if isinstance(condition, str) else tuple(condition)
     flips = [one for one in ones if isinstance(one, OutcomeFlip)]
     twice = any(sum(one.falls_on(step) for one in flips) > 1 for step in range(1, budget + 1))
-    lasting = any(one.at_rate(0) != OutcomeFlip() for one in flips)
+    lasting = any(one.keep for one in flips) or len({one.inverts for one in flips}) > 1
     if twice or (flips and p > 0) or (len(flips) > 1 and lasting):
-        expected = "one flip with inverts=position and others=fresh a step at most, and none with p"
+        expected = "one flip a step at most, several only with others=fresh and equal inverts, and none with p"
         raise BadValue("condition", " + ".join(map(spec_of, ones)), expected)
     at_the_flips: dict[type[Any], float] = {}
     spoken = {Drop: 1.0, Distract: 1.0}

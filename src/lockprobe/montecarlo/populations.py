@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from lockprobe.agents.policy import Policy
 from lockprobe.analysis.loops import LoopMeasures, kernels, measure
 from lockprobe.errors import BadValue
-from lockprobe.interventions.flip import FlipKind, OutcomeFlip, flip_of
+from lockprobe.interventions.flip import DEFAULT, FlipKind, OutcomeFlip, flip_of
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.families import DEFAULT_BOX
 from lockprobe.montecarlo import rules
@@ -114,7 +114,7 @@ def population(
     box: str | Path | Lockbox = DEFAULT_BOX,
     *,
     p: float = 0.0,
-    flip: FlipKind | OutcomeFlip = "transient",
+    flip: FlipKind | OutcomeFlip = DEFAULT,
     modality: str | None = None,
     trials: int = 5_000,
     seed: int = 1,

@@ -16,7 +16,7 @@ from typing import Any, Literal, NamedTuple, get_args
 
 from lockprobe.agents.policy import Policy, Told
 from lockprobe.errors import BadValue
-from lockprobe.interventions.flip import FlipKind
+from lockprobe.interventions.flip import DEFAULT, FlipKind
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.families import DEFAULT_BOX
 from lockprobe.montecarlo.condition_chances import ConditionChances, Report, condition_chances
@@ -72,7 +72,7 @@ def propagate(
     box: str | Path | Lockbox = DEFAULT_BOX,
     *,
     p: float = 0.0,
-    flip: FlipKind = "transient",
+    flip: FlipKind = DEFAULT,
     condition: str | Sequence[Intervention] = "",
     modality: str | None = None,
     max_steps: int = 20,

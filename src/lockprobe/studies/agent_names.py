@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 from lockprobe.agents.catalogue import resolve
+from lockprobe.agents.weights import portable
 from lockprobe.errors import BadValue, UserMistake
 from lockprobe.spec import PEOPLE, named_spec
 from lockprobe.terminal_text import printable
@@ -20,6 +21,8 @@ _SHOWN = 40
 def named_agents(written: Iterable[str]) -> tuple[list[str], dict[str, str]]:
     """The specs of agents that are written as ``SPEC`` or ``NAME=SPEC``, and spec -> name of those with a name.
 
+    Specs are those of records, without paths of this machine (:func:`lockprobe.agents.weights.portable`).
+
     >>> named_agents(["careful=human-inspired?lapse=0.1", "random"])
     (['human-inspired?lapse=0.1', 'random'], {'human-inspired?lapse=0.1': 'careful'})
 
@@ -29,6 +32,7 @@ def named_agents(written: Iterable[str]) -> tuple[list[str], dict[str, str]]:
     specs, names = list[str](), dict[str, str]()
     for text in written:
         name, spec = named_spec(text, "agent", "careful=human-inspired?lapse=0.1")
+        spec = portable(spec)
         if spec in specs and (name or names.get(spec)):
             said = f"{printable(short(spec))} once: the same seed gives the same trials under every name"
             raise BadValue("agent", printable(short(text)), said)

@@ -196,7 +196,8 @@ def arm_interventions(arm: str, at: int, condition: Condition, label: str = "") 
     made = interventions_of(spec)
     if arm == "lie":
         return (like.at_rate(1.0, at=(at,)),)
-    return made if like.at_rate(0.0) == OutcomeFlip() else (like.at_rate(0.0), *made)
+    forgetful = like.inverts == "position" and like.keep == 0  # a true report then owes nothing to those before it
+    return made if not flips or forgetful else (like.at_rate(0.0), *made)
 
 
 def branching(

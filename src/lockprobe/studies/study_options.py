@@ -133,8 +133,8 @@ class StudyOptions(BaseModel):
     flip: Annotated[
         FlipKind | None,
         _about(
-            "What a false report is: memoryless or transient, latched or sticky, re-observed, integrated; or "
-            "outcome-only, without positions (transient)."
+            "What a false report is: re-observed, integrated, memoryless or transient, latched or sticky; or "
+            "outcome-only, without positions (re-observed)."
         ),
     ] = None
     plant: Annotated[

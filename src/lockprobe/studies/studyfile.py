@@ -23,7 +23,7 @@ from lockprobe.interventions.condition import (
     says_modality,
     sweep,
 )
-from lockprobe.interventions.flip import FlipKind, OutcomeFlip, flip_of
+from lockprobe.interventions.flip import DEFAULT, FlipKind, OutcomeFlip, flip_of
 from lockprobe.lockbox.box import Lockbox
 from lockprobe.lockbox.boxfile import box_from_data
 from lockprobe.lockbox.check import fault_of
@@ -151,7 +151,7 @@ def _plant(request: StudyOptions) -> str:
 
 
 def _flip(request: StudyOptions) -> FlipKind:
-    return _given(request.flip, "transient")
+    return _given(request.flip, DEFAULT)
 
 
 def _check_kept(box: Lockbox) -> None:
@@ -254,7 +254,7 @@ def _arms(request: StudyOptions, p: Sequence[float], modalities: Sequence[str]) 
         if len(values) > 1:
             raise BadValue(what, list(values), "one, which all arms have")
     if request.flip is not None and (request.flip == "outcome-only" or flip_of(request.flip) != OutcomeFlip()):
-        raise BadValue("flip", request.flip, "transient, the only kind that can be corrected")
+        raise BadValue("flip", request.flip, f"{DEFAULT}, the only kind that can be corrected")
     (shown,) = modalities
     arms, asked = arm_conditions(p[0], shown), _asked(request)
     for condition, says_own in asked:

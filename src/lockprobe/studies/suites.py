@@ -19,6 +19,7 @@ from lockprobe.agents.catalogue import resolve
 from lockprobe.errors import BadFile, BadValue, UnknownName
 from lockprobe.inputs import parse_json, read_input
 from lockprobe.interventions.condition import flips
+from lockprobe.interventions.flip import DEFAULT
 from lockprobe.lockbox.families import box
 from lockprobe.record import STATES
 from lockprobe.spec import PEOPLE
@@ -128,7 +129,7 @@ def suite_study(suite: Suite, directory: str, agents: Sequence[str], names: Mapp
         name=f"{suite.name}-{name}",
         agents=tuple(agents),
         box=box(name),
-        conditions=flips(suite.p, "transient", paper.MODALITIES if pictures else [STATES]),
+        conditions=flips(suite.p, DEFAULT, paper.MODALITIES if pictures else [STATES]),
         repetitions=1,
         trials=suite.looks if pictures else suite.trials,
         max_steps=paper.MAX_STEPS,

@@ -44,7 +44,7 @@ def test_the_design_is_named_with_the_hashes_that_a_publication_gives(tmp_path):
         "4 joints",
         "optimum 4 steps",
         "0, 0.3, 0.6",
-        "memoryless state noise",
+        "re-observed outcome noise",
     ):
         assert said in part
     assert "6 trials of 2 agents." in part

@@ -109,8 +109,8 @@ def _of(found: Results, quantity: str) -> list[Estimate]:
 
 def _table(found: Results) -> TextTable:
     head = ["agent", "compared with", "condition", "pairs of trials", "solved only by the first"]
-    head += ["solved only by the other", "difference, points", "McNemar", "corrected P", "difference in steps"]
-    table = [head]
+    head += ["solved only by the other", "difference, points", "McNemar", "corrected P", "conclusion"]
+    table = [[*head, "difference in steps"]]
     for row in _of(found, _APART):
         of = row.pair | {"condition": row.condition, "control": ""}
         counts = (found.one("solved_by_one_only", **of, of=part).count for part in ("only", "only the other"))
@@ -120,7 +120,7 @@ def _table(found: Results) -> TextTable:
         table.append(
             [
                 *labels(found, row.pair), row.condition, str(row.n), *map(str, counts), points_cell(row), *p_values,
-                steps_cell(steps),
+                DETECTED[row.detected], steps_cell(steps),
             ]
         )  # fmt: skip
     return table if len(table) > 1 else []
@@ -140,14 +140,22 @@ def _change_table(found: Results) -> TextTable:
 _COMPARISONS = Table("comparisons-by-condition", _table, numeric_from=3)
 _CHANGES = Table("changes-by-condition", _change_table, numeric_from=4)
 
+
+def _caption(found: Results) -> Caption:
+    shown = "Differences in success between two agents under each condition, the first minus the other"
+    if _of(found, _CHANGED):
+        shown += " (top), and how much more the condition changes the success of the first (bottom)"
+    return Caption(
+        f"{shown}. Filled marks were detected.",
+        "Bars are 95 % intervals that are not corrected; a difference is detected if its bar leaves out 0 and the "
+        "test, corrected for its family, rejects.",
+    )
+
+
 _FIGURE = Figure(
     "agents-by-condition",
     "Differences between two agents under each condition, and in how much the condition changes them",
-    Caption(
-        "Differences between two agents, the first minus the other: success under each condition (top), and how much "
-        "more the condition changes the success of the first (bottom). Filled marks were detected.",
-        "Bars are 95 % intervals; tests are corrected for all pairs of agents and conditions (Holm).",
-    ),
+    _caption,
     draw="lockprobe.figures.differences:by_condition",
 )
 
@@ -156,17 +164,19 @@ def _show(found: Results) -> Iterator[Part]:
     if not _of(found, _APART):
         return
     said = [Text(text) for quantity in (_APART, _CHANGED) for text in found.said(_NAME, quantity)]
+    changes = [_CHANGES] if _of(found, _CHANGED) else []
+    effect = " Difference in effect: how much more the condition changes the success of the first." * bool(changes)
+    flips = "; effect: sign flips of blocks" * bool(changes)
     notes = Note(
         "Success and steps of the first agent minus those of the second, over the trials that both finished under the "
-        "condition. Difference in effect: how much more the condition changes the success of the first.",
-        "Success: McNemar's exact test (with people: a permutation of whole people); effect: sign flips of blocks.",
+        f"condition.{effect}",
+        f"Success: McNemar's exact test (with people: a permutation of whole people){flips}.",
         Markup(
             "<i>P</i> is corrected for all pairs of agents and conditions of a modality (Holm); the doses of an axis "
-            "are a family of their own, and so are baselines. Agents that play alike under a condition and its control "
-            "are compared under the control alone."
+            "are a family of their own, and so are pairs with baselines. Two agents that <em>both</em> play a condition "
+            "like its control are compared under the control alone."
         ),
     )
-    changes = [_CHANGES] if _of(found, _CHANGED) else []
     folded = Folded("In numbers", [_COMPARISONS, *changes, notes])
     yield Part("Agents compared under other conditions", found.answer_of(_NAME), [*said, _FIGURE, folded])
 

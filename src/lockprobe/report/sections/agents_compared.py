@@ -238,7 +238,7 @@ def _caption(found: Results) -> Caption:
     shown = (
         "Differences between two agents on the same boxes, the first named minus the other; filled marks were detected."
     )
-    if not found.several_p:
+    if not found.where("success_change_difference", axis=FLIPS.name, of="mean"):
         computed = "Bars are 95 % intervals clustered by block. Tests are corrected for the number of pairs."
         return Caption(f"{shown} Compared {over_rates(found)}.", computed)
     return Caption(
@@ -265,7 +265,7 @@ def _show(found: Results) -> Iterator[Part]:
 def _blocks(found: Results) -> Iterator[Block]:
     families = [row.family for row in found.where("played_by_one_only")]
     between = families.count(_SUBJECTS)
-    yield Heading("Models compared" if between else "Baselines")
+    yield Heading("Models compared" if between else "Agent and baselines")
     yield from leaderboard_blocks(found, ranked=between > 0)
     said = [Text(one) for one in found.said("agents_compared", _SUBJECTS)]
     if between:
