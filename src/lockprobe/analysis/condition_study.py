@@ -17,6 +17,7 @@ from lockprobe.analysis.design import Comparison, Design
 from lockprobe.analysis.effects import CONDITIONS, CONTROLS, Effect, Effects, effects
 from lockprobe.analysis.factors import factor_effects
 from lockprobe.analysis.idle import Idle, Unheeded, idle_interventions, unheeded
+from lockprobe.analysis.no_feedback import against_no_feedback
 from lockprobe.analysis.reference import Reference, reference_of
 from lockprobe.analysis.series import Series
 from lockprobe.analysis.summary import AgentSummary, StudySummary, is_reference, summarise
@@ -47,6 +48,7 @@ class ConditionStudySummary:
         effects: Every agent's other conditions against their control.
         on_axes: The same of the doses of every axis, as the axis has tested them.
         on_factors: Conditions that differ in one option that is no number, against its first level.
+        against_none: False reports against no feedback at all.
         agents_compared: Every two agents under each condition that is no flip rate.
         series: Conditions that differ in one dose alone, each with the numbers over that dose.
         whys: Of a study of controls: why false reports change each agent's success.
@@ -61,6 +63,7 @@ class ConditionStudySummary:
     effects: tuple[Effects, ...]
     on_axes: tuple[Effects, ...]
     on_factors: tuple[Effects, ...]
+    against_none: tuple[Effects, ...]
     agents_compared: tuple[ComparisonUnder, ...]
     series: tuple[tuple[Series, StudySummary], ...]
     whys: tuple[Why, ...]
@@ -117,6 +120,7 @@ def summarise_conditions(
         effects=section("Every condition against the control", lambda: _effects(acting, design, _names(idle)), tuple),
         on_axes=tuple(_on_axes(flips, series, design)),
         on_factors=section("Factors", lambda: _on_factors(acting, design), tuple),
+        against_none=section("No feedback", lambda: tuple(against_no_feedback(acting, design)), tuple),
         agents_compared=section("Agents compared under conditions", lambda: agents_by_condition(acting, design), tuple),
         series=series,
         whys=section("Why false reports change success", lambda: _whys(acting, design), tuple),

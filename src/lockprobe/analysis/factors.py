@@ -19,10 +19,13 @@ from lockprobe.analysis.summary import is_reference
 from lockprobe.record import Trial
 from lockprobe.seeds import generator
 
-__all__ = ["LEVELS", "Factor", "factor_effects", "factors_of"]
+__all__ = ["LEVELS", "READING_FACTORS", "Factor", "factor_effects", "factors_of"]
 
 LEVELS = "levels of "
 """How the names of families of factors begin."""
+
+READING_FACTORS = ("flip others", "flip inverts")
+"""Factors that are readings of a false report."""
 
 _Cells = Mapping[tuple[str, str], Sequence[Trial]]
 """The trials of every agent under every condition."""

@@ -21,7 +21,7 @@ from typing import get_args
 from lockprobe.analysis.clustered import ClusteredProportion, clustered_proportion
 from lockprobe.analysis.outcomes import ended
 from lockprobe.analysis.proportions import Proportion, proportion
-from lockprobe.record import Outcome, Trial
+from lockprobe.record import Outcome, Step, Trial
 
 __all__ = ["Claim", "ClaimCount", "Misinterpretations", "TrialClaims", "claims", "misinterpretations", "trial_claims"]
 
@@ -77,12 +77,16 @@ class TrialClaims:
         claims: Every claim.
         steps: Steps played.
         false_reports: Steps whose report was false, claimed or not.
+        positions_told: Steps whose report told positions.
+        false_positions: Of these, steps whose report told a position falsely, of any joint.
     """
 
     key: str
     claims: tuple[Claim, ...]
     steps: int
     false_reports: int
+    positions_told: int
+    false_positions: int
 
     @property
     def misinterpreted(self) -> int:
@@ -123,6 +127,7 @@ class Misinterpretations:
         misinterpreted: Misinterpretations over claims.
         falsely_told: Claims about a step with a false report, over claims.
         false_reports: Steps whose report was false, over all steps of all trials.
+        false_positions: Reports with a position that is false, over all reports of positions of all trials.
         false_belief: Claims that contradict the truth, over claims.
         moved_for_blocked: Share of claims "moved" among the claims about steps reported as blocked.
         blocked_for_moved: Share of claims "blocked" among the claims about steps reported as moved.
@@ -141,6 +146,7 @@ class Misinterpretations:
     misinterpreted: ClusteredProportion
     falsely_told: ClusteredProportion
     false_reports: ClusteredProportion
+    false_positions: ClusteredProportion
     false_belief: ClusteredProportion
     moved_for_blocked: ClusteredProportion
     blocked_for_moved: ClusteredProportion
@@ -196,7 +202,18 @@ def trial_claims(trial: Trial) -> TrialClaims:
         claims=tuple(claims(trial)),
         steps=len(trial.steps),
         false_reports=sum(step.told_falsely for step in trial.steps),
+        positions_told=sum(step.told_state is not None for step in trial.steps),
+        false_positions=sum(
+            step.told_state is not None and step.told_state != _state_after(trial, step) for step in trial.steps
+        ),
     )
+
+
+def _state_after(trial: Trial, step: Step) -> str:
+    """The true configuration after a step, a bit string in panel order."""
+    place = trial.joints.index(step.joint)
+    turned = "10"[int(step.state[place])]
+    return f"{step.state[:place]}{turned}{step.state[place + 1 :]}" if step.moved else step.state
 
 
 def misinterpretations(trials: Sequence[Trial]) -> Misinterpretations:
@@ -219,6 +236,9 @@ def misinterpretations(trials: Sequence[Trial]) -> Misinterpretations:
         falsely_told=clustered_proportion([trial.falsely_told for trial in asked], made),
         false_reports=clustered_proportion(
             [trial.false_reports for trial in counted], [trial.steps for trial in counted]
+        ),
+        false_positions=clustered_proportion(
+            [trial.false_positions for trial in counted], [trial.positions_told for trial in counted]
         ),
         false_belief=clustered_proportion(untrue, made),
         moved_for_blocked=_misread(asked, "blocked"),

@@ -19,7 +19,8 @@ The content of a report depends on the reading of a false report (:mod:`lockprob
 
 Without positions there is the outcome alone. An observer who knows only that outcomes are inverted infers from equal
 odds whether false positions stay (``re-observed`` or ``integrated``), and so does one who knows that positions are
-(``memoryless`` or ``latched``). A naive one takes every position as true. A trial that goes on shows that the target has not moved, whatever was reported.
+(``memoryless`` or ``latched``). A naive one takes every position as true. A trial that goes on shows that the target
+has not moved, whatever was reported.
 
 If no interlock of the prior allows the reports, the observer keeps only the last report. It restarts from the prior at
 the configuration told before it (or the most probable one, if none was told). If that is impossible too, it restarts at

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Any, Literal
 
@@ -12,9 +13,10 @@ from matplotlib.figure import Figure
 from lockprobe.analysis.published import SOLVED_AT_0, SOLVED_AT_40
 from lockprobe.figures.compose import COLUMN, HEIGHT, sheet
 from lockprobe.figures.frame import FAINT, agent_label, label_right, p_axis, share_axis, shortened, step_axis
-from lockprobe.figures.palette import Style, shifts, styles
+from lockprobe.figures.palette import Dash, Style, shifts, styles
 from lockprobe.figures.primitives import by_dose, published, published_by_p, staircase
 from lockprobe.figures.settings import own_settings
+from lockprobe.prose.readings import reading_name
 from lockprobe.rows import Course, Results
 
 __all__ = ["draw_overview"]
@@ -36,6 +38,12 @@ _IN_COLUMN = 26
 
 _CHANCE: dict[str, Any] = {"color": FAINT, "alpha": 0.13, "linewidth": 0, "zorder": 0}
 """How the range of random agents is drawn."""
+
+_OTHER: Dash = (0, (1, 1.2))
+"""The line of an agent under another reading of a false report."""
+
+_STAYS = {"others=kept": "lies stay"}
+"""What readings are called where there is little room."""
 
 _Shown = Sequence[tuple[Course, Style]]
 
@@ -70,6 +78,9 @@ def _by_p(found: Results, axes: Axes, shown: _Shown) -> None:
         shift = moved[course.agent, course.modality]
         by_dose(axes, course.played, "success", style, shift=shift, bars=style.lead, linestyle=style.dash)
         labels.append((course.played[-1].value("success") or 0.0, agent_label(course, _NAME), style.colour))
+    for course, style, words in _other_readings(found, shown):
+        by_dose(axes, course.played, "success", style, bars=False, linestyle=style.dash)
+        labels.append((course.played[-1].value("success") or 0.0, f"the same: {words}", style.colour))
     share_axis(axes, "trials solved")
     p_axis(axes, cells, max(map(abs, moved.values()), default=0.0))
     if chance := _chance(found):
@@ -84,6 +95,16 @@ def _by_p(found: Results, axes: Axes, shown: _Shown) -> None:
         behind = {"facecolor": "white", "alpha": 0.75, "linewidth": 0, "pad": 0.4}
         axes.annotate("Zenkri\n& Brock", place, (6 * side, 0), color=FAINT, zorder=6, bbox=behind, **beside)
     label_right(axes, labels)
+
+
+def _other_readings(found: Results, shown: _Shown) -> Iterator[tuple[Course, Style, str]]:
+    """The agents that the study is about under the other readings of a false report, with what these are."""
+    looks = {(course.agent, course.modality): style for course, style in shown if style.lead and not course.blind}
+    for axis, options in found.readings[1:]:
+        for course in found.courses(axis):
+            own = (course.agent, course.modality)
+            if own in looks and len(course.played) > 1:
+                yield course, replace(looks[own], dash=_OTHER, lead=False), _STAYS.get(options, reading_name(options))
 
 
 def _by_step(found: Results, axes: Axes, shown: _Shown) -> None:

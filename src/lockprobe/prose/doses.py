@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from lockprobe.analysis.axis import AGENT, FLIPS, Axis
+from lockprobe.prose.readings import false_reports
 
 __all__ = ["at_dose", "cause"]
 
@@ -18,7 +19,9 @@ def cause(axis: Axis) -> str:
     """
     if axis.kind == AGENT:
         return f"higher values of {axis.dose}"
-    said = "false reports" if axis.name == FLIPS.name else f"higher doses of {_short(axis)}"
+    if axis.name == FLIPS.name:
+        return false_reports(axis.options)
+    said = f"higher doses of {_short(axis)}"
     return f"{said} ({axis.options})" if axis.options else said
 
 

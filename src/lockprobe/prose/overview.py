@@ -21,6 +21,7 @@ from lockprobe.formatting import capital, change, listed, p_value, percent
 from lockprobe.interventions.condition import tells_positions
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.prose.doses import at_dose, cause
+from lockprobe.prose.readings import inverted
 from lockprobe.prose.subject import Subject, subject_of
 from lockprobe.prose.success import alike_said
 from lockprobe.record import STATES
@@ -66,10 +67,6 @@ _VARIED = {
     ),
 }
 
-_POSITION = "the reported position of the attempted joint is inverted"
-_OUTCOME = "the reported outcome is inverted"
-
-
 Varied = Literal["flips", "modalities", "conditions", "nothing"]
 """What differs between the conditions of a study."""
 
@@ -82,15 +79,11 @@ def trial_said(
     Args:
         budget: Steps of a trial.
         varied: What differs between conditions.
-        flip: What a false report is; by default the reported position is inverted in one report.
+        flip: What a false report is; the default reading if None.
         modalities: How the box is shown.
     """
-    inverted = _POSITION
-    if not any(map(tells_positions, modalities)) or (flip and flip.inverts == "outcome"):
-        inverted = _OUTCOME
-    elif flip and flip.others == "kept":
-        inverted = f"{_POSITION} until its next attempt"
-    told = _VARIED[varied].format(flipped=inverted)
+    positions = any(map(tells_positions, modalities))
+    told = _VARIED[varied].format(flipped=inverted(flip or OutcomeFlip(), positions=positions))
     return f"An agent has {budget} step{'s' * (budget != 1)} to open a box whose joints lock each other. {told}"
 
 

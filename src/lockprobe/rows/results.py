@@ -276,6 +276,18 @@ class Results(Part):
         )
         return Course(found=self, player=player, axis=axis.key, name=axis.name, cells=cells)
 
+    @cached_property
+    def readings(self) -> tuple[tuple[DoseAxis, str], ...]:
+        """The axes of flip rates alone, each with the other options of its flips, which say what a false report is."""
+        own = [one for one in self.design.axes if (one.intervention, one.dose, one.rest) == ("flip", "p", "")]
+        return tuple((one, options) for one in own for options in [self._options_of(one)] if options is not None)
+
+    def _options_of(self, axis: DoseAxis) -> str | None:
+        """The options of flips on an axis but their rate, as in a spec; None if no report is false there."""
+        specs = (self._conditions[name].specs for name, dose in axis.doses.items() if dose and name in self._conditions)
+        found = next((one[0].partition("?")[2].split("&") for one in specs if len(one) == 1), None)
+        return None if found is None else "&".join(one for one in found if not one.startswith("p="))
+
     def against_control(self) -> list[Estimate]:
         """Success of every condition minus that of its control: by agent, doses of an axis before other conditions."""
         agents = list(dict.fromkeys(one.agent for one in self.design.players))

@@ -52,6 +52,7 @@ class _Settings(BaseModel):
     repetitions: Count
     trials: Count
     strategy_trials: Count | None
+    strategy_conditions: list[Text] = []
     max_steps: Count
     seed: Count
     shuffle: bool

@@ -46,6 +46,7 @@ class Study:
         trials: Trials per repetition and condition; the paper has 10.
         strategy_trials: The same for strategies and learners (:func:`lockprobe.agents.catalogue.is_strategy`), which
             cost nothing; ``trials`` if None. All agents share the luck of the trials that all of them play.
+        strategy_conditions: Labels of conditions that strategies and learners alone play, since a model's trials cost.
         max_steps: Budget of a trial in steps; the paper has 20.
         seed: Seed of everything.
         shuffle: Whether labels and their listing are shuffled per trial.
@@ -73,6 +74,7 @@ class Study:
     repetitions: int = 3
     trials: int = 10
     strategy_trials: int | None = None
+    strategy_conditions: tuple[str, ...] = ()
     max_steps: int = 20
     seed: int = 1
     shuffle: bool = True
@@ -98,6 +100,9 @@ class Study:
             value = getattr(self, setting)
             if value is not None and not 1 <= value <= largest:
                 raise BadValue(setting, value, f"a whole number from 1 to {largest}")
+        object.__setattr__(self, "strategy_conditions", tuple(sorted(self.strategy_conditions)))
+        if unknown := [label for label in self.strategy_conditions if label not in labels]:
+            raise BadValue("strategy_conditions", unknown, f"labels of conditions: {', '.join(labels)}")
         if not 0 <= self.seed <= LARGEST_SEED:
             raise BadValue("seed", self.seed, f"a whole number from 0 to {LARGEST_SEED}")
         if "/" in self.name or not self.name.strip() or len(self.name) > LONGEST_NAME:
@@ -174,6 +179,7 @@ class Study:
             "repetitions": self.repetitions,
             "trials": self.trials,
             "strategy_trials": self.strategy_trials,
+            **({"strategy_conditions": list(self.strategy_conditions)} if self.strategy_conditions else {}),
             **self._trial_settings(),
         }
 
@@ -272,17 +278,17 @@ class Study:
         Raises:
             UnknownName: If there is no such agent.
         """
-        shown = self.modalities_of(agent)
-        return tuple(one for one in self.conditions if one.modality in shown)
+        shown, spared = self.modalities_of(agent), () if is_strategy(agent) else self.strategy_conditions
+        return tuple(one for one in self.conditions if one.modality in shown and one.label not in spared)
 
     def trials_of(self, agent: str) -> int:
         """Trials per repetition and condition that an agent plays."""
         return self.strategy_trials if self.strategy_trials is not None and is_strategy(agent) else self.trials
 
     @property
-    def _played(self) -> dict[str, tuple[tuple[str, ...], int]]:
-        """Of each agent the modalities that it plays, and its trials per repetition and condition."""
-        return {agent: (self.modalities_of(agent), self.trials_of(agent)) for agent in self.agents}
+    def _played(self) -> dict[str, tuple[tuple[Condition, ...], int]]:
+        """Of each agent the conditions that it plays, and its trials per repetition and condition."""
+        return {agent: (self.conditions_of(agent), self.trials_of(agent)) for agent in self.agents}
 
     def plans(self, agent: str) -> Iterator[Plan]:
         """The trials of one agent: repetitions outermost, conditions innermost, so that a part is balanced."""
@@ -333,7 +339,7 @@ class Study:
     def asks_for(self, trial: Trial) -> bool:
         """Whether a trial on record is one of this study: key, place, doses, settings and panel agree."""
         agent = trial.spec
-        return agent in self.agents and self._is_own(trial, self.modalities_of(agent), self.trials_of(agent))
+        return agent in self.agents and self._is_own(trial, self.conditions_of(agent), self.trials_of(agent))
 
     def own_trials(self, trials: Iterable[Trial]) -> list[Trial]:
         """Those trials on record that are of this study, in their order; see :meth:`asks_for`.
@@ -344,11 +350,11 @@ class Study:
         played = self._played
         return [trial for trial in trials if trial.spec in played and self._is_own(trial, *played[trial.spec])]
 
-    def _is_own(self, trial: Trial, modalities: Sequence[str], trials: int) -> bool:
-        condition = self.condition_of(trial)
+    def _is_own(self, trial: Trial, conditions: Sequence[Condition], trials: int) -> bool:
+        condition = next((one for one in conditions if one.label == trial.condition), None)
         if condition is None or not (1 <= trial.repetition <= self.repetitions and 1 <= trial.trial <= trials):
             return False
-        if trial.modality != condition.modality or trial.modality not in modalities:
+        if trial.modality != condition.modality:
             return False
         plan = self.plan(trial.agent, condition, trial.repetition, trial.trial)
         return (

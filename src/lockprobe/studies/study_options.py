@@ -98,6 +98,18 @@ Box = Annotated[str | Path | InstanceOf[Lockbox], BeforeValidator(_box)]
 """A name, the path of a file, or a box; in a file of text only the first two."""
 
 
+def _words(given: object) -> object:
+    """Words with commas between, or a list of them, as a list of words."""
+    texts = [given] if isinstance(given, str) else given
+    if not isinstance(texts, list | tuple) or not all(isinstance(text, str) for text in texts):
+        return given
+    return [word.strip() for text in texts for word in text.split(",")]
+
+
+Words = Annotated[list[str], Field(max_length=64), BeforeValidator(_words)]
+"""Words with commas between, or a list of them."""
+
+
 class StudyOptions(BaseModel):
     """What a user asks for; what is left out follows the study's own default.
 
@@ -135,6 +147,14 @@ class StudyOptions(BaseModel):
         _about(
             "What a false report is: re-observed, integrated, memoryless or transient, latched or sticky; or "
             "outcome-only, without positions (re-observed)."
+        ),
+    ] = None
+    readings: Annotated[
+        Words | None,
+        _about(
+            "What a false report is, several readings side by side: fresh, kept (re-observed, integrated), all, or "
+            "words of --flip (fresh,kept in the short study and with --full for strategies and learners, which cost "
+            "nothing; models play fresh)."
         ),
     ] = None
     plant: Annotated[

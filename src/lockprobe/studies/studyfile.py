@@ -10,7 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
-from lockprobe.agents.catalogue import resolve
+from lockprobe.agents.catalogue import is_strategy, resolve
 from lockprobe.doses import DOSES_SAID, can_be_fitted, modality_doses
 from lockprobe.errors import BadValue, UnknownName, UserMistake
 from lockprobe.interventions.catalogue import TRUTH, shipped
@@ -36,6 +36,7 @@ from lockprobe.spec import Spec, spec_name
 from lockprobe.studies import paper
 from lockprobe.studies.agent_names import named_agents
 from lockprobe.studies.modality import taken_in
+from lockprobe.studies.readings import conditions_for_strategies, flips_of_readings, readings_of
 from lockprobe.studies.settings import LONGEST_SPEC
 from lockprobe.studies.study import Study
 from lockprobe.studies.study_options import SHIPPED, STUDIES, StudyOptions, read_options_file, study_options
@@ -92,7 +93,10 @@ def study(asked: StudyOptions | str | Path = "flips", /, **options: Any) -> Stud
         if spec.startswith(AGENT_SWEEP):
             agents, names = _swept_agents(agents, names, spec)
     allow(*agents)
-    planned = _planned(request, plant, agents, _conditions(request, extent, modalities), extent, names)
+    conditions = _conditions(request, extent, modalities)
+    spared = [*conditions_for_strategies(extent)] if _is_plain(request) and any(map(is_strategy, agents)) else []
+    planned = _planned(request, plant, agents, [*conditions, *spared], extent, names)
+    planned = replace(planned, strategy_conditions=tuple(one.label for one in spared))
     planned.check_agents()
     check_sources(planned.conditions)
     _check_kept(planned.box)
@@ -150,6 +154,24 @@ def _plant(request: StudyOptions) -> str:
     return _given(request.plant, paper.ROBOT if request.study == "modalities" else "symbolic")
 
 
+def _is_plain(request: StudyOptions) -> bool:
+    """Whether it asks for the flip study as it is, the short one or the paper's, and nothing that varies otherwise."""
+    varied = (request.p, request.flip, request.readings, request.modality, request.condition, request.sweep)
+    whole = request.full or (request.trials is None and request.repetitions is None)
+    return request.study == "flips" and whole and all(given is None for given in varied)
+
+
+def _readings(request: StudyOptions) -> tuple[FlipKind, ...]:
+    """The readings of a false report, the first of which is that of the flip axis."""
+    if request.readings is None:
+        return (_flip(request),)
+    if request.flip is not None:
+        raise BadValue("readings", ",".join(request.readings), f"none with --flip {request.flip}: each names readings")
+    if request.study != "flips":
+        raise BadValue("readings", ",".join(request.readings), f"none with {request.study}; flips plays them")
+    return readings_of(request.readings)
+
+
 def _flip(request: StudyOptions) -> FlipKind:
     return _given(request.flip, DEFAULT)
 
@@ -202,7 +224,7 @@ def _can_be_dose(text: str) -> bool:
 
 def _conditions(request: StudyOptions, extent: paper.Extent, modalities: Sequence[str]) -> tuple[Condition, ...]:
     """Flip rates and modalities, or other conditions with the truth before them; those that say no modality in each."""
-    flip = _flip(request)
+    kinds = _readings(request)
     p = extent.p if request.p is None else tuple(request.p)
     for what, values in (("p", p), ("modality", tuple(modalities))):
         if not values or len(set(values)) != len(values):
@@ -210,8 +232,9 @@ def _conditions(request: StudyOptions, extent: paper.Extent, modalities: Sequenc
     if request.study == "why":
         return _arms(request, p, modalities)
     if request.condition is None and request.sweep is None:
-        return flips(p, flip, modalities)
-    rates = flips(p, flip_of(flip)) if request.p is not None else ()
+        return flips_of_readings(p, kinds, modalities)
+    asked = request.p is not None or request.readings is not None
+    rates = [one for kind in kinds for one in flips(p, flip_of(kind))] if asked else ()
     return _with_controls([*(_Asked(one, shown=False) for one in rates), *_asked(request)], modalities)
 
 

@@ -20,9 +20,10 @@ from lockprobe.rows import MEASURES, Exhibit, Fact, Finding, Results, Row
 __all__ = ["all_sections", "checked_section", "own_sections", "section_of_package"]
 
 _OWN = (
-    "overview", "findings", "study_design", "people", "leaderboard", "agents_compared", "success", "effects", "factors",
-    "agents_by_condition", "doses", "speed", "seen", "optimal_actions", "loops", "one_false_report", "hypothesis_tests",
-    "misinterpretations", "conditions", "trials", "broken", "agents", "limits", "claims", "audit", "why", "forks",
+    "overview", "findings", "study_design", "people", "leaderboard", "agents_compared", "success", "readings",
+    "effects", "factors", "agents_by_condition", "doses", "speed", "seen", "optimal_actions", "loops",
+    "one_false_report", "hypothesis_tests", "misinterpretations", "conditions", "trials", "broken", "agents", "limits",
+    "claims", "audit", "why", "forks",
 )  # fmt: skip
 """Modules of this package, each with its ``SECTIONS``."""
 

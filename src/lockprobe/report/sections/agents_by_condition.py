@@ -173,8 +173,8 @@ def _show(found: Results) -> Iterator[Part]:
         f"Success: McNemar's exact test (with people: a permutation of whole people){flips}.",
         Markup(
             "<i>P</i> is corrected for all pairs of agents and conditions of a modality (Holm); the doses of an axis "
-            "are a family of their own, and so are pairs with baselines. Two agents that <em>both</em> play a condition "
-            "like its control are compared under the control alone."
+            "are a family of their own, and so are pairs with baselines. Two agents that <em>both</em> play alike "
+            "under a condition and its control are compared under the control alone."
         ),
     )
     folded = Folded("In numbers", [_COMPARISONS, *changes, notes])

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from markupsafe import Markup
 
-from lockprobe.analysis.factors import LEVELS
+from lockprobe.analysis.factors import LEVELS, READING_FACTORS
 from lockprobe.report.format import TextTable
 from lockprobe.report.section import Note, Part, Section, Table
 from lockprobe.report.sections.effects import compared_rows, compared_table
@@ -20,13 +20,14 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     found = numbers.others.on_factors if numbers.others else ()
     for one in found:
         yield from compared_rows(one, numbers.conditions)
-    if effects := [effect for one in found for effect in one.effects]:
+    if effects := [effect for one in found if one.axis not in READING_FACTORS for effect in one.effects]:
         said = f"{sum(one.detectable for one in effects)} of {len(effects)} differences were detected."
         yield Finding(section="factors", kind="answer", text=said, rests_on=("success_difference",))
 
 
 def _compared(found: Results) -> list[Estimate]:
-    return [row for row in found.where("success_difference", of="") if row.family.startswith(LEVELS)]
+    rows = [row for row in found.where("success_difference", of="") if row.family.startswith(LEVELS)]
+    return [row for row in rows if row.axis not in READING_FACTORS]  # these have a section of their own
 
 
 def _table(found: Results) -> TextTable:

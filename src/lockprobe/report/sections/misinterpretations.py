@@ -37,6 +37,7 @@ def _of_cell(cell: PlayedCell) -> Iterator[Estimate]:
         yield from cell.share(quantity, share)
     yield from cell.share("misread", said.pooled, of="not clustered")
     yield from cell.share("false_report", said.false_reports, of="steps")
+    yield from cell.share("false_positions", said.false_positions)
     if false := said.falsely_told.count:
         yield cell.estimate("false_reports_believed", said.believed / false, n=false, count=said.believed)
     if said.not_asked:

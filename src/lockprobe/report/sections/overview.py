@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from itertools import count, takewhile
 
 from lockprobe.agents.catalogue import description
+from lockprobe.analysis.axis import FLIPS
 from lockprobe.analysis.condition_study import ConditionStudySummary
 from lockprobe.analysis.effects import Effects
 from lockprobe.analysis.published import PEAK
@@ -30,12 +31,14 @@ from lockprobe.prose.overview import (
     smaller_budget_said,
     trial_said,
 )
+from lockprobe.prose.readings import BOTH_FIT
 from lockprobe.prose.several_answers import of_axis, of_conditions, several_answers
 from lockprobe.prose.subject import Subject
 from lockprobe.prose.why import mechanism_said
 from lockprobe.record import Trial
 from lockprobe.report.section import Caption, Figure, Part, Section, Template
 from lockprobe.report.sections import all_sections
+from lockprobe.report.sections.readings import untested
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.rows import Fact, Finding, Results, Row
 from lockprobe.studies.study import Study
@@ -116,6 +119,7 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
         if numbers.others is not None
         else _of_flips(numbers.flips, numbers.study)
     )
+    screen = replace(screen, needed=_joined(screen.needed, untested(numbers)))
     if broken := all_broken_said(_all_broken(numbers)):
         ended = any(trial.error is None for cell in numbers.cells for trial in cell.trials)
         screen = replace(screen, answer=_joined(broken, screen.answer * ended))
@@ -196,7 +200,7 @@ def _of_conditions(flips: StudySummary, found: ConditionStudySummary, study: Stu
         said = _Screen(
             question=_asked(axes, found, study),
             trial=trial_said(study.max_steps, "conditions"),
-            answer=several_answers(questions),
+            answer=_joined(several_answers(questions), BOTH_FIT * (_readings(axes) > 1)),
             chance=_no_advantage(found, effects) or _joined(*map(not_above_chance, axes[:1])),
             needed=_joined(*dict.fromkeys((*map(flips_needed, axes), effects_needed(effects)))),
             numbers=tuple(row for one in axes for row in map(_numbers, one.judged)),
@@ -212,6 +216,11 @@ def _of_conditions(flips: StudySummary, found: ConditionStudySummary, study: Stu
         said = _with_flips(_of_flips(flips, study), said)
     shown = said.numbers[:_ROWS]
     return replace(said, numbers=shown, more=len(said.numbers[_ROWS:]))
+
+
+def _readings(axes: Sequence[StudySummary]) -> int:
+    """How many readings of a false report are compared with the truth."""
+    return len({one.axis for one in axes if one.axis.name == FLIPS.name and not one.axis.rest})
 
 
 def _judged(found: ConditionStudySummary) -> tuple[str, ...]:

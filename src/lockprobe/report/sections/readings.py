@@ -1,0 +1,208 @@
+"""What a false report is: what is inverted, what becomes of it, how often it was false, and what that changes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from markupsafe import Markup
+
+from lockprobe.analysis.factors import READING_FACTORS
+from lockprobe.analysis.no_feedback import NO_FEEDBACK
+from lockprobe.formatting import capital, listed, p_value, percent
+from lockprobe.interventions.condition import Condition, tells_positions
+from lockprobe.prose.readings import BOTH_FIT, false_reports, inverted, reading_name, untested_said
+from lockprobe.prose.subject import Subject
+from lockprobe.report.format import TextTable
+from lockprobe.report.section import Block, Caption, Figure, Folded, Note, Part, Section, Table, Text
+from lockprobe.report.sections.effects import compared_rows, compared_table
+from lockprobe.report.study_numbers import StudyNumbers
+from lockprobe.report.table_rows import points_cell, share_of_row
+from lockprobe.rows import Estimate, Finding, Results, Row
+
+__all__ = ["SECTIONS", "untested"]
+
+_NAME = "readings"
+
+
+def _rows(numbers: StudyNumbers) -> Iterator[Row]:
+    study = numbers.study
+    positions = any(map(tells_positions, study.modalities))
+    if not any(study.p) or not positions:
+        return
+    said = f"With the probability that the flip rate is, {inverted(study.flip, positions=positions)}."
+    yield Finding(section=_NAME, kind="what", text=said, judges=False)
+    for one in numbers.others.against_none if numbers.others else ():
+        yield from compared_rows(one, numbers.conditions)
+    if said := untested(numbers):
+        yield Finding(section=_NAME, kind="untested", text=said, judges=False)
+
+
+def untested(numbers: StudyNumbers) -> str:
+    """That agents were played with false reports that the next look corrects alone, and what the others would take."""
+    study, rates = numbers.study, sum(rate > 0 for rate in numbers.study.p)
+    heeding = {one.agent for one in numbers.flips.subjects if not one.blind}
+    asked = [agent for agent in study.run_agents if study.label_of(agent) in heeding]
+    alone = [agent for agent in asked if not any(map(_stays, study.conditions_of(agent)))]
+    if study.flip.keep or not rates or not any(map(tells_positions, study.modalities)):
+        return ""
+    more = sum(rates * study.repetitions * study.trials_of(agent) for agent in alone)
+    return untested_said([Subject.of(study.label_of(agent)).name for agent in alone], more)
+
+
+def _stays(condition: Condition) -> bool:
+    """Whether false positions survive reports under a condition."""
+    return condition.doses.get("flip.keep", 0.0) > 0
+
+
+def _compared(found: Results) -> list[Estimate]:
+    """Success under one reading minus success under another at the same flip rate."""
+    return [row for row in found.where("success_difference", of="") if row.axis in READING_FACTORS and not row.versus]
+
+
+def _against_none(found: Results) -> list[Estimate]:
+    """Success with false reports minus success without any report."""
+    return found.where("success_difference", of="", axis=NO_FEEDBACK)
+
+
+def _against_none_said(found: Results) -> Iterator[str]:
+    """Whether false reports are worse than none, for each agent that the study is about."""
+    own: dict[str, list[Estimate]] = {}
+    for row in _against_none(found):
+        own.setdefault(row.agent, []).append(row)
+    for agent, rows in own.items():
+        if agent not in found.subjects:
+            continue
+        better, worse = (
+            [
+                f"{row.condition} ({points_cell(row)} points)"
+                for row in rows
+                if row.detected and sign * (row.value or 0.0) > 0
+            ]
+            for sign in (1, -1)
+        )
+        open_ = [row.condition for row in rows if not row.detected]
+        said = [
+            f"{what} with {listed(those)}"
+            for what, those in (("more", better), ("fewer", worse), ("no difference detected", open_))
+            if those
+        ]
+        yield f"Trials that {Subject.of(agent).name} solved, against no feedback at all: {'; '.join(said)}."
+
+
+def _answer(found: Results) -> str:
+    rows = _compared(found)
+    if not rows:
+        return ""
+    detected = [row for row in rows if row.detected and row.agent in found.subjects]
+    counted = f"{sum(row.detected for row in rows)} of {len(rows)} differences between readings were detected."
+    if not detected:
+        return counted
+    clearest = max(detected, key=lambda row: abs(row.value or 0.0))
+    return f"{capital(_difference(found, clearest))}. {counted}"
+
+
+def _difference(found: Results, row: Estimate) -> str:
+    doses = {one.name: one.doses.get("flip.p", 0.0) for one in found.design.conditions}
+    words = {name: false_reports(options) for axis, options in found.readings for name in axis.doses}
+    kept, fresh = words.get(row.condition, row.condition), words.get(row.control, row.control)
+    more = "more" if (row.value or 0.0) > 0 else "fewer"
+    return (
+        f"at a flip rate of {doses[row.condition]:g} {Subject.of(row.agent).name} solved {more} trials with {kept} "
+        f"than with {fresh} ({points_cell(row)} points; {p_value(row.p_value)})"
+    )
+
+
+def _shares(found: Results) -> TextTable:
+    """How often reports were false, and success, under every reading and flip rate."""
+    head = ["agent", "what a false report is", "flip rate", "trials", "false outcomes", "reports with a false position"]
+    table = [[*head, "success"]]
+    for axis, options in found.readings:
+        for course in found.courses(axis):
+            table += [
+                [
+                    course.label, reading_name(options), f"{cell.dose:g}", str(cell.trials),
+                    percent(cell.value("false_report", "steps"), 1), percent(cell.value("false_positions"), 1),
+                    share_of_row(cell.get("success")),
+                ]
+                for cell in course.played
+                if cell.dose
+            ]  # fmt: skip
+    table[1:] = sorted(table[1:], key=lambda row: list(dict.fromkeys(one[0] for one in table)).index(row[0]))
+    return table if len(table) > 1 and found.said(_NAME, "what") else []
+
+
+def _none_table(found: Results) -> TextTable:
+    rows = _against_none(found)
+    return compared_table(found, rows) if rows else []
+
+
+def _compared_table(found: Results) -> TextTable:
+    rows = _compared(found)
+    return compared_table(found, rows) if rows else []
+
+
+_SHARES = Table("readings", _shares, numeric_from=2)
+_COMPARED = Table("readings-compared", _compared_table)
+_NONE = Table("against-no-feedback", _none_table)
+
+_FIGURE = Figure(
+    "readings",
+    "Success by flip rate under each reading of a false report, with the share of reports that were false",
+    Caption(
+        "Share of trials solved by flip rate, a line for each reading of a false report. Below: share of outcomes that "
+        "were reported falsely, and of reports that showed a joint in a false position.",
+        "Bars are 95 % Wilson intervals. The flip rate is the assigned dose; how many outcomes and positions are false "
+        "depends on the reading and on what the agent does.",
+    ),
+    draw="lockprobe.figures.readings:readings",
+)
+
+
+def _show(found: Results) -> Iterator[Part]:
+    what = found.said(_NAME, "what")
+    if what:
+        yield Part("What a false report is", found.not_judged or _answer(found), list(_blocks(found, what)), _NAME)
+
+
+def _blocks(found: Results, what: list[str]) -> Iterator[Block]:
+    compared = _compared(found)
+    said = [*what, *([BOTH_FIT] if compared else []), *found.said(_NAME, "untested")]
+    if not found.not_judged:
+        said += _against_none_said(found)
+    for text in said:
+        yield Text(text)
+    yield _FIGURE
+    numbers: list[Block] = [_SHARES]
+    if compared:
+        numbers += [
+            _COMPARED,
+            Note(
+                "Success under one reading minus success under another at the same flip rate: the difference between "
+                "their effects, since both are compared with the same true reports.",
+                Markup(
+                    "Trials of equal repetition and number use common random numbers and are compared in pairs. "
+                    "<i>P</i> is the larger of McNemar's exact one and that of the interval, corrected for all flip "
+                    "rates and for the agents (baselines apart)."
+                ),
+            ),
+        ]
+    if _against_none(found):
+        note = Note(
+            "Success with false reports minus success without any report, where the agent has to remember alone what "
+            "it has tried. A positive difference: false reports are better than none.",
+            Markup("Compared and tested as above; the contrasts with no feedback are a family of their own."),
+        )
+        numbers += [_NONE, note]
+    yield Folded("In numbers", numbers)
+
+
+SECTIONS = (
+    Section(
+        name=_NAME,
+        title="What a false report is",
+        rows=_rows,
+        show=_show,
+        tables=(_SHARES, _COMPARED, _NONE),
+        figures=(_FIGURE,),
+    ),
+)
