@@ -173,6 +173,15 @@ CLAIMS = (
         measure="hallucination",
     ),
     PaperClaim(
+        place="Sec. 3.2",
+        quote="with a probability p, the agent receives the inverted outcome of an action it took",
+        recomputed="the paper does not say what is inverted against what, nor whether a false position stays in "
+        "later reports; agents of one family fit its numbers within FIT points (root mean square) under each of four "
+        "readings; its logs would decide: at p = 0.4 an unattempted joint changes in 20 % to 40 % of reports if the "
+        "next look is fresh, and never if false positions stay",
+        measure="reading",
+    ),
+    PaperClaim(
         place="Sec. 3.2, Fig. 4",
         quote="starting from an average success rate of 23.3% under ground-truth observations",
         value="23.3 %",

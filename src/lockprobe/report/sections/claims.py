@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
-from lockprobe.formatting import p_cell
+from lockprobe.analysis.factors import READING_FACTORS
+from lockprobe.analysis.summary import StudySummary
+from lockprobe.formatting import bracketed, p_cell
+from lockprobe.prose.readings import false_reports
+from lockprobe.report.claim_tests import ClaimFinding
 from lockprobe.report.claims import claim_rows
 from lockprobe.report.format import TextTable
 from lockprobe.report.pages import NOT_JUDGED
 from lockprobe.report.paper import CLAIMS, PaperClaim
 from lockprobe.report.section import Part, Section, Table, Template
 from lockprobe.report.study_numbers import StudyNumbers
-from lockprobe.rows import Estimate, Finding, Results, Row
+from lockprobe.rows import Estimate, Finding, Results, Row, axis_key
 
 __all__ = ["SECTIONS"]
 
@@ -27,25 +32,66 @@ _LONGEST = 125
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     """The verdicts; a claim about several modalities names none. The words of the paper ship with the package."""
-    modalities = {one.name: (one.agent, one.modality) for one in numbers.flips.agents}
+    first = dict[tuple[str, str], ClaimFinding]()
+    for axis, summary in _readings(numbers):
+        modalities = {one.name: (one.agent, one.modality) for one in summary.agents}
+        for claim, name, found in claim_rows(summary):
+            agent, modality = modalities.get(name, (name, ""))
+            if not name or (first.setdefault((claim.name, agent), found) == found and axis):
+                continue  # of another reading only what differs
+            yield from _of_claim(numbers, claim, found, {"agent": agent, "modality": modality, "axis": axis})
+    yield from _of_reading(numbers)
+
+
+def _readings(numbers: StudyNumbers) -> Iterator[tuple[str, StudySummary]]:
+    """The numbers over flip rates under each reading of a false report; the first one without the name of its axis."""
+    yield "", numbers.flips
+    for number, series, summary in numbers.series:
+        axis = series.axis
+        if (axis.kind, axis.dose, axis.rest) == ("flip", "p", ""):
+            yield axis_key(axis.name, axis.options, axis.rest, number), summary
+
+
+def _of_claim(
+    numbers: StudyNumbers, claim: PaperClaim, found: ClaimFinding, of: Mapping[str, Any]
+) -> Iterator[Estimate | Finding]:
+    """A verdict and its words."""
+    here, verdict, test, p_value = found
     not_judged = numbers.not_judged
-    for claim, name, (here, verdict, test, p_value) in claim_rows(numbers.flips):
-        if not name:
-            continue
-        agent, modality = modalities.get(name, (name, ""))
-        yield Estimate(
-            quantity="claim",
-            agent=agent,
-            modality=modality,
-            of=claim.name,
-            unit="verdict",
-            p_value=p_value,
-            test=not_judged or test,
-            note=NOT_JUDGED if not_judged else verdict,
+    yield Estimate(
+        quantity="claim",
+        of=claim.name,
+        unit="verdict",
+        p_value=p_value,
+        test=not_judged or test,
+        note=NOT_JUDGED if not_judged else verdict,
+        **of,
+    )
+    # a number in words, which stays where nobody is judged
+    about = {name: of[name] for name in ("agent", "modality")} | {"kind": _kind(claim.name, of["axis"])}
+    yield Finding(section="claims", **about, text=here, rests_on=("claim",), judges=False)
+
+
+def _kind(claim: str, axis: str) -> str:
+    return f"{claim}; {axis}" if axis else claim
+
+
+def _of_reading(numbers: StudyNumbers) -> Iterator[Estimate | Finding]:
+    """Whether what a false report is makes a difference here, for each agent that was told several kinds."""
+    (claim,) = (one for one in CLAIMS if one.measure == "reading")
+    effects = [one for one in (numbers.others.on_factors if numbers.others else ()) if one.axis in READING_FACTORS]
+    for agent in dict.fromkeys(one.agent for one in effects if one.agent in numbers.subjects):
+        own = [(one, each) for one in effects if one.agent == agent for each in one.effects]
+        found_in, clearest = min(own, key=lambda both: (both[1].difference.p_value, -abs(both[1].difference.value)))
+        gap, modality = clearest.difference, found_in.modality
+        detected = sum(each.detectable for _, each in own)
+        here = (
+            f"{detected} of {len(own)} differences between readings were detected; the clearest: {clearest.condition} "
+            f"minus {found_in.control} "
+            f"{bracketed(gap.value, gap.low, gap.high)} points"
         )
-        # a number in words, which stays where nobody is judged
-        of = {"section": "claims", "kind": claim.name, "agent": agent, "modality": modality}
-        yield Finding(**of, text=here, rests_on=("claim",), judges=False)
+        found: ClaimFinding = (here, "not decided", "McNemar, and interval", gap.p_value)
+        yield from _of_claim(numbers, claim, found, {"agent": agent, "modality": modality, "axis": ""})
 
 
 def _measured(found: Results) -> Iterator[tuple[PaperClaim, list[Estimate]]]:
@@ -55,7 +101,13 @@ def _measured(found: Results) -> Iterator[tuple[PaperClaim, list[Estimate]]]:
 
 
 def _here(found: Results, row: Estimate) -> str:
-    return found.said("claims", row.of, agent=row.agent, modality=row.modality)[0]
+    return found.said("claims", _kind(row.of, row.axis), agent=row.agent, modality=row.modality)[0]
+
+
+def _label(found: Results, row: Estimate) -> str:
+    """The agent, and the reading of a false report if it is not the first."""
+    reading = next((false_reports(options) for axis, options in found.readings if axis.key == row.axis), "")
+    return found.label(row.agent, row.modality) + f", {reading}" * bool(reading)
 
 
 def _table(found: Results) -> TextTable:
@@ -64,7 +116,7 @@ def _table(found: Results) -> TextTable:
     for claim, rows in _measured(found):
         paper = [claim.place, claim.quote, claim.value, claim.recomputed]
         for row in rows:
-            here = [found.label(row.agent, row.modality), _here(found, row), row.note, row.test, p_cell(row.p_value)]
+            here = [_label(found, row), _here(found, row), row.note, row.test, p_cell(row.p_value)]
             table.append([*paper, *here])
         if not rows:
             table.append([*paper, "", "", _UNMEASURED, "", p_cell(None)])
@@ -73,7 +125,7 @@ def _table(found: Results) -> TextTable:
 
 def _show(found: Results) -> Iterator[Part]:
     for i, (claim, rows) in enumerate(_measured(found), 1):
-        here = [(found.label(row.agent, row.modality), _here(found, row), row) for row in rows]
+        here = [(_label(found, row), _here(found, row), row) for row in rows]
         block = Template("claim", {"claim": claim, "here": here})
         yield Part(_verdicts(rows), f"{_quotation(claim)} ({claim.place})", [block], name=f"claim-{i}")
 

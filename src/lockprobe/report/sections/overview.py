@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from itertools import count, takewhile
 
 from lockprobe.agents.catalogue import description
-from lockprobe.analysis.axis import FLIPS
+from lockprobe.analysis.axis import FLIPS, Axis
 from lockprobe.analysis.condition_study import ConditionStudySummary
 from lockprobe.analysis.effects import Effects
 from lockprobe.analysis.published import PEAK
@@ -220,7 +220,12 @@ def _of_conditions(flips: StudySummary, found: ConditionStudySummary, study: Stu
 
 def _readings(axes: Sequence[StudySummary]) -> int:
     """How many readings of a false report are compared with the truth."""
-    return len({one.axis for one in axes if one.axis.name == FLIPS.name and not one.axis.rest})
+    return len({one.axis for one in axes if _is_reading(one.axis)})
+
+
+def _is_reading(axis: Axis) -> bool:
+    """Whether it has the rates of flips alone."""
+    return axis.name == FLIPS.name and not axis.rest
 
 
 def _judged(found: ConditionStudySummary) -> tuple[str, ...]:
@@ -243,7 +248,11 @@ def _asked(axes: Sequence[StudySummary], found: ConditionStudySummary, study: St
     """The question of the page."""
     compared = map(found.design.comparison, found.design.modalities)
     rest = [label for of in compared for label in (*of.others, *of.controls)]
-    causes = list(dict.fromkeys(cause(one.axis) for one in axes))
+    kinds = _readings(axes)
+    said = (
+        cause(one.axis) if kinds < 2 or not _is_reading(one.axis) else f"false reports of {kinds} kinds" for one in axes
+    )
+    causes = list(dict.fromkeys(said))
     if not causes and len(rest) == 1:
         return f"Does {rest[0]} change how agents open {study.box.name}?"
     causes += [f"{len(rest)}{' other' * bool(causes)} condition{'s' * (len(rest) > 1)}"] * bool(rest)

@@ -1,0 +1,103 @@
+"""What a false report is: the shares that were false, what the reading changes, and no feedback at all beside it."""
+
+import pytest
+from builders import write_study
+
+from lockprobe.figures.readings import readings as drawn
+from lockprobe.report.pages import tables_of
+from lockprobe.report.results import results
+from lockprobe.report.sections.readings import SECTIONS
+from lockprobe.studies.records import load
+from lockprobe.studies.studyfile import study
+
+AGENT, BLIND = "cognitive:perseverant", "random"
+KEPT = "flip?p=0.4&others=kept"
+
+
+@pytest.fixture(scope="module")
+def directory(tmp_path_factory):
+    asked = {"agent": [AGENT, BLIND], "p": [0, 0.4, 0.6], "readings": "fresh,kept", "trials": 20, "seed": 3}
+    planned = study("flips", **asked, condition="no-feedback=drop?p=1", repetitions=2)
+    return write_study(tmp_path_factory.mktemp("readings") / "study", planned)
+
+
+@pytest.fixture(scope="module")
+def found(directory):
+    return results(directory)
+
+
+def table(found, name):
+    head, *rows = tables_of(found, SECTIONS[0].tables)[name]
+    return [dict(zip(head, row, strict=True)) for row in rows]
+
+
+def test_the_shares_of_false_outcomes_and_positions_are_counted_in_the_records(found, directory):
+    trials = load(directory)
+    own = [trial for trial in trials if (trial.agent, trial.condition) == (AGENT, KEPT)]
+    pairs = [
+        (step, later.state) for trial in own for step, later in zip(trial.steps, trial.steps[1:], strict=False)
+    ]  # fmt: skip
+    false = sum(step.told_state != state for step, state in pairs)
+    row = found.one("false_positions", agent=AGENT, condition=KEPT)
+    assert 0 <= row.count - false <= len(own)  # of the last report of each trial no later state is on record
+    outcomes = found.one("false_report", agent=AGENT, condition=KEPT, of="steps")
+    assert outcomes.count == sum(step.told_falsely for trial in own for step in trial.steps)
+    fresh = found.one("false_positions", agent=AGENT, condition="flip?p=0.4")
+    assert fresh.value < 0.6 < row.value
+    assert found.one("false_positions", agent=AGENT, condition="truth").count == 0
+
+
+def test_a_row_for_every_reading_and_rate_and_the_difference_between_readings_in_pairs(found):
+    shown = table(found, "readings")
+    assert [(row["agent"], row["what a false report is"], row["flip rate"]) for row in shown[:4]] == [
+        (AGENT, "outcome inverted, fresh look", "0.4"), (AGENT, "outcome inverted, fresh look", "0.6"),
+        (AGENT, "outcome inverted, stays", "0.4"), (AGENT, "outcome inverted, stays", "0.6"),
+    ]  # fmt: skip
+    (row, _) = [one for one in table(found, "readings-compared") if one["agent"] == AGENT]
+    assert (row["condition"], row["control"]) == (KEPT, "flip?p=0.4")
+    gap = found.one("success_difference", agent=AGENT, condition=KEPT, control="flip?p=0.4")
+    kept, fresh = (found.one("success", agent=AGENT, condition=name) for name in (KEPT, "flip?p=0.4"))
+    assert gap.value == pytest.approx(kept.value - fresh.value)
+    assert found.where("success_difference", agent=BLIND, control="flip?p=0.4") == []  # it plays alike
+
+
+def test_no_feedback_is_what_false_reports_are_compared_with_too(found):
+    rows = table(found, "against-no-feedback")
+    assert {row["control"] for row in rows} == {"no-feedback"}
+    assert [row["condition"] for row in rows if row["agent"] == AGENT] == [
+        "flip?p=0.4", "flip?p=0.6", KEPT, "flip?p=0.6&others=kept",
+    ]  # fmt: skip
+    gap = found.one("success_difference", agent=AGENT, condition="flip?p=0.4", axis="no feedback")
+    lied, none = (found.one("success", agent=AGENT, condition=name) for name in ("flip?p=0.4", "no-feedback"))
+    assert (gap.value, gap.corrected_for) == (pytest.approx(lied.value - none.value), 4)
+
+
+def test_the_page_says_what_is_inverted_and_that_the_paper_does_not(found):
+    (part,) = SECTIONS[0].show(found)
+    said = " ".join(block.text for block in part.blocks if hasattr(block, "text"))
+    assert "the reported outcome is inverted; the next report looks at the other joints afresh" in said
+    assert "The paper does not say which of these false reports it has" in said
+    assert f"Trials that {AGENT} solved, against no feedback at all: " in said
+    assert "solved fewer trials with false reports that stay than with false reports" in part.answer
+    assert found.answer.startswith(f"False reports raise the success of {AGENT}")
+    assert "false reports that stay" in found.answer
+
+
+def test_the_figure_has_a_line_a_reading_and_the_shares_below(found):
+    success, strip = drawn(found).axes
+    assert [line.get_label() for line in success.lines if line.get_label()[0] != "_"]
+    assert len(strip.texts) == 2 * 2 * 3  # readings, outcomes and positions, rates
+
+
+def test_one_reading_has_a_table_and_says_what_was_not_tested(tmp_path):
+    planned = study("flips", agent=AGENT, p=[0, 0.4], trials=4, repetitions=1)
+    found = results(write_study(tmp_path / "study", planned))
+    (said,) = found.said("readings", "untested")
+    assert said == (
+        f"Not tested for {AGENT}: whether false reports that stay do the same (--readings fresh,kept: 4 trials more)."
+    )
+    assert said in " ".join(found.said("overview", "needed"))
+    assert len(table(found, "readings")) == 1
+    assert drawn(found) is None
+    truth = results(write_study(tmp_path / "truth", study("flips", agent=AGENT, p=[0], trials=4, repetitions=1)))
+    assert not list(SECTIONS[0].show(truth))
