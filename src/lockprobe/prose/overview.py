@@ -68,6 +68,7 @@ _VARIED = {
 
 _POSITION = "the reported position of the attempted joint is inverted"
 _OUTCOME = "the reported outcome is inverted"
+_EVERY_POSITION = "a reported position is inverted, for every joint in every report"
 
 
 Varied = Literal["flips", "modalities", "conditions", "nothing"]
@@ -88,6 +89,8 @@ def trial_said(
     inverted = _POSITION
     if not any(map(tells_positions, modalities)) or (flip and flip.inverts == "outcome"):
         inverted = _OUTCOME
+    elif flip and flip.others == "noisy":
+        inverted = _EVERY_POSITION
     elif flip and flip.others == "kept":
         inverted = f"{_POSITION} until its next attempt"
     told = _VARIED[varied].format(flipped=inverted)
