@@ -122,7 +122,18 @@ def propagate(
     check_choice("listing", listing, get_args(Listing))
     panel = tuple(range(len(world.places)))
     orders = list(permutations(panel)) if listing == "shuffled" and heeds_order(policy) else [panel]
-    solved, apart, states = [0.0] * (max_steps + 1), [0.0] * (max_steps + 1), 0
+    return _course(policy, world, chances, orders, most_states)
+
+
+def _course(
+    policy: Policy[Any],
+    world: BoxWorld,
+    chances: ConditionChances,
+    orders: Sequence[tuple[int, ...]],
+    most_states: int,
+) -> Propagation:
+    """The mean course over orders of the listing."""
+    solved, apart, states = [0.0] * (world.budget + 1), [0.0] * (world.budget + 1), 0
     given = false = 0.0
     for order in orders:
         chain = _MarkovChain(policy, world, chances, order, most_states - states)
