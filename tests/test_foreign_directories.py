@@ -17,7 +17,7 @@ from lockprobe.cli import COMMANDS, build, main
 from lockprobe.web import serving
 
 NOTHING_FOREIGN = {
-    "chance", "detectors", "audit", "power", "learn", "play", "agents", "plants", "interventions", "doctor",
+    "chance", "detectors", "audit", "power", "readings", "learn", "play", "agents", "plants", "interventions", "doctor",
     "box list", "box generate", "rig tags", "rig calibrate", "rig rehearse", "rig dry-run", "rig check",
     "models pull", "models show",
 }  # fmt: skip

@@ -77,7 +77,7 @@ MISTAKES = [
     (lambda: lockprobe.population(threads=0), "threads: got 0, expected a whole number from 1"),
     (
         lambda: lockprobe.population(flip=None),
-        "flip: got None, expected one of transient, sticky, outcome-only, memoryless, latched, re-observed, integrated",
+        "flip: got None, expected one of transient, sticky, outcome-only, memoryless, latched, independent, re-observed, integrated",
     ),
     (lambda: lockprobe.population(p=[0, 0.4]), "p: got \\[0, 0.4\\], expected a number"),
     (lambda: box_of(initial="00"), "initial: got '00', expected positions True \\(open\\) and False"),

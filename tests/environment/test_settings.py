@@ -103,7 +103,7 @@ class NotAChannel:
         ({"plant": "twin?heigth=99"}, UnknownName, "no option of twin is called 'heigth' (did you mean 'height'?)"),
         ({"plant": "fast-twin?width=9"}, BadValue, "width: got 9, expected a number from 64 to 4096"),
         (SEEN | {"steps_left": True}, BadValue, "steps_left=True cannot be combined with pictures"),
-        (SEEN | {"channels": [OutcomeFlip(p=0.2)]}, BadValue, "channel: got OutcomeFlip(p=0.2, inverts='outcome', others='fresh', keep=0.0, only='any'"),
+        (SEEN | {"channels": [OutcomeFlip(p=0.2)]}, BadValue, "channel: got OutcomeFlip(p=0.2, inverts='outcome', others='fresh', keep=0.0, part='both'"),
         (SEEN | {"channels": [TextChannel()]}, BadValue, "channel: got TextChannel(tell='both', form='words', places=False), expected a channel that changes no report"),
         ({"max_step": 3}, UnknownName, "no setting of the environment is called 'max_step' (did you mean 'max_steps'?"),
         ({"box": "chain-99"}, UnknownName, "no box is called 'chain-99'"),

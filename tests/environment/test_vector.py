@@ -41,7 +41,17 @@ flips = st.builds(
     st.sampled_from(["position", "outcome"]),
     st.sampled_from([0.0, 0.5, 1.0]),
 )
-by_channels = st.fixed_dictionaries({"channels": st.lists(flips | st.just({"channel": "TextChannel"}), max_size=3)})
+further = st.sampled_from(
+    [
+        {"channel": "OutcomeFlip", "p": 0.4, "inverts": "position", "others": "noisy"},
+        {"channel": "OutcomeFlip", "p": 0.4, "part": "outcome"},
+        {"channel": "OutcomeFlip", "p": 0.4, "part": "position"},
+        {"channel": "OutcomeFlip", "p": 0.4, "inverts": "position", "keep": 0.5, "part": "position"},
+    ]
+)
+by_channels = st.fixed_dictionaries(
+    {"channels": st.lists(flips | further | st.just({"channel": "TextChannel"}), max_size=3)}
+)
 by_condition = st.fixed_dictionaries(
     {},
     optional={
@@ -60,7 +70,7 @@ by_condition = st.fixed_dictionaries(
 ) | st.fixed_dictionaries(
     {
         "p": st.sampled_from([0.0, 0.4, 1.0]),
-        "flip": st.sampled_from(["transient", "sticky", "integrated", "outcome-only"]),
+        "flip": st.sampled_from(["transient", "sticky", "independent", "integrated", "outcome-only"]),
         "modality": st.sampled_from([None, "symbolic?tell=outcome"]),
     }
 )
@@ -165,7 +175,7 @@ def test_a_mistake_is_said_in_one_line():
     for asked, message in (
         (
             {"channels": [Dim()]},
-            'expected an OutcomeFlip of p, inverts, others and keep; vectorization_mode="sync" plays any other',
+            'expected an OutcomeFlip of p, inverts, others, keep and part; vectorization_mode="sync" plays any other',
         ),
         ({"render_mode": "ansi"}, 'render_mode: got .ansi., expected None; vectorization_mode="sync" renders'),
         (
@@ -177,6 +187,7 @@ def test_a_mistake_is_said_in_one_line():
             'plant: got .twin., expected symbolic; vectorization_mode="sync" or "async" plays all others',
         ),
         ({"condition": "tremble?p=0.2"}, "condition: got Tremble.*plays any other"),
+        ({"condition": "phantom?p=0.2"}, "condition: got Phantom.*plays any other"),
         ({"condition": "flip?p=0.2&only=moved"}, "condition: got OutcomeFlip.*plays any other"),
         ({"seed": 3}, r"seed: got 3, expected reset\(seed=...\)"),
         ({"count": 0}, "num_envs: got 0, expected a whole number of at least 1"),

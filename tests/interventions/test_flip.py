@@ -2,6 +2,7 @@
 
 import itertools
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from lockprobe.analysis.loops import onset
 from lockprobe.errors import BadValue, UserMistake
 from lockprobe.interventions.catalogue import interventions_of, spec_of
 from lockprobe.interventions.flip import READINGS, OutcomeFlip, flip_of
+from lockprobe.interventions.phantom import Phantom
 from lockprobe.record import STATES, Moment, Percept, Task
 from lockprobe.studies.single import run_trial
 
@@ -35,6 +37,8 @@ def tell(channel, percept=TRUTH, previous=None, number=0.0):
 
 
 LIKE = [OutcomeFlip(inverts=inverts, keep=keep) for inverts in ("position", "outcome") for keep in (0, 0.5, 1)]
+NOISY = OutcomeFlip(inverts="position", others="noisy")
+PARTS = [OutcomeFlip(part="outcome"), *(OutcomeFlip(part="position", inverts=one) for one in ("position", "outcome"))]
 
 
 @pytest.mark.parametrize("like", LIKE, ids=lambda one: one.reading)
@@ -101,6 +105,54 @@ def test_each_reading_is_its_law_of_false_positions(like, seed):
         before = after
 
 
+@pytest.mark.parametrize("seed", range(1, 4))
+@pytest.mark.parametrize("like", PARTS, ids=lambda one: f"{one.part}-{one.inverts}")
+def test_one_part_of_a_false_report_is_false_at_the_steps_of_the_whole(like, seed):
+    flips = [step.told_falsely for step in played(OutcomeFlip(), seed, modality="symbolic").steps]
+    trial, before = played(like, seed, modality="symbolic"), [False] * 8
+    assert [step.told_falsely for step in trial.steps] == [flipped and like.part == "outcome" for flipped in flips]
+    for step, flipped, after in zip(trial.steps, flips, told_errors(trial), strict=False):
+        for joint, name in enumerate(trial.joints):
+            repeated = like.inverts == "outcome" and before[joint]
+            assert after[joint] == (like.part == "position" and name == step.joint and flipped ^ repeated)
+        before = after
+
+
+@pytest.mark.parametrize("modality", [STATES, "symbolic?tell=outcome"])
+@pytest.mark.parametrize("part", ["outcome", "position"])
+def test_one_part_alone_needs_reports_of_two(part, modality):
+    expected = re.escape(f"part: got '{part}', expected both with {modality}; symbolic tells outcomes and positions")
+    with pytest.raises(BadValue, match=f"^{expected}$"):
+        run_trial(condition=f"flip?p=0.4&part={part}", modality=modality)
+
+
+def test_noise_on_all_joints_inverts_each_position_with_probability_p_and_independently():
+    rng, flip = np.random.default_rng(5), NOISY.at_rate(0.3)
+    percepts = [flip.perceive(TRUTH, (), TASK, rng) for _ in range(20_000)]
+    false = np.array([one.positions for one in percepts]) ^ np.array(TRUTH.positions)
+    assert false.mean(axis=0) == pytest.approx([0.3] * 3, abs=0.014)
+    assert np.corrcoef(false.T.astype(float)) == pytest.approx(np.eye(3), abs=0.03)
+    assert ([one.outcome == "blocked" for one in percepts] == false[:, 1]).all()
+
+
+def test_noise_on_all_joints_is_nested_in_p_and_inverts_the_attempted_joint_as_every_reading_does():
+    memoryless = [step.told_falsely for step in played(OutcomeFlip(), modality="symbolic").steps]
+    trials = [played(NOISY, p=p, modality="symbolic") for p in (0.2, 0.5, 0.8)]
+    assert [step.told_falsely for step in trials[1].steps] == memoryless
+    fewer, some, more = (np.array(told_errors(trial)) for trial in trials)
+    assert (fewer <= some).all()
+    assert (some <= more).all()
+    assert fewer.sum() < some.sum() < more.sum()
+
+
+def test_noise_on_all_joints_keeps_to_the_steps_of_the_flip():
+    trial = run_trial(
+        agent="random", box="chain-8", condition=[OutcomeFlip(p=1, inverts="position", others="noisy", at=(3, 5))]
+    )
+    assert [any(wrong) for wrong in told_errors(trial)][:6] == [False, False, True, False, True, False]
+    assert all(told_errors(trial)[2])
+
+
 @pytest.mark.parametrize("agent", ["random", "human-inspired", "cognitive:perseverant"])
 @pytest.mark.parametrize("keep", [0, 0.5, 1])
 def test_inverted_outcomes_are_a_share_p_of_those_that_an_agent_infers(agent, keep):
@@ -125,7 +177,14 @@ def test_an_agent_that_repeats_infers_other_outcomes_than_a_share_p_where_positi
 
 @pytest.mark.parametrize("agent", ["random", "random-no-repeat", "round-robin"])
 def test_an_agent_that_ignores_reports_chooses_the_same_under_every_reading(agent):
-    assert len({tuple(played(like, agent=agent, modality=STATES).actions) for like in LIKE}) == 1
+    assert len({tuple(played(like, agent=agent, modality=STATES).actions) for like in [*LIKE, NOISY]}) == 1
+    parts = [*PARTS, OutcomeFlip(only="moved"), OutcomeFlip(only="blocked")]
+    conditions = [*([replace(like, p=0.5)] for like in parts), [Phantom(p=0.5)]]
+    given_ = {"agent": agent, "box": "chain-8", "seed": 1, "max_steps": 40, "modality": "symbolic"}
+    trials = [run_trial(condition=condition, **given_) for condition in conditions]
+    truth = played(LIKE[0], agent=agent, p=0.0, modality=STATES)
+    assert {tuple(trial.actions) for trial in trials} == {tuple(truth.actions)}
+    assert len({str([(step.told_moved, step.told_state) for step in trial.steps]) for trial in trials}) > 4
 
 
 def test_positions_that_survive_at_a_smaller_keep_are_a_subset_of_those_at_a_larger():
@@ -156,6 +215,7 @@ def test_a_false_position_survives_with_probability_keep_and_independently_of_ot
         ("flip?p=0.4&inverts=position", "flip?p=0.4&inverts=position", "memoryless state noise"),
         ("flip?inverts=position&keep=1", "flip?p=0&inverts=position&others=kept", "latched state noise"),
         ("flip?p=0.4&keep=0.5", "flip?p=0.4&keep=0.5", "partly integrated outcome noise (keep = 0.5)"),
+        ("flip?others=noisy&inverts=position", "flip?p=0&inverts=position&others=noisy", "independent state noise"),
     ],
 )
 def test_every_flip_has_one_spec_and_a_name(spec, canonical, reading):
@@ -163,6 +223,11 @@ def test_every_flip_has_one_spec_and_a_name(spec, canonical, reading):
     assert (spec_of(flip), flip.reading) == (canonical, reading)
     assert interventions_of(canonical) == (flip,)
     assert READINGS[flip.inverts, flip.others] in reading
+
+
+def test_a_part_has_a_name_of_its_own():
+    assert OutcomeFlip(part="outcome").reading == "outcome noise with true positions"
+    assert OutcomeFlip(part="position", inverts="position").reading == "memoryless state noise with true outcomes"
 
 
 @given(st.integers(0, 10_000), st.floats(0, 1), st.floats(0, 1))
@@ -179,7 +244,7 @@ def test_the_flips_at_a_smaller_p_are_a_subset_of_those_at_a_larger(seed, one, o
 
 def test_it_draws_equally_often_whatever_its_parameters():
     after = set()
-    for channel in [like.at_rate(p) for like in LIKE for p in (0.0, 0.3, 1.0)]:
+    for channel in [like.at_rate(p) for like in [*LIKE, NOISY, *PARTS] for p in (0.0, 0.3, 1.0)]:
         rng = np.random.default_rng(1)
         past = ()
         for _ in range(7):
@@ -242,7 +307,7 @@ def test_while_looping_every_report_is_true_until_the_first_loop_is_complete(see
 
 def test_every_option_is_in_the_record():
     plain, set_ = (lies(spec)[1].channels[0] for spec in ("flip?p=0.4", "flip?p=0.4&from=2&at=4;8&while=looping"))
-    acting = {"channel": "OutcomeFlip", "p": 0.4, "inverts": "outcome", "others": "fresh", "keep": 0.0}
+    acting = {"channel": "OutcomeFlip", "p": 0.4, "inverts": "outcome", "others": "fresh", "keep": 0.0, "part": "both"}
     assert plain == acting | {"only": "any", "from": None, "until": None, "at": "", "while": "always"}
     assert set_ == {**plain, "from": 2, "at": "4;8", "while": "looping"}
 
@@ -273,6 +338,13 @@ def test_a_report_that_says_nothing_is_not_inverted():
         ("flip?at=4;0", "at: got 0, expected a step from 1"),
         ("flip?at=4;x", "at: got 'x', expected a whole number"),
         ("flip?from=5&until=4", "until: got 4, expected a step from 5, the first step of the flip"),
+        ("flip?part=none", "part: got 'none', expected one of both, outcome, position"),
+        ("flip?part=outcome&keep=1", "part: got 'outcome', expected none with inverts, others or keep"),
+        (
+            "flip?others=noisy",
+            "others: got 'noisy', expected inverts=position with it, and no keep, part, only or while",
+        ),
+        ("flip?inverts=position&others=noisy&keep=1", "others: got 'noisy', expected inverts=position with it"),
         ("flip?from_=5", "no option of flip is called 'from_'"),
     ],
 )

@@ -166,8 +166,21 @@ CASES = [
 ]
 
 
-@pytest.mark.parametrize("tell", ["both", "state"])
-@pytest.mark.parametrize(("policy", "spec"), CASES)
+PARTS = [
+    "flip?p=0.3&part=outcome",
+    "flip?p=0.3&part=position&inverts=position",
+    "flip?p=0.3&part=position&others=kept&only=moved + drop?p=0.4",
+]
+"""One part of a false report, which needs reports of outcome and positions."""
+
+
+@pytest.mark.parametrize(
+    ("policy", "spec", "tell"),
+    [
+        *(pytest.param(*case.values, tell, id=f"{case.id}-{tell}") for case in CASES for tell in ("both", "state")),
+        *(pytest.param(one, spec, "both", id=f"{type(one).__name__}-{spec}") for one in POLICIES[:3] for spec in PARTS),
+    ],
+)
 def test_the_course_is_the_sum_over_every_choice_and_all_luck(policy, spec, tell):
     name, budget = ("chain-3", 3) if isinstance(policy, WORLDS) else ("chain-2", 3 if spec.count("+") > 1 else 4)
     solved, apart = by_brute_force(policy, box(name), spec, tell, budget)
@@ -188,7 +201,14 @@ def test_tremble_equals_a_lapse_of_the_hand(agent):
 
 
 @pytest.mark.parametrize(
-    "spec", ["tremble?p=0.2 + drop?p=0.3", "flip?p=0.5&only=blocked&from=3", "flip?p=0.6&at=2;4;6 + force?at=5"]
+    "spec",
+    [
+        "tremble?p=0.2 + drop?p=0.3",
+        "flip?p=0.5&only=blocked&from=3",
+        "flip?p=0.6&at=2;4;6 + force?at=5",
+        "phantom?p=0.8 + drop?p=0.2&luck=flip",
+        "flip?p=0.3&inverts=position&others=noisy&at=3;5;6",
+    ],
 )
 @pytest.mark.parametrize("modality", ["symbolic", "symbolic?tell=state"])
 def test_trials_of_the_loop_come_to_the_same(spec, modality):
@@ -262,7 +282,7 @@ def test_reports_are_flipped_once():
         {"condition": "flip?p=0.2&until=5 + flip?p=0.1&from=6&others=kept"},
     ):
         with pytest.raises(
-            BadValue, match="one flip a step at most, several only with others=fresh and equal inverts, and none with p"
+            BadValue, match="one flip a step at most, several only without keep and of one reading, and none with p"
         ):
             propagate(**given)
 

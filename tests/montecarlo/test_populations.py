@@ -35,7 +35,7 @@ SPECS = (
     "cognitive:random-map?window=1&avoid=last",
     "cognitive:random-map?window=2&avoid=failed&lapse=0.1",
 )
-KINDS = ("transient", "sticky", "re-observed", "integrated", "outcome-only")
+KINDS = ("transient", "sticky", "independent", "re-observed", "integrated", "outcome-only")
 SETTINGS = {
     "agent": st.sampled_from(SPECS),
     "name": st.sampled_from(["chain-3", "chain-4", "reset", "common-effect-4", "random-6-2"]),
@@ -186,7 +186,7 @@ def test_counted_numbers_and_those_of_a_study_give_the_same_distribution(agent, 
 
 def test_a_small_map_has_its_exact_course_too():
     """Of three joints in five steps, where it can still be followed."""
-    for flip in KINDS:
+    for flip in sorted({*KINDS} - {"independent"}):  # which has too many states
         given_ = {"p": 0.3, "flip": flip, "max_steps": 5}
         exact = propagate("cognitive:random-map?avoid=last&lapse=0.1", "chain-3", **given_)
         found = population(

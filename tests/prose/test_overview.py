@@ -364,6 +364,7 @@ def test_the_first_sentence_and_the_courses_say_the_same_of_many_agents():
     [
         ("memoryless", STATES, "the reported position of the attempted joint is inverted."),
         ("latched", STATES, "the reported position of the attempted joint is inverted until its next attempt."),
+        ("independent", STATES, "a reported position is inverted, for every joint in every report."),
         ("re-observed", STATES, "the reported outcome is inverted."),
         ("integrated", STATES, "the reported outcome is inverted."),
         ("outcome-only", "symbolic?tell=outcome", "the reported outcome is inverted."),

@@ -188,6 +188,11 @@ def test_pictures_tell_truth_and_lies_and_cannot_be_corrected():
             arm_interventions(arm, 4, condition)
 
 
+def test_a_lie_is_on_the_attempted_joint_where_noise_is_on_all():
+    (condition,) = study("flips", flip="independent", p=[0.4]).conditions
+    assert arm_interventions("lie", 4, condition) == (OutcomeFlip(p=1.0, inverts="position", at=(4,)),)
+
+
 def test_an_agent_that_does_not_repeat_itself_is_not_forked_in_silence(tmp_path, monkeypatch):
     """The record cannot be reached again: every fork breaks, names the step, and is owed."""
     planned = study("flips", agent="random", p=[0.0], trials=2, repetitions=1)

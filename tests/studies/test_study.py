@@ -323,7 +323,7 @@ def test_a_plant_without_a_camera_has_no_pictures_and_none_may_be_asked_for():
         ),
         (
             {"p": [0, 0.2], "flip": "outcome-only"},
-            "flip: got 'outcome-only', expected transient, sticky, memoryless, latched, re-observed, integrated, with rgb",
+            "flip: got 'outcome-only', expected transient, sticky, memoryless, latched, independent, re-observed, integrated, with rgb",
         ),
         (
             {"p": [0.2], "modality": ["rgb?p=0.4"]},

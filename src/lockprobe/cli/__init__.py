@@ -38,6 +38,7 @@ COMMANDS = {
     "fit": ("fit", "fit", "Find the mechanism that best predicts an agent's choices."),
     "audit": ("audit", "audit", "Measure the error rates and power of every test."),
     "power": ("power", "power", "Find how many trials a given effect needs."),
+    "readings": ("readings", "readings", "Compute success under every reading of a false report."),
     "learn": ("learn", "learn", "Train a small network that plays as learner:FILE."),
     "play": ("play", "play", "Play a trial yourself in the terminal."),
     "box": ("box", "app", "List, show, solve and generate boxes."),

@@ -20,6 +20,7 @@ from lockprobe.interventions.camera import CameraChannel
 from lockprobe.interventions.catalogue import place_of, spec_of, with_words
 from lockprobe.interventions.condition import MODALITIES, Condition
 from lockprobe.interventions.flip import OutcomeFlip
+from lockprobe.interventions.phantom import Phantom
 from lockprobe.interventions.reword import Reword
 from lockprobe.interventions.words import TextChannel
 from lockprobe.interventions.yoked import Yoked
@@ -57,7 +58,7 @@ NOT_HERE: Mapping[str, str] = {
 _CHANNELS: Mapping[str, type[OutcomeFlip | TextChannel]] = {"OutcomeFlip": OutcomeFlip, "TextChannel": TextChannel}
 """Channels that a mapping can describe, by their name in the record."""
 
-_ALWAYS_TELL = (OutcomeFlip, Burst, Yoked, Reword, TextChannel, CameraChannel)
+_ALWAYS_TELL = (OutcomeFlip, Phantom, Burst, Yoked, Reword, TextChannel, CameraChannel)
 """Channels under which no report is missing. Other channels may drop reports."""
 
 

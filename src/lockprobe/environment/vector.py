@@ -204,20 +204,29 @@ class _Boxes:
         for (_, flip), luck in zip(self._flips, self._luck, strict=True):
             drawn = luck[self._rows, self.taken]
             flipped = drawn < flip.p
-            attempted = positions[self._rows, actions] ^ flipped
-            if flip.inverts == "outcome":
-                attempted = self._told[self._rows, actions] ^ outcome ^ flipped
-            outcome = outcome ^ flipped
-            if flip.keep == 1:
-                positions = self._told.copy()
-            elif flip.keep:
-                numbers = [survival(drawn, place) for place in range(positions.shape[1])]
-                positions = np.where(np.stack(numbers, axis=1) < flip.keep, self._told, positions)
-            positions[self._rows, actions] = attempted
+            if flip.part != "outcome":
+                attempted = positions[self._rows, actions] ^ flipped
+                if flip.inverts == "outcome":
+                    attempted = self._told[self._rows, actions] ^ outcome ^ flipped
+                positions = self._others_told(flip, drawn, positions)
+                positions[self._rows, actions] = attempted
+            if flip.part != "position":
+                outcome = outcome ^ flipped
         self._told = positions
         self._seen[:, 1] = actions + 1
         if self._tells_outcomes:
             self._seen[:, 2] = BLOCKED + outcome
+
+    def _others_told(self, flip: OutcomeFlip, drawn: NDArray[np.float64], positions: Flags) -> Flags:
+        """The positions of all joints as they are told where they are not attempted, shape (num_envs, joints)."""
+        if flip.keep == 1:
+            return self._told.copy()
+        if not flip.keep and flip.others != "noisy":
+            return positions
+        numbers = np.stack([survival(drawn, place) for place in range(positions.shape[1])], axis=1)
+        if flip.others == "noisy":
+            return positions ^ (numbers < flip.p)
+        return np.where(numbers < flip.keep, self._told, positions)
 
     def observation(self) -> Vector:
         """The agents' observations, shape (num_envs, entries)."""
@@ -249,6 +258,6 @@ def _flips(settings: EnvironmentSettings) -> list[tuple[int, OutcomeFlip]]:
             raise BadValue(
                 what,
                 channel,
-                'an OutcomeFlip of p, inverts, others and keep; vectorization_mode="sync" plays any other',
+                'an OutcomeFlip of p, inverts, others, keep and part; vectorization_mode="sync" plays any other',
             )
     return flips

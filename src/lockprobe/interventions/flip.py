@@ -14,9 +14,11 @@ from lockprobe.validation import check_choice, check_probability
 if TYPE_CHECKING:  # the options of a study rest on this module, and their help needs no arithmetic
     import numpy as np
 
-__all__ = ["DEFAULT", "READINGS", "FlipKind", "Inverts", "Others", "OutcomeFlip", "flip_of"]
+__all__ = ["DEFAULT", "READINGS", "FlipKind", "Inverts", "Others", "OutcomeFlip", "Part", "flip_of"]
 
-FlipKind = Literal["transient", "sticky", "outcome-only", "memoryless", "latched", "re-observed", "integrated"]
+FlipKind = Literal[
+    "transient", "sticky", "outcome-only", "memoryless", "latched", "independent", "re-observed", "integrated"
+]
 """What ``--flip`` takes: the readings of a false report by the first word of their names, and short words for three
 studies. ``transient`` is memoryless, ``sticky`` is latched; ``outcome-only`` is re-observed and tells no positions."""
 
@@ -26,7 +28,8 @@ inverts a share p of the outcomes (Sec. 3.2), tells them through states, and loo
 next picture would show them ("mimicking the effect of misinterpreting a visual observation")."""
 
 Inverts = Literal["position", "outcome"]
-Others = Literal["fresh", "kept", "partly"]
+Others = Literal["fresh", "kept", "partly", "noisy"]
+Part = Literal["both", "outcome", "position"]
 Only = Literal["moved", "blocked", "any"]
 While = Literal["looping", "always"]
 
@@ -34,6 +37,7 @@ READINGS: Mapping[tuple[Inverts, Others], str] = {
     ("position", "fresh"): "memoryless state noise",
     ("position", "kept"): "latched state noise",
     ("position", "partly"): "partly latched state noise",
+    ("position", "noisy"): "independent state noise",
     ("outcome", "fresh"): "re-observed outcome noise",
     ("outcome", "kept"): "integrated outcome noise",
     ("outcome", "partly"): "partly integrated outcome noise",
@@ -57,6 +61,12 @@ class OutcomeFlip:
     * ``others=fresh``: their positions are true in every report.
     * ``others=kept``: they stay as they were last told, until their joint is attempted.
     * ``keep``: each false one survives a report with this probability; 0 is ``fresh``, 1 is ``kept``.
+    * ``others=noisy``: each of them is inverted with probability ``p`` too, in every report and independently.
+
+    A false report has two parts. ``part`` tells one of them alone, to an agent that is told outcomes and positions:
+
+    * ``part=outcome``: the outcome in the report is the opposite one, and all positions are true.
+    * ``part=position``: the outcome in the report is true, and the reported position of the attempted joint is not.
 
     One number is drawn per attempt whatever the options are, so the flips at a smaller ``p`` are a subset of those at a
     larger one, the surviving positions at a smaller ``keep`` are a subset too, and further options only leave some
@@ -68,6 +78,7 @@ class OutcomeFlip:
         keep: Probability that a false position of another joint survives a report, [0, 1].
         inverts: What is inverted.
         others: What becomes of the false positions of other joints; ``partly`` with ``keep`` between 0 and 1.
+        part: Which parts of the report are false.
         only: Which outcomes are inverted.
         from_: The first step, from 1, whose report can be inverted; None for the first of all.
         until: The last one; None for the last of all.
@@ -76,7 +87,7 @@ class OutcomeFlip:
             attempts, this one among them, have stood in this order before.
 
     Raises:
-        BadValue: If a value is none of these, or ``others`` and ``keep`` contradict each other.
+        BadValue: If a value is none of these, or two options contradict each other.
     """
 
     name: ClassVar[str] = "flip"
@@ -86,6 +97,7 @@ class OutcomeFlip:
     inverts: Inverts = "outcome"
     others: Others = "fresh"
     keep: float = 0.0
+    part: Part = "both"
     only: Only = "any"
     from_: int | None = None
     until: int | None = None
@@ -97,6 +109,7 @@ class OutcomeFlip:
         check_probability("keep", self.keep)
         check_choice("inverts", self.inverts, get_args(Inverts))
         check_choice("others", self.others, get_args(Others))
+        check_choice("part", self.part, get_args(Part))
         check_choice("only", self.only, get_args(Only))
         check_choice("while", self.while_, get_args(While))
         self._agree()
@@ -108,6 +121,12 @@ class OutcomeFlip:
 
     def _agree(self) -> None:
         """Let ``others`` and ``keep`` say the same; each may be said alone."""
+        if self.part == "outcome" and (self.inverts, self.others, self.keep) != ("outcome", "fresh", 0):
+            raise BadValue("part", self.part, "none with inverts, others or keep: with it every position is true")
+        if self.others == "noisy":
+            if (self.inverts, self.keep, self.part, self.only, self.while_) != ("position", 0, "both", "any", "always"):
+                raise BadValue("others", self.others, "inverts=position with it, and no keep, part, only or while")
+            return
         said: Others = "fresh" if self.keep == 0 else "kept" if self.keep == 1 else "partly"
         if self.others == "kept" and self.keep == 0:
             object.__setattr__(self, "keep", 1.0)
@@ -125,11 +144,28 @@ class OutcomeFlip:
     def reading(self) -> str:
         """What this false report is in the words of the field: ``memoryless state noise``."""
         name = READINGS[self.inverts, self.others]
-        return f"{name} (keep = {self.keep:g})" if self.others == "partly" else name
+        if self.part == "outcome":
+            return "outcome noise with true positions"
+        name = f"{name} (keep = {self.keep:g})" if self.others == "partly" else name
+        return name if self.part == "both" else f"{name} with true outcomes"
+
+    def check_told(self, modality: str, *, outcomes: bool, positions: bool) -> None:
+        """Refuse one part of a false report where reports have no two parts.
+
+        Args:
+            modality: How the box is shown, for the message.
+            outcomes: Whether its reports tell the outcome of an attempt.
+            positions: Whether they tell positions.
+
+        Raises:
+            BadValue: If reports tell one of them alone.
+        """
+        if self.part != "both" and not (outcomes and positions):
+            raise BadValue("part", self.part, f"both with {modality}; symbolic tells outcomes and positions")
 
     def at_rate(self, p: float, at: tuple[int, ...] = ()) -> OutcomeFlip:
         """A flip of the same reading at another rate, of all reports or of those of given steps."""
-        return OutcomeFlip(p=p, inverts=self.inverts, keep=self.keep, at=at)
+        return OutcomeFlip(p=p, inverts=self.inverts, others=self.others, keep=self.keep, part=self.part, at=at)
 
     def falls_on(self, step: int) -> bool:
         """Whether the report of this step, from 1, can be inverted."""
@@ -144,7 +180,7 @@ class OutcomeFlip:
         drawn = 1.0 if percept.joint is None else rng.random()
         flipped = drawn < self.p and self._may(percept, past)
         outcome: Outcome | None = percept.outcome
-        if flipped:
+        if flipped and self.part != "position":
             outcome = "blocked" if percept.outcome == "moved" else "moved"
         return replace(percept, outcome=outcome, positions=self._positions(percept, past, task, drawn, flipped))
 
@@ -156,23 +192,27 @@ class OutcomeFlip:
     def _positions(
         self, percept: Percept, past: tuple[Moment, ...], task: Task, drawn: float, flipped: bool
     ) -> tuple[bool, ...] | None:
-        if percept.positions is None:
-            return None
+        if percept.positions is None or self.part == "outcome":
+            return percept.positions
+        noisy = percept.outcome is not None and self.falls_on(len(past))
         last = past[-1].reported.positions if past else None
         before = percept.positions if last is None else last
         told = []
         for place, (label, truth, earlier) in enumerate(zip(task.joints, percept.positions, before, strict=True)):
             if label != percept.joint:
-                told.append(earlier if earlier != truth and self._survives(drawn, place) else truth)
+                told.append(self._told_of_another(drawn, place, truth=truth, earlier=earlier, noisy=noisy))
             elif self.inverts == "outcome" and last is not None and percept.outcome is not None:
                 told.append(earlier ^ (percept.outcome == "moved") ^ flipped)
             else:
                 told.append(truth ^ flipped)
         return tuple(told)
 
-    def _survives(self, drawn: float, place: int) -> bool:
-        """Whether a false position survives the report for which this number was drawn."""
-        return self.keep == 1 or (self.keep > 0 and survival(float(drawn), place) < self.keep)
+    def _told_of_another(self, drawn: float, place: int, *, truth: bool, earlier: bool, noisy: bool) -> bool:
+        """The position told of a joint that was not attempted, in the report for which this number was drawn."""
+        if self.others == "noisy":
+            return truth ^ (noisy and survival(float(drawn), place) < self.p)
+        survives = self.keep == 1 or (self.keep > 0 and survival(float(drawn), place) < self.keep)
+        return earlier if survives else truth
 
 
 _LIKE: Mapping[str, tuple[Inverts, Others]] = {
@@ -181,6 +221,7 @@ _LIKE: Mapping[str, tuple[Inverts, Others]] = {
     "outcome-only": ("outcome", "fresh"),
     "memoryless": ("position", "fresh"),
     "latched": ("position", "kept"),
+    "independent": ("position", "noisy"),
     "re-observed": ("outcome", "fresh"),
     "integrated": ("outcome", "kept"),
 }

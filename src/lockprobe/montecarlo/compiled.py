@@ -20,6 +20,7 @@ from lockprobe.agents.cognitive import RandomMap, SoftmaxMemory
 from lockprobe.agents.human_inspired import HumanInspired
 from lockprobe.agents.policy import Policy
 from lockprobe.agents.strategies import RandomAgent, RandomNoRepeat, RoundRobin
+from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.survival import survival
 from lockprobe.montecarlo.compiled_choices import HUMAN, MAP, NO_REPEAT, PARTS, RANDOM, ROUND_ROBIN, SOFTMAX
 from lockprobe.montecarlo.plain import BoxWorld
@@ -196,6 +197,8 @@ def scene_of(world: BoxWorld) -> Scene:
     scene = record(SCENE, {"p": world.flip.p, "budget": world.budget, "kept": int(world.flip.keep)})
     scene.joints, scene.target, scene.states_only = len(world.places), world.target, world.states_only
     scene.outcome, scene.positions = world.flip.inverts == "outcome", world.tell != "outcome"
+    scene.noisy, scene.outcomes_true = world.flip.others == "noisy", world.flip.part == "position"
+    scene.positions_true = world.flip.part == "outcome"
     scene.movable[: len(world.movable)] = world.movable
     for j, (x, y) in enumerate(world.places):
         for k, (u, v) in enumerate(world.places):
@@ -203,15 +206,17 @@ def scene_of(world: BoxWorld) -> Scene:
     return scene
 
 
-def lasting_in(flips: Numbers, orders: Integers, keep: float) -> Integers:
-    """The joints whose false positions survive each report, one bit each, where some do: shape (trials, budget).
+def lasting_in(flips: Numbers, orders: Integers, flip: OutcomeFlip) -> Integers:
+    """The joints whose false positions survive each report, or which it inverts, one bit each: shape (trials, budget).
 
     Args:
         flips: The numbers that reports draw, shape (trials, budget).
         orders: The joints as they are listed in each trial, shape (trials, joints).
-        keep: The probability that one survives; with 0 and 1 the result has no columns.
+        flip: What a false report is; if all or no positions survive, the result has no columns.
     """
-    if keep in (0, 1):
+    noisy = flip.others == "noisy"
+    if flip.keep in (0, 1) and not noisy:
         return np.zeros((len(flips), 0), np.int64)
-    survive = [(survival(flips, place) < keep) << orders[:, place, None] for place in range(orders.shape[1])]
+    chance = flip.p if noisy else flip.keep
+    survive = [(survival(flips, place) < chance) << orders[:, place, None] for place in range(orders.shape[1])]
     return np.asarray(np.sum(survive, axis=0), np.int64)

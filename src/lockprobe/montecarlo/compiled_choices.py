@@ -58,6 +58,7 @@ def play_trials(
         orders: The joints as they are listed in each trial, shape (trials, joints).
         flips: Random numbers of the outcome flip, shape (trials, budget); zero columns without flips.
         lasting: The joints whose false positions survive each report, one bit each; zero columns if all or none do.
+            With noise, the joints whose positions each report inverts.
         draws: Random numbers of the agent, shape (trials, most that it can use).
         steps: Output: steps played, shape (trials,).
         solved: Output: whether the box was solved, shape (trials,).
@@ -77,10 +78,14 @@ def play_trials(
             flipped = 1 if noisy and flips[trial, step] < scene.p else 0
             last, wrong = shown, shown ^ configuration
             kept = lasting[trial, step] if partly else -scene.kept
+            others = kept if scene.noisy else wrong & kept
             attempted = flipped << joint ^ wrong * scene.outcome
             configuration ^= moved << joint
-            shown = configuration ^ (wrong & kept & ~(1 << joint) | attempted & 1 << joint)
-            said = (shown ^ last) >> joint & 1 if scene.states_only else moved ^ flipped
+            shown = configuration
+            if not scene.positions_true:
+                shown = configuration ^ (others & ~(1 << joint) | attempted & 1 << joint)
+            heard = moved if scene.outcomes_true else moved ^ flipped
+            said = (shown ^ last) >> joint & 1 if scene.states_only else heard
             if recorded:
                 actions[trial, step], moves[trial, step], reports[trial, step] = joint, moved, said
             if moved and joint == scene.target:

@@ -16,6 +16,7 @@ from lockprobe.interventions.distract import Distract
 from lockprobe.interventions.drop import Drop
 from lockprobe.interventions.flip import FlipKind, OutcomeFlip, flip_of
 from lockprobe.interventions.force import Force
+from lockprobe.interventions.phantom import Phantom
 from lockprobe.interventions.reword import Reword
 from lockprobe.interventions.tremble import Tremble
 from lockprobe.interventions.words import Tell, TextChannel
@@ -28,17 +29,21 @@ from lockprobe.validation import check_choice, check_number
 __all__ = ["ConditionChances", "Report", "condition_chances", "told_by"]
 
 _KNOWN = (
-    "flip (but while=looping), correction, drop, tremble (but at), force (but joint), reword and what is asked; "
-    "sample others (lockprobe.run_trial)"
+    "flip (but while=looping), phantom, correction, drop, tremble (but at), force (but joint), reword and what is "
+    "asked; sample others (lockprobe.run_trial)"
 )
 
 
 class Report(NamedTuple):
-    """One possible report: whether it is inverted (None: not given), whether its form is odd, and its probability."""
+    """One possible report.
+
+    Whether it is inverted (None: not given), whether its form is odd, its probability, and whether it has a phantom.
+    """
 
     inverted: bool | None
     odd: bool
     chance: float
+    phantom: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -50,6 +55,7 @@ class ConditionChances:
         later: Further flips; at most one flip applies to each step.
         withheld: Probability that no report is given, with the same random number as ``flip``, [0, 1].
         odd: Probability of an odd form of the report, with the same random number, [0, 1].
+        phantom: Probability of a phantom, with the same random number, [0, 1].
         lost: Probability that a report is lost independently of the flip, [0, 1].
         remarked: Probability of a remark, independently of the flip, [0, 1].
         tell: Whether positions are told, outcomes, or both.
@@ -61,6 +67,7 @@ class ConditionChances:
     later: tuple[OutcomeFlip, ...] = ()
     withheld: float = 0.0
     odd: float = 0.0
+    phantom: float = 0.0
     lost: float = 0.0
     remarked: float = 0.0
     tell: Tell = "both"
@@ -90,15 +97,20 @@ class ConditionChances:
         """The possible reports of an outcome. Interventions that share the flip's random number hit the same steps."""
         flip = self._flip_at(step)
         lie = flip.p if flip is not None and flip.only in ("any", "moved" if moved else "blocked") else 0.0
-        found: dict[tuple[bool | None, bool], float] = defaultdict(float)
-        edges = sorted({0.0, lie, self.withheld, self.odd, 1.0})
+        found: dict[tuple[bool | None, bool, bool], float] = defaultdict(float)
+        edges = sorted({0.0, lie, self.withheld, self.odd, self.phantom, 1.0})
         for low, high in pairwise(edges):
             inverted = None if low < self.withheld else low < lie
             for lost, unless in ((True, self.lost), (False, 1 - self.lost)):
                 for remarked, chance in ((True, self.remarked), (False, 1 - self.remarked)):
-                    case = None if lost else inverted, low < self.odd or remarked
+                    case = None if lost else inverted, low < self.odd or remarked, low < self.phantom
                     found[case] += (high - low) * unless * chance
-        return [Report(inverted, odd, chance) for (inverted, odd), chance in found.items() if chance]
+        return [Report(inverted, odd, chance, phantom) for (inverted, odd, phantom), chance in found.items() if chance]
+
+    def noise(self, step: int) -> float:
+        """The probability that the position of a joint that is not attempted is inverted in a report, [0, 1]."""
+        flip = self._flip_at(step)
+        return flip.p if flip is not None and flip.others == "noisy" else 0.0
 
 
 def condition_chances(
@@ -121,10 +133,15 @@ def condition_chances(
     ones = interventions_of(condition) if isinstance(condition, str) else tuple(condition)
     flips = [one for one in ones if isinstance(one, OutcomeFlip)]
     twice = any(sum(one.falls_on(step) for one in flips) > 1 for step in range(1, budget + 1))
-    lasting = any(one.keep for one in flips) or len({one.inverts for one in flips}) > 1
+    lasting = any(one.keep for one in flips) or len({(one.inverts, one.others, one.part) for one in flips}) > 1
     if twice or (flips and p > 0) or (len(flips) > 1 and lasting):
-        expected = "one flip a step at most, several only with others=fresh and equal inverts, and none with p"
+        expected = "one flip a step at most, several only without keep and of one reading, and none with p"
         raise BadValue("condition", " + ".join(map(spec_of, ones)), expected)
+    phantoms = [one.p for one in ones if isinstance(one, Phantom)]
+    if len(phantoms) > 1 or (phantoms and (flips or p > 0)):
+        expected = "one phantom at most, and none with a flip; sample others (lockprobe.run_trial)"
+        raise BadValue("condition", " + ".join(map(spec_of, ones)), expected)
+    acting = OutcomeFlip(inverts="position") if phantoms else flip_of(flip, p)  # nothing compares with what was told
     at_the_flips: dict[type[Any], float] = {}
     spoken = {Drop: 1.0, Distract: 1.0}
     for one in ones:
@@ -138,10 +155,11 @@ def condition_chances(
         elif isinstance(one, Drop | Distract | Correction):
             at_the_flips[type(one)] = max(one.p, at_the_flips.get(type(one), 0.0))
     return ConditionChances(
-        flip=flips[0] if flips else flip_of(flip, p),
+        flip=flips[0] if flips else acting,
         later=tuple(flips[1:]),
         withheld=at_the_flips.get(Drop, 0.0),
         odd=max(at_the_flips.get(Distract, 0.0), at_the_flips.get(Correction, 0.0)),
+        phantom=sum(phantoms),
         lost=1 - spoken[Drop],
         remarked=1 - spoken[Distract],
         tell=told_by(modality, flip),
@@ -168,4 +186,4 @@ def told_by(modality: str | None, flip: FlipKind) -> Tell:
     return channel.tell
 
 
-_FOLLOWED = (OutcomeFlip, Correction, Drop, Distract, Tremble, Force, Reword)
+_FOLLOWED = (OutcomeFlip, Phantom, Correction, Drop, Distract, Tremble, Force, Reword)

@@ -34,12 +34,12 @@ from lockprobe.validation import check_whole
 __all__ = [
     "BoxWorld",
     "PlainTrial",
+    "below",
     "heeds_order",
     "listed",
     "play_plainly",
     "policy_of",
     "reported",
-    "surviving",
     "world_of",
 ]
 
@@ -104,7 +104,7 @@ def play_plainly(
     view = world.view(order)
     memory: Hashable = policy.begin(view)
     configuration = shown = 0
-    flip, partly = world.flip, 0 < world.flip.keep < 1
+    flip, partly, noisy = world.flip, 0 < world.flip.keep < 1, world.flip.others == "noisy"
     joints: list[int] = []
     moves: list[bool] = []
     reports: list[bool] = []
@@ -114,11 +114,14 @@ def play_plainly(
         moved = bool(world.movable[configuration] >> joint & 1)
         drawn = channel.random()
         flipped = drawn < flip.p
-        lasting = surviving(drawn, order, flip.keep) if partly else -int(flip.keep)
-        last, wrong = shown, reported(flip, configuration ^ shown, joint, lasting, flipped=flipped)
+        wrong = configuration ^ shown
+        others = below(drawn, order, flip.p if noisy else flip.keep) if noisy or partly else -int(flip.keep)
+        last, wrong = shown, reported(flip, wrong, joint, others if noisy else others & wrong, flipped=flipped)
         configuration ^= moved << joint
         shown = configuration ^ wrong
-        said = bool((shown ^ last) >> joint & 1) if world.states_only else moved != flipped
+        said = (
+            bool((shown ^ last) >> joint & 1) if world.states_only else moved != (flipped and flip.part != "position")
+        )
         joints.append(joint)
         moves.append(moved)
         reports.append(said)
@@ -130,23 +133,33 @@ def play_plainly(
     return PlainTrial(joints=joints, moved=moves, told_moved=reports, solved=False)
 
 
-def reported(flip: OutcomeFlip, wrong: int, joint: int, lasting: int, *, flipped: bool) -> int:
+def reported(flip: OutcomeFlip, wrong: int, joint: int, others: int, *, flipped: bool) -> int:
     """The joints whose position is false in a report of :class:`OutcomeFlip`, one bit each.
 
     Args:
         flip: What a false report is.
         wrong: The joints whose position was false in the last report.
         joint: The joint attempted.
-        lasting: The joints whose false positions survive.
+        others: The joints whose position is false in this report unless they are the one attempted.
         flipped: Whether the report is inverted.
     """
+    if flip.part == "outcome":
+        return 0
     attempted = flipped << joint ^ (wrong if flip.inverts == "outcome" else 0)
-    return wrong & lasting & ~(1 << joint) | attempted & 1 << joint
+    return others & ~(1 << joint) | attempted & 1 << joint
 
 
-def surviving(drawn: float, order: tuple[int, ...], keep: float) -> int:
-    """The joints whose false positions survive a report, by the number that it drew; joints are listed in an order."""
-    return sum((survival(drawn, place) < keep) << joint for place, joint in enumerate(order))
+def below(drawn: float, order: tuple[int, ...], chance: float) -> int:
+    """The joints whose second number is below a chance, one bit each.
+
+    These are the joints whose false positions survive a report (``keep``), or whose positions it inverts (``noisy``).
+
+    Args:
+        drawn: The number that the report drew.
+        order: The joints in the order of the listing.
+        chance: The chance.
+    """
+    return sum((survival(drawn, place) < chance) << joint for place, joint in enumerate(order))
 
 
 @lru_cache(maxsize=4096)
@@ -159,8 +172,9 @@ def world_of(box: str | Path | Lockbox, *, flip: OutcomeFlip, max_steps: int, te
     """The world of a box, given by name, path or value; every report can be inverted by the flip.
 
     Raises:
-        UserMistake: If there is no such box, or a value is out of range.
+        UserMistake: If there is no such box, a value is out of range, or reports have no such part as the flip inverts.
     """
+    flip.check_told(f"symbolic?tell={tell}", outcomes=tell != "state", positions=tell != "outcome")
     lockbox = find_box(box)
     check_whole("max_steps", max_steps, 1, LONGEST)
     joints = range(len(lockbox.joints))

@@ -263,7 +263,7 @@ def _play_compiled(world: BoxWorld, rule: Rule, source: LuckSource, found: _Colu
         def piece(first: int) -> None:
             steps, solved, actions, moved, told_moved = _rows(found, first, trials)
             orders, flips, draws = source.block(first, len(steps))
-            room, lasting = rules.record(rules.MEMORY), lasting_in(flips, orders, world.flip.keep)
+            room, lasting = rules.record(rules.MEMORY), lasting_in(flips, orders, world.flip)
             play(scene, rule, room, orders, flips, lasting, draws, steps, solved, actions, moved, told_moved)
 
     piece(0)  # compiles, once

@@ -11,6 +11,7 @@ from collections import defaultdict
 from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import permutations
+from math import nan
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, get_args
 
@@ -24,13 +25,17 @@ from lockprobe.montecarlo.plain import LONGEST, BoxWorld, heeds_order, listed, p
 from lockprobe.protocols import Intervention
 from lockprobe.validation import check_choice, check_whole
 
-__all__ = ["MOST_STATES", "Listing", "Propagation", "propagate"]
+__all__ = ["MOST_STATES", "Listing", "Propagation", "TooManyStates", "propagate"]
 
 Listing = Literal["shuffled", "panel"]
 """The order in which joints are listed to the agent: drawn anew for every trial, or along the panel."""
 
 MOST_STATES = 200_000
 """This many states take about twenty seconds."""
+
+
+class TooManyStates(BadValue):
+    """A policy has more states than can be followed; it can be sampled."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -41,11 +46,14 @@ class Propagation:
         solved: Probability that the box is solved by step 0, 1, ..., shape (budget + 1,).
         apart: Probability that the reported configuration is not the true one after step 0, 1, ..., given that the
             trial goes on, shape (budget + 1,); 0 if no trial goes on. None where positions are not told.
+        false_outcomes: Share of all reports whose outcome, told or inferred by comparing two reports, is the opposite
+            of the true one, [0, 1]. Only reports that are given in trials that go on count; NaN if none is.
         states: Number of states met, over all listings. A state counts once for each phase of the condition.
     """
 
     solved: tuple[float, ...]
     apart: tuple[float, ...] | None
+    false_outcomes: float
     states: int
 
     @property
@@ -87,8 +95,8 @@ def propagate(
         p: Flip probability, [0, 1].
         flip: What a false report is.
         condition: Further interventions: ``flip`` with every option except ``while``, ``drop``, ``tremble``, ``force``,
-            ``reword``, ``correction``, and everything asked, which few policies heed. Several flips at different steps
-            make a flip rate that changes: ``flip?p=0.4&until=7 + flip?p=1&at=8``.
+            ``reword``, ``correction``, ``phantom`` without flips, and everything asked, which few policies heed.
+            Several flips at different steps make a flip rate that changes: ``flip?p=0.4&until=7 + flip?p=1&at=8``.
         modality: How the box is shown: ``symbolic?tell=state`` (positions only; policies compare them, as they do with
             pictures that they see well), ``symbolic`` (outcomes too) or ``symbolic?tell=outcome`` (no positions). The
             default is that of studies.
@@ -114,15 +122,33 @@ def propagate(
     check_choice("listing", listing, get_args(Listing))
     panel = tuple(range(len(world.places)))
     orders = list(permutations(panel)) if listing == "shuffled" and heeds_order(policy) else [panel]
-    solved, apart, states = [0.0] * (max_steps + 1), [0.0] * (max_steps + 1), 0
+    return _course(policy, world, chances, orders, most_states)
+
+
+def _course(
+    policy: Policy[Any],
+    world: BoxWorld,
+    chances: ConditionChances,
+    orders: Sequence[tuple[int, ...]],
+    most_states: int,
+) -> Propagation:
+    """The mean course over orders of the listing."""
+    solved, apart, states = [0.0] * (world.budget + 1), [0.0] * (world.budget + 1), 0
+    given = false = 0.0
     for order in orders:
         chain = _MarkovChain(policy, world, chances, order, most_states - states)
         for step, (done, differs) in enumerate(chain.run()):
             solved[step] += done / len(orders)
             apart[step] += differs / len(orders)
-        states += len(chain.transitions)
+        given, false = given + chain.given, false + chain.false
+        states += len(chain.onward)
     shares = tuple(part / (1 - done) if 1 - done > ROUNDING else 0.0 for part, done in zip(apart, solved, strict=True))
-    return Propagation(solved=tuple(solved), apart=None if world.tell == "outcome" else shares, states=states)
+    return Propagation(
+        solved=tuple(solved),
+        apart=None if world.tell == "outcome" else shares,
+        false_outcomes=false / given if given else nan,
+        states=states,
+    )
 
 
 class _State(NamedTuple):
@@ -135,20 +161,44 @@ class _State(NamedTuple):
 
 
 class _Transition(NamedTuple):
-    """A transition: next state (None if the box is solved), probability, whether it reports wrong positions."""
+    """A transition: next state (None if the box is solved), probability, and what its report is.
+
+    That is whether it reports wrong positions, and whether its outcome is false (None: there is no report).
+    """
 
     goal: _State | None
     chance: float
     wrong: bool = False
+    false: bool | None = None
+
+
+class _Onward(NamedTuple):
+    """All that can follow a state: the next states by number, and the probability that the next step ...
+
+    ... solves the box, reports wrong positions, reports anything, or reports a false outcome.
+    """
+
+    goals: tuple[tuple[int, float], ...]
+    solved: float
+    apart: float
+    given: float
+    false: float
 
 
 class _MarkovChain:
-    """The Markov chain of one policy under one order of the listing: its states and transition probabilities."""
+    """The Markov chain of one policy under one order of the listing: its states and transition probabilities.
+
+    Attributes:
+        onward: What can follow each state met, by phase of the condition and number of the state.
+        given: Expected number of reports, after a run.
+        false: Expected number of reports whose outcome is false.
+    """
 
     def __init__(
         self, policy: Policy[Any], world: BoxWorld, chances: ConditionChances, order: tuple[int, ...], most_states: int
     ) -> None:
-        self.transitions: dict[tuple[int, int], list[tuple[int | None, float, bool]]] = {}
+        self.onward: dict[tuple[int, int], _Onward] = {}
+        self.given = self.false = 0.0
         self._phases: dict[Hashable, int] = {}  # phases of the condition, by number
         self._reports: dict[tuple[int, bool], list[Report]] = {}
         self._numbers: dict[_State, int] = {}  # states are compared once and then known by number
@@ -168,12 +218,13 @@ class _MarkovChain:
             after: dict[int, float] = defaultdict(float)
             apart, phase = 0.0, self._phases.setdefault(self._condition.phase(step), len(self._phases))
             for state, mass in running.items():
-                for goal, chance, wrong in self._transitions(state, step, phase):
-                    if goal is None:
-                        solved += mass * chance
-                    else:
-                        after[goal] += mass * chance
-                        apart += mass * chance * wrong
+                onward = self._follow(state, step, phase)
+                solved += mass * onward.solved
+                apart += mass * onward.apart
+                self.given += mass * onward.given
+                self.false += mass * onward.false
+                for goal, chance in onward.goals:
+                    after[goal] += mass * chance
             running = after
             yield solved, apart
 
@@ -183,25 +234,28 @@ class _MarkovChain:
             self._states.append(state)
         return number
 
-    def _transitions(self, state: int, step: int, phase: int) -> list[tuple[int | None, float, bool]]:
-        """The transitions from a state, as in :class:`_Transition` with states by number; computed once per phase."""
+    def _follow(self, state: int, step: int, phase: int) -> _Onward:
+        """What can follow a state; computed once per phase."""
         at = (phase, state)
-        if at not in self.transitions:
-            if len(self.transitions) >= self._most:
-                raise BadValue(
+        if at not in self.onward:
+            if len(self.onward) >= self._most:
+                raise TooManyStates(
                     f"states of {type(self._policy).__name__} on {self._world.name}",
                     f"more than {self._most}",
                     "fewer to follow: a smaller budget or flip rate 0; or sample it (lockprobe.population)",
                 )
-            self.transitions[at] = [
-                (
-                    None if transition.goal is None else self._number(transition.goal),
-                    transition.chance,
-                    transition.wrong,
-                )
-                for transition in self._expand(self._states[state], step, phase)
-            ]
-        return self.transitions[at]
+            goals: dict[int, float] = defaultdict(float)
+            solved = apart = told = untrue = 0.0
+            for goal, chance, wrong, false in self._expand(self._states[state], step, phase):
+                if goal is None:
+                    solved += chance
+                    continue
+                goals[self._number(goal)] += chance
+                apart += chance * wrong
+                told += chance * (false is not None)
+                untrue += chance * bool(false)
+            self.onward[at] = _Onward(tuple(goals.items()), solved, apart, told, untrue)
+        return self.onward[at]
 
     def _expand(self, state: _State, step: int, phase: int) -> Iterator[_Transition]:
         world = self._world
@@ -218,34 +272,51 @@ class _MarkovChain:
             if (phase, moved) not in self._reports:
                 self._reports[phase, moved] = self._condition.reports(step, moved=moved)
             for report in self._reports[phase, moved]:
-                for lasting, share in self._lasting(state.wrong & ~(1 << joint) if report.inverted is not None else 0):
+                for others, share in self._others(state.wrong, joint, report, self._condition.noise(step)):
                     told = chance * report.chance * share
-                    yield self._after_report(state, configuration, place, moved, report, lasting, told)
+                    yield self._after_report(state, configuration, place, moved, report, others, told)
 
-    def _lasting(self, wrong: int) -> list[tuple[int, float]]:
-        """The false positions that survive a report, of those of joints that are not attempted, and how probably."""
+    def _others(self, wrong: int, joint: int, report: Report, noise: float) -> list[tuple[int, float]]:
+        """The joints besides the attempted one whose positions a report tells falsely, and how probably.
+
+        Args:
+            wrong: The joints that were told falsely before.
+            joint: The joint attempted.
+            report: The report.
+            noise: The probability that it inverts the position of another joint.
+        """
+        if report.inverted is None or self._world.tell == "outcome":
+            return [(0, 1.0)]
+        others = [other for other in self._order if other != joint]
+        if report.phantom and others:
+            return [(1 << other, 1 / len(others)) for other in others]
         keep = self._world.flip.keep
-        if keep in (0, 1):
-            return [(wrong if keep else 0, 1.0)]
+        chance, possible = (noise, others) if noise else (keep, [other for other in others if wrong >> other & 1])
+        if chance in (0, 1):
+            return [(sum(1 << other for other in possible) if chance else 0, 1.0)]
         found = [(0, 1.0)]
-        for bit in (1 << joint for joint in self._order if wrong >> joint & 1):
-            found = [one for kept, share in found for one in ((kept | bit, share * keep), (kept, share * (1 - keep)))]
+        for bit in (1 << other for other in possible):
+            found = [
+                one for told, share in found for one in ((told | bit, share * chance), (told, share * (1 - chance)))
+            ]
         return found
 
     def _after_report(
-        self, state: _State, configuration: int, place: int, moved: bool, given: Report, lasting: int, chance: float
+        self, state: _State, configuration: int, place: int, moved: bool, given: Report, others: int, chance: float
     ) -> _Transition:
         """The transition after a report, with its probability."""
         flip, states_only, positions = self._world.flip, self._world.states_only, self._world.tell != "outcome"
-        inverted, odd, _ = given
+        inverted, odd = given.inverted, given.odd
         if inverted is None:
             memory = self._policy.remember_silence(self._view, state.memory, place)
             return _Transition(_State(configuration, 0, state.compared, memory), chance)
-        wrong = reported(flip, state.wrong, self._order[place], lasting, flipped=inverted) if positions else 0
+        wrong = reported(flip, state.wrong, self._order[place], others, flipped=inverted) if positions else 0
         told = configuration ^ wrong
-        said = bool((told ^ state.compared) >> self._order[place] & 1) if states_only else moved != inverted
+        heard = moved != (inverted and flip.part != "position")
+        said = bool((told ^ state.compared) >> self._order[place] & 1) if states_only else heard
         shifted = listed(told, self._order) if positions else None
         report = Told(joint=place, moved=said, shifted=shifted, states_only=states_only, odd=odd)
         memory = self._policy.remember(self._view, state.memory, report)
         heeded = wrong if flip.keep or flip.inverts == "outcome" else 0
-        return _Transition(_State(configuration, heeded, told if states_only else 0, memory), chance, wrong != 0)
+        goal = _State(configuration, heeded, told if states_only else 0, memory)
+        return _Transition(goal, chance, wrong != 0, said != moved)

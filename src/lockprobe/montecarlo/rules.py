@@ -32,6 +32,9 @@ SCENE = np.dtype(
         ("target", np.int64),
         ("outcome", np.int64),
         ("kept", np.int64),
+        ("noisy", np.int64),
+        ("outcomes_true", np.int64),
+        ("positions_true", np.int64),
         ("positions", np.int64),
         ("budget", np.int64),
         ("states_only", np.int64),
@@ -42,9 +45,10 @@ SCENE = np.dtype(
 )
 """A box and what is told of it: :class:`lockprobe.montecarlo.plain.BoxWorld`.
 
-``outcome`` (outcomes are inverted), ``kept`` (all false positions survive), ``positions`` (they are told) and
-``states_only`` are 0 or 1; ``movable`` the joints that may move in each
-configuration; ``far`` the squared distance of every two joints on the panel.
+``outcome`` (outcomes are inverted), ``kept`` (all false positions survive), ``noisy`` (positions of all joints are
+inverted), ``outcomes_true`` and ``positions_true`` (told outcomes or positions never are), ``positions`` (are told) and
+``states_only`` are 0 or 1; ``movable`` the joints that may move in each configuration; ``far`` the squared distance of
+every two joints on the panel.
 """
 
 RULE = np.dtype(

@@ -15,6 +15,7 @@ _KNOWN: Mapping[tuple[str, str], str] = {
     ("outcome", "kept"): "false reports that stay",
     ("position", "fresh"): "false positions",
     ("position", "kept"): "false positions that stay",
+    ("position", "noisy"): "noise on all positions",
 }
 
 _POSITION, _OUTCOME = "the reported position of the attempted joint is inverted", "the reported outcome is inverted"
@@ -45,6 +46,8 @@ def reading_name(options: str) -> str:
     said = Spec.parse(f"flip?{options}").options if options else {}
     if said.keys() - {"inverts", "others"}:
         return options
+    if said.get("others") == "noisy":
+        return "every position inverted independently"
     stay = "stays" if said.get("others") == "kept" else "fresh look"
     return f"{said.get('inverts', 'outcome')} inverted, {stay}"
 
@@ -58,6 +61,8 @@ def inverted(flip: OutcomeFlip, *, positions: bool) -> str:
     """
     if not positions:
         return _OUTCOME
+    if flip.others == "noisy":
+        return "a reported position is inverted, for every joint in every report"
     if flip.inverts == "position":
         return f"{_POSITION} {'until its next attempt' if flip.keep == 1 else 'in one report'}"
     return f"{_OUTCOME}; {_STAY if flip.keep == 1 else 'the next report looks at the other joints afresh'}"

@@ -193,6 +193,8 @@ def arm_interventions(arm: str, at: int, condition: Condition, label: str = "") 
     spec = (TOLD.get(arm) or ACTS.get(kind, "")).format(at=at, after=at + 1, joint=label)
     flips = [one for one in condition.made() if isinstance(one, OutcomeFlip)]
     like = flips[0] if flips else OutcomeFlip()
+    if like.others == "noisy":
+        like = replace(like, others="fresh")  # a lie is on the attempted joint, not on all of them
     made = interventions_of(spec)
     if arm == "lie":
         return (like.at_rate(1.0, at=(at,)),)

@@ -16,7 +16,7 @@ from lockprobe.agents.catalogue import resolve
 from lockprobe.errors import BadValue, Missing, UnknownName, UserMistake
 from lockprobe.interventions.camera import CameraChannel
 from lockprobe.interventions.catalogue import with_words
-from lockprobe.interventions.condition import MODALITIES, Condition
+from lockprobe.interventions.condition import MODALITIES, Condition, tells_positions
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.words import TextChannel
 from lockprobe.plants.catalogue import PlantSource
@@ -134,6 +134,9 @@ def interventions_for(condition: Condition) -> tuple[Intervention, ...]:
         like = flips[0] if flips else OutcomeFlip()
         acting = tuple(one for one in acting if not (isinstance(one, OutcomeFlip) and one.p == 0))
         acting = ((like.at_rate(own),) if own else ()) + acting
+    outcomes = isinstance(channel, TextChannel) and channel.tell != "state"
+    for flip in flips:
+        flip.check_told(condition.modality, outcomes=outcomes, positions=tells_positions(condition.modality))
     return with_words(acting, channel)
 
 
