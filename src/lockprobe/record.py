@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 __all__ = [
     "PLAIN_WORDS",
     "STATES",
+    "STRUCTURED",
+    "Ask",
     "Briefing",
     "Decision",
     "Ending",
@@ -43,7 +45,10 @@ __all__ = [
 STATES = "symbolic?tell=state"
 """The paper's symbolic observation (Sec. 2.2), as its spec: where the joints stand. Studies show it by default."""
 
-PLAIN_WORDS = (STATES, "symbolic")
+STRUCTURED = "symbolic?tell=state&form=json"
+"""The same as one JSON object, with the label and the state of every joint."""
+
+PLAIN_WORDS = (STATES, STRUCTURED, "symbolic")
 """The modalities in words that studies have by default; pages do not name them where all trials have one of them."""
 
 Outcome = Literal["moved", "blocked"]
@@ -51,6 +56,9 @@ Outcome = Literal["moved", "blocked"]
 
 Ending = Literal["solved", "budget", "error"]
 """How a trial ended: the target moved, the steps ran out, or something broke."""
+
+Ask = Literal["before", "after", "off"]
+"""When an agent is asked how the box works: before it chooses, after it has chosen, or never."""
 
 Fact = str | Whole | Finite | bool | None
 
@@ -123,6 +131,7 @@ class Percept:
         pictures: The observation as pictures.
         handles: For each of ``Task.joints``, where pictures show its handle, (column, row), at positions 0 and 1.
         states_only: Whether reports tell positions and never outcomes.
+        in_full: Whether the text tells the position of every joint, and not only which are at 1.
         corrects: The first report, which this one corrects; None without a correction.
         look: Takes a picture of the truth or of the report; for channels, never for agents.
     """
@@ -134,6 +143,7 @@ class Percept:
     pictures: tuple[Picture, ...] = ()
     handles: tuple[tuple[tuple[float, float], tuple[float, float]], ...] = ()
     states_only: bool = False
+    in_full: bool = False
     corrects: Percept | None = None
     look: Look | None = field(default=None, compare=False, repr=False)
 
@@ -184,7 +194,7 @@ class Briefing:
     remark: str = ""
     warning: str = ""
     instruction: str = ""
-    hypothesis: Literal["before", "after", "off"] = "before"
+    hypothesis: Ask = "before"
     confidence: bool = False
 
     def remarking(self, text: str) -> Briefing:
@@ -193,8 +203,11 @@ class Briefing:
 
     @property
     def beyond_words(self) -> bool:
-        """Whether it asks for more than a remark or a warning can say: another instruction, or further answers."""
-        return self != Briefing(remark=self.remark, warning=self.warning)
+        """Whether it asks for more than a remark or a warning can say: another instruction, or more about the report.
+
+        Who reads words alone is never asked how the box works.
+        """
+        return bool(self.instruction) or self.confidence
 
     def warning_of(self, text: str) -> Briefing:
         """The briefing with one more warning."""
@@ -350,6 +363,7 @@ class Trial:
         plant: The facts of the plant: its settings, engine, renderer; empty for the symbolic plant.
         opening_pictures: File names of the pictures taken before the first step, by kind.
         assessment: Whether the agent was asked what its last action did.
+        hypothesis: When it was asked how the box works, unless an intervention of its condition says otherwise.
         interventions: The other interventions (asked, remembered, done), in order, each with its settings.
         changed: Spec of every intervention -> steps at which it changed what was told, asked, remembered or done.
         changed_steps: Steps at which all of them together did.
@@ -381,6 +395,7 @@ class Trial:
     plant: Mapping[str, Fact] = field(default_factory=dict)
     opening_pictures: Mapping[PictureKind, str] = field(default_factory=dict)
     assessment: bool = True
+    hypothesis: Ask = "before"
     interventions: tuple[Mapping[str, Fact], ...] = ()
     specs: tuple[str, ...] = ()
     doses: Mapping[str, Finite] = field(default_factory=dict)

@@ -89,7 +89,12 @@ def instruction(trial: Trial) -> str:
     tell = _tells(trial)
     positions = not shown and tell != "outcome"
     return instructions(
-        task, positions=positions, outcomes=tell != "state", pictures=shown, briefing=briefing_of(trial)
+        task,
+        positions=positions,
+        outcomes=tell != "state",
+        in_full=_form(trial) != "words",
+        pictures=shown,
+        briefing=briefing_of(trial),
     )
 
 
@@ -99,7 +104,7 @@ def briefing_of(trial: Trial) -> Briefing:
     Raises:
         UserMistake: As :func:`lockprobe.agents.prompt.check_template`.
     """
-    briefing = Briefing()
+    briefing = Briefing(hypothesis=trial.hypothesis)
     for one in trial.interventions:
         ask = _ASKED.get(str(one.get("intervention")))
         briefing = briefing if ask is None else ask(briefing, one)
@@ -138,6 +143,12 @@ def _tells(trial: Trial) -> str:
     """The content of reports in words, from the record's last channel of words."""
     words = _named(trial.channels, TextChannel)
     return str(words[-1].get("tell", _BOTH)) if words else _BOTH
+
+
+def _form(trial: Trial) -> str:
+    """The form of reports in words, from the record's last channel of words."""
+    words = _named(trial.channels, TextChannel)
+    return str(words[-1].get("form", "words")) if words else "words"
 
 
 def _task(trial: Trial) -> Task:

@@ -18,6 +18,7 @@ from lockprobe.evals.solver import agent_spec, play_trial
 from lockprobe.interventions.camera import CameraChannel
 from lockprobe.interventions.words import TextChannel
 from lockprobe.plan import Names, Plan
+from lockprobe.record import Briefing
 from lockprobe.studies.modality import shown
 from lockprobe.studies.study import Study
 from lockprobe.studies.study_options import StudyOptions, parse_p
@@ -35,7 +36,7 @@ __all__ = ["flips", "modalities"]
 _MODEL = "llm:inspect/model"
 """A placeholder for the eval's model, which is unknown while a task is made."""
 
-_YES_OR_NO = ("shuffle", "assessment", "full")
+_YES_OR_NO = ("assessment", "full", "as_paper")
 """Boolean parameters; YAML also reads ``on`` and ``yes`` as true."""
 
 
@@ -122,14 +123,16 @@ def _sample(plan: Plan) -> Sample:
     task = Names(plan).task(plan)
     channel = shown(plan.modality)
     pictures = 1 + (channel.depth != "none") if isinstance(channel, CameraChannel) else 0
-    tell = channel.tell if isinstance(channel, TextChannel) else "both"
+    words = channel if isinstance(channel, TextChannel) else TextChannel()
     return Sample(
         id=sample_id(plan),
         input=instructions(
             task,
-            positions=tell != "outcome",
-            outcomes=tell != "state",
+            positions=words.tell != "outcome",
+            outcomes=words.tell != "state",
+            in_full=words.form != "words",
             pictures=pictures,
+            briefing=Briefing(hypothesis=plan.hypothesis),
         ),
         target=task.target,
         metadata=metadata_of(plan),

@@ -25,8 +25,8 @@ MAX_JOINTS = 8
 
 JointKind = Literal["prismatic", "revolute"]
 
-LayoutKind = Literal["fixed", "shuffled"]
-"""Whether every trial has the box's own panel, or one on which the same joints are dealt anew to the same places."""
+LayoutKind = Literal["fixed", "dealt", "shuffled"]
+"""The panel: the box's own; joints dealt to its places once for a study; or anew in every trial."""
 
 
 def bits(configuration: Configuration) -> str:

@@ -175,7 +175,7 @@ def _played(plan: Plan, acting: Acting, said: str) -> list[Situation]:
     course = []
     for step in range(plan.budget):
         moments = (*moments, _moment(plan, task, step, acting, moments))
-        past, briefing = turns, Briefing()
+        past, briefing = turns, Briefing(hypothesis=plan.hypothesis)
         for one, rng in acting:
             if isinstance(one, Memory):
                 past = one.recall(past, task, rng)

@@ -54,10 +54,11 @@ class _Settings(BaseModel):
     strategy_trials: Count | None
     max_steps: Count
     seed: Count
-    shuffle: bool
+    shuffle: Text
     plant: Text
     layout: Text
     assessment: bool
+    hypothesis: Text
     added: dict[Text, Text] = {}
 
 
