@@ -4,28 +4,25 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
-from typing import Literal
 
 import numpy as np
 
+from lockprobe.briefing import Ask
 from lockprobe.errors import BadValue
 from lockprobe.interventions.condition import Condition
-from lockprobe.lockbox.box import Configuration, Lockbox, bits
+from lockprobe.lockbox.box import Configuration, Lockbox, Shuffle, bits
 from lockprobe.lockbox.layouts import locking_pairs, neutral_order
 from lockprobe.pictures.frame import Frame
 from lockprobe.protocols import Intervention
-from lockprobe.record import Ask, Percept, Snapshot, Step, Task
+from lockprobe.record import Percept, Snapshot, Step, Task
 from lockprobe.seeds import study_stream, trial_stream
 from lockprobe.spec import group_of
 from lockprobe.trial_name import ForkName, TrialName
 
-__all__ = ["LABELS", "Fork", "Names", "Plan", "Shuffle", "drawn_orders", "orders_of_study"]
+__all__ = ["LABELS", "Fork", "Names", "Plan", "drawn_orders", "orders_of_study"]
 
 LABELS = "ABCDEFGH"
 """Neutral labels; a box has at most this many joints."""
-
-Shuffle = Literal["trial", "study", "never"]
-"""How often labels and the order of their list are drawn: in every trial, once for a study, or not at all."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

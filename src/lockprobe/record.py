@@ -7,9 +7,10 @@ what it said had happened. Clock readings are not part of a record: the same see
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal, Protocol
 
+from lockprobe.briefing import Ask, Briefing
 from lockprobe.doses import flip_rate
 from lockprobe.errors import FINAL, Boundary
 from lockprobe.model_call import Count, Finite, Usage, Whole
@@ -24,8 +25,6 @@ __all__ = [
     "PLAIN_WORDS",
     "STATES",
     "STRUCTURED",
-    "Ask",
-    "Briefing",
     "Decision",
     "Ending",
     "Fact",
@@ -56,9 +55,6 @@ Outcome = Literal["moved", "blocked"]
 
 Ending = Literal["solved", "budget", "error"]
 """How a trial ended: the target moved, the steps ran out, or something broke."""
-
-Ask = Literal["before", "after", "off"]
-"""When an agent is asked how the box works: before it chooses, after it has chosen, or never."""
 
 Fact = str | Whole | Finite | bool | None
 
@@ -180,41 +176,6 @@ class Decision:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Briefing:
-    """The requests and remarks of one step, in addition to the report. Agents that read no words ignore them.
-
-    Attributes:
-        remark: A remark with the report of this step; often empty.
-        warning: A warning about the reports in the instruction; often empty.
-        instruction: The instruction as a template (:data:`lockprobe.agents.prompt.FIELDS`); empty for the default one.
-        hypothesis: Whether the agent says how the box works before its choice, after it, or not at all.
-        confidence: Whether the agent is asked how sure it is of its claim, and whether the report is false.
-    """
-
-    remark: str = ""
-    warning: str = ""
-    instruction: str = ""
-    hypothesis: Ask = "before"
-    confidence: bool = False
-
-    def remarking(self, text: str) -> Briefing:
-        """The briefing with one more remark."""
-        return replace(self, remark=f"{self.remark} {text}".lstrip())
-
-    @property
-    def beyond_words(self) -> bool:
-        """Whether it asks for more than a remark or a warning can say: another instruction, or more about the report.
-
-        Who reads words alone is never asked how the box works.
-        """
-        return bool(self.instruction) or self.confidence
-
-    def warning_of(self, text: str) -> Briefing:
-        """The briefing with one more warning."""
-        return replace(self, warning=f"{self.warning} {text}".lstrip())
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Turn:
     """One finished exchange: a report and the agent's decision after it.
 
@@ -273,7 +234,7 @@ class Situation:
     task: Task
     past: tuple[Turn, ...]
     percept: Percept
-    briefing: Briefing = Briefing()
+    briefing: Briefing = field(default_factory=Briefing)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

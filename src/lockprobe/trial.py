@@ -15,6 +15,7 @@ from dataclasses import is_dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
+from lockprobe.briefing import Briefing
 from lockprobe.changes import Acting, Changes, pass_through, whole
 from lockprobe.decision_check import why_unusable
 from lockprobe.errors import ChannelFault, LockprobeError, ModelFault, PlantFault, ReplyFault, TrialFault
@@ -25,7 +26,6 @@ from lockprobe.pictures.picture import Picture, PictureKind
 from lockprobe.plan import Fork, Names, Plan
 from lockprobe.protocols import Actuator, Agent, Channel, Intervention, Memory, Plant, Prompt
 from lockprobe.record import (
-    Briefing,
     Decision,
     Ending,
     Fact,

@@ -12,9 +12,9 @@ from lockprobe.environment.learned_agent import LearnedAgent
 from lockprobe.environment.observation import UNTOLD, colours, distances, images, sizes, so_far, stacked, vector
 from lockprobe.environment.single import LockboxEnv
 from lockprobe.errors import ChannelFault
+from lockprobe.lockbox.box import Shuffle
 from lockprobe.pictures.picture import Picture
 from lockprobe.pictures.png import to_png
-from lockprobe.plan import Shuffle
 from lockprobe.record import Decision, Percept, Situation, Task, Turn
 
 TASK = Task(joints=("B", "C", "A"), target="A", budget=5)

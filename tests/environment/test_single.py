@@ -21,8 +21,8 @@ from lockprobe.errors import BadValue, ChannelFault, UnknownName
 from lockprobe.interventions.drop import Drop
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.tremble import Tremble
+from lockprobe.lockbox.box import Shuffle
 from lockprobe.lockbox.families import box
-from lockprobe.plan import Shuffle
 from lockprobe.record import Percept
 from lockprobe.trial_json import trial_from_json, trial_to_json
 

@@ -15,8 +15,7 @@ import lockprobe.environment
 from lockprobe.environment.vector import LockboxVectorEnv
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.interventions.flip import OutcomeFlip
-from lockprobe.lockbox.box import Joint, LayoutKind, Lockbox
-from lockprobe.plan import Shuffle
+from lockprobe.lockbox.box import Joint, LayoutKind, Lockbox, Shuffle
 from lockprobe.record import Percept
 
 COUNT = 6

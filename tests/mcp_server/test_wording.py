@@ -6,8 +6,9 @@ from dataclasses import replace
 import pytest
 
 from lockprobe.agents.prompt import conversation, example
+from lockprobe.briefing import Briefing
 from lockprobe.mcp_server.wording import CLAIMS, begun, observation, reply_form, tool_schema, wording
-from lockprobe.record import Briefing, Percept
+from lockprobe.record import Percept
 
 
 @pytest.mark.parametrize("assessment", [True, False])

@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 from lockprobe import run_trial
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.interventions.flip import OutcomeFlip
+from lockprobe.lockbox.box import Shuffle
 from lockprobe.lockbox.families import box
 from lockprobe.montecarlo.plain import heeds_order, play_plainly, policy_of, world_of
 from lockprobe.montecarlo.streams import FromTree, order_of
-from lockprobe.plan import Shuffle
 
 FLIPS = [OutcomeFlip(inverts=inverts, keep=keep) for inverts in ("position", "outcome") for keep in (0, 0.5, 1)]
 

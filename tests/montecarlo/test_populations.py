@@ -14,12 +14,12 @@ from scipy.stats import chi2, chi2_contingency
 from lockprobe import run_trial
 from lockprobe.analysis.loops import cover, onset
 from lockprobe.errors import BadValue
+from lockprobe.lockbox.box import Shuffle
 from lockprobe.lockbox.families import box
 from lockprobe.lockbox.solve import random_curve
 from lockprobe.montecarlo import compiled as compiling
 from lockprobe.montecarlo.populations import population
 from lockprobe.montecarlo.propagation import propagate
-from lockprobe.plan import Shuffle
 
 SPECS = (
     "random",

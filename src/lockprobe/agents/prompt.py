@@ -16,9 +16,10 @@ from typing import Literal, NamedTuple
 
 from lockprobe.agents.reply_text import object_in, without_marks
 from lockprobe.agents.reply_values import values_in
+from lockprobe.briefing import Briefing
 from lockprobe.errors import BadValue, RefusalFault, ReplyFault, UnknownName
 from lockprobe.pictures.picture import Picture, PictureKind
-from lockprobe.record import Briefing, Decision, Percept, Situation, Task, Turn
+from lockprobe.record import Decision, Percept, Situation, Task, Turn
 
 __all__ = [
     "FIELDS",

@@ -25,11 +25,11 @@ from lockprobe.cli.printing import Screen
 from lockprobe.errors import BadFile, BadValue, LockprobeError
 from lockprobe.inputs import check_regular
 from lockprobe.interventions.flip import DEFAULT, FlipKind
-from lockprobe.lockbox.box import LayoutKind, Lockbox
+from lockprobe.lockbox.box import LayoutKind, Lockbox, Shuffle
 from lockprobe.lockbox.families import DEFAULT_BOX
 from lockprobe.lockbox.sketch import interlock_lines, panel_lines
 from lockprobe.lockbox.solve import optimum, random_curve
-from lockprobe.plan import Names, Plan, Shuffle
+from lockprobe.plan import Names, Plan
 from lockprobe.record import Decision, Fact, Outcome, Percept, Situation, Task, Trial
 from lockprobe.storage.jsonl import LineFile
 from lockprobe.storage.links import refuse_links

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from lockprobe.agents.prompt import Message, check_template, conversation, instructions, parse_reply, repair, spoken
+from lockprobe.briefing import Briefing
 from lockprobe.errors import ReplyFault
 from lockprobe.inputs import read_input
 from lockprobe.interventions.confidence import Confidence
@@ -15,7 +16,7 @@ from lockprobe.interventions.prompt import OwnPrompt
 from lockprobe.interventions.warn import Warn
 from lockprobe.interventions.words import Tell, TextChannel
 from lockprobe.pictures.picture import Picture, PictureKind
-from lockprobe.record import Briefing, Decision, Fact, Percept, Situation, Step, Task, Trial, Turn
+from lockprobe.record import Decision, Fact, Percept, Situation, Step, Task, Trial, Turn
 
 __all__ = ["Exchange", "briefing_of", "exchanges_of", "instruction", "last_report"]
 

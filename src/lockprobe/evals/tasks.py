@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from lockprobe.agents.prompt import instructions
+from lockprobe.briefing import Briefing
 from lockprobe.errors import BadValue, UserMistake, needing
 from lockprobe.evals.samples import OPTIONS, SETTINGS, VERSION, VIEW, metadata_of, sample_id
 from lockprobe.evals.scoring import metrics_of, played
@@ -18,7 +19,6 @@ from lockprobe.evals.solver import agent_spec, play_trial
 from lockprobe.interventions.camera import CameraChannel
 from lockprobe.interventions.words import TextChannel
 from lockprobe.plan import Names, Plan
-from lockprobe.record import Briefing
 from lockprobe.studies.modality import shown
 from lockprobe.studies.study import Study
 from lockprobe.studies.study_options import StudyOptions, parse_p

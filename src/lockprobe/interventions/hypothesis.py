@@ -7,7 +7,8 @@ from typing import ClassVar, get_args
 
 import numpy as np
 
-from lockprobe.record import Ask, Briefing, Moment, Task
+from lockprobe.briefing import Ask, Briefing
+from lockprobe.record import Moment, Task
 from lockprobe.validation import check_choice
 
 __all__ = ["Hypothesis"]

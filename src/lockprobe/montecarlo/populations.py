@@ -20,7 +20,7 @@ from lockprobe.agents.policy import Policy
 from lockprobe.analysis.loops import LoopMeasures, kernels, measure
 from lockprobe.errors import BadValue
 from lockprobe.interventions.flip import DEFAULT, FlipKind, OutcomeFlip, flip_of
-from lockprobe.lockbox.box import Lockbox
+from lockprobe.lockbox.box import Lockbox, Shuffle
 from lockprobe.lockbox.families import DEFAULT_BOX, find_box
 from lockprobe.montecarlo import rules
 from lockprobe.montecarlo.compiled import (
@@ -40,7 +40,6 @@ from lockprobe.montecarlo.condition_chances import told_by
 from lockprobe.montecarlo.plain import BoxWorld, heeds_order, play_plainly, policy_of, world_of
 from lockprobe.montecarlo.rules import Rule
 from lockprobe.montecarlo.streams import Counted, FromTree, LuckSource, order_of
-from lockprobe.plan import Shuffle
 from lockprobe.validation import check_choice, check_number, check_whole
 
 __all__ = ["Population", "Streams", "population"]
@@ -142,8 +141,7 @@ def population(
         seed: Seed of the study.
         repetition: Repetition of the study, from 1; only for ``streams="study"``.
         max_steps: Budget in steps.
-        shuffle: How often the order in which joints are listed is drawn: in every ``trial``, once for the ``study``,
-            or ``never``.
+        shuffle: How often the order of the list is drawn: in every ``trial``, once for the ``study``, ``never``.
         streams: Source of the random numbers.
         record: Whether actions and outcomes are kept.
         threads: Number of threads; by default the number of processors. It changes no result.
@@ -156,9 +154,7 @@ def population(
     """
     _check(trials, repetition, seed, streams, shuffle, threads, p)
     policy, tell = policy_of(agent), told_by(modality, "memoryless" if isinstance(flip, OutcomeFlip) else flip)
-    like = flip if isinstance(flip, OutcomeFlip) else flip_of(flip)
-    box = find_box(box)
-    order = order_of(box, shuffle, seed)
+    like, order = flip if isinstance(flip, OutcomeFlip) else flip_of(flip), order_of(find_box(box), shuffle, seed)
     world = world_of(box, flip=like.at_rate(p), max_steps=max_steps, tell=tell)
     if record and trials * max_steps > MOST_RECORDED:
         raise BadValue("steps to record", trials * max_steps, f"at most {MOST_RECORDED}")

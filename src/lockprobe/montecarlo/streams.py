@@ -14,10 +14,10 @@ from typing import NamedTuple, Protocol, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.lockbox.box import Lockbox
+from lockprobe.lockbox.box import Lockbox, Shuffle
 from lockprobe.montecarlo.compiled import SPAN, below, joints_in, uniform
 from lockprobe.montecarlo.rules import Integers, Numbers
-from lockprobe.plan import Shuffle, drawn_orders, orders_of_study
+from lockprobe.plan import drawn_orders, orders_of_study
 from lockprobe.seeds import generator, trial_stream
 
 __all__ = ["Counted", "FromTree", "Luck", "LuckBlock", "LuckSource", "order_of"]
@@ -56,7 +56,7 @@ class LuckSource(Protocol):
 
 
 def order_of(box: Lockbox, shuffle: Shuffle, seed: int) -> tuple[int, ...] | None:
-    """The order in which the joints of a box, in panel order, are always listed; None if one is drawn for each trial."""
+    """The order in which the joints of a box, in panel order, are always listed; None if each trial draws one."""
     if shuffle == "trial":
         return None
     return orders_of_study(box, seed)[1] if shuffle == "study" else tuple(range(len(box.joints)))

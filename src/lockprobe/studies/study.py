@@ -8,15 +8,16 @@ from itertools import pairwise
 from typing import get_args
 
 from lockprobe.agents.catalogue import is_strategy
+from lockprobe.briefing import Ask
 from lockprobe.doses import DOSES_SAID, can_be_fitted
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.interventions.condition import Condition, tells_positions
 from lockprobe.interventions.flip import OutcomeFlip
-from lockprobe.lockbox.box import LayoutKind, Lockbox
+from lockprobe.lockbox.box import LayoutKind, Lockbox, Shuffle
 from lockprobe.lockbox.layouts import redealt
-from lockprobe.plan import Plan, Shuffle
+from lockprobe.plan import Plan
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.record import Ask, Trial
+from lockprobe.record import Trial
 from lockprobe.seeds import study_stream, trial_stream
 from lockprobe.spec import PEOPLE, Spec, spec_name
 from lockprobe.studies.agent_names import check_names
@@ -51,13 +52,12 @@ class Study:
         seed: Seed of everything.
         shuffle: How often labels and their listing are drawn: in every ``trial``, once for the ``study``, or ``never``.
         plant: What is acted on, as its spec.
-        layout: ``fixed``, or ``shuffled``: same interlock, new layout every trial, the protocol of the human studies
-            (Zenkri, Bolenz, Pachur and Brock, Adaptive Behavior 2025). The deal depends on seed, repetition and trial,
-            not on condition and agent.
+        layout: ``fixed``, the box's own; ``dealt``, another one for all trials; or ``shuffled``, a new one in every
+            trial (:func:`lockprobe.lockbox.layouts.redealt`), the same under every condition and for every agent.
         flip_axis: Those of its conditions that differ in flip rate and modality alone, the truth among them: flips of
             one kind, each rate once in each modality.
-        assessment: Whether agents are asked what their last action did (the paper's always are). Asking may change
-            behaviour.
+        assessment: Whether agents are asked what their last action did. Asking may change behaviour.
+        hypothesis: When hosted models are asked how the box works, unless a condition says otherwise.
         names: Agent spec -> the experimenter's name for it, for those that have one; those of other agents are dropped.
             Keys, tables and pages show it in place of the spec. It changes no draw.
 
@@ -85,9 +85,8 @@ class Study:
     flip_axis: tuple[Condition, ...] = field(init=False, compare=False)
 
     def __post_init__(self) -> None:
-        check_choice("layout", self.layout, get_args(LayoutKind))
-        check_choice("shuffle", self.shuffle, get_args(Shuffle))
-        check_choice("hypothesis", self.hypothesis, get_args(Ask))
+        for setting, known in (("layout", LayoutKind), ("shuffle", Shuffle), ("hypothesis", Ask)):
+            check_choice(setting, getattr(self, setting), get_args(known))
         object.__setattr__(self, "flip_axis", flip_axis(self.conditions))
         names = {agent: name for agent in self.agents if (name := self.names.get(agent)) and name != agent}
         object.__setattr__(self, "names", names)

@@ -23,13 +23,12 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, InstanceOf, ValidationError
 
+from lockprobe.briefing import Ask
 from lockprobe.errors import BadFile, BadValue, UnknownName
 from lockprobe.inputs import read_toml
 from lockprobe.interventions.flip import FlipKind
-from lockprobe.lockbox.box import LayoutKind, Lockbox
-from lockprobe.plan import Shuffle
+from lockprobe.lockbox.box import LayoutKind, Lockbox, Shuffle
 from lockprobe.plugins import refuse_python
-from lockprobe.record import Ask
 from lockprobe.spec import named_spec
 from lockprobe.studies.agent_names import named_agents
 from lockprobe.validation import plain

@@ -8,13 +8,12 @@ from typing import Any, TypedDict
 
 from pydantic import ValidationError
 
+from lockprobe.briefing import Ask
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.interventions.condition import Condition
 from lockprobe.interventions.flip import FlipKind
-from lockprobe.lockbox.box import LayoutKind, Lockbox
-from lockprobe.plan import Shuffle
+from lockprobe.lockbox.box import LayoutKind, Lockbox, Shuffle
 from lockprobe.protocols import Agent, Intervention
-from lockprobe.record import Ask
 from lockprobe.studies.study import LIMITS
 from lockprobe.studies.study_options import StudyOptions, refusal_of
 
