@@ -32,7 +32,7 @@ DISCOUNT = 0.9
 """What a solution one step later is worth."""
 
 
-def boxes(count: int, box: str = "chain-4", p: float = 0.0, *, shuffle: bool = False) -> Envs:
+def boxes(count: int, box: str = "chain-4", p: float = 0.0, *, shuffle: str = "never") -> Envs:
     """Many boxes at once, reports inverted with probability ``p``."""
     flip = {"channel": "OutcomeFlip", "p": p}
     name = lockprobe.environment.ENVIRONMENT
@@ -83,7 +83,7 @@ def play(policy: Policy, envs: Envs, seed: int = 1001) -> Array:
 
 
 class FittedQ(LearnedAgent):
-    """The trained agent in a study of chain-4; it knows the order of the joints, so play it with ``--no-shuffle``."""
+    """The trained agent in a study of chain-4; it knows the order of joints, so play it with ``--shuffle never``."""
 
     facts: ClassVar[Mapping[str, str | float]] = {"algorithm": "fitted Q iteration", "trained at p": 0.2, "seed": 1}
 
@@ -104,12 +104,13 @@ def main() -> None:
     parser.add_argument("--shuffle", action="store_true", help="list the joints in a new order in every trial")
     parser.add_argument("--seed", type=int, default=1)
     asked = parser.parse_args()
-    trained = train(boxes(500, asked.box, asked.p, shuffle=asked.shuffle), asked.seed)
+    shuffle = "trial" if asked.shuffle else "never"
+    trained = train(boxes(500, asked.box, asked.p, shuffle=shuffle), asked.seed)
     untrained: Policy = lambda told: np.zeros(len(told), dtype=np.int64)  # noqa: E731
     played = asked.p if asked.played is None else asked.played
     print(f"{asked.box}, trained at p = {asked.p:g}, played at p = {played:g}, 500 trials of 20 steps")
     for name, policy in (("before training", untrained), ("after training", trained)):
-        steps = play(policy, boxes(500, asked.box, played, shuffle=asked.shuffle))
+        steps = play(policy, boxes(500, asked.box, played, shuffle=shuffle))
         solved = steps[np.isfinite(steps)]
         pace = f", in {solved.mean():.2f} steps on average" if solved.size else ""
         print(f"{name:>15}: {solved.size / steps.size:6.1%} solved{pace}")

@@ -96,7 +96,7 @@ class LockboxEmbodiment(EmbodimentBase):
         self.trials: list[Trial] = []
         self._pictures = pictures
         self._env = gymnasium.make(
-            ENVIRONMENT, box=box, plant=plant, condition=condition or None, max_steps=max_steps, shuffle=True,
+            ENVIRONMENT, box=box, plant=plant, condition=condition or None, max_steps=max_steps, shuffle="trial",
             modality="rgb" if pictures else "symbolic?tell=state", disable_env_checker=True,
         )  # fmt: skip
         count = int(self._env.action_space.n)

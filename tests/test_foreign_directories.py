@@ -35,6 +35,7 @@ TAKING: dict[str, list[list[str]]] = {
         ["run", "FILE"],
         ["run", "FILE", "--estimate"],
     ],
+    "models prompt": [["models", "prompt", "FILE"]],
     "status": [["status", "DIR"], ["status", "DIR", "--json"]],
     "report": [["report", "DIR"]],
     "compare": [["compare", "DIR", "OTHER"]],

@@ -37,7 +37,7 @@ def test_what_is_seen_has_its_handles_in_the_order_of_the_listing():
 
 
 def test_without_shuffling_labels_run_along_the_panel():
-    names = Names(replace(PLAN, shuffle=False))
+    names = Names(replace(PLAN, shuffle="never"))
     assert names.labels == names.listing == tuple("ABCDE")
     assert names.told_state(names.percept(PhotographedPlant(PLAN.box).observe()).positions) == "00000"
 

@@ -48,7 +48,7 @@ def played(agent, plan=PLAN, channels=(), plant=None):
 
 
 def test_the_trial_ends_when_the_target_really_moves():
-    shortest = replace(PLAN, shuffle=False)
+    shortest = replace(PLAN, shuffle="never")
     agent = Fake(lambda situation: Decision(joint="DCBA"[len(situation.past)]))
     trial = played(agent, shortest, (OutcomeFlip(p=1.0),))
     assert (trial.ending, len(trial.steps)) == ("solved", 4)
@@ -84,7 +84,7 @@ def test_labels_and_listing_are_shuffled_per_trial_alike_in_every_condition():
     drawn = {(t.labels, t.listing) for t in (run_trial(agent="random", trial=i) for i in range(1, 30))}
     assert len(drawn) > 20
     assert all(sorted(labels) == sorted(listing) == list("ABCD") for labels, listing in drawn)
-    plain = run_trial(agent="random", trial=1, shuffle=False)
+    plain = run_trial(agent="random", trial=1, shuffle="never")
     assert plain.labels == plain.listing == ("A", "B", "C", "D")
 
 
@@ -108,7 +108,7 @@ class Photograph:
 def test_pictures_are_kept_and_named_and_the_agent_gets_no_camera():
     kept = {}
     agent = Fake(lambda situation: Decision(joint="DCBA"[len(situation.past)]))
-    plan = replace(PLAN, shuffle=False, condition=flips((0.0,), modalities=("rgb",))[0])
+    plan = replace(PLAN, shuffle="never", condition=flips((0.0,), modalities=("rgb",))[0])
     plant = PhotographedPlant(plan.box, sensed="failed")
     trial = asyncio.run(
         play(plan, plant=plant, interventions=(Photograph(),), agent=agent, keep=lambda p: kept.update({p.name: p.png}))
@@ -128,7 +128,7 @@ def test_pictures_are_kept_and_named_and_the_agent_gets_no_camera():
 
 def test_a_picture_says_what_happened_and_a_robot_may_believe_otherwise():
     agent = Fake(lambda situation: Decision(joint="ADDD"[len(situation.past)]))
-    plan = replace(PLAN, shuffle=False, condition=flips((0.0,), modalities=("rgb",))[0], budget=3)
+    plan = replace(PLAN, shuffle="never", condition=flips((0.0,), modalities=("rgb",))[0], budget=3)
     trial = played(agent, plan, (Photograph(),), PhotographedPlant(plan.box, sensed="moved"))
     assert [step.moved for step in trial.steps] == [False, True, True]
     assert [step.told_moved for step in trial.steps] == [False, True, True]

@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import lru_cache, partial
 
 import numpy as np
 
+from lockprobe.briefing import Ask
 from lockprobe.errors import BadValue
 from lockprobe.interventions.condition import Condition
-from lockprobe.lockbox.box import Configuration, Lockbox, bits
+from lockprobe.lockbox.box import Configuration, Lockbox, Shuffle, bits
+from lockprobe.lockbox.layouts import locking_pairs, neutral_order
 from lockprobe.pictures.frame import Frame
 from lockprobe.protocols import Intervention
 from lockprobe.record import Percept, Snapshot, Step, Task
-from lockprobe.seeds import trial_stream
+from lockprobe.seeds import study_stream, trial_stream
 from lockprobe.spec import group_of
 from lockprobe.trial_name import ForkName, TrialName
 
-__all__ = ["LABELS", "Fork", "Names", "Plan", "drawn_orders"]
+__all__ = ["LABELS", "Fork", "Names", "Plan", "drawn_orders", "orders_of_study"]
 
 LABELS = "ABCDEFGH"
 """Neutral labels; a box has at most this many joints."""
@@ -61,9 +63,10 @@ class Plan:
         seed: Seed of the study.
         budget: Steps; 20 in the paper.
         plant: The plant's spec.
-        shuffle: Whether labels are assigned to joints, and listed, in random order. Without it the labels run along
-            the panel, and a model's preference for a name or a list position is confounded with the box.
+        shuffle: How often labels are assigned to joints, and listed, in random order. With ``never`` the labels run
+            along the panel, and a model's preference for a name or a list position is confounded with the box.
         assessment: Whether the agent is asked what its last action did.
+        hypothesis: When the agent is asked how the box works, unless an intervention says otherwise.
         fork: The fork of a recorded trial; None for an ordinary trial.
         luck: The number of its luck, from 1; only continuations of a fork have numbers above 1.
         called: The name that the experimenter gave the agent; empty without one.
@@ -78,8 +81,9 @@ class Plan:
     seed: int
     budget: int = 20
     plant: str = "symbolic"
-    shuffle: bool = True
+    shuffle: Shuffle = "trial"
     assessment: bool = True
+    hypothesis: Ask = "before"
     fork: Fork | None = None
     luck: int = 1
     called: str = ""
@@ -124,13 +128,31 @@ class Plan:
 
 
 def drawn_orders(joints: int, rng: np.random.Generator) -> tuple[tuple[int, ...], tuple[int, ...]]:
-    """The random assignment of labels to joints and the order in which joints are listed.
+    """The random assignment of labels to joints and the order in which joints are listed in one trial.
 
     Returns:
         For each joint in panel order the number of its label; for each list position a joint in panel order.
     """
     dealt, listed = rng.permutation(joints), rng.permutation(joints)
     return tuple(dealt.tolist()), tuple(listed.tolist())
+
+
+def orders_of_study(box: Lockbox, seed: int) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """The same, drawn once for a whole study: neither labels nor their list follow the interlock.
+
+    Among joints of successive labels, and among neighbours in the list, as many lock each other as on average over all
+    orders (:func:`lockprobe.lockbox.layouts.neutral_order`).
+    """
+    return _orders_of_study(frozenset(locking_pairs(box)), len(box.joints), seed)
+
+
+@lru_cache(maxsize=64)
+def _orders_of_study(
+    locking: frozenset[tuple[int, int]], joints: int, seed: int
+) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    rng, row = study_stream(seed, "labels"), [(i, i + 1) for i in range(joints - 1)]
+    labelled, listed = (neutral_order(locking, row, joints, rng) for _ in range(2))
+    return tuple(labelled.index(joint) for joint in range(joints)), tuple(listed)
 
 
 class Names:
@@ -143,9 +165,13 @@ class Names:
     """
 
     def __init__(self, plan: Plan) -> None:
-        joints = len(plan.box.joints)
-        in_panel_order = tuple(range(joints))
-        dealt, self.order = drawn_orders(joints, plan.stream("labels")) if plan.shuffle else (in_panel_order,) * 2
+        count = len(plan.box.joints)
+        if plan.shuffle == "study":
+            dealt, self.order = orders_of_study(plan.box, plan.seed)
+        elif plan.shuffle == "trial":
+            dealt, self.order = drawn_orders(count, plan.stream("labels"))
+        else:
+            dealt = self.order = tuple(range(count))
         self.labels = tuple(LABELS[i] for i in dealt)
         self.listing = tuple(self.labels[i] for i in self.order)
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
+from lockprobe.briefing import Briefing
 from lockprobe.model_call import Call, Usage
-from lockprobe.record import Briefing, Decision, Fact, Moment, Percept, Situation, Snapshot, Task, Turn
+from lockprobe.record import Decision, Fact, Moment, Percept, Situation, Snapshot, Task, Turn
 
 if TYPE_CHECKING:
     import numpy as np

@@ -7,9 +7,10 @@ what it said had happened. Clock readings are not part of a record: the same see
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal, Protocol
 
+from lockprobe.briefing import Ask, Briefing
 from lockprobe.doses import flip_rate
 from lockprobe.errors import FINAL, Boundary
 from lockprobe.model_call import Count, Finite, Usage, Whole
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 __all__ = [
     "PLAIN_WORDS",
     "STATES",
-    "Briefing",
+    "STRUCTURED",
     "Decision",
     "Ending",
     "Fact",
@@ -43,7 +44,10 @@ __all__ = [
 STATES = "symbolic?tell=state"
 """The paper's symbolic observation (Sec. 2.2), as its spec: where the joints stand. Studies show it by default."""
 
-PLAIN_WORDS = (STATES, "symbolic")
+STRUCTURED = "symbolic?tell=state&form=json"
+"""The same as one JSON object, with the label and the state of every joint."""
+
+PLAIN_WORDS = (STATES, STRUCTURED, "symbolic")
 """The modalities in words that studies have by default; pages do not name them where all trials have one of them."""
 
 Outcome = Literal["moved", "blocked"]
@@ -123,6 +127,7 @@ class Percept:
         pictures: The observation as pictures.
         handles: For each of ``Task.joints``, where pictures show its handle, (column, row), at positions 0 and 1.
         states_only: Whether reports tell positions and never outcomes.
+        in_full: Whether the text tells the position of every joint, and not only which are at 1.
         corrects: The first report, which this one corrects; None without a correction.
         look: Takes a picture of the truth or of the report; for channels, never for agents.
     """
@@ -134,6 +139,7 @@ class Percept:
     pictures: tuple[Picture, ...] = ()
     handles: tuple[tuple[tuple[float, float], tuple[float, float]], ...] = ()
     states_only: bool = False
+    in_full: bool = False
     corrects: Percept | None = None
     look: Look | None = field(default=None, compare=False, repr=False)
 
@@ -167,38 +173,6 @@ class Decision:
     confidence: int | None = None
     report_false: bool | None = None
     tidied: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Briefing:
-    """The requests and remarks of one step, in addition to the report. Agents that read no words ignore them.
-
-    Attributes:
-        remark: A remark with the report of this step; often empty.
-        warning: A warning about the reports in the instruction; often empty.
-        instruction: The instruction as a template (:data:`lockprobe.agents.prompt.FIELDS`); empty for the default one.
-        hypothesis: Whether the agent says how the box works before its choice, after it, or not at all.
-        confidence: Whether the agent is asked how sure it is of its claim, and whether the report is false.
-    """
-
-    remark: str = ""
-    warning: str = ""
-    instruction: str = ""
-    hypothesis: Literal["before", "after", "off"] = "before"
-    confidence: bool = False
-
-    def remarking(self, text: str) -> Briefing:
-        """The briefing with one more remark."""
-        return replace(self, remark=f"{self.remark} {text}".lstrip())
-
-    @property
-    def beyond_words(self) -> bool:
-        """Whether it asks for more than a remark or a warning can say: another instruction, or further answers."""
-        return self != Briefing(remark=self.remark, warning=self.warning)
-
-    def warning_of(self, text: str) -> Briefing:
-        """The briefing with one more warning."""
-        return replace(self, warning=f"{self.warning} {text}".lstrip())
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -260,7 +234,7 @@ class Situation:
     task: Task
     past: tuple[Turn, ...]
     percept: Percept
-    briefing: Briefing = Briefing()
+    briefing: Briefing = field(default_factory=Briefing)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -350,6 +324,7 @@ class Trial:
         plant: The facts of the plant: its settings, engine, renderer; empty for the symbolic plant.
         opening_pictures: File names of the pictures taken before the first step, by kind.
         assessment: Whether the agent was asked what its last action did.
+        hypothesis: When it was asked how the box works, unless an intervention of its condition says otherwise.
         interventions: The other interventions (asked, remembered, done), in order, each with its settings.
         changed: Spec of every intervention -> steps at which it changed what was told, asked, remembered or done.
         changed_steps: Steps at which all of them together did.
@@ -381,6 +356,7 @@ class Trial:
     plant: Mapping[str, Fact] = field(default_factory=dict)
     opening_pictures: Mapping[PictureKind, str] = field(default_factory=dict)
     assessment: bool = True
+    hypothesis: Ask = "before"
     interventions: tuple[Mapping[str, Fact], ...] = ()
     specs: tuple[str, ...] = ()
     doses: Mapping[str, Finite] = field(default_factory=dict)

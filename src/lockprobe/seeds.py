@@ -1,5 +1,7 @@
 """One tree of random streams: study > repetition > trial > {layout, labels, plant, channel-0, channel-1, agent}.
 
+What is drawn once for a whole study has streams of its own: study > {layout, labels}.
+
 Neither the condition nor the agent is on the path. Trial 7 of repetition 2 gets the same labels, the same luck in every
 channel and the same draws for its agent whatever the flip probability is and for every agent, so conditions and
 agents are compared on common random numbers: the flips at p = 0.2 are a subset of those at p = 0.4.
@@ -11,7 +13,7 @@ import hashlib
 
 import numpy as np
 
-__all__ = ["generator", "integer_seed", "trial_stream"]
+__all__ = ["generator", "integer_seed", "study_stream", "trial_stream"]
 
 
 def _entropy(seed: int, path: tuple[str | int, ...]) -> int:
@@ -30,6 +32,11 @@ def generator(seed: int, *path: str | int) -> np.random.Generator:
 def integer_seed(seed: int, *path: str | int) -> int:
     """A seed in [0, 2**31) for a place of the tree, for runtimes that take a number."""
     return _entropy(seed, path) % 2**31
+
+
+def study_stream(seed: int, name: str) -> np.random.Generator:
+    """A stream of a whole study, by its name; the same for every trial, condition and agent."""
+    return generator(seed, "study", name)
 
 
 def trial_stream(seed: int, repetition: int, trial: int, name: str) -> np.random.Generator:

@@ -15,6 +15,7 @@ from dataclasses import is_dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
+from lockprobe.briefing import Briefing
 from lockprobe.changes import Acting, Changes, pass_through, whole
 from lockprobe.decision_check import why_unusable
 from lockprobe.errors import ChannelFault, LockprobeError, ModelFault, PlantFault, ReplyFault, TrialFault
@@ -25,7 +26,6 @@ from lockprobe.pictures.picture import Picture, PictureKind
 from lockprobe.plan import Fork, Names, Plan
 from lockprobe.protocols import Actuator, Agent, Channel, Intervention, Memory, Plant, Prompt
 from lockprobe.record import (
-    Briefing,
     Decision,
     Ending,
     Fact,
@@ -185,6 +185,7 @@ def _blank(plan: Plan, names: Names, ending: Ending) -> Trial:
         steps=(),
         ending=ending,
         assessment=plan.assessment,
+        hypothesis=plan.hypothesis,
         fork=plan.fork.name if plan.fork is not None else None,
     )
 
@@ -233,9 +234,6 @@ def streams_of(plan: Plan, interventions: Sequence[Intervention]) -> list[np.ran
     return streams
 
 
-_NOTHING_SAID = Briefing()
-
-
 class _Loop:
     """The state of one trial while it runs."""
 
@@ -262,7 +260,7 @@ class _Loop:
         self._rng = plan.stream("agent")
         self._deal_streams(plan)
         self._joints = plan.box.names
-        self._task = names.task(plan)
+        self._task, self._unsaid = names.task(plan), Briefing(hypothesis=plan.hypothesis)
         self._turns: tuple[Turn, ...] = ()
         self._moments: tuple[Moment, ...] = ()
         self._configuration: Configuration = ()
@@ -326,7 +324,7 @@ class _Loop:
 
     def _situation(self) -> Situation:
         """What the agent may use now: the remembered turns, the last percept, and what it is asked."""
-        turns, briefing = self._turns, _NOTHING_SAID
+        turns, briefing = self._turns, self._unsaid
         with _boundary(ChannelFault) if self._memories or self._prompts else nullcontext():
             if self._memories:
                 turns = self.changes.note(pass_through(self._memories, turns, self._recalled))

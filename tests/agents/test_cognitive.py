@@ -99,7 +99,9 @@ def test_the_map_repeats_what_it_did_first(reports, window, avoid):
 
 
 def test_a_map_is_drawn_anew_for_every_trial_and_kept_within_it():
-    firsts = Counter(run_trial(agent="cognitive:random-map", trial=i, shuffle=False).actions[0] for i in range(1, 200))
+    firsts = Counter(
+        run_trial(agent="cognitive:random-map", trial=i, shuffle="never").actions[0] for i in range(1, 200)
+    )
     assert min(firsts.values()) > 25
     for i in range(1, 60):
         trial = run_trial(agent="cognitive:random-map?window=0", trial=i)

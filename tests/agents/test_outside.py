@@ -7,8 +7,9 @@ import pytest
 
 from lockprobe.agents.outside import OutsideAgent
 from lockprobe.agents.prompt import example
+from lockprobe.briefing import Briefing
 from lockprobe.errors import ChannelFault
-from lockprobe.record import Briefing, Decision
+from lockprobe.record import Decision
 
 
 def test_a_decision_waits_until_it_is_said():
@@ -25,7 +26,7 @@ def test_a_decision_waits_until_it_is_said():
     assert asyncio.run(play()) == {"transport": "stdio"}
 
 
-@pytest.mark.parametrize("asked", [{"confidence": True}, {"instruction": "{joints}"}, {"hypothesis": "off"}])
+@pytest.mark.parametrize("asked", [{"confidence": True}, {"instruction": "{joints}"}])
 def test_who_reads_words_alone_is_asked_for_nothing_else(asked):
     async def decides(briefing, **settings):
         agent = OutsideAgent(**settings)

@@ -1,6 +1,7 @@
-"""``lockprobe models show``: what is known of a hosted model, and what it would be sent."""
+"""``lockprobe models``: what is known of a hosted model, what it would be sent, and what it reads."""
 
 import json
+from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
@@ -35,6 +36,26 @@ def test_of_an_unknown_model_it_says_that_nothing_is_known():
     said = show("vllm/my-own-model")
     assert said.startswith("vllm/my-own-model: no facts are known")
     assert "known  " not in said
+
+
+def prompt(*words):
+    done = CliRunner().invoke(models, ["prompt", *words])
+    assert done.exit_code == 0, done.exception
+    return done.stdout
+
+
+def test_the_prompts_of_the_three_modalities_stand_in_the_docs_as_they_are_printed():
+    page = (Path(__file__).parents[2] / "docs" / "as-paper.md").read_text("utf-8")
+    printed = prompt("modalities", "--as-paper")
+    assert page.partition("```text\n")[2].partition("```")[0] == printed
+    assert printed.count("  all:") >= 4
+    assert max(map(len, printed.splitlines())) < 120
+
+
+def test_prompts_are_objects_for_machines():
+    parts = [json.loads(line) for line in prompt("flips", "--modality", "symbolic", "--json").splitlines()]
+    assert [part["part"] for part in parts] == ["first message", "report after the first step", "form of the reply"]
+    assert {*parts[0]["modalities"]} == {"symbolic"}
 
 
 def test_json_has_every_fact():

@@ -30,14 +30,14 @@ def test_it_reaches_the_optimum_and_training_is_what_does_it(fitted_q):
 
 def test_where_joints_are_listed_anew_it_still_beats_random_by_far_and_repeats_itself(fitted_q):
     def steps(trained, rounds, played):
-        policy = fitted_q.train(fitted_q.boxes(trained, p=0.2, shuffle=True), rounds=rounds)
-        return fitted_q.play(policy, fitted_q.boxes(played, p=0.2, shuffle=True))
+        policy = fitted_q.train(fitted_q.boxes(trained, p=0.2, shuffle="trial"), rounds=rounds)
+        return fitted_q.play(policy, fitted_q.boxes(played, p=0.2, shuffle="trial"))
 
     assert np.isfinite(steps(100, 4, 300)).mean() > random_success(box("chain-4")) + 0.2
     assert (steps(10, 2, 20) == steps(10, 2, 20)).all()
 
 
 def test_it_plays_a_study_as_an_agent(fitted_q):
-    trial = run_trial(agent=fitted_q.FittedQ(), p=0.4, shuffle=False, seed=3)
+    trial = run_trial(agent=fitted_q.FittedQ(), p=0.4, shuffle="never", seed=3)
     assert (trial.ending, len(trial.steps)) == ("solved", 4)
     assert trial.facts["algorithm"] == "fitted Q iteration"

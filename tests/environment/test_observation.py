@@ -1,5 +1,7 @@
 """The vector of what is told, and agents that play studies by it."""
 
+from typing import get_args
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -10,6 +12,7 @@ from lockprobe.environment.learned_agent import LearnedAgent
 from lockprobe.environment.observation import UNTOLD, colours, distances, images, sizes, so_far, stacked, vector
 from lockprobe.environment.single import LockboxEnv
 from lockprobe.errors import ChannelFault
+from lockprobe.lockbox.box import Shuffle
 from lockprobe.pictures.picture import Picture
 from lockprobe.pictures.png import to_png
 from lockprobe.record import Decision, Percept, Situation, Task, Turn
@@ -70,7 +73,7 @@ def test_what_is_never_told_has_one_value_and_what_may_be_missing_one_more():
 
 
 @pytest.mark.parametrize("flip", ["transient", "sticky", "outcome-only"])
-@given(seed=st.integers(0, 10_000), trial=st.integers(1, 30), shuffle=st.booleans())
+@given(seed=st.integers(0, 10_000), trial=st.integers(1, 30), shuffle=st.sampled_from(get_args(Shuffle)))
 @settings(max_examples=15, deadline=None)
 def test_a_study_shows_a_learned_agent_what_the_environment_shows(flip, seed, trial, shuffle):
     agent = Scripted()
@@ -89,7 +92,7 @@ def test_under_every_condition_it_is_shown_the_same(asked, seed):
     agent, asked = Scripted(), {"modality": "symbolic"} | asked
     agent.observation = asked["modality"]
     played = run_trial(agent=agent, seed=seed, **asked)
-    env = LockboxEnv(shuffle=True, steps_left=True, **asked)
+    env = LockboxEnv(shuffle="trial", steps_left=True, **asked)
     told = [env.reset(seed=seed)[0]]
     for observations, step in zip(agent.seen, played.steps, strict=True):
         assert observations.tolist() == np.array(told).tolist()

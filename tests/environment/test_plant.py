@@ -30,7 +30,7 @@ def made(monkeypatch):
 
 
 def watched(seed=1):
-    plan = read_settings({"plant": "fast-twin", "shuffle": True}).plan(seed, 1, 1)
+    plan = read_settings({"plant": "fast-twin", "shuffle": "trial"}).plan(seed, 1, 1)
     return WatchedPlant(lambda: make_plant(plan, Names(plan)))
 
 
@@ -88,7 +88,7 @@ def test_in_a_fork_of_a_process_with_opengl_it_lives_elsewhere(monkeypatch):
     asked = []
     monkeypatch.setattr(module, "needs_subprocess", lambda: True)
     monkeypatch.setattr(module, "SubprocessPlant", lambda *given: asked.append(given))
-    plan = read_settings({"plant": "fast-twin?width=64", "shuffle": True}).plan(1, 1, 1)
+    plan = read_settings({"plant": "fast-twin?width=64", "shuffle": "trial"}).plan(1, 1, 1)
     make_plant(plan, Names(plan))
     spec, puzzle, labels, rng = asked[0]
     assert (spec, puzzle, labels) == ("fast-twin?width=64", plan.box, Names(plan).labels)
@@ -110,7 +110,7 @@ def test_gymnasium_finds_nothing_to_say_against_the_physical_box():
 
 
 def test_an_episode_with_the_physical_box_shows_the_pictures_of_the_study(tmp_path):
-    trial = run_trial(agent=Solver(), plant=SMALL, modality="rgbd", seed=5, trial=3, shuffle=False, pictures=tmp_path)
+    trial = run_trial(agent=Solver(), plant=SMALL, modality="rgbd", seed=5, trial=3, shuffle="never", pictures=tmp_path)
     assert trial.solved
     env = LockboxEnv(observation="rgbd", plant=SMALL, render_mode="rgb_array")
     here = [env.reset(seed=5, options={"trial": 3})[0], *(env.step(joint)[0] for joint in (3, 2, 1, 0))]

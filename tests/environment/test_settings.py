@@ -37,7 +37,7 @@ def test_nothing_asked_is_the_plain_chain_and_the_truth_told():
     assert (read.observation, read.study.plant, read.study.max_steps) == ("symbolic", "symbolic", 20)
     assert read.study.box == box("chain-4")
     assert (read.channels, read.steps_left, read.step_cost, read.truth) == ((), False, 0.0, False)
-    assert not read.study.shuffle
+    assert read.study.shuffle == "never"
     assert read == read_settings(dict.fromkeys(("box", "p", "condition", "shuffle", "observation", "channels")))
     assert read_settings({}).chain == (TextChannel(),)
     assert read_settings({}).scene is None
@@ -113,7 +113,7 @@ class NotAChannel:
         ({"max_steps": 10_001}, BadValue, "max_steps: got 10001"),
         ({"max_steps": True}, BadValue, "max_steps: got True"),
         ({"max_steps": 2.5}, BadValue, "max_steps: got 2.5"),
-        ({"shuffle": "cards"}, BadValue, "shuffle: got 'cards', expected true or false"),
+        ({"shuffle": "cards"}, BadValue, "shuffle: got 'cards', expected one of trial, study, never"),
         ({"steps_left": 1}, BadValue, "steps_left: got 1, expected True or False"),
         ({"step_cost": -0.1}, BadValue, "step_cost: got -0.1, expected a number of at least 0"),
         ({"step_cost": float("nan")}, BadValue, "step_cost: got nan"),
@@ -190,7 +190,7 @@ def test_what_is_told_shapes_the_space():
         ({"modality": ["rgb"]}, "modality: got ['rgb'], expected a text"),
         ({"p": [0.1, 0.2]}, "p: got [0.1, 0.2], expected a number"),
         ({"condition": 3}, "condition: got 3, expected specs with plus signs between, a Condition, or a list"),
-        ({"layout": "round"}, "layout: got 'round', expected one of fixed, shuffled"),
+        ({"layout": "round"}, "layout: got 'round', expected one of fixed, dealt, shuffled"),
     ],
 )  # fmt: skip
 def test_what_does_not_go_together_is_refused_in_one_line(asked, message):

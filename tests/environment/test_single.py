@@ -3,6 +3,7 @@
 import copy
 import pickle
 from dataclasses import dataclass, replace
+from typing import get_args
 
 import gymnasium
 import numpy as np
@@ -20,6 +21,7 @@ from lockprobe.errors import BadValue, ChannelFault, UnknownName
 from lockprobe.interventions.drop import Drop
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.tremble import Tremble
+from lockprobe.lockbox.box import Shuffle
 from lockprobe.lockbox.families import box
 from lockprobe.record import Percept
 from lockprobe.trial_json import trial_from_json, trial_to_json
@@ -51,13 +53,13 @@ def episode(env, actions, **asked):
     "asked",
     [
         {},
-        {"box": "chain-2", "channels": [flip(0.5, "kept")], "shuffle": True},
+        {"box": "chain-2", "channels": [flip(0.5, "kept")], "shuffle": "trial"},
         {"box": "chain-8", "channels": [flip(0.3, "kept", "outcome")], "steps_left": True, "max_steps": 5},
         {"channels": [flip(1.0), OutcomeFlip(p=0.2, others="kept")], "info": "truth", "step_cost": 0.1},
         {"modality": "symbolic?tell=state", "p": 0.4, "layout": "shuffled"},
         {"modality": "symbolic?tell=outcome", "condition": "tremble?p=0.3 + yoked?p=0.2"},
         {"condition": [Drop(p=0.5), Tremble(p=0.2)], "steps_left": True},
-        {"condition": "delay?lag=2", "shuffle": True},
+        {"condition": "delay?lag=2", "shuffle": "trial"},
     ],
 )
 def test_gymnasium_finds_nothing_to_say_against_it(asked):
@@ -66,7 +68,7 @@ def test_gymnasium_finds_nothing_to_say_against_it(asked):
 
 @pytest.mark.parametrize("kind", FLIPS)
 @given(
-    seed=st.integers(0, 10_000), repetition=st.integers(1, 9), trial=st.integers(1, 99), shuffle=st.booleans(),
+    seed=st.integers(0, 10_000), repetition=st.integers(1, 9), trial=st.integers(1, 99), shuffle=st.sampled_from(get_args(Shuffle)),
     p=st.sampled_from([0.0, 0.3, 1.0]), name=st.sampled_from(["chain-3", "chain-4", "chain-6"]),
 )  # fmt: skip
 @settings(max_examples=20, deadline=None)
@@ -124,14 +126,14 @@ def record_of(env, there, **options):
         {"p": 0.3, "flip": "sticky"},
         {"condition": "tremble?p=0.3 + burst?p=0.2", "layout": "shuffled"},
         {"condition": "force?at=2 + delay?lag=1", "p": 0.4, "max_steps": 9},
-        {"condition": [Drop(p=0.3)], "modality": "symbolic?tell=state", "shuffle": False, "box": "chain-6"},
+        {"condition": [Drop(p=0.3)], "modality": "symbolic?tell=state", "shuffle": "never", "box": "chain-6"},
         {"condition": "yoked?p=0.4 + reword?p=0.5", "modality": "symbolic?form=json&places=yes"},
     ],
 )
 @pytest.mark.parametrize("seed", [1, 5])
 def test_under_every_condition_the_record_is_that_of_the_trial(asked, seed):
     there = run_trial(agent="random", seed=seed, repetition=2, trial=7, **({"modality": "symbolic"} | asked))
-    here = record_of(LockboxEnv(**({"shuffle": True} | asked)), there, repetition=2, trial=7)
+    here = record_of(LockboxEnv(**({"shuffle": "trial"} | asked)), there, repetition=2, trial=7)
     assert here.key == there.key.replace("trial/random", "lockbox/gymnasium", 1)
     assert replace(here, key="", study="", agent="", steps=()) == replace(there, key="", study="", agent="", steps=())
     assert [replace(step, decision=None) for step in here.steps] == [
@@ -143,11 +145,11 @@ def test_under_every_condition_the_record_is_that_of_the_trial(asked, seed):
 @settings(max_examples=30, deadline=None)
 def test_reports_of_states_hold_no_outcome(seed, p, actions):
     """Two boxes whose told states agree look alike, whatever really moved; and what is told follows the flips."""
-    env = LockboxEnv(modality="symbolic?tell=state", p=p, box="chain-4", shuffle=True)
+    env = LockboxEnv(modality="symbolic?tell=state", p=p, box="chain-4", shuffle="trial")
     told, _ = episode(env, actions[:20], seed=seed)
     assert env.settings.sizes[2] == 1
     assert {one[2] for one in told} == {0}
-    other = LockboxEnv(p=p, box="chain-4", shuffle=True, info="truth")
+    other = LockboxEnv(p=p, box="chain-4", shuffle="trial", info="truth")
     both, _ = episode(other, actions[:20], seed=seed)
     assert [one[:2] + one[3:] for one in told] == [one[:2] + one[3:] for one in both]
     *_, info = env.reset()
@@ -198,7 +200,7 @@ def test_what_is_not_told_is_not_seen():
 
 
 def test_the_truth_is_there_for_those_who_ask():
-    env = LockboxEnv(box="chain-6", channels=[flip(0.5)], info="truth", shuffle=True)
+    env = LockboxEnv(box="chain-6", channels=[flip(0.5)], info="truth", shuffle="trial")
     joints, total = (0, 1, 2, 3, 4) * 3, 0  # never all six, so never solved
     for seed in range(20):
         _, info = env.reset(seed=seed)
@@ -216,7 +218,7 @@ def test_the_truth_is_there_for_those_who_ask():
 
 def test_a_seed_fixes_everything_after_it_and_a_reset_goes_on():
     actions = np.random.default_rng(0).integers(4, size=20).tolist()
-    env, other = (LockboxEnv(channels=[flip(0.5)], shuffle=True) for _ in range(2))
+    env, other = (LockboxEnv(channels=[flip(0.5)], shuffle="trial") for _ in range(2))
     first = [episode(env, actions, **asked) for asked in ({"seed": 7}, {}, {})]
     assert [episode(other, actions, **asked) for asked in ({"seed": 7}, {}, {})] == first
     assert episode(other, actions[:3], seed=7, options={"trial": 2})[0] == first[1][0][:4]  # not played to its end
@@ -228,7 +230,7 @@ def test_a_seed_fixes_everything_after_it_and_a_reset_goes_on():
 
 def test_without_a_seed_every_environment_has_its_own_luck():
     actions = np.random.default_rng(0).integers(4, size=20).tolist()
-    assert len({str(episode(LockboxEnv(channels=[flip(0.5)], shuffle=True), actions)) for _ in range(4)}) == 4
+    assert len({str(episode(LockboxEnv(channels=[flip(0.5)], shuffle="trial"), actions)) for _ in range(4)}) == 4
 
 
 def test_conditions_share_their_luck():
@@ -244,7 +246,7 @@ def test_conditions_share_their_luck():
 
 @pytest.mark.parametrize("copied", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))])
 def test_a_copy_goes_on_as_the_original_does(copied):
-    env = made(channels=[flip(0.5, "kept")], shuffle=True, info="truth")
+    env = made(channels=[flip(0.5, "kept")], shuffle="trial", info="truth")
     env.reset(seed=2)
     for action in (0, 1, 2):
         env.step(action)

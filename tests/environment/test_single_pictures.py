@@ -41,7 +41,7 @@ def seen(env, actions, **asked):
 
 @pytest.mark.parametrize("observation", ["symbolic", "rgb", "rgbd"])
 def test_gymnasium_finds_nothing_to_say_against_it(observation):
-    check_env(gymnasium.make("lockprobe/Lockbox-v0", observation=observation, plant=SMALL, shuffle=True).unwrapped)
+    check_env(gymnasium.make("lockprobe/Lockbox-v0", observation=observation, plant=SMALL, shuffle="trial").unwrapped)
 
 
 def test_the_spaces_are_those_of_the_plants_pictures():
@@ -80,7 +80,7 @@ def test_an_episode_shows_the_pictures_of_the_study(observation, tmp_path):
     player = Recorded(SOLUTION)
     trial = run_trial(
         agent=player, plant=SMALL, modality=observation if observation == "rgbd" else "rgbd", seed=5, repetition=2,
-        trial=3, shuffle=False, pictures=tmp_path,
+        trial=3, shuffle="never", pictures=tmp_path,
     )  # fmt: skip
     here = seen(looking(observation), SOLUTION, seed=5, options={"repetition": 2, "trial": 3})
     assert trial.solved
@@ -93,7 +93,7 @@ def test_an_episode_shows_the_pictures_of_the_study(observation, tmp_path):
 
 
 def test_the_record_is_that_of_the_study():
-    env = looking("rgbd", shuffle=True)
+    env = looking("rgbd", shuffle="trial")
     there = run_trial(agent=Shuffled(), plant=SMALL, modality="rgbd", seed=4)
     env.reset(seed=4)
     for step in there.steps:
@@ -128,7 +128,7 @@ def test_false_and_damaged_pictures_pass_gymnasiums_check(asked):
 def test_false_and_damaged_pictures_are_those_of_the_trial(asked, tmp_path):
     words = {"modality" if name == "observation" else name: value for name, value in asked.items()}
     there = run_trial(agent=Shuffled(), plant=SMALL, seed=4, max_steps=8, pictures=tmp_path, **words)
-    env = LockboxEnv(plant=SMALL, shuffle=True, max_steps=8, **asked)
+    env = LockboxEnv(plant=SMALL, shuffle="trial", max_steps=8, **asked)
     shown = seen(env, [there.listing.index(step.decision.joint) for step in there.steps], seed=4)
     names = [there.opening_pictures, *(step.pictures for step in there.steps)]
     for picture, kept in zip(shown, names, strict=True):
@@ -148,12 +148,12 @@ class Shuffled(LearnedAgent):
 
 
 def test_an_observation_holds_nothing_but_what_is_seen(monkeypatch):
-    told = [looking(info="truth", shuffle=True).reset(seed=2)]
+    told = [looking(info="truth", shuffle="trial").reset(seed=2)]
     assert sorted(told[0][1]) == ["labels", "target", "truth"]
-    picture, info = looking(shuffle=True).reset(seed=2)
+    picture, info = looking(shuffle="trial").reset(seed=2)
     assert (picture == told[0][0]).all()
     assert sorted(info) == ["labels", "target"]
-    env = looking(shuffle=True)
+    env = looking(shuffle="trial")
     env.reset(seed=2)
     task = env._episode.heard.task
     assert (info["labels"][info["target"]], info["labels"]) == (task.target, "".join(task.joints))

@@ -1,5 +1,7 @@
 """Many boxes at once play what as many single environments play, step by step."""
 
+from typing import get_args
+
 import gymnasium
 import numpy as np
 import pytest
@@ -13,7 +15,7 @@ import lockprobe.environment
 from lockprobe.environment.vector import LockboxVectorEnv
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.interventions.flip import OutcomeFlip
-from lockprobe.lockbox.box import Joint, Lockbox
+from lockprobe.lockbox.box import Joint, LayoutKind, Lockbox, Shuffle
 from lockprobe.record import Percept
 
 COUNT = 6
@@ -65,7 +67,7 @@ by_condition = st.fixed_dictionaries(
             ]
         ),
         "modality": st.sampled_from(["symbolic", "symbolic?tell=state", "symbolic?tell=outcome&form=json"]),
-        "layout": st.sampled_from(["fixed", "shuffled"]),
+        "layout": st.sampled_from(get_args(LayoutKind)),
     },
 ) | st.fixed_dictionaries(
     {
@@ -78,7 +80,7 @@ general = st.fixed_dictionaries(
     {
         "box": st.sampled_from(["chain-2", "chain-3", "chain-4", FORK]),
         "max_steps": st.sampled_from([2, 7, 20]),
-        "shuffle": st.booleans(),
+        "shuffle": st.sampled_from(get_args(Shuffle)),
         "steps_left": st.booleans(),
         "step_cost": st.sampled_from([0.0, 0.125]),
         "info": st.sampled_from([None, "truth"]),
@@ -144,7 +146,7 @@ def test_an_end_is_followed_by_a_reset_whatever_the_action_is():
 
 
 def test_several_processes_play_the_same():
-    asked = {"channels": [{"channel": "OutcomeFlip", "p": 0.4}], "shuffle": True, "max_steps": 3}
+    asked = {"channels": [{"channel": "OutcomeFlip", "p": 0.4}], "shuffle": "trial", "max_steps": 3}
     ours, apart = made(count=2, **asked), made("async", count=2, vector_kwargs={"context": "spawn"}, **asked)
     try:
         assert isinstance(apart.unwrapped, AsyncVectorEnv)
@@ -215,7 +217,7 @@ def test_a_mistake_is_said_in_one_line():
 
 
 def test_boxes_of_one_name_differ_in_luck_and_unseeded_ones_too():
-    ours = made(count=50, channels=[OutcomeFlip(p=0.5)], shuffle=True)
+    ours = made(count=50, channels=[OutcomeFlip(p=0.5)], shuffle="trial")
     for seed in (3, None):
         ours.reset(seed=seed)
         told = np.array([ours.step(np.full(50, joint % 4))[0] for joint in range(8)])

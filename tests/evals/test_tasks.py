@@ -43,7 +43,7 @@ def test_one_sample_is_one_trial_and_says_which():
     "given",
     [
         {"p": [0.1], "trials": 3, "repetitions": 1, "seed": 7, "max_steps": 9, "flip": "sticky"},
-        {"box": "random-5-3", "layout": "shuffled", "shuffle": False, "assessment": False, "trials": 1},
+        {"box": "random-5-3", "layout": "shuffled", "shuffle": "never", "assessment": False, "trials": 1},
         {"full": True},
         {},
     ],

@@ -24,7 +24,7 @@ class Solver(LearnedAgent):
 def trial(monkeypatch, tmp_path):
     painted_twins(monkeypatch)
     return run_trial(
-        agent=Solver(), plant="fast-twin?width=240&height=180", modality="rgbd", shuffle=False,
+        agent=Solver(), plant="fast-twin?width=240&height=180", modality="rgbd", shuffle="never",
         pictures=tmp_path / "pictures",
     )  # fmt: skip
 

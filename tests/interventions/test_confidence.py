@@ -5,9 +5,10 @@ from dataclasses import replace
 import pytest
 
 from lockprobe.agents.prompt import conversation, example, parse_reply, repair, reply_schema
+from lockprobe.briefing import Briefing
 from lockprobe.errors import BadValue, ReplyFault
 from lockprobe.interventions.confidence import Confidence
-from lockprobe.record import Briefing, Decision
+from lockprobe.record import Decision
 from lockprobe.studies.single import run_trial
 from lockprobe.trial_json import trial_from_json, trial_to_json
 

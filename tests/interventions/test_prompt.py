@@ -9,11 +9,11 @@ import pytest
 from provider_server import here, truthful, words
 
 from lockprobe.agents.prompt import FIELDS, INSTRUCTIONS, conversation, example
+from lockprobe.briefing import Briefing
 from lockprobe.errors import BadFile, BadValue, SettingsChanged, UserMistake
 from lockprobe.interventions.catalogue import interventions_of, spec_of
 from lockprobe.interventions.prompt import LARGEST_TEMPLATE, OwnPrompt
 from lockprobe.interventions.warn import Warn
-from lockprobe.record import Briefing
 from lockprobe.report import write_report
 from lockprobe.studies.runner import run_study
 from lockprobe.studies.single import run_trial

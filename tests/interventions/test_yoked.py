@@ -10,7 +10,7 @@ from lockprobe.studies.single import run_trial
 def lies(condition, trial):
     """For each step whether its report was false, where nothing that is told changes what is done."""
     played = run_trial(
-        agent="round-robin", box="chain-7", max_steps=24, shuffle=False, condition=condition, trial=trial
+        agent="round-robin", box="chain-7", max_steps=24, shuffle="never", condition=condition, trial=trial
     )
     assert len(played.steps) == 24
     return [step.told_falsely for step in played.steps]

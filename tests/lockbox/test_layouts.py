@@ -1,6 +1,7 @@
 """Where joints may sit, and that moving them changes nothing else."""
 
 import itertools
+from collections import Counter
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +11,7 @@ from hypothesis import strategies as st
 
 from lockprobe.lockbox.box import bits
 from lockprobe.lockbox.families import box
-from lockprobe.lockbox.layouts import laid_out, locking_pairs, neighbours, permuted, places, redealt
+from lockprobe.lockbox.layouts import laid_out, locking_pairs, neighbours, neutral_order, permuted, places, redealt
 from lockprobe.lockbox.solve import optimal_plans, random_no_repeat_success, random_success
 
 LAYOUTS = ("serial", "zigzag", "ngram", "grid", "scattered", "misleading")
@@ -149,3 +150,21 @@ def test_a_joint_takes_its_start_along():
     new = permuted(opened, (2, 0, 1))
     assert new.names == ("revolute-right", "revolute-left", "slider-1")
     assert bits(new.initial) == "001"
+
+
+@pytest.mark.parametrize("name", ["chain-4", "fork", "reset"])
+def test_a_neutral_order_neither_follows_nor_avoids_the_interlock_and_puts_every_joint_anywhere(name):
+    locking, row = locking_pairs(box(name)), [(0, 1), (1, 2), (2, 3)]
+    luck = rng()
+    drawn = Counter(tuple(neutral_order(locking, row, 4, luck)) for _ in range(4000))
+    met = [
+        sum(tuple(sorted(order[i : i + 2])) in locking for i in range(3)) for order in itertools.permutations(range(4))
+    ]
+    kept = [
+        order
+        for order, count in zip(itertools.permutations(range(4)), met, strict=True)
+        if abs(count - np.mean(met)) < 1
+    ]
+    assert {*drawn} == {*kept}
+    assert all(0.7 < count * len(kept) / 4000 < 1.3 for count in drawn.values())
+    assert {Counter(at)[joint] for at in zip(*kept, strict=True) for joint in range(4)} == {len(kept) // 4}

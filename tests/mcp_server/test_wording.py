@@ -6,8 +6,9 @@ from dataclasses import replace
 import pytest
 
 from lockprobe.agents.prompt import conversation, example
+from lockprobe.briefing import Briefing
 from lockprobe.mcp_server.wording import CLAIMS, begun, observation, reply_form, tool_schema, wording
-from lockprobe.record import Briefing, Percept
+from lockprobe.record import Percept
 
 
 @pytest.mark.parametrize("assessment", [True, False])
@@ -46,8 +47,17 @@ def test_the_schema_asks_for_what_the_chat_protocol_asks_for():
     assert schema["properties"]["last_action"]["enum"] == list(CLAIMS)
     assert schema["required"] == ["joint"]
     assert "last_action" not in tool_schema(4, assessment=False)["properties"]
+    assert "hypothesis" in schema["properties"]
+    assert "hypothesis" not in tool_schema(4, assessment=True, hypothesis=False)["properties"]
     json.dumps(schema)
 
 
 def test_the_fingerprint_changes_with_what_is_asked():
-    assert len({wording(4, assessment=True), wording(4, assessment=False), wording(5, assessment=True)}) == 3
+    asked = ({"assessment": True}, {"assessment": False}, {"assessment": True, "hypothesis": False})
+    assert len({*(wording(4, **one) for one in asked), wording(5, assessment=True)}) == 4
+
+
+def test_a_client_that_nobody_asks_for_a_hypothesis_is_told_of_none():
+    unasked = replace(example(), briefing=Briefing(hypothesis="off"))
+    assert "hypothesis" in begun(example())
+    assert "hypothesis" not in begun(unasked)

@@ -1,5 +1,7 @@
 """The plain loop is the closed loop of a trial, without its records."""
 
+from typing import get_args
+
 import pytest
 from diary import Diary, as_recorded
 from hypothesis import given, settings
@@ -8,9 +10,10 @@ from hypothesis import strategies as st
 from lockprobe import run_trial
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.interventions.flip import OutcomeFlip
+from lockprobe.lockbox.box import Shuffle
 from lockprobe.lockbox.families import box
 from lockprobe.montecarlo.plain import heeds_order, play_plainly, policy_of, world_of
-from lockprobe.montecarlo.streams import FromTree
+from lockprobe.montecarlo.streams import FromTree, order_of
 
 FLIPS = [
     *(OutcomeFlip(inverts=inverts, keep=keep) for inverts in ("position", "outcome") for keep in (0, 0.5, 1)),
@@ -30,13 +33,13 @@ TOLD = st.tuples(st.sampled_from(FLIPS), st.sampled_from(["state", "outcome", "b
     p=st.sampled_from([0.0, 0.3, 1.0]),
     seed=st.integers(0, 9),
     trial=st.integers(1, 5),
-    shuffle=st.booleans(),
+    shuffle=st.sampled_from(get_args(Shuffle)),
     max_steps=st.integers(1, 25),
 )
 def test_a_trial_played_plainly_is_the_trial_on_record(name, told_by, p, seed, trial, shuffle, max_steps):
     like, tell = told_by
     world = world_of(name, flip=like.at_rate(p), max_steps=max_steps, tell=tell)
-    tree = FromTree(seed, 2, len(box(name).joints), shuffle=shuffle, flips=0, draws=0)
+    tree = FromTree(seed, 2, len(box(name).joints), order=order_of(box(name), shuffle, seed), flips=0, draws=0)
     played = play_plainly(Diary(), world, *tree.luck(trial - 1))
     recorded = run_trial(
         agent=Diary(),

@@ -2,6 +2,7 @@
 
 import sys
 from collections import Counter
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from scipy.stats import chi2, chi2_contingency
 from lockprobe import run_trial
 from lockprobe.analysis.loops import cover, onset
 from lockprobe.errors import BadValue
+from lockprobe.lockbox.box import Shuffle
 from lockprobe.lockbox.families import box
 from lockprobe.lockbox.solve import random_curve
 from lockprobe.montecarlo import compiled as compiling
@@ -42,7 +44,7 @@ SETTINGS = {
     "flip": st.sampled_from(KINDS),
     "p": st.sampled_from([0.0, 0.2, 0.5, 1.0]),
     "seed": st.integers(0, 99),
-    "shuffle": st.booleans(),
+    "shuffle": st.sampled_from(get_args(Shuffle)),
     "max_steps": st.integers(1, 24),
 }
 COLUMNS = ("solved", "steps", "actions", "moved", "told_moved")
@@ -199,7 +201,7 @@ def test_flips_at_a_smaller_p_are_among_those_at_a_larger_one():
     for streams in ("study", "fast"):
         flipped = []
         for p in (0.1, 0.3, 0.8):
-            found = population("round-robin", trials=300, p=p, streams=streams, record=True, shuffle=False)
+            found = population("round-robin", trials=300, p=p, streams=streams, record=True, shuffle="never")
             flipped.append(found.moved != found.told_moved)
         assert (flipped[0] <= flipped[1]).all()
         assert (flipped[1] <= flipped[2]).all()

@@ -12,7 +12,7 @@ from lockprobe.seeds import generator
 
 
 def counted(**settings):
-    return Counted(**({"seed": 1, "joints": 4, "shuffle": True, "flips": 20, "draws": 40} | settings))
+    return Counted(**({"seed": 1, "joints": 4, "order": None, "flips": 20, "draws": 40} | settings))
 
 
 def test_the_generator_is_splitmix64():
@@ -64,11 +64,11 @@ def test_every_listing_is_equally_probable():
     orders = counted(joints=3, flips=0, draws=0).block(0, 30_000).orders
     found = [int((orders == order).all(1).sum()) for order in itertools.permutations(range(3))]
     assert chisquare(found).pvalue > 1e-4
-    assert (counted(shuffle=False).block(0, 9).orders == np.arange(4)).all()
+    assert (counted(order=(0, 1, 2, 3)).block(0, 9).orders == np.arange(4)).all()
 
 
 def test_one_trial_of_a_block_has_the_same_luck():
-    for source in (counted(), counted(depth=5), FromTree(1, 1, 4, shuffle=True, flips=20, draws=40)):
+    for source in (counted(), counted(depth=5), FromTree(1, 1, 4, order=None, flips=20, draws=40)):
         block = source.block(0, 4)
         luck = source.luck(3)
         assert luck.order == tuple(block.orders[3])
@@ -77,7 +77,7 @@ def test_one_trial_of_a_block_has_the_same_luck():
 
 
 def test_the_tree_is_that_of_a_study():
-    block = FromTree(7, 3, 4, shuffle=True, flips=2, draws=3).block(10, 1)
+    block = FromTree(7, 3, 4, order=None, flips=2, draws=3).block(10, 1)
     stream = lambda name: generator(7, "rep", 3, "trial", 11, name)  # noqa: E731
     labels = stream("labels")
     labels.permutation(4)

@@ -134,8 +134,8 @@ def test_a_trial_with_pictures_is_played_to_its_end(tmp_path, monkeypatch):
     (tmp_path / "handles.toml").write_text(handles_text(FIVE), "utf-8")
     monkeypatch.setattr(manual, "TerminalOperator", lambda: Person(FIVE, folder=tmp_path))
     spec = f"manual?camera={tmp_path}"
-    by_hand = run_trial(agent="viewer?acuity=64", box="random-5-3", plant=spec, modality="rgb", seed=2, shuffle=False)
-    by_rules = run_trial(agent="human-inspired", box="random-5-3", seed=2, shuffle=False)
+    by_hand = run_trial(agent="viewer?acuity=64", box="random-5-3", plant=spec, modality="rgb", seed=2, shuffle="never")
+    by_rules = run_trial(agent="human-inspired", box="random-5-3", seed=2, shuffle="never")
     assert by_hand.ending == by_rules.ending == "solved"
     assert by_hand.actions == by_rules.actions
     assert by_hand.plant == {"plant": spec, "truth": "camera", "camera": "folder"}
@@ -143,7 +143,7 @@ def test_a_trial_with_pictures_is_played_to_its_end(tmp_path, monkeypatch):
 
 def test_pictures_of_painted_labels_are_refused_with_shuffled_ones(tmp_path):
     """Agents are told that the label of each joint is painted next to it."""
-    with pytest.raises(BadValue, match="^shuffle: got True, expected --no-shuffle with pictures of a real box"):
+    with pytest.raises(BadValue, match="^shuffle: got 'trial', expected never with pictures of a real box"):
         run_trial(agent="viewer", plant=f"manual?camera={tmp_path}", modality="rgb")
 
 

@@ -39,7 +39,7 @@ def test_what_may_differ():
         ({"max_steps": 30}, r"the budget of steps \(max_steps\) is 30, not 20"),
         ({"plant": "fast-twin"}, r"the plant \(plant\) is fast-twin, not symbolic"),
         ({"layout": "shuffled"}, r"the layout \(layout\) is shuffled, not fixed"),
-        ({"shuffle": False}, r"\(shuffle\) is False, not True"),
+        ({"shuffle": "never"}, r"\(shuffle\) is never, not trial"),
         ({"assessment": False}, r"\(assessment\) is False, not True"),
     ],
 )

@@ -46,7 +46,7 @@ def test_records_of_another_study_hide_none_and_are_counted_and_named(tmp_path, 
 
 def test_what_no_value_of_a_record_says_its_identity_says(tmp_path):
     run_study(STUDY, tmp_path / "a")
-    run_study(other := replace(STUDY, shuffle=False), tmp_path / "b")
+    run_study(other := replace(STUDY, shuffle="never"), tmp_path / "b")
     appended(tmp_path / "a", tmp_path / "b")
     truth = STUDY.conditions[0]
     assert left_out(tmp_path / "a").first_foreign.endswith(

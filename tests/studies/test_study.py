@@ -84,7 +84,7 @@ def test_a_trial_of_a_strategy_beyond_those_of_the_others_is_one_of_the_study():
 def test_identity_changes_with_every_setting():
     changes = {
         "agents": ("round-robin",), "repetitions": 1, "trials": 3, "max_steps": 10,
-        "seed": 2, "shuffle": False, "box": study(StudyOptions(agent=["random"], box="chain-3")).box,
+        "seed": 2, "shuffle": "never", "box": study(StudyOptions(agent=["random"], box="chain-3")).box,
         "layout": "shuffled", "plant": "fast-twin", "strategy_trials": 7,
     }  # fmt: skip
     acting = [flips((0.0,)), flips((0.0, 0.4), "integrated"), (Condition(name="mine"),)]
@@ -226,7 +226,7 @@ def test_the_own_trials_of_a_study_keep_their_order_and_sort_as_it_plans():
 
 
 def test_a_layout_is_one_of_two():
-    with pytest.raises(BadValue, match="layout: got 'round', expected one of fixed, shuffled"):
+    with pytest.raises(BadValue, match="layout: got 'round', expected one of fixed, dealt, shuffled"):
         replace(STUDY, layout="round")
 
 
@@ -236,7 +236,7 @@ def test_a_study_file_may_ask_for_shuffled_layouts(tmp_path):
     found = study(str(path))
     assert (found.layout, found.box.name) == ("shuffled", "random-5-17")
     path.write_text('layout = "round"')
-    with pytest.raises(BadFile, match="layout: expected 'fixed' or 'shuffled'"):
+    with pytest.raises(BadFile, match="layout: expected 'fixed', 'dealt' or 'shuffled'"):
         read_options_file(path)
 
 

@@ -31,12 +31,12 @@ def test_it_never_changes():
 
 
 PUBLISHED = {
-    "fork": "e081a0f2beda",
-    "chain-4": "087718892b81",
-    "reset": "36c448af7cf7",
-    "gray-code-4": "950026ce9a7c",
-    "fork-pictures": "a85483119f13",
-    "gray-code-4-pictures": "e60afecb6fa4",
+    "fork": "a3ff1ce0e82a",
+    "chain-4": "7785c1d0511c",
+    "reset": "fb005f74c157",
+    "gray-code-4": "6b977c3bda93",
+    "fork-pictures": "b004076d36c6",
+    "gray-code-4-pictures": "9ed4fbe8fa42",
 }
 
 

@@ -22,7 +22,7 @@ from lockprobe.studies.studyfile import study, trial_study
 from lockprobe.studies.trial_options import TrialOptions, trial_options
 
 OF_TRIALS = {"repetition", "trial", "pictures"}
-OF_STUDIES = {"study", "trials", "strategy_trials", "repetitions", "full", "name", "sweep"}
+OF_STUDIES = {"study", "trials", "strategy_trials", "repetitions", "full", "as_paper", "name", "sweep"}
 
 
 def kinds(annotation):
@@ -58,7 +58,7 @@ def test_what_needs_no_text_may_be_a_text_too():
         {},
         {"p": 0.3, "flip": "sticky", "seed": 7},
         {"condition": "tremble?p=0.2 + drop?p=0.3", "box": "chain-5", "max_steps": 9, "assessment": False},
-        {"condition": "tremble?p=0.2", "modality": "symbolic?tell=state", "layout": "shuffled", "shuffle": False},
+        {"condition": "tremble?p=0.2", "modality": "symbolic?tell=state", "layout": "shuffled", "shuffle": "never"},
         {"modality": "symbolic?tell=outcome", "p": 0.4},
     ],
 )
@@ -85,8 +85,8 @@ def test_nothing_is_as_if_it_were_left_out():
 
 
 def test_numbers_of_numpy_are_numbers():
-    asked = {"p": np.float64(0.4), "seed": np.int64(3), "shuffle": np.bool_(False)}
-    assert run_trial(**asked) == run_trial(p=0.4, seed=3, shuffle=False)
+    asked = {"p": np.float64(0.4), "seed": np.int64(3), "shuffle": np.str_("never")}
+    assert run_trial(**asked) == run_trial(p=0.4, seed=3, shuffle="never")
 
 
 @pytest.mark.parametrize(
@@ -103,7 +103,7 @@ def test_numbers_of_numpy_are_numbers():
         ({"agent": 4}, BadValue, "agent: got 4, expected an agent spec, or an object with facts and decide()"),
         ({"condition": [4]}, BadValue, "condition: got [4], expected specs with plus signs between, a Condition"),
         ({"pictures": 3}, BadValue, "pictures: got 3, expected a directory"),
-        ({"shuffle": "x"}, BadValue, "shuffle: got 'x', expected true or false"),
+        ({"shuffle": "x"}, BadValue, "shuffle: got 'x', expected one of trial, study, never"),
         ({"plant": "x" * 2000}, BadValue, "plant: got 'xxx"),
         ({"condition": "tremble", "flip": "sticky"}, BadValue, "flip: got 'sticky', expected a flip rate p with it"),
         ({"condition": "rgb", "modality": "rgbd"}, BadValue, "modality: got 'rgbd', expected none with a condition"),

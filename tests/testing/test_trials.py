@@ -37,7 +37,8 @@ def test_trials_that_are_played_have_luck_of_their_own():
 
 def test_a_script_begins_anew_and_has_a_joint():
     assert (
-        run_trial(agent=ScriptedAgent(joints=(0, 1)), shuffle=False, max_steps=5).actions[::2] == ("revolute-left",) * 3
+        run_trial(agent=ScriptedAgent(joints=(0, 1)), shuffle="never", max_steps=5).actions[::2]
+        == ("revolute-left",) * 3
     )
     with pytest.raises(BadValue, match="^joints: got \\(\\), expected at least one place"):
         ScriptedAgent(joints=())

@@ -598,7 +598,7 @@ TRUTH = re.compile(
 
 
 @pytest.mark.parametrize("flip", ["re-observed", "integrated", "outcome-only"])
-@pytest.mark.parametrize("layout", ["fixed", "shuffled"])
+@pytest.mark.parametrize("layout", ["fixed", "dealt", "shuffled"])
 def test_no_truth_in_all_the_traffic_of_a_session(tmp_path, flip, layout):
     study = Study(
         name="flips", agents=("participant",), box=box("chain-4"), conditions=flips((0.4,), flip), layout=layout, repetitions=1,

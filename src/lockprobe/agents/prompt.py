@@ -16,9 +16,10 @@ from typing import Literal, NamedTuple
 
 from lockprobe.agents.reply_text import object_in, without_marks
 from lockprobe.agents.reply_values import values_in
+from lockprobe.briefing import Briefing
 from lockprobe.errors import BadValue, RefusalFault, ReplyFault, UnknownName
 from lockprobe.pictures.picture import Picture, PictureKind
-from lockprobe.record import Briefing, Decision, Percept, Situation, Task, Turn
+from lockprobe.record import Decision, Percept, Situation, Task, Turn
 
 __all__ = [
     "FIELDS",
@@ -63,15 +64,15 @@ _NEEDED = ("joints", "target", "reply")
 _USUAL = Briefing()
 
 _OBSERVATION = {
-    (True, True): "Then you are told whether it moved, and which joints are now at position 1.",
+    (True, True): "Then you are told whether it moved, and {told}.",
     (False, True): "Then you are told whether it moved.",
-    (
-        True,
-        False,
-    ): "Then you are told which joints are now at position 1. You are not told whether a joint moved: find out "
-    "by comparing successive reports.",
+    (True, False): "Then you are told {told}. You are not told whether a joint moved: find out by comparing successive "
+    "reports.",
 }
 """By whether positions are told, and outcomes."""
+
+_POSITIONS = {False: "which joints are now at position 1", True: "the position of every joint"}
+"""By whether the position of every joint is told, or only which are at 1."""
 
 _SEEN = """\
 Before every step you are shown {pictures}, always taken from the same place; beside every joint its label is painted \
@@ -115,6 +116,7 @@ def instructions(
     *,
     positions: bool,
     outcomes: bool = True,
+    in_full: bool = False,
     pictures: int = 0,
     briefing: Briefing = _USUAL,
     reply: str = "",
@@ -125,14 +127,16 @@ def instructions(
         task: The agent's task.
         positions: Whether the observations tell positions.
         outcomes: Whether they tell outcomes.
+        in_full: Whether they tell the position of every joint, and not only which are at 1.
         pictures: How many pictures an observation shows: none, one of colours, or that and one of depth. Where there
             are some, the observations tell nothing else.
         briefing: Another instruction than the usual one, if any, and what else is asked and warned of.
         reply: How to reply; empty for one JSON object.
     """
-    observation = (
-        _SEEN.format(pictures=_PICTURES[pictures]) if pictures else _OBSERVATION[positions, outcomes or not positions]
-    )
+    if pictures:
+        observation = _SEEN.format(pictures=_PICTURES[pictures])
+    else:
+        observation = _OBSERVATION[positions, outcomes or not positions].format(told=_POSITIONS[in_full])
     template, warning = briefing.instruction or INSTRUCTIONS, briefing.warning
     text = template.format(
         count=len(task.joints),
@@ -210,6 +214,7 @@ def conversation(situation: Situation, *, images: int = 0) -> list[Message]:
         situation.task,
         positions=percepts[0].positions is not None,
         outcomes=not percepts[0].states_only,
+        in_full=percepts[0].in_full,
         pictures=len(_shown(percepts[0])),
         briefing=situation.briefing,
     )

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import json as json_
+from collections.abc import Mapping
 from dataclasses import asdict
+from pathlib import Path
+from textwrap import fill
 from typing import Annotated
 
 import typer
@@ -11,10 +14,16 @@ import typer
 from lockprobe.agents import weights
 from lockprobe.agents.llm.model_facts import facts_of
 from lockprobe.agents.llm.settings import read_settings
+from lockprobe.cli import options
+from lockprobe.studies.study_options import StudyOptions, read_options_file
+from lockprobe.studies.studyfile import study
 
-__all__ = ["list_models", "models", "pull", "show"]
+__all__ = ["list_models", "models", "prompt", "pull", "show"]
 
 AsJson = Annotated[bool, typer.Option("--json", help="One JSON object per line.")]
+
+_WIDTH = 118
+"""Characters of a line."""
 
 models = typer.Typer(invoke_without_command=True)
 
@@ -67,6 +76,23 @@ def show(
     for title, found in (("sent", settings.sent(facts)), ("known", known if facts.known else {})):
         for what, value in found.items():
             print(f"  {title:5}  {what:14}  {_in_words(value)}")
+
+
+@models.command("prompt")
+@options.with_study_options(without=("agent",))
+def prompt(what: options.Name, asked: Mapping[str, object], json: AsJson = False) -> None:
+    """Show what hosted models read in each modality of a study, side by side; nothing is asked or played."""
+    from lockprobe.studies.prompts import prompt_parts, side_by_side
+
+    request = read_options_file(Path(what)) if what.endswith(".toml") else StudyOptions(study=what)
+    for part, prompts in prompt_parts(study(request, **asked)).items():
+        if json:
+            print(json_.dumps({"part": part, "modalities": prompts}))
+            continue
+        print(f"{part}:")
+        for passage in side_by_side(prompts):
+            who = "all" if len(passage.modalities) == len(prompts) else ", ".join(passage.modalities)
+            print(fill(f"{who}: {passage.text}", _WIDTH, initial_indent="  ", subsequent_indent="    "))
 
 
 def _in_words(value: object) -> str:

@@ -127,7 +127,7 @@ def _option(name: str) -> Any:
     field = StudyOptions.model_fields[name]
     kind, words = _kind(field.annotation), field.description
     if kind is bool:
-        flag = f"--{name}" if field.default is False else f"--{name}/--no-{name}"
+        flag = f"--{name.replace('_', '-')}" if field.default is False else f"--{name}/--no-{name}"
         return Annotated[bool | None, typer.Option(flag, help=words)]
     return Annotated[kind | None, typer.Option(help=words)]
 

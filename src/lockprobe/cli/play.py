@@ -25,7 +25,7 @@ from lockprobe.cli.printing import Screen
 from lockprobe.errors import BadFile, BadValue, LockprobeError
 from lockprobe.inputs import check_regular
 from lockprobe.interventions.flip import DEFAULT, FlipKind
-from lockprobe.lockbox.box import LayoutKind, Lockbox
+from lockprobe.lockbox.box import LayoutKind, Lockbox, Shuffle
 from lockprobe.lockbox.families import DEFAULT_BOX
 from lockprobe.lockbox.sketch import interlock_lines, panel_lines
 from lockprobe.lockbox.solve import optimum, random_curve
@@ -57,8 +57,8 @@ def play(
     flip: Annotated[FlipKind, typer.Option(help="What a false report is.")] = DEFAULT,
     seed: Annotated[int | None, typer.Option(help="Seed of everything (drawn).")] = None,
     max_steps: Annotated[int, typer.Option(help="Budget in steps.")] = 20,
-    layout: Annotated[LayoutKind, typer.Option(help="fixed; shuffled: a new panel.")] = "fixed",
-    shuffle: Annotated[bool, typer.Option("--shuffle/--no-shuffle", help="Shuffle labels and their listing.")] = True,
+    layout: Annotated[LayoutKind, typer.Option(help="The box's own panel, or joints dealt to it.")] = "fixed",
+    shuffle: Annotated[Shuffle, typer.Option(help="How often labels and their order are drawn.")] = "trial",
     assessment: Annotated[
         bool, typer.Option("--assessment/--no-assessment", help="Ask what the last action did.")
     ] = True,

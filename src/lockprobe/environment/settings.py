@@ -38,7 +38,7 @@ from lockprobe.studies.trial_options import TrialOptions
 __all__ = ["NOT_HERE", "EnvironmentSettings", "EpisodeKey", "read_episode_key", "read_settings", "whole"]
 
 _OWN: Mapping[str, Any] = {
-    "observation": None, "channels": (), "shuffle": False, "steps_left": False, "step_cost": 0.0, "info": None,
+    "observation": None, "channels": (), "shuffle": "never", "steps_left": False, "step_cost": 0.0, "info": None,
 }  # fmt: skip
 """Options that only an environment has, and defaults that differ from those of a study."""
 
@@ -48,10 +48,11 @@ _ONE = "condition=, p= and modality=: an environment has one condition"
 NOT_HERE: Mapping[str, str] = {
     "agent": "no agent: the caller of step() is the agent",
     "assessment": "no assessment: the caller of step() is not asked what happened",
+    "hypothesis": "no hypothesis: the caller of step() is not asked how the box works",
     "seed": "reset(seed=...)",
     **dict.fromkeys(("trial", "trials", "strategy_trials", "repetition", "repetitions"), _PLACE),
     "pictures": "no pictures: observations are not stored",
-    **dict.fromkeys(("study", "name", "full", "sweep", "readings"), _ONE),
+    **dict.fromkeys(("study", "name", "full", "as_paper", "sweep", "readings"), _ONE),
 }
 """Options of a study or a trial that an environment does not have -> the alternative."""
 
@@ -145,9 +146,9 @@ def read_settings(given: Mapping[str, Any]) -> EnvironmentSettings:
 
     Args:
         given: All options of :class:`lockprobe.studies.trial_options.TrialOptions` except :data:`NOT_HERE`; here
-            ``shuffle`` defaults to False, and ``modality`` to ``symbolic``, which tells outcomes too. Further options:
-            ``observation`` (``"symbolic"``, ``"rgb"`` or ``"rgbd"``), short for that modality; ``channels`` instead of
-            a condition, a list of channels or of mappings such as ``{"channel": "OutcomeFlip", "p": 0.2}``;
+            ``shuffle`` defaults to ``never``, and ``modality`` to ``symbolic``, which tells outcomes too. Further
+            options: ``observation`` (``"symbolic"``, ``"rgb"`` or ``"rgbd"``), short for that modality; ``channels``
+            instead of a condition, a list of channels or of mappings such as ``{"channel": "OutcomeFlip", "p": 0.2}``;
             ``steps_left`` (False); ``step_cost`` (0.0); ``info`` (None or ``"truth"``).
 
     Raises:

@@ -154,7 +154,7 @@ class _Boxes:
         self._initial = np.array(box.initial, dtype=np.bool_)
         self._start = int(self._initial @ (1 << np.arange(joints)))
         self._tells_positions, self._tells_outcomes = settings.tells_positions, settings.tells_outcomes
-        self._is_drawn = settings.study.shuffle or settings.study.layout == "shuffled"
+        self._is_drawn = settings.study.shuffle != "never" or settings.study.layout != "fixed"
         self._rows = np.arange(count)
         self._listing = np.tile(np.arange(joints), (count, 1))
         self._code = np.full(count, self._start)

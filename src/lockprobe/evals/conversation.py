@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from lockprobe.agents.prompt import Message, check_template, conversation, instructions, parse_reply, repair, spoken
+from lockprobe.briefing import Briefing
 from lockprobe.errors import ReplyFault
 from lockprobe.inputs import read_input
 from lockprobe.interventions.confidence import Confidence
@@ -15,7 +16,7 @@ from lockprobe.interventions.prompt import OwnPrompt
 from lockprobe.interventions.warn import Warn
 from lockprobe.interventions.words import Tell, TextChannel
 from lockprobe.pictures.picture import Picture, PictureKind
-from lockprobe.record import Briefing, Decision, Fact, Percept, Situation, Step, Task, Trial, Turn
+from lockprobe.record import Decision, Fact, Percept, Situation, Step, Task, Trial, Turn
 
 __all__ = ["Exchange", "briefing_of", "exchanges_of", "instruction", "last_report"]
 
@@ -89,7 +90,12 @@ def instruction(trial: Trial) -> str:
     tell = _tells(trial)
     positions = not shown and tell != "outcome"
     return instructions(
-        task, positions=positions, outcomes=tell != "state", pictures=shown, briefing=briefing_of(trial)
+        task,
+        positions=positions,
+        outcomes=tell != "state",
+        in_full=_form(trial) != "words",
+        pictures=shown,
+        briefing=briefing_of(trial),
     )
 
 
@@ -99,7 +105,7 @@ def briefing_of(trial: Trial) -> Briefing:
     Raises:
         UserMistake: As :func:`lockprobe.agents.prompt.check_template`.
     """
-    briefing = Briefing()
+    briefing = Briefing(hypothesis=trial.hypothesis)
     for one in trial.interventions:
         ask = _ASKED.get(str(one.get("intervention")))
         briefing = briefing if ask is None else ask(briefing, one)
@@ -138,6 +144,12 @@ def _tells(trial: Trial) -> str:
     """The content of reports in words, from the record's last channel of words."""
     words = _named(trial.channels, TextChannel)
     return str(words[-1].get("tell", _BOTH)) if words else _BOTH
+
+
+def _form(trial: Trial) -> str:
+    """The form of reports in words, from the record's last channel of words."""
+    words = _named(trial.channels, TextChannel)
+    return str(words[-1].get("form", "words")) if words else "words"
 
 
 def _task(trial: Trial) -> Task:

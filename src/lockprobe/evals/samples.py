@@ -59,5 +59,6 @@ def metadata_of(trial: Trial | Plan) -> dict[str, object]:
         "max_steps": trial.budget,
         "seed": trial.seed,
         "assessment": trial.assessment,
+        "hypothesis": trial.hypothesis,
         "study": trial.study,
     }

@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from lockprobe.agents.prompt import instructions
+from lockprobe.briefing import Briefing
 from lockprobe.errors import BadValue, UserMistake, needing
 from lockprobe.evals.samples import OPTIONS, SETTINGS, VERSION, VIEW, metadata_of, sample_id
 from lockprobe.evals.scoring import metrics_of, played
@@ -35,7 +36,7 @@ __all__ = ["flips", "modalities"]
 _MODEL = "llm:inspect/model"
 """A placeholder for the eval's model, which is unknown while a task is made."""
 
-_YES_OR_NO = ("shuffle", "assessment", "full")
+_YES_OR_NO = ("assessment", "full", "as_paper")
 """Boolean parameters; YAML also reads ``on`` and ``yes`` as true."""
 
 
@@ -122,14 +123,16 @@ def _sample(plan: Plan) -> Sample:
     task = Names(plan).task(plan)
     channel = shown(plan.modality)
     pictures = 1 + (channel.depth != "none") if isinstance(channel, CameraChannel) else 0
-    tell = channel.tell if isinstance(channel, TextChannel) else "both"
+    words = channel if isinstance(channel, TextChannel) else TextChannel()
     return Sample(
         id=sample_id(plan),
         input=instructions(
             task,
-            positions=tell != "outcome",
-            outcomes=tell != "state",
+            positions=words.tell != "outcome",
+            outcomes=words.tell != "state",
+            in_full=words.form != "words",
             pictures=pictures,
+            briefing=Briefing(hypothesis=plan.hypothesis),
         ),
         target=task.target,
         metadata=metadata_of(plan),

@@ -82,7 +82,7 @@ class CameraChannel:
             percept,
             outcome=None,
             positions=None,
-            text=self._text(percept.joint),
+            text=self.caption(percept.joint),
             pictures=self._pictures(frame),
             handles=tuple(((zero[0], zero[1]), (one[0], one[1])) for zero, one in places),
         )
@@ -110,7 +110,8 @@ class CameraChannel:
             Picture(kind="depth16", png=to_png(millimetres), shown=False),
         )
 
-    def _text(self, joint: str | None) -> str:
+    def caption(self, joint: str | None) -> str:
+        """The words with the pictures; ``joint`` is the one just attempted, by its label."""
         now = "" if joint is None else " now"
         attempted = "" if joint is None else f"You attempted {joint}. "
         if self.depth == "none":

@@ -7,8 +7,9 @@ from typing import ClassVar
 
 import numpy as np
 
+from lockprobe.briefing import Briefing
 from lockprobe.errors import Conflict
-from lockprobe.record import Briefing, Moment, Task
+from lockprobe.record import Moment, Task
 
 __all__ = ["Confidence"]
 

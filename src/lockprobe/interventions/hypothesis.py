@@ -3,24 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import ClassVar, Literal, get_args
+from typing import ClassVar, get_args
 
 import numpy as np
 
-from lockprobe.record import Briefing, Moment, Task
+from lockprobe.briefing import Ask, Briefing
+from lockprobe.record import Moment, Task
 from lockprobe.validation import check_choice
 
-__all__ = ["Ask", "Hypothesis"]
-
-Ask = Literal["before", "after", "off"]
+__all__ = ["Hypothesis"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Hypothesis:
     """Asks a hosted model for one sentence on how the box works, before or after it names a joint, or never.
 
-    ``before`` is the default for every hosted model: a short chain of thought. Reports stay unchanged. Other agents
-    ignore it. Nothing is drawn.
+    ``before`` is the default for every hosted model: a short chain of thought; ``--hypothesis`` sets another one for a
+    whole study. Reports stay unchanged. Other agents ignore it. Nothing is drawn.
 
     Attributes:
         ask: When it is asked.

@@ -8,8 +8,9 @@ from typing import ClassVar
 import numpy as np
 
 from lockprobe.analysis.loops import onset
+from lockprobe.briefing import Briefing
 from lockprobe.errors import BadValue
-from lockprobe.record import Briefing, Moment, Task
+from lockprobe.record import Moment, Task
 
 __all__ = ["Nudge", "loops_completed"]
 

@@ -10,9 +10,10 @@ from typing import ClassVar
 import numpy as np
 
 from lockprobe.agents.prompt import check_template
+from lockprobe.briefing import Briefing
 from lockprobe.errors import BadFile, BadValue
 from lockprobe.inputs import read_input
-from lockprobe.record import Briefing, Moment, Task
+from lockprobe.record import Moment, Task
 
 __all__ = ["LARGEST_TEMPLATE", "OwnPrompt"]
 

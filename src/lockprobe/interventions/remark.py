@@ -7,9 +7,10 @@ from typing import ClassVar
 
 import numpy as np
 
+from lockprobe.briefing import Briefing
 from lockprobe.errors import BadValue
 from lockprobe.interventions.nudge import loops_completed
-from lockprobe.record import Briefing, Moment, Task
+from lockprobe.record import Moment, Task
 
 __all__ = ["Remark"]
 

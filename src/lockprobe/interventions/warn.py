@@ -7,7 +7,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from lockprobe.record import Briefing, Moment, Task
+from lockprobe.briefing import Briefing
+from lockprobe.record import Moment, Task
 from lockprobe.validation import check_probability
 
 __all__ = ["Warn"]

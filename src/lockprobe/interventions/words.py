@@ -63,6 +63,7 @@ class TextChannel:
             outcome=None if self.tell == "state" else percept.outcome,
             positions=None if self.tell == "outcome" else percept.positions,
             states_only=self.tell == "state",
+            in_full=self.tell != "outcome" and self.form != "words",
         )
         text = self.written(told, task, first=not past)
         if percept.corrects is not None:

@@ -12,7 +12,7 @@ from typing import Literal
 
 from lockprobe.errors import BadValue
 
-__all__ = ["MAX_JOINTS", "Clause", "Configuration", "Joint", "JointKind", "LayoutKind", "Lockbox", "bits"]
+__all__ = ["MAX_JOINTS", "Clause", "Configuration", "Joint", "JointKind", "LayoutKind", "Lockbox", "Shuffle", "bits"]
 
 Configuration = tuple[bool, ...]
 """One position per joint in panel order; False is closed."""
@@ -25,8 +25,11 @@ MAX_JOINTS = 8
 
 JointKind = Literal["prismatic", "revolute"]
 
-LayoutKind = Literal["fixed", "shuffled"]
-"""Whether every trial has the box's own panel, or one on which the same joints are dealt anew to the same places."""
+LayoutKind = Literal["fixed", "dealt", "shuffled"]
+"""The panel: the box's own; joints dealt to its places once for a study; or anew in every trial."""
+
+Shuffle = Literal["trial", "study", "never"]
+"""How often labels and the order of their list are drawn: in every trial, once for a study, or not at all."""
 
 
 def bits(configuration: Configuration) -> str:

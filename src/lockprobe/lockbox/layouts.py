@@ -8,9 +8,9 @@ the cause of a lock nearby. ``grid`` fills rows of a square; places of ``scatter
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
-from math import ceil, cos, gcd, pi, sin, sqrt
+from math import ceil, comb, cos, gcd, pi, sin, sqrt
 from typing import Literal
 
 import numpy as np
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from lockprobe.lockbox.box import JointKind, Lockbox
 from lockprobe.lockbox.state_space import orders
 
-__all__ = ["LayoutName", "laid_out", "locking_pairs", "neighbours", "permuted", "places", "redealt"]
+__all__ = ["LayoutName", "laid_out", "locking_pairs", "neighbours", "neutral_order", "permuted", "places", "redealt"]
 
 LayoutName = Literal["serial", "zigzag", "ngram", "grid", "scattered", "misleading"]
 
@@ -29,6 +29,9 @@ _KINDS: tuple[JointKind, ...] = ("prismatic", "revolute")
 _WORDS = {"prismatic": "slider", "revolute": "knob"}
 _COLUMNS, _ROWS, _JITTER = 4, 3, 0.04
 """Columns and rows of cells for scattered joints, one joint per cell, and the largest distance from a cell's middle."""
+
+_DRAWS = 1000
+"""Orders that are drawn at most before the best of them is taken."""
 
 
 def places(layout: LayoutName, count: int, rng: np.random.Generator) -> tuple[Place, ...]:
@@ -108,17 +111,51 @@ def permuted(box: Lockbox, order: Sequence[int]) -> Lockbox:
     )
 
 
-def redealt(box: Lockbox, rng: np.random.Generator) -> Lockbox:
+def redealt(box: Lockbox, rng: np.random.Generator, *, neutral: bool = False) -> Lockbox:
     """The same joints and interlock with the joints assigned to the same places in a random order.
 
     This is "same interlock, new layout every round", the protocol of the human studies (Zenkri, Bolenz, Pachur and
-    Brock, Adaptive Behavior 2025). Joints and initial configuration are in the new panel order.
+    Brock, Adaptive Behavior 2025). Joints and initial configuration are in the new panel order. A single panel that is
+    to give nothing away is drawn ``neutral``: see :func:`neutral_order`.
     """
-    dealt = permuted(box, _shuffled(len(box.joints), rng).tolist())
+    count = len(box.joints)
+    order = (
+        neutral_order(locking_pairs(box), neighbours(box), count, rng) if neutral else _shuffled(count, rng).tolist()
+    )
+    dealt = permuted(box, order)
     spots = [joint.place for joint in box.joints]
     return replace(
         dealt, joints=tuple(replace(joint, place=spot) for joint, spot in zip(dealt.joints, spots, strict=True))
     )
+
+
+def neutral_order(
+    locking: Collection[tuple[int, int]], near: Collection[tuple[int, int]], count: int, rng: np.random.Generator
+) -> list[int]:
+    """A random order in which about as many locking pairs are neighbours as on average over all orders.
+
+    Where one order is drawn for many trials, a plainly random one could follow the interlock, as one in twelve does for
+    four joints that lock each other in a row, and then it would in all of them.
+
+    Args:
+        locking: Pairs of joints that lock each other, ascending.
+        near: Pairs of positions that are neighbours.
+        count: Number of joints, and of positions.
+        rng: Random stream.
+
+    Returns:
+        For each position a joint.
+    """
+    usual = len(locking) * len(near) / max(1, comb(count, 2))
+    best, off = list[int](), float("inf")
+    for _ in range(_DRAWS):
+        order = _shuffled(count, rng).tolist()
+        met = sum((min(order[i], order[j]), max(order[i], order[j])) in locking for i, j in near)
+        if abs(met - usual) < off:
+            best, off = order, abs(met - usual)
+        if off < 1:
+            break
+    return best
 
 
 def locking_pairs(box: Lockbox) -> set[tuple[int, int]]:

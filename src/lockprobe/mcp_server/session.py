@@ -78,7 +78,9 @@ class ToolSession:
     ) -> None:
         self.study, self.agent = study, agent
         self._journal, self._log, self._options, self._place = journal, log, options, place
-        self._wording = wording(len(study.box.joints), assessment=study.assessment)
+        self._wording = wording(
+            len(study.box.joints), assessment=study.assessment, hypothesis=study.hypothesis != "off"
+        )
         self._trial: PausedTrial | None = None
         self._player: Connection | None = None
         self._begun: Counter[str] = Counter()

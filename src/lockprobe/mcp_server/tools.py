@@ -65,7 +65,7 @@ def make_server(session: ToolSession) -> Server[Any]:
 
 def _tools(session: ToolSession) -> list[types.Tool]:
     study = session.study
-    schema = tool_schema(len(study.box.joints), assessment=study.assessment)
+    schema = tool_schema(len(study.box.joints), assessment=study.assessment, hypothesis=study.hypothesis != "off")
     return [
         types.Tool(
             name="begin",
@@ -96,7 +96,7 @@ async def _called(session: ToolSession, connection: Connection, name: str, given
         return await session.observe(connection)
     if name != "attempt":
         raise CallRefused(f"no tool is called {name[:40]!r}; there are begin, attempt and observe.")
-    known = ("joint", "last_action", "hypothesis") if session.study.assessment else ("joint", "hypothesis")
+    known = tuple(_tools(session)[1].input_schema["properties"])
     _check_arguments(name, given, known)
     texts = {key: _text(key, value) for key, value in given.items() if value is not None}
     if "joint" not in texts:

@@ -38,6 +38,8 @@ NO_REPORT = "(no report)"
 
 _CLAIM = 'last_action is what your last action did, "moved" or "did not move"; leave it out in the first step.'
 
+_WORKS = "hypothesis is a short sentence on how the box works, if you have one."
+
 _SAID: Mapping[Outcome, str] = {
     "moved": "You said that your last action had moved its joint.",
     "blocked": "You said that your last action had not moved its joint.",
@@ -46,16 +48,17 @@ _SAID: Mapping[Outcome, str] = {
 _GONE = "(pictures no longer shown)"
 
 
-def reply_form(*, assessment: bool) -> str:
+def reply_form(*, assessment: bool, hypothesis: bool = True) -> str:
     """How to reply with the tool ``attempt``, as a sentence of the instruction."""
     claim = f" {_CLAIM}" if assessment else ""
+    works = f" {_WORKS}" if hypothesis else ""
     return (
-        f"In every step call the tool attempt once. joint is the joint to attempt.{claim} hypothesis is a short "
-        "sentence on how the box works, if you have one. Wait for the result before the next call."
+        f"In every step call the tool attempt once. joint is the joint to attempt.{claim}{works} Wait for the result "
+        "before the next call."
     )
 
 
-def tool_schema(joints: int, *, assessment: bool) -> dict[str, object]:
+def tool_schema(joints: int, *, assessment: bool, hypothesis: bool = True) -> dict[str, object]:
     """The arguments of ``attempt`` as a JSON schema, for a box with this many joints."""
     properties: dict[str, object] = {
         "joint": {"type": "string", "enum": list(LABELS[:joints]), "description": "The joint to attempt next."}
@@ -66,18 +69,20 @@ def tool_schema(joints: int, *, assessment: bool) -> dict[str, object]:
             "enum": list(CLAIMS),
             "description": "What your last action did; none, or left out, in the first step.",
         }
-    properties["hypothesis"] = {
-        "type": "string",
-        "maxLength": LONGEST_HYPOTHESIS,
-        "description": "A short sentence on how the box works.",
-    }
+    if hypothesis:
+        properties["hypothesis"] = {
+            "type": "string",
+            "maxLength": LONGEST_HYPOTHESIS,
+            "description": "A short sentence on how the box works.",
+        }
     return {"type": "object", "properties": properties, "required": ["joint"], "additionalProperties": False}
 
 
-def wording(joints: int, *, assessment: bool) -> str:
+def wording(joints: int, *, assessment: bool, hypothesis: bool = True) -> str:
     """A fingerprint of the instruction and the tools, for the record: twelve hexadecimal digits."""
-    schema = json.dumps(tool_schema(joints, assessment=assessment))
-    return fingerprint(INSTRUCTIONS, reply_form(assessment=assessment), schema, OVER, NO_REPORT)
+    schema = json.dumps(tool_schema(joints, assessment=assessment, hypothesis=hypothesis))
+    form = reply_form(assessment=assessment, hypothesis=hypothesis)
+    return fingerprint(INSTRUCTIONS, form, schema, OVER, NO_REPORT)
 
 
 def begun(situation: Situation) -> str:
@@ -88,9 +93,10 @@ def begun(situation: Situation) -> str:
         task,
         positions=first.positions is not None,
         outcomes=not first.states_only,
+        in_full=first.in_full,
         pictures=shown,
         briefing=situation.briefing,
-        reply=reply_form(assessment=task.assessment),
+        reply=reply_form(assessment=task.assessment, hypothesis=situation.briefing.hypothesis != "off"),
     )
     return "\n\n".join(filter(None, (text, _so_far(situation, first), observation(situation))))
 

@@ -20,8 +20,8 @@ from lockprobe.agents.policy import Policy
 from lockprobe.analysis.loops import LoopMeasures, kernels, measure
 from lockprobe.errors import BadValue
 from lockprobe.interventions.flip import DEFAULT, FlipKind, OutcomeFlip, flip_of
-from lockprobe.lockbox.box import Lockbox
-from lockprobe.lockbox.families import DEFAULT_BOX
+from lockprobe.lockbox.box import Lockbox, Shuffle
+from lockprobe.lockbox.families import DEFAULT_BOX, find_box
 from lockprobe.montecarlo import rules
 from lockprobe.montecarlo.compiled import (
     compiled,
@@ -39,7 +39,7 @@ from lockprobe.montecarlo.compiled_choices import RANDOM, play_trials
 from lockprobe.montecarlo.condition_chances import told_by
 from lockprobe.montecarlo.plain import BoxWorld, heeds_order, play_plainly, policy_of, world_of
 from lockprobe.montecarlo.rules import Rule
-from lockprobe.montecarlo.streams import Counted, FromTree, LuckSource
+from lockprobe.montecarlo.streams import Counted, FromTree, LuckSource, order_of
 from lockprobe.validation import check_choice, check_number, check_whole
 
 __all__ = ["Population", "Streams", "population"]
@@ -120,7 +120,7 @@ def population(
     seed: int = 1,
     repetition: int = 1,
     max_steps: int = 20,
-    shuffle: bool = True,
+    shuffle: Shuffle = "trial",
     streams: Streams = "study",
     record: bool = False,
     threads: int | None = None,
@@ -141,7 +141,7 @@ def population(
         seed: Seed of the study.
         repetition: Repetition of the study, from 1; only for ``streams="study"``.
         max_steps: Budget in steps.
-        shuffle: Whether the joints are listed in an order drawn for each trial.
+        shuffle: How often the order of the list is drawn: in every ``trial``, once for the ``study``, ``never``.
         streams: Source of the random numbers.
         record: Whether actions and outcomes are kept.
         threads: Number of threads; by default the number of processors. It changes no result.
@@ -152,14 +152,14 @@ def population(
     >>> population("round-robin", trials=100).success
     1.0
     """
-    _check(trials, repetition, seed, streams, threads, p)
+    _check(trials, repetition, seed, streams, shuffle, threads, p)
     policy, tell = policy_of(agent), told_by(modality, "memoryless" if isinstance(flip, OutcomeFlip) else flip)
-    like = flip if isinstance(flip, OutcomeFlip) else flip_of(flip)
+    like, order = flip if isinstance(flip, OutcomeFlip) else flip_of(flip), order_of(find_box(box), shuffle, seed)
     world = world_of(box, flip=like.at_rate(p), max_steps=max_steps, tell=tell)
     if record and trials * max_steps > MOST_RECORDED:
         raise BadValue("steps to record", trials * max_steps, f"at most {MOST_RECORDED}")
     found = _empty_columns(trials, max_steps if record else 0)
-    _play(policy, world, found, threads, streams=streams, seed=seed, repetition=repetition, shuffle=shuffle)
+    _play(policy, world, found, threads, streams=streams, seed=seed, repetition=repetition, order=order)
     return Population(
         agent=agent if isinstance(agent, str) else type(policy).__name__,
         world=world,
@@ -171,9 +171,10 @@ def population(
     )
 
 
-def _check(trials: int, repetition: int, seed: int, streams: str, threads: int | None, p: float) -> None:
+def _check(trials: int, repetition: int, seed: int, streams: str, shuffle: str, threads: int | None, p: float) -> None:
     check_number("flip rate p", p)
     check_choice("streams", streams, get_args(Streams))
+    check_choice("shuffle", shuffle, get_args(Shuffle))
     check_whole("trials", trials, 1, MOST_TRIALS)
     check_whole("repetition", repetition, 1)
     check_whole("seed", seed, 0)
@@ -208,7 +209,7 @@ def _play(
     streams: Streams,
     seed: int,
     repetition: int,
-    shuffle: bool,
+    order: tuple[int, ...] | None,
 ) -> None:
     """Play the trials by the fastest available method, with as many random numbers as this policy can need."""
     rule = rule_of(policy)
@@ -217,14 +218,14 @@ def _play(
     draws = 0 if rule is None else world.budget * numbers_a_step(rule)
     source: LuckSource
     if streams == "study":
-        source = FromTree(seed, repetition, joints, shuffle=shuffle, flips=flips, draws=draws)
+        source = FromTree(seed, repetition, joints, order=order, flips=flips, draws=draws)
     elif rule is None:
         raise BadValue("streams", streams, f"study, since {type(policy).__name__} is none that is compiled")
     else:
         source = Counted(
             seed,
             joints,
-            shuffle=shuffle and heeds_order(policy),
+            order=order if heeds_order(policy) else tuple(range(joints)),
             flips=flips,
             draws=draws,
             depth=deepest(joints) if rule.kind == RANDOM else 0,

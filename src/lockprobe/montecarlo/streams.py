@@ -14,12 +14,13 @@ from typing import NamedTuple, Protocol, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from lockprobe.lockbox.box import Lockbox, Shuffle
 from lockprobe.montecarlo.compiled import SPAN, below, joints_in, uniform
 from lockprobe.montecarlo.rules import Integers, Numbers
-from lockprobe.plan import drawn_orders
+from lockprobe.plan import drawn_orders, orders_of_study
 from lockprobe.seeds import generator, trial_stream
 
-__all__ = ["Counted", "FromTree", "Luck", "LuckBlock", "LuckSource"]
+__all__ = ["Counted", "FromTree", "Luck", "LuckBlock", "LuckSource", "order_of"]
 
 OF_FLIPS = SPAN // 2
 OF_LISTING = SPAN - 8
@@ -54,6 +55,13 @@ class LuckSource(Protocol):
         ...
 
 
+def order_of(box: Lockbox, shuffle: Shuffle, seed: int) -> tuple[int, ...] | None:
+    """The order in which the joints of a box, in panel order, are always listed; None if each trial draws one."""
+    if shuffle == "trial":
+        return None
+    return orders_of_study(box, seed)[1] if shuffle == "study" else tuple(range(len(box.joints)))
+
+
 @dataclass(frozen=True, slots=True)
 class FromTree:
     """The random streams of a study's trials, equal to those of :class:`lockprobe.plan.Plan`.
@@ -62,7 +70,7 @@ class FromTree:
         seed: Seed of the study.
         repetition: Repetition of the study, from 1.
         joints: Number of joints listed.
-        shuffle: Whether they are listed in an order drawn for each trial.
+        order: The order in which they are listed in every trial; None if one is drawn for each.
         flips: Random numbers of the outcome flip per trial of a block.
         draws: Random numbers of the agent per trial of a block.
     """
@@ -71,7 +79,7 @@ class FromTree:
     repetition: int
     joints: int
     _: KW_ONLY
-    shuffle: bool
+    order: tuple[int, ...] | None
     flips: int
     draws: int
 
@@ -99,9 +107,7 @@ class FromTree:
         return trial_stream(self.seed, self.repetition, trial + 1, name)
 
     def _order(self, trial: int) -> tuple[int, ...]:
-        if not self.shuffle:
-            return tuple(range(self.joints))
-        return drawn_orders(self.joints, self._stream(trial, "labels"))[1]
+        return self.order or drawn_orders(self.joints, self._stream(trial, "labels"))[1]
 
 
 @dataclass
@@ -113,7 +119,7 @@ class Counted:
     Attributes:
         seed: Any integer.
         joints: Number of joints listed.
-        shuffle: Whether they are listed in an order drawn for each trial.
+        order: The order in which they are listed in every trial; None if one is drawn for each.
         flips: Random numbers of the outcome flip per trial.
         draws: Random numbers of the agent per trial.
         depth: For the uniformly random agent, the number of steps per random number; else 0.
@@ -123,7 +129,7 @@ class Counted:
     seed: int
     joints: int
     _: KW_ONLY
-    shuffle: bool
+    order: tuple[int, ...] | None
     flips: int
     draws: int
     depth: int = 0
@@ -140,9 +146,10 @@ class Counted:
 
     def block(self, first: int, trials: int) -> LuckBlock:
         """The random numbers of this many trials, from ``first`` on."""
-        orders = np.tile(np.arange(self.joints), (trials, 1))
-        if self.shuffle:
+        if self.order is None:
             orders = np.argsort(self._numbers(first, trials, OF_LISTING, self.joints), axis=1)
+        else:
+            orders = np.tile(self.order, (trials, 1))
         return LuckBlock(
             orders=orders,
             flips=self._numbers(first, trials, OF_FLIPS, self.flips),

@@ -70,6 +70,11 @@ class PlantSource:
         """Whether the plant can give pictures."""
         return self.settings is not None or self.photographs
 
+    @property
+    def lays_out(self) -> bool:
+        """Whether the joints lie where the box says; not on a real panel, nor in a user's model."""
+        return self.spec == "symbolic" or isinstance(self.settings, SceneSettings)
+
 
 def known_plants() -> dict[str, str]:
     """Lockprobe's own plants, each with a description."""

@@ -19,9 +19,9 @@ def panel_said(box: Lockbox, *, dealt: bool, listed_anew: bool) -> str:
     """Whether a study with pictures had one panel or random ones, and what that means for its comparisons.
 
     Args:
-        box: The box on its own panel.
+        box: The box on the panel of all trials, if that was one.
         dealt: Whether its joints were dealt anew to the panel in every trial.
-        listed_anew: Whether words list joints in an order drawn for every trial; else they list them along the panel.
+        listed_anew: Whether words list joints in an order that is drawn; else they list them along the panel.
     """
     if dealt:
         return (

@@ -37,8 +37,9 @@ _ALIKE = {
     "max_steps": "the budget of steps",
     "plant": "the plant",
     "layout": "the layout",
-    "shuffle": "the shuffling of labels",
+    "shuffle": "how often labels are drawn",
     "assessment": "whether agents are asked what their last action did",
+    "hypothesis": "when agents are asked how the box works",
 }
 """Settings that have to be equal, in words; so has the box."""
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from lockprobe.lockbox.box import LayoutKind
 from lockprobe.lockbox.families import DEFAULT_BOX
-from lockprobe.record import STATES
+from lockprobe.record import STATES, STRUCTURED
 from lockprobe.studies.study import Study
 
 __all__ = [
@@ -15,6 +15,7 @@ __all__ = [
     "LOOKERS",
     "MAX_STEPS",
     "MODALITIES",
+    "MODALITIES_AS_PAPER",
     "MODALITY_PANEL",
     "MODALITY_TRIALS",
     "ONE_TRIAL",
@@ -61,6 +62,10 @@ ONE_TRIAL = Extent(p=(0.0,), repetitions=1, trials=1)
 
 MODALITIES = ("rgb", "rgbd", STATES)
 """Sec. 2.2: RGB images, RGB-D images, and the ground-truth symbolic state, from low to high fidelity."""
+
+MODALITIES_AS_PAPER = ("rgb", "rgbd", STRUCTURED)
+"""The same, and the symbolic state as Fig. 2 describes it: "a structured representation specifying the predefined
+labels of each Lockbox joint and its corresponding state"."""
 
 MODALITY_TRIALS = Extent(p=(0.0,), repetitions=1, trials=10)
 """Sec. 2.2: "10 independent trials per modality", without false reports."""

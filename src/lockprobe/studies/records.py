@@ -115,7 +115,7 @@ class _RecordFilter:
         values = {"study": study.name, "box": study.box.name, "seed": study.seed, "budget": study.max_steps}
         different = [
             f"{name} is {getattr(trial, name)!r}, not {value!r}"
-            for name, value in (values | {"assessment": study.assessment}).items()
+            for name, value in (values | {"assessment": study.assessment, "hypothesis": study.hypothesis}).items()
             if getattr(trial, name) != value
         ]
         if different:

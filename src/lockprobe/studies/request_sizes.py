@@ -14,13 +14,14 @@ from lockprobe.agents.llm.model_facts import ModelFacts
 from lockprobe.agents.llm.settings import ModelSettings
 from lockprobe.agents.llm.token_bounds import at_most, tokens
 from lockprobe.agents.prompt import Message, conversation, reply_schema
+from lockprobe.briefing import Briefing
 from lockprobe.interventions.camera import CameraChannel
 from lockprobe.model_call import Usage
 from lockprobe.pictures.picture import Picture, PictureKind
 from lockprobe.plan import Names, Plan
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.protocols import Channel, Intervention, Memory, Prompt
-from lockprobe.record import Briefing, Decision, Moment, Percept, Situation, Task, Turn
+from lockprobe.record import Decision, Moment, Percept, Situation, Task, Turn
 from lockprobe.studies.modality import interventions_for
 from lockprobe.trial import streams_of
 
@@ -175,7 +176,7 @@ def _played(plan: Plan, acting: Acting, said: str) -> list[Situation]:
     course = []
     for step in range(plan.budget):
         moments = (*moments, _moment(plan, task, step, acting, moments))
-        past, briefing = turns, Briefing()
+        past, briefing = turns, Briefing(hypothesis=plan.hypothesis)
         for one, rng in acting:
             if isinstance(one, Memory):
                 past = one.recall(past, task, rng)

@@ -55,10 +55,11 @@ class _Settings(BaseModel):
     strategy_conditions: list[Text] = []
     max_steps: Count
     seed: Count
-    shuffle: bool
+    shuffle: Text
     plant: Text
     layout: Text
     assessment: bool
+    hypothesis: Text
     added: dict[Text, Text] = {}
 
 

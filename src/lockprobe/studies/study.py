@@ -8,21 +8,23 @@ from itertools import pairwise
 from typing import get_args
 
 from lockprobe.agents.catalogue import is_strategy
+from lockprobe.briefing import Ask
 from lockprobe.doses import DOSES_SAID, can_be_fitted
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.interventions.condition import Condition, tells_positions
 from lockprobe.interventions.flip import OutcomeFlip
-from lockprobe.lockbox.box import LayoutKind, Lockbox
+from lockprobe.lockbox.box import LayoutKind, Lockbox, Shuffle
 from lockprobe.lockbox.layouts import redealt
 from lockprobe.plan import Plan
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.record import Trial
-from lockprobe.seeds import trial_stream
+from lockprobe.seeds import study_stream, trial_stream
 from lockprobe.spec import PEOPLE, Spec, spec_name
 from lockprobe.studies.agent_names import check_names
 from lockprobe.studies.modality import check_shown, is_pictured, refuse_blind, taken_in
 from lockprobe.studies.playable import PERSON, check_playable
 from lockprobe.studies.settings_hash import hash_of, in_no_order, sorted_text
+from lockprobe.validation import check_choice
 
 __all__ = ["LARGEST_SEED", "Study", "flip_axis", "joined_agents"]
 
@@ -49,15 +51,14 @@ class Study:
         strategy_conditions: Labels of conditions that strategies and learners alone play, since a model's trials cost.
         max_steps: Budget of a trial in steps; the paper has 20.
         seed: Seed of everything.
-        shuffle: Whether labels and their listing are shuffled per trial.
+        shuffle: How often labels and their listing are drawn: in every ``trial``, once for the ``study``, or ``never``.
         plant: What is acted on, as its spec.
-        layout: ``fixed``, or ``shuffled``: same interlock, new layout every trial, the protocol of the human studies
-            (Zenkri, Bolenz, Pachur and Brock, Adaptive Behavior 2025). The deal depends on seed, repetition and trial,
-            not on condition and agent.
+        layout: ``fixed``, the box's own; ``dealt``, another one for all trials; or ``shuffled``, a new one in every
+            trial (:func:`lockprobe.lockbox.layouts.redealt`), the same under every condition and for every agent.
         flip_axis: Those of its conditions that differ in flip rate and modality alone, the truth among them: flips of
             one kind, each rate once in each modality.
-        assessment: Whether agents are asked what their last action did (the paper's always are). Asking may change
-            behaviour.
+        assessment: Whether agents are asked what their last action did. Asking may change behaviour.
+        hypothesis: When hosted models are asked how the box works, unless a condition says otherwise.
         names: Agent spec -> the experimenter's name for it, for those that have one; those of other agents are dropped.
             Keys, tables and pages show it in place of the spec. It changes no draw.
 
@@ -77,16 +78,17 @@ class Study:
     strategy_conditions: tuple[str, ...] = ()
     max_steps: int = 20
     seed: int = 1
-    shuffle: bool = True
+    shuffle: Shuffle = "trial"
     plant: str = "symbolic"
     layout: LayoutKind = "fixed"
     assessment: bool = True
+    hypothesis: Ask = "before"
     names: Mapping[str, str] = field(default_factory=dict, hash=False)
     flip_axis: tuple[Condition, ...] = field(init=False, compare=False)
 
     def __post_init__(self) -> None:
-        if self.layout not in get_args(LayoutKind):
-            raise BadValue("layout", self.layout, f"one of {', '.join(get_args(LayoutKind))}")
+        for setting, known in (("layout", LayoutKind), ("shuffle", Shuffle), ("hypothesis", Ask)):
+            check_choice(setting, getattr(self, setting), get_args(known))
         object.__setattr__(self, "flip_axis", flip_axis(self.conditions))
         names = {agent: name for agent in self.agents if (name := self.names.get(agent)) and name != agent}
         object.__setattr__(self, "names", names)
@@ -127,8 +129,8 @@ class Study:
         """Refuse what the plant cannot show."""
         plant = resolve_plant(self.plant)
         check_shown(self.conditions, plant)
-        if self.shuffle and self.has_pictures and plant.painted_labels:
-            raise BadValue("shuffle", True, "--no-shuffle with pictures of a real box, on which labels are painted")
+        if self.shuffle != "never" and self.has_pictures and plant.painted_labels:
+            raise BadValue("shuffle", self.shuffle, "never with pictures of a real box, on which labels are painted")
 
     @property
     def labels(self) -> tuple[str, ...]:
@@ -193,6 +195,7 @@ class Study:
             "plant": self.plant,
             "layout": self.layout,
             "assessment": self.assessment,
+            "hypothesis": self.hypothesis,
         }
 
     @property
@@ -290,6 +293,11 @@ class Study:
         """Of each agent the conditions that it plays, and its trials per repetition and condition."""
         return {agent: (self.conditions_of(agent), self.trials_of(agent)) for agent in self.agents}
 
+    @property
+    def panel(self) -> Lockbox:
+        """The box on the panel of its first trial, which is that of all trials unless the layout is ``shuffled``."""
+        return self.plan(self.agents[0], self.conditions[0], 1, 1).box
+
     def plans(self, agent: str) -> Iterator[Plan]:
         """The trials of one agent: repetitions outermost, conditions innermost, so that a part is balanced."""
         conditions = self.conditions_of(agent)
@@ -306,6 +314,8 @@ class Study:
         box, seed = self.box, self.seed if seed is None else seed
         if self.layout == "shuffled":
             box = redealt(box, trial_stream(seed, repetition, trial, "layout"))
+        elif self.layout == "dealt":
+            box = redealt(box, study_stream(seed, "layout"), neutral=True)
         return Plan(
             study=self.name,
             agent=agent,
@@ -318,6 +328,7 @@ class Study:
             plant=self.plant,
             shuffle=self.shuffle,
             assessment=self.assessment,
+            hypothesis=self.hypothesis,
             called=self.names.get(agent, ""),
         )
 
@@ -363,7 +374,7 @@ class Study:
             and trial.doses == condition.doses
             and _acted(trial.specs) == _acted(condition.specs)
             and trial.joints == plan.box.names
-            and trial.assessment == self.assessment
+            and (trial.assessment, trial.hypothesis) == (self.assessment, self.hypothesis)
         )
 
     def place_of(self, trial: Trial) -> tuple[int, int, int, int]:

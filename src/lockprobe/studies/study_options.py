@@ -23,10 +23,11 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, InstanceOf, ValidationError
 
+from lockprobe.briefing import Ask
 from lockprobe.errors import BadFile, BadValue, UnknownName
 from lockprobe.inputs import read_toml
 from lockprobe.interventions.flip import FlipKind
-from lockprobe.lockbox.box import LayoutKind, Lockbox
+from lockprobe.lockbox.box import LayoutKind, Lockbox, Shuffle
 from lockprobe.plugins import refuse_python
 from lockprobe.spec import named_spec
 from lockprobe.studies.agent_names import named_agents
@@ -187,14 +188,33 @@ class StudyOptions(BaseModel):
     ] = None
     layout: Annotated[
         LayoutKind | None,
-        _about("fixed (flips): one panel for all trials; shuffled (modalities): a new panel in every trial."),
+        _about(
+            "fixed (flips): the box's own panel; dealt: one for all trials, on which joints lie at random; shuffled "
+            "(modalities): a new one in every trial."
+        ),
     ] = None
-    shuffle: Annotated[bool | None, _about("Shuffle labels and their listing per trial (--shuffle).")] = None
+    shuffle: Annotated[
+        Shuffle | None,
+        _about("How often labels and their order are drawn: trial, once for the study, never (trial)."),
+    ] = None
     assessment: Annotated[
         bool | None,
         _about("Ask, with every reply, what the last action did; asking may change behaviour (--assessment)."),
     ] = None
+    hypothesis: Annotated[
+        Ask | None,
+        _about(
+            "When a hosted model says how the box works, in a sentence: before or after its choice, or off (before)."
+        ),
+    ] = None
     full: Annotated[bool, _about("The paper's 7 x 3 x 10 trials per agent (flips).")] = False
+    as_paper: Annotated[
+        bool,
+        _about(
+            "The paper's set-up, as far as it is known: states of all joints as JSON, labels and panel drawn once, no "
+            "hypothesis, its numbers of trials; other options override (flips, modalities; docs/as-paper.md)."
+        ),
+    ] = False
     name: Annotated[str | None, _about("A name for the study, with which keys of records begin (the study's).")] = None
 
     @property

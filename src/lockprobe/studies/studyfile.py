@@ -35,6 +35,7 @@ from lockprobe.record import STATES
 from lockprobe.spec import Spec, spec_name
 from lockprobe.studies import paper
 from lockprobe.studies.agent_names import named_agents
+from lockprobe.studies.as_paper import as_paper
 from lockprobe.studies.modality import taken_in
 from lockprobe.studies.readings import conditions_for_strategies, flips_of_readings, readings_of
 from lockprobe.studies.settings import LONGEST_SPEC
@@ -57,6 +58,8 @@ def study(asked: StudyOptions | str | Path = "flips", /, **options: Any) -> Stud
 
     >>> [condition.label for condition in study("flips", agent="random", sweep="tremble?p=0,0.1").conditions]
     ['truth', 'tremble?p=0.1']
+
+    With ``as_paper`` the set-up is the paper's, as far as it is known (:func:`lockprobe.studies.as_paper.as_paper`).
 
     A request for flips that says nothing of ``p``, ``trials``, ``repetitions`` and ``full`` gets the short extent; as
     soon as it says something, what it leaves out follows the paper. The modality study is always of the paper's
@@ -81,6 +84,8 @@ def study(asked: StudyOptions | str | Path = "flips", /, **options: Any) -> Stud
     modal = request.study == "modalities"
     _check_lengths(request)
     plant = resolve_plant(_plant(request))
+    if request.as_paper:
+        request = as_paper(request, plant)
     modalities = tuple(_given(request.modality, _shown_by_default(request, plant, modal=modal)))
     if request.flip == "outcome-only":
         modalities = tuple(map(blind, modalities))
@@ -142,10 +147,11 @@ def _planned(
         strategy_trials=_given(request.strategy_trials, extent.strategy_trials),
         max_steps=_given(request.max_steps, paper.MAX_STEPS),
         seed=_given(request.seed, 1),
-        shuffle=_given(request.shuffle, True),
+        shuffle=_given(request.shuffle, "trial"),
         plant=plant.spec,
         layout=_given(request.layout, paper.MODALITY_PANEL if request.study == "modalities" else "fixed"),
         assessment=_given(request.assessment, True),
+        hypothesis=_given(request.hypothesis, "before"),
         names=names,
     )
 

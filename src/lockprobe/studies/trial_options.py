@@ -8,10 +8,11 @@ from typing import Any, TypedDict
 
 from pydantic import ValidationError
 
+from lockprobe.briefing import Ask
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.interventions.condition import Condition
 from lockprobe.interventions.flip import FlipKind
-from lockprobe.lockbox.box import LayoutKind, Lockbox
+from lockprobe.lockbox.box import LayoutKind, Lockbox, Shuffle
 from lockprobe.protocols import Agent, Intervention
 from lockprobe.studies.study import LIMITS
 from lockprobe.studies.study_options import StudyOptions, refusal_of
@@ -44,9 +45,10 @@ class TrialOptions(TypedDict, total=False):
     modality: str | None
     plant: str | None
     layout: LayoutKind | None
-    shuffle: bool | None
+    shuffle: Shuffle | None
     max_steps: int | None
     assessment: bool | None
+    hypothesis: Ask | None
     seed: int | None
     repetition: int | None
     trial: int | None

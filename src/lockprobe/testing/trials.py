@@ -99,7 +99,7 @@ def make_trial(
         check_whole("joint", joint, 0, last)
     agent = ScriptedAgent(joints=tuple(joints), claims=tuple(claims), breaks=broken)
     false = (_FalseAt(steps=tuple(false_at)),) if false_at else ()
-    options = {"shuffle": False, "max_steps": len(agent.joints) + broken, **options}
+    options = {"shuffle": "never", "max_steps": len(agent.joints) + broken, **options}
     return run_trial(agent=agent, box=box, condition=(*false, *condition), **options)
 
 

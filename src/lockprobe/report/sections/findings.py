@@ -118,7 +118,7 @@ def _of_plant(numbers: StudyNumbers) -> Iterator[Row]:
         yield from _said("verdicts", verdicts_said(verdicts), judges=False)
     yield from _said("rules", rules_said(numbers.rules) if numbers.rules else "", judges=False)
     if (study := numbers.study).has_pictures:
-        said = panel_said(study.box, dealt=study.layout == "shuffled", listed_anew=study.shuffle)
+        said = panel_said(study.panel, dealt=study.layout == "shuffled", listed_anew=study.shuffle != "never")
         yield from _said("panel", said, judges=False)
 
 

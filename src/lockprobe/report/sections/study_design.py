@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from lockprobe.interventions.flip import READINGS
-from lockprobe.record import PLAIN_WORDS
+from lockprobe.record import STATES
 from lockprobe.report.section import Part, Section, Template
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.rows import Estimate, Fact, Results
@@ -54,7 +54,7 @@ def _show(found: Results) -> Iterator[Part]:
         "run": run,
         "people": people,
         "others": [agent for agent in found.study.get("agents", ()) if agent not in found.subjects],
-        "modalities": modalities if len(modalities) != 1 or modalities[0] not in PLAIN_WORDS else [],
+        "modalities": modalities if len(modalities) != 1 or modalities[0] not in (STATES, "symbolic") else [],
         "conditions": list(dict.fromkeys(cell.condition for cell in found.cells)) if found.beside_flips else [],
         "rates": list(dict.fromkeys(one.p for one in found.design.conditions if one.p is not None)),
         "kind": _READINGS.get(found.design.flip_kind, ""),

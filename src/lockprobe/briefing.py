@@ -1,0 +1,46 @@
+"""What an agent is asked and told in a step besides the report."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Literal
+
+__all__ = ["Ask", "Briefing"]
+
+Ask = Literal["before", "after", "off"]
+"""When an agent is asked how the box works: before it chooses, after it has chosen, or never."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Briefing:
+    """The requests and remarks of one step, in addition to the report. Agents that read no words ignore them.
+
+    Attributes:
+        remark: A remark with the report of this step; often empty.
+        warning: A warning about the reports in the instruction; often empty.
+        instruction: The instruction as a template (:data:`lockprobe.agents.prompt.FIELDS`); empty for the default one.
+        hypothesis: Whether the agent says how the box works before its choice, after it, or not at all.
+        confidence: Whether the agent is asked how sure it is of its claim, and whether the report is false.
+    """
+
+    remark: str = ""
+    warning: str = ""
+    instruction: str = ""
+    hypothesis: Ask = "before"
+    confidence: bool = False
+
+    def remarking(self, text: str) -> Briefing:
+        """The briefing with one more remark."""
+        return replace(self, remark=f"{self.remark} {text}".lstrip())
+
+    @property
+    def beyond_words(self) -> bool:
+        """Whether it asks for more than a remark or a warning can say: another instruction, or more about the report.
+
+        Who reads words alone is never asked how the box works.
+        """
+        return bool(self.instruction) or self.confidence
+
+    def warning_of(self, text: str) -> Briefing:
+        """The briefing with one more warning."""
+        return replace(self, warning=f"{self.warning} {text}".lstrip())
