@@ -171,7 +171,8 @@ def _blocks(found: Results, what: list[str]) -> Iterator[Block]:
         said += _against_none_said(found)
     for text in said:
         yield Text(text)
-    yield _FIGURE
+    if len(found.readings) > 1:
+        yield _FIGURE
     numbers: list[Block] = [_SHARES]
     if compared:
         numbers += [
