@@ -17,7 +17,7 @@ from lockprobe.report.sections.loops_over_doses import loops_over_doses
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.rows import DoseAxis, Finding, Results, Row, axis_key
 
-__all__ = ["SECTIONS"]
+__all__ = ["SECTIONS", "dose_sections"]
 
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
@@ -44,9 +44,18 @@ def _name(number: int) -> str:
     return "doses" if number == 1 else f"doses-{number}"
 
 
+def _axes(found: Results) -> list[tuple[int, DoseAxis]]:
+    """The axes that are not flip rates, each with its place among all axes."""
+    return [(place, axis) for place, axis in enumerate(found.design.axes) if axis.key != FLIPS.name]
+
+
+def dose_sections(found: Results) -> list[str]:
+    """The names under which sentences on each axis are kept whose lowest dose is the control, in order."""
+    return [_name(i) for i, (_, axis) in enumerate(_axes(found), 1) if not axis.rest]
+
+
 def _show(found: Results) -> Iterator[Part]:
-    axes = [(place, axis) for place, axis in enumerate(found.design.axes) if axis.key != FLIPS.name]
-    for i, (place, axis) in enumerate(axes, 1):
+    for i, (place, axis) in enumerate(_axes(found), 1):
         options = f" ({axis.options})" if axis.options else ""
         rest = f", with {axis.rest}" if axis.rest else ""
         shown = f", shown as {axis.modality}" if axis.modality not in PLAIN_WORDS else ""
