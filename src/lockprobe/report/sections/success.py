@@ -10,8 +10,8 @@ from markupsafe import Markup
 from lockprobe.analysis.axis import FLIPS
 from lockprobe.analysis.proportions import ALPHA
 from lockprobe.analysis.published import PEAK
-from lockprobe.formatting import NONE, minus, p_cell, percent
-from lockprobe.prose.success import courses_said
+from lockprobe.formatting import NONE, listed, minus, p_cell, percent
+from lockprobe.prose.success import course_said, courses_said
 from lockprobe.report.format import DETECTED, TextTable
 from lockprobe.report.section import (
     Beside,
@@ -191,10 +191,7 @@ def _best_said(course: Course) -> str:
     if (order := course.value("success_model_order", "AICc")) is not None:
         said.append(f"AICc prefers order {order:g}.")
     if best is not None:
-        members = ", ".join(f"{row.value:g}" for row in course.where("best_dose_set"))
-        sure = f"with 95 % confidence the best flip rate is one of {members}"
-        of = sure if members else "any flip rate may be the best"
-        said.append(f"Success is highest at a flip rate of {best:g}; {of}.")
+        said.append(f"{_highest(course, best)}; {_sure(course)}.")
     if (honest := course.value("success_at_best_dose")) is not None:
         seen = percent(course.value("success_at_best_dose", "uncorrected"))
         said.append(
@@ -202,6 +199,28 @@ def _best_said(course: Course) -> str:
             "some upward bias remains."
         )
     return " ".join(said)
+
+
+def _highest(course: Course, best: float) -> str:
+    """Where success is highest, with every flip rate that ties."""
+    shares = {cell.dose: cell.value("success") or 0.0 for cell in _analysed(course)}
+    tied = [f"{dose:g}" for dose, share in shares.items() if share == max(shares.values())]
+    if len(tied) < 2:
+        return f"Success is highest at a flip rate of {best:g}"
+    if len(tied) == len(shares):
+        return f"Success is the same at flip rates of {listed(tied)}"
+    return f"Success is highest at flip rates of {listed(tied)}, which tie"
+
+
+def _sure(course: Course) -> str:
+    """Which flip rates may be the best; a set that was not borne out by a detected difference carries no confidence."""
+    members = [f"{row.value:g}" for row in course.where("best_dose_set")]
+    if not members:
+        return "any flip rate may be the best"
+    if _kind(course) == course_said("no change detectable"):
+        there = f"the 95 % set of the best one is {listed(members, 'or')}"
+        return f"no difference from the lowest flip rate was detected, and {there}"
+    return f"with 95 % confidence the best flip rate is {listed(members, 'or')}"
 
 
 def _contrast_rows(found: Results) -> Iterator[dict[str, object]]:
