@@ -16,6 +16,7 @@ from lockprobe.analysis.dose_grid import Grid, GridSummary
 from lockprobe.analysis.effects import Effects
 from lockprobe.formatting import NONE, p_cell, percent
 from lockprobe.interventions.condition import Condition
+from lockprobe.report.captions import wilson_said
 from lockprobe.report.format import DETECTED, TextTable
 from lockprobe.report.section import Block, Caption, Figure, Folded, Note, Part, Section, Table
 from lockprobe.report.sections.course_rows import CONTROL, PERMUTED
@@ -220,23 +221,33 @@ _CROSSINGS = Table("crossings", _crossing_table, numeric_from=4)
 _GRIDS = Table("grids", _grid_table, numeric_from=5)
 _TRENDS = Table("trends", _trend_table, numeric_from=3)
 
+
+def _caption(found: Results) -> Caption:
+    squares = bool(found.where("success_interaction", axis=""))
+    return Caption(
+        f"{'Circles: success' if squares else 'Success'} under each condition minus success under the control"
+        f"{'. Squares: interactions of two interventions' * squares}; filled marks were detected.",
+        f"Bars are 95 % intervals over matched pairs of trials, corrected for the number of conditions"
+        f"{' (squares: of interactions)' * squares} and of agents. A difference is detected if the test rejects and "
+        "the interval excludes 0.",
+    )
+
+
 _FIGURE = Figure(
     "effects",
     "Difference in success from the control, one row per condition",
-    Caption(
-        "Circles: success under each condition minus success under the control. Squares: interactions of two "
-        "interventions; filled marks were detected.",
-        "Bars are 95 % intervals over matched pairs of trials, corrected for the number of conditions (squares: of "
-        "interactions) and of agents. A difference is detected if the test rejects and the interval excludes 0.",
-    ),
+    _caption,
     draw="lockprobe.figures.differences:effects",
     applies=_applies,
 )
-_GRID_CAPTION = Caption(
-    "Share of trials solved under every combination of two doses, with count and interval where there is room. "
-    "Darker cells are higher, crossed cells were not played, and the interaction is in points.",
-    "Intervals are 95 % Wilson intervals in per cent.",
-)
+
+
+def _grid_caption(found: Results) -> Caption:
+    return Caption(
+        "Share of trials solved under every combination of two doses, with count and interval where there is room. "
+        "Darker cells are higher, crossed cells were not played, and the interaction is in points.",
+        f"{wilson_said(row.agent for row in found.where('success_in_grid'))} Numbers are in per cent.",
+    )
 
 
 def _show(found: Results) -> Iterator[Part]:
@@ -278,7 +289,7 @@ def _of_grids(axes: Sequence[str]) -> Iterator[Block]:
     for number, axis in enumerate(axes, 1):
         alt = "Success under every combination of two doses, one cell each"
         yield Figure(
-            f"grid-{number}", alt, _GRID_CAPTION, draw="lockprobe.figures.dose_grid:dose_grid", arguments=(axis,)
+            f"grid-{number}", alt, _grid_caption, draw="lockprobe.figures.dose_grid:dose_grid", arguments=(axis,)
         )
     yield _TRENDS
     yield Note(

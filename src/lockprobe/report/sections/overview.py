@@ -10,7 +10,6 @@ from itertools import count, takewhile
 from lockprobe.agents.catalogue import description
 from lockprobe.analysis.condition_study import ConditionStudySummary
 from lockprobe.analysis.effects import Effects
-from lockprobe.analysis.published import PEAK
 from lockprobe.analysis.reference import Reference
 from lockprobe.analysis.summary import AgentSummary, StudySummary
 from lockprobe.analysis.why import Why
@@ -34,6 +33,7 @@ from lockprobe.prose.several_answers import of_axis, of_conditions, several_answ
 from lockprobe.prose.subject import Subject
 from lockprobe.prose.why import mechanism_said
 from lockprobe.record import Trial
+from lockprobe.report.captions import paper_rates
 from lockprobe.report.section import Caption, Figure, Part, Section, Template
 from lockprobe.report.sections import all_sections
 from lockprobe.report.study_numbers import StudyNumbers
@@ -348,8 +348,7 @@ def _condition_numbers(found: Effects, spec: str) -> _KeyNumbers:
 
 
 def _caption(found: Results) -> Caption:
-    rates = found.flip_rates
-    stars = found.several_p and any(rates[0] <= place <= rates[-1] for place in (0.0, PEAK))
+    stars = paper_rates(found.courses())
     return Caption(
         "Grey: between random agents with/without immediate repeats."
         f"{' Stars: another model and box.' if stars else ''}",

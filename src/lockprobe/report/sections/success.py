@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 from markupsafe import Markup
@@ -12,6 +12,7 @@ from lockprobe.analysis.proportions import ALPHA
 from lockprobe.analysis.published import PEAK
 from lockprobe.formatting import NONE, listed, minus, p_cell, percent
 from lockprobe.prose.success import course_said, courses_said
+from lockprobe.report.captions import best_dose_said, fit_said, model_said, paper_rates, wilson_said
 from lockprobe.report.format import DETECTED, TextTable
 from lockprobe.report.section import (
     Beside,
@@ -94,17 +95,44 @@ def _loops_begin(course: Course) -> str:
 _COURSES = Table("courses", _course_table, numeric_from=1, cards=True)
 
 
+_STARS = {0.0: "23.3 % at a flip rate of 0", PEAK: "20 of 30 at 0.4, 2.85 times the success at 0"}
+"""Flip rate -> the paper's value there."""
+
+
 def _fig4_caption(found: Results) -> Caption:
-    rates = found.flip_rates
-    stars = len(rates) > 1 and any(rates[0] <= p <= rates[-1] for p in (0.0, PEAK))
-    values = (
-        " Hollow stars: values in the paper's text, 23.3 % at a flip rate of 0 and 2.85 times that, 20 of 30, at 0.4."
-    )
+    stars = " and ".join(_STARS[rate] for rate in paper_rates(found.courses()))
+    values = f" Hollow stars: values in the paper's text, {stars}." if stars else ""
+    fit = fit_said(_subjects(found), "success_fit")
     return Caption(
-        f"The paper's Fig. 4: success by flip rate.{values if stars else ''}",
-        "Dots are repetitions (larger where several coincide), markers their means. The line is the second-order "
-        "least-squares fit with its 95 % bootstrap band.",
+        f"The paper's Fig. 4: success by flip rate.{values}",
+        "Dots are repetitions (larger where several coincide), markers their means."
+        f"{f' The line is the {fit}.' if fit else ''}",
     )
+
+
+def _corrected_caption(found: Results) -> Caption:
+    subjects = _subjects(found)
+    return Caption(
+        "Success by flip rate, with the exact success of random agents. "
+        f"{best_dose_said(subjects, 'flip rate')}".strip(),
+        f"{_intervals(subjects)} {model_said(subjects)}".strip(),
+    )
+
+
+def _courses_caption(found: Results) -> Caption:
+    return Caption(
+        "Share of trials solved (circles) and share with an action loop (squares) by flip rate, one panel per agent. "
+        "The heading compares success with that at the lowest flip rate.",
+        _intervals(found.courses()),
+    )
+
+
+def _subjects(found: Results) -> list[Course]:
+    return [course for course in found.courses() if course.subject]
+
+
+def _intervals(courses: Iterable[Course]) -> str:
+    return wilson_said(course.agent for course in courses)
 
 
 _DRAWN = "lockprobe.figures.success_by_flip_rate"
@@ -118,23 +146,14 @@ _FIG4 = Figure(
 _FIG4_CORRECTED = Figure(
     "fig4-corrected",
     "Success rate by flip rate, with intervals and chance levels",
-    Caption(
-        "Success by flip rate, with the exact success of random agents. Triangles mark the 95 % set of the best flip "
-        "rate; the diamond is the highest share, corrected for selection of the maximum.",
-        "Intervals are 95 % Wilson intervals. The line is a binomial model of the order with the lowest AICc, with its "
-        "95 % band.",
-    ),
+    _corrected_caption,
     f"{_DRAWN}:fig4_corrected",
     applies=lambda found: found.several_p,
 )
 _COURSES_DRAWN = Figure(
     "courses",
     "Success and loop rate by flip rate, one panel per agent",
-    Caption(
-        "Share of trials solved (circles) and share with an action loop (squares) by flip rate, one panel per agent. "
-        "The heading compares success with that at the lowest flip rate.",
-        "Intervals are 95 % Wilson intervals.",
-    ),
+    _courses_caption,
     f"{_DRAWN}:courses",
     applies=lambda found: found.several_p and not found.not_judged,  # its headings are verdicts
 )
