@@ -61,16 +61,13 @@ def _show(found: Results) -> Iterator[Part]:
         rest = f", with {axis.rest}" if axis.rest else ""
         shown = f", shown as {axis.modality}" if axis.modality not in PLAIN_WORDS else ""
         answer = found.not_judged or found.answer_of(_name(i))
-        blocks = list(_blocks(found, axis, i, place, answer))
+        blocks = list(_blocks(found, axis, i, place))
         yield Part(f"{axis.name.capitalize()}{options}{rest}{shown}", answer, blocks, _name(i))
 
 
-def _blocks(found: Results, axis: DoseAxis, number: int, place: int, answer: str) -> Iterator[Block]:
+def _blocks(found: Results, axis: DoseAxis, number: int, place: int) -> Iterator[Block]:
     said = [one.text for one in found.findings if one.section == _name(number) and one.kind in ("finding", "loops")]
-    for sentence in [found.not_judged] if found.not_judged else said:
-        yield Text(sentence)
-    if answer:
-        yield Text(answer)
+    yield from map(Text, [] if found.not_judged else said)  # the answer and why nobody is judged are in the heading
     yield Beside(list(_figures(found.courses(axis), axis, number, place)))
     over = Axis(kind=axis.intervention, dose=axis.dose, options=axis.options, rest=axis.rest)
     untested = Text("No agent has trials that differ between doses.")
