@@ -16,6 +16,7 @@ from lockprobe.record import Trial
 from lockprobe.report.format import TextTable
 from lockprobe.report.section import Block, Folded, Note, Part, Section, Table, Template, Text
 from lockprobe.report.study_numbers import StudyNumbers
+from lockprobe.report.table_rows import name_of
 from lockprobe.rows import Estimate, Fact, Finding, Results, Row
 
 __all__ = ["SECTIONS", "effects_on"]
@@ -152,7 +153,7 @@ def _left_out(found: Results) -> Iterator[tuple[str, dict[str, list[str]]]]:
             what, where = _words(name)
             reasons.setdefault(reason, []).append(f"{what} ({where})")
         if reasons:
-            yield row.agent, dict(sorted(reasons.items()))
+            yield name_of(found, row.agent, row.modality), dict(sorted(reasons.items()))
 
 
 SECTIONS = (Section(name=_NAME, title="Effect of one false report", rows=_rows, show=_show, tables=(_TABLE,)),)

@@ -11,6 +11,7 @@ from lockprobe.analysis.axis import FLIPS
 from lockprobe.analysis.proportions import ALPHA
 from lockprobe.analysis.published import PEAK
 from lockprobe.formatting import NONE, listed, minus, p_cell, percent
+from lockprobe.prose.subject import Subject
 from lockprobe.prose.success import course_said, courses_said
 from lockprobe.report.captions import best_dose_said, fit_said, model_said, paper_rates, wilson_said
 from lockprobe.report.format import DETECTED, TextTable
@@ -166,8 +167,8 @@ def _show(found: Results) -> Iterator[Part]:
 
 def _blocks(found: Results) -> Iterator[Block]:
     judged = [] if found.not_judged else [course for course in found.courses() if course.subject]
-    fits = [(course.label, _fit_said(course)) for course in judged]
-    best = [(course.label, said) for course in judged if not course.blind and (said := _best_said(course))]
+    fits = [(_name(course), _fit_said(course)) for course in judged]
+    best = [(_name(course), said) for course in judged if not course.blind and (said := _best_said(course))]
     yield Beside(
         [
             replace(_FIG4, below=_of_agents("The fit, agent by agent", fits)),
@@ -182,6 +183,10 @@ def _blocks(found: Results) -> Iterator[Block]:
         yield _COURSES_DRAWN
         yield _COURSES
         yield _COURSE_NOTE
+
+
+def _name(course: Course) -> str:
+    return Subject.of(course.agent, course.shown).name
 
 
 def _of_agents(summary: str, said: list[tuple[str, str]]) -> tuple[Block, ...]:
