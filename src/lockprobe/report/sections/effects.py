@@ -13,7 +13,7 @@ from lockprobe.analysis.agent_comparison.paired import BlockMean
 from lockprobe.analysis.condition_study import ConditionStudySummary
 from lockprobe.analysis.design import Design
 from lockprobe.analysis.dose_grid import Grid, GridSummary
-from lockprobe.analysis.effects import Effects
+from lockprobe.analysis.effects import CONTROLS, Effect, Effects, Interplay
 from lockprobe.formatting import NONE, p_cell, percent
 from lockprobe.interventions.condition import Condition
 from lockprobe.report.captions import wilson_said
@@ -140,15 +140,27 @@ def _grid(found: GridSummary, doses: _Doses, of: Mapping[str, str]) -> Iterator[
 
 def _answers(others: ConditionStudySummary) -> Iterator[Finding]:
     """How many of how many were detected, in the headings."""
-    for section, what, found in (
-        ("effects", "differences", [one for of in (*others.on_axes, *others.effects) for one in of.effects]),
-        ("grids", "interactions", [one for of in others.effects for one in of.grids]),
-        ("crossings", "interactions", [one for of in others.effects for one in of.interplays]),
+    every = (*others.on_axes, *others.effects)
+    of_conditions = [one for of in every if of.family != CONTROLS for one in of.effects]
+    of_modalities = [one for of in every if of.family == CONTROLS for one in of.effects]
+    from_control = " from the control" * bool(of_modalities)
+    counts = [_counted(of_conditions, f"differences{from_control}"), _counted(of_modalities, "between modalities")]
+    for section, quantity, said in (
+        ("effects", "success_difference", " and ".join(filter(None, counts))),
+        ("grids", "success_interaction", _counted([one for of in others.effects for one in of.grids], "interactions")),
+        (
+            "crossings",
+            "success_interaction",
+            _counted([one for of in others.effects for one in of.interplays], "interactions"),
+        ),
     ):
-        if found:
-            said = f"{sum(one.detectable for one in found)} of {len(found)} {what} were detected."
-            rests_on = "success_difference" if section == "effects" else "success_interaction"
-            yield Finding(section=section, kind="answer", text=said, rests_on=(rests_on,))
+        if said:
+            yield Finding(section=section, kind="answer", text=f"{said} were detected.", rests_on=(quantity,))
+
+
+def _counted(found: Sequence[Effect | GridSummary | Interplay], what: str) -> str:
+    """How many of how many were detected; empty without any."""
+    return f"{sum(one.detectable for one in found)} of {len(found)} {what}" if found else ""
 
 
 def _effect_table(found: Results) -> TextTable:
