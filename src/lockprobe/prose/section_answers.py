@@ -44,7 +44,7 @@ def _said(agents: Iterable[AgentSummary], what: str, number: Callable[[Condition
 
 
 def _relative(condition: ConditionSummary) -> str:
-    return minus(f"{condition.relative.value:.2f}", zeros=True) if condition.relative else ""
+    return minus(f"{condition.relative.value:.2f}") if condition.relative else ""
 
 
 def _loops(condition: ConditionSummary) -> str:
