@@ -83,7 +83,8 @@ def shares(study):
 
 def show(found):
     if shares := found.where("strange.untold_share"):
-        rows = [["agent", "told nothing"]] + [[row.agent, f"{row.value:.2f}"] for row in shares]
+        rows = [["agent", "condition", "told nothing"]]
+        rows += [[row.agent, row.condition, f"{row.value:.2f}"] for row in shares]
         yield Part("Told nothing", "", [Cells(rows)])
 
 QUIET = Section(name="strange.quiet", title="Told nothing", rows=shares, show=show, after="speed")

@@ -42,12 +42,12 @@ def percent(value: float | None, digits: int = 0) -> str:
 
 
 def points(value: float) -> str:
-    """A difference of shares in percentage points, with its sign.
+    """A difference of shares in percentage points, with its sign; what rounds to 0 has none.
 
-    >>> points(0.26)
-    '+26'
+    >>> points(0.26), points(-0.004)
+    ('+26', '0')
     """
-    return minus(f"{100 * value:+.0f}", zeros=True)
+    return minus(f"{100 * value:+.0f}")
 
 
 def p_value(value: float | None, letter: str = "P") -> str:
@@ -76,10 +76,13 @@ def p_cell(value: float | None) -> str:
     return NONE if value is None or math.isnan(value) else _on_its_side(value)
 
 
-def minus(text: str, *, zeros: bool = False) -> str:
-    """The text with minus signs for hyphens, except between letters. ``zeros`` keeps the sign of a zero."""
-    if not zeros:
-        text = re.sub(r"-(?=0(?:\.0+)?(?![\d.]))", "", text)
+def minus(text: str) -> str:
+    """The text with minus signs for hyphens, except between letters; a number that is rounded to 0 has no sign.
+
+    >>> minus("+0 [-0.0, +0.04], at most +0.")
+    '0 [0.0, +0.04], at most 0.'
+    """
+    text = re.sub(r"(?<!\w)[+-](?=0(?:\.0+)?(?!\w|\.\w))", "", text)
     return re.sub(r"(?<![A-Za-z])-|-(?![A-Za-z])", "\N{MINUS SIGN}", text)
 
 
@@ -91,7 +94,7 @@ def range_said(low: float | None, high: float | None, form: str = "{:+.0f}", sca
     """
     if low is None or high is None:
         return ""
-    return minus(f", 95 % interval {form.format(scale * low)} to {form.format(scale * high)}", zeros=True)
+    return minus(f", 95 % interval {form.format(scale * low)} to {form.format(scale * high)}")
 
 
 def interval(low: float, high: float) -> str:

@@ -128,7 +128,7 @@ def test_what_is_not_there_is_not_drawn(axes, studies):
     assert course.get("success_at_best_dose") is None
     draw_success_by_dose(axes, course)
     assert not shades(axes)
-    assert axes.get_legend_handles_labels()[1] == ["share solved with 95 % Wilson interval"]
+    assert axes.get_legend_handles_labels()[1] == ["share solved with 95 % interval"]
 
 
 def test_a_blind_agent_has_no_model_of_p(axes, studies):

@@ -42,7 +42,7 @@ def test_every_effect_is_told_and_the_control_stands_beside():
     ("solved", "said"),
     [
         ((4, 4, 4, 36), "The effect of warn depends on nudge (interaction +80 points"),
-        ((4, 8, 8, 12), "No interaction between nudge and warn was detected (+0 points"),
+        ((4, 8, 8, 12), "No interaction between nudge and warn was detected (0 points"),
     ],
 )
 def test_an_interaction_of_two_interventions(solved, said):

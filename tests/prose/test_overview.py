@@ -206,7 +206,7 @@ def test_beside_conditions_that_changed_nothing_the_others_are_meant():
 def test_trials_needed_of_conditions_are_those_of_the_widest_interval():
     """With 24 of 50 pairs that differ, 48 % are expected to, and at most 61 %."""
     assert effects_needed([effects(("x", 0.1, False))]) == (
-        "Estimating the change to ±10 points takes about 190 to 240 trials per condition; this study has 50."
+        "Estimating the change under x to ±10 points takes about 190 to 240 trials per condition; this study has 50."
     )
 
 
@@ -214,14 +214,14 @@ def test_of_several_agents_the_one_with_the_widest_interval_is_named():
     """All pairs of the second differ, and it has two conditions to choose from."""
     other = replace(effects(("x", 0.1, False, 0.3, 50), ("y", 0.1, False, 0.3, 50)), agent="b")
     assert effects_needed([effects(("x", 0.1, False)), other]) == (
-        "Estimating the change of b to ±10 points takes about 500 to 510 trials per condition; it has 50."
+        "Estimating the change of b under x to ±10 points takes about 500 to 510 trials per condition; it has 50."
     )
 
 
 def test_trials_needed_of_conditions_are_more_where_several_agents_are_judged_together():
     """With 24 of 50 pairs that differ, 48 % are expected to; of ten agents each has an interval of 99.5 %."""
     assert effects_needed([effects(("x", 0.1, False), agents=10)]) == (
-        "Estimating the change to ±10 points takes about 380 to 490 trials per condition; this study has 50."
+        "Estimating the change under x to ±10 points takes about 380 to 490 trials per condition; this study has 50."
     )
 
 

@@ -30,7 +30,7 @@ def test_the_numbers_follow():
     assert numbers == (
         "20 % of trials were solved with true reports, 50 % with reports inverted at a rate of 0.4: +30 points "
         "(95 % interval +25 to +35; P = 0.001). With false reports that are corrected at once it is 20 %. So the effect "
-        "of the disturbance is +0 points (95 % interval \N{MINUS SIGN}5 to +5; P = 0.6), and the effect of the content "
+        "of the disturbance is 0 points (95 % interval \N{MINUS SIGN}5 to +5; P = 0.6), and the effect of the content "
         "+30 points (95 % interval +25 to +35; P = 0.001)."
     )
 

@@ -161,3 +161,16 @@ def test_what_agents_say_stays_text_in_the_explorer(page):
     assert page.locator("#explorer img, #explorer script").count() == 0
     assert page.title().startswith("Lockprobe")
     assert page.said == []
+
+
+@needs_a_browser
+def test_question_p_and_conclusion_of_every_test_are_in_view_on_a_phone(page):
+    page.evaluate("document.getElementById('hypothesis_tests').open = true")
+    rows = page.locator("#hypothesis_tests tr.best")
+    assert rows.count() > 3
+    for row in rows.all():
+        assert row.bounding_box()["height"] < 300
+        for part in (".asks", ".p", ".concluded"):
+            box = row.locator(part).bounding_box()
+            assert box["width"] > 0
+            assert 0 <= box["x"] < box["x"] + box["width"] <= 390

@@ -196,7 +196,7 @@ def _short(ratio: float) -> str:
 
 
 def _with_chance(axes: Axes, course: Course) -> None:
-    """Fig. 5b with Wilson's intervals and what chance alone gives in trials of exactly these lengths."""
+    """Fig. 5b with intervals and what chance alone gives in trials of exactly these lengths."""
     if not course.played:
         return blank(axes, f"{agent_label(course)}: no trial has ended")
     by_dose(axes, course.played, "loop_rate", _ORANGE)
@@ -210,7 +210,7 @@ def _with_chance(axes: Axes, course: Course) -> None:
     return title(
         axes,
         heading(course),
-        f"{counts(course.played)} per {course.name}; bars: 95 % Wilson intervals",
+        f"{counts(course.played)} per {course.name}; bars: 95 % intervals",
         "chance: grey; \N{MULTIPLICATION SIGN}: same transitions; +: shuffled",
     )
 

@@ -113,7 +113,7 @@ def draw_success_by_p(axes: Axes, courses: Sequence[Course]) -> None:
 
 
 def draw_success_by_dose(axes: Axes, course: Course) -> None:
-    """Fig. 4 by counts: Wilson's intervals, a binomial model of the order that AICc prefers, chance, and the peak.
+    """Fig. 4 by counts: intervals, a binomial model of the order that AICc prefers, chance, and the peak.
 
     Triangles under the shares stand at the doses that may be the best (95 % set); the diamond is the highest share less
     what it owes to having been chosen.
@@ -121,7 +121,7 @@ def draw_success_by_dose(axes: Axes, course: Course) -> None:
     if not course.played:
         return blank(axes, f"{agent_label(course)}: no trial has ended")
     style = Style(colour=SUBJECTS[0])
-    by_dose(axes, course.played, "success", style, label="share solved with 95 % Wilson interval")
+    by_dose(axes, course.played, "success", style, label="share solved with 95 % interval")
     several = len(course.where("best_dose_probability")) > 1
     curve, order = course.curve("success_model") if several else None, course.value("success_model_order", "AICc")
     if curve is not None:

@@ -90,7 +90,7 @@ def _changes(one: AgentComparison, moved: Interaction, second: Subject, first: S
 def _steps(one: AgentComparison, second: Subject, first: Subject, pairs: int) -> str:
     found = one.steps
     interval = range_said(found.low, found.high, "{:+.1f}", 1)
-    test = f"{minus(f'{found.value:+.1f}', zeros=True)} steps{interval}; {_p(one.steps_adjusted, pairs)}"
+    test = f"{minus(f'{found.value:+.1f}')} steps{interval}; {_p(one.steps_adjusted, pairs)}"
     if one.steps_verdict:
         needs = second.form("needs", "need")
         return (

@@ -268,10 +268,16 @@ def _of_all(one: Proportion | ClusteredProportion, agents: int) -> Proportion | 
     return proportion(one.count, one.n, 1 - ALPHA / agents, "exact")
 
 
-def flips_needed(summary: StudySummary) -> str:
-    """How many trials at each dose would decide what is open; empty where nothing is, or nothing can be tested."""
+def flips_needed(summary: StudySummary, *, named: bool = False) -> str:
+    """How many trials at each dose would decide what is open; empty where nothing is, or nothing can be tested.
+
+    Args:
+        summary: Agents over a dose.
+        named: Whether the dose is named, as sentences on other changes stand beside this one.
+    """
+    over = f" over {'the ' * (summary.axis.name == FLIPS.name)}{summary.axis.name}" if named else ""
     hidden = [
-        (subject_of(agent) if len(summary.subjects) > 1 else None, one.difference, one.choices * one.agents)
+        (subject_of(agent) if len(summary.subjects) > 1 else None, over, one.difference, one.choices * one.agents)
         for agent in summary.subjects
         if (one := agent.contrast) and not one.detectable and not agent.blind and _course(agent) not in _DOES
     ]
@@ -280,25 +286,25 @@ def flips_needed(summary: StudySummary) -> str:
     return _needed(hidden, f"per {dose}{f' ({axis.options})' if axis.options else ''}")
 
 
-def _needed(differences: Iterable[tuple[Subject | None, DifferenceAt, int]], where: str) -> str:
+def _needed(differences: Iterable[tuple[Subject | None, str, DifferenceAt, int]], where: str) -> str:
     """How many trials make the widest interval as narrow as :data:`NARROW`, from an estimate to an upper bound.
 
     Args:
-        differences: Whose change it is (None if it is the only one), the difference, and the number of differences for
-            which its interval is corrected, those of the agents that are judged together included.
+        differences: Whose change it is (None if it is the only one), what changes it, the difference, and the number
+            of differences for which its interval is corrected, those of the agents that are judged together included.
         where: Where so many trials are needed.
     """
     found = [
-        (needed[::-1], one.first.n, who)
-        for who, one, choices in differences
+        (needed[::-1], one.first.n, who, what)
+        for who, what, one, choices in differences
         if one.first.n and (needed := _trials_for_narrow(one, choices)) and needed[1] > one.first.n
     ]
     if not found:
         return ""
-    (most, few), there, who = max(found, key=lambda one: one[:2])
+    (most, few), there, who, what = max(found, key=lambda one: one[:2])
     ends = dict.fromkeys(_rounded(max(count, there + 1)) for count in (few, most))
     return (
-        f"Estimating the change{f' of {who.name}' if who else ''} to ±{100 * NARROW:.0f} points takes about "
+        f"Estimating the change{f' of {who.name}' if who else ''}{what} to ±{100 * NARROW:.0f} points takes about "
         f"{' to '.join(map(str, ends))} trials {where}; "
         f"{who.form('it has', 'they have') if who else 'this study has'} {there}."
     )
@@ -386,7 +392,12 @@ def effects_needed(found: Sequence[Effects]) -> str:
     """How many trials under each condition would decide what is open; empty where nothing is."""
     several = len({own.agent for own in found}) > 1
     hidden = [
-        (Subject.of(own.agent) if several else None, one.difference, len(own.effects) * own.agents)
+        (
+            Subject.of(own.agent) if several else None,
+            f" under {one.condition}",
+            one.difference,
+            len(own.effects) * own.agents,
+        )
         for own in found
         for one in own.effects
         if not one.detectable

@@ -44,7 +44,7 @@ def _said(agents: Iterable[AgentSummary], what: str, number: Callable[[Condition
 
 
 def _relative(condition: ConditionSummary) -> str:
-    return minus(f"{condition.relative.value:.2f}", zeros=True) if condition.relative else ""
+    return minus(f"{condition.relative.value:.2f}") if condition.relative else ""
 
 
 def _loops(condition: ConditionSummary) -> str:
@@ -88,4 +88,4 @@ def _tests(agents: Iterable[AgentSummary]) -> str:
         if not agent.blind
     }
     parts = [f"{sum(tests)}/{len(tests)} for {name}" for name, tests in done.items() if tests]
-    return f"Valid tests that reject: {first_three(parts)}." if parts else ""
+    return f"Main tests (bold) that reject: {first_three(parts)}." if parts else ""

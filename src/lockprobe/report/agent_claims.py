@@ -96,7 +96,7 @@ def _peak(agent: AgentSummary, counted: Sequence[ConditionSummary]) -> ClaimFind
     published = SOLVED_AT_40.value - SOLVED_AT_0.value
     p_value = apart(rise.value, published, [error(change), error((SOLVED_AT_0, SOLVED_AT_40))])
     smaller: ClaimPattern = "opposite" if rise.value < published and p_value < ALPHA else "open"
-    test = f"no rise was detected; z test against the paper's rise of {100 * published:.0f} points"
+    test = f"z test against the paper's rise of {100 * published:.0f} points; no rise was detected"
     return here, verdict_of(None, smaller), test, p_value
 
 

@@ -44,7 +44,10 @@ ClaimPattern = Literal["shown", "opposite", "open"]
 """What a valid test says of the pattern that a claim describes: it shows it, or the opposite, or neither."""
 
 ClaimFinding = tuple[str, ClaimVerdict, str, float | None]
-"""What was measured, in words; the verdict; what it rests on; its p-value, where it has one."""
+"""What was measured, in words; the verdict; what it rests on; its p-value, where it has one.
+
+What it rests on begins with the test that the p-value is of; what else is said follows a semicolon.
+"""
 
 ClaimMeasure = Callable[[AgentSummary, Sequence[ConditionSummary]], ClaimFinding]
 """What an agent says to a claim by its conditions with trials, ascending from p = 0."""

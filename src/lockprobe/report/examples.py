@@ -32,7 +32,8 @@ def examples(summary: StudySummary, trials: Sequence[Trial]) -> list[Exhibit]:
         ("Most misinterpretations", wrong),
     ):
         for trial in (candidate for candidate in candidates[:1] if candidate.key not in chosen):
-            chosen[trial.key] = exhibit("trials", why, trial)
+            shown = f" ({agent.shown})" if agent.shown else ""
+            chosen[trial.key] = exhibit("trials", f"{why}{shown}", trial)
     return list(chosen.values())
 
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from lockprobe.formatting import NONE, bracketed, minus, percent, share
 from lockprobe.prose.doses import at_dose
+from lockprobe.prose.subject import Subject
 from lockprobe.report.format import EVERY
 from lockprobe.rows import Cell, Estimate, Results
 
@@ -16,6 +17,7 @@ __all__ = [
     "count_of",
     "distinct",
     "flips_first",
+    "name_of",
     "over_rates",
     "points_cell",
     "share_of_row",
@@ -54,6 +56,12 @@ def value_cell(row: Estimate | None, form: str = "{:.2f}") -> str:
     if row.low is not None and row.high is not None:
         said += f" [{form.format(row.low)}, {form.format(row.high)}]"
     return minus(said)
+
+
+def name_of(found: Results, agent: str, modality: str) -> str:
+    """What headings and sentences call an agent: its name, with its modality if it has several; people are people."""
+    player = found.player(agent, modality)
+    return Subject.of(agent, player.shown if player else "").name
 
 
 def at_lowest(found: Results) -> str:

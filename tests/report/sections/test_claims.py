@@ -51,6 +51,18 @@ def test_every_claim_of_the_section_on_modalities_is_measured(modalities):
     assert labels == ["viewer (RGB)", "viewer (RGB-D)"]
 
 
+def test_each_p_value_stands_after_its_own_test_and_before_what_else_is_said(tmp_path):
+    found = found_of(tmp_path, small_study(("cognitive:perseverant",), (0.0, 0.4), 2, 8))
+    page = re.sub(r"</?i>|&#39;|<wbr>", "", page_of("claims", found))
+    said = 0
+    for row in (row for row in found.where("claim") if row.p_value is not None and ";" in row.test):
+        test, _, more = row.test.replace("'", "").partition(";")
+        said += 1
+        assert f"({test}, P = {row.p_value:.2g};{more})" in page
+        assert not re.match(r"no |fewer |more ", test)
+    assert said >= 3
+
+
 def test_the_table_has_every_claim_in_the_order_of_the_paper(modalities):
     head, *rows = tables_of(modalities)["claims"]
     assert list(dict.fromkeys(row[1] for row in rows)) == [claim.quote for claim in CLAIMS]

@@ -49,6 +49,10 @@ def test_a_dose_is_called_by_its_name(lab):
     assert not [one for one in said if "flip" in one or "alse report" in one]
 
 
+def test_the_answer_of_an_axis_stands_once_in_its_heading(lab):
+    assert section(lab).count(lab.answer_of("doses")) == 1
+
+
 def test_every_axis_has_the_same_quantities(lab):
     flips, tremble = (
         {row.quantity for row in lab.rows if row.axis == axis and "turning" not in row.quantity}  # if a fit has one

@@ -126,12 +126,16 @@ def test_a_study_of_flips_has_none_of_it(tmp_path):
     assert [tables[name] for name in ("effects", "crossings", "grids", "trends")] == [[]] * 4
 
 
-def test_every_difference_that_is_counted_stands_in_the_table(tmp_path):
+def test_the_heading_counts_the_rows_of_its_table_and_those_between_modalities_apart(tmp_path):
     shown = ["symbolic?tell=state", "symbolic?tell=outcome"]
     found = found_in(tmp_path / "study", agent=[READER], p=[0], modality=shown, sweep="tremble?p=0.2,0.4", trials=6)
     rows = tables_of(found)["effects"][1:]
     assert ["symbolic?tell=outcome", "truth"] in [row[1:3] for row in rows]
-    assert found.answer_of("effects").endswith(f" of {len(rows)} differences were detected.")
+    apart = sum(row[1] in {one.name for one in found.design.conditions if not one.control} for row in rows)
+    assert apart == 1
+    assert found.answer_of("effects") == (
+        f"0 of {len(rows) - apart} differences from the control and 0 of {apart} between modalities were detected."
+    )
 
 
 def test_the_answer_on_false_reports_is_about_those_who_had_some(tmp_path):

@@ -59,6 +59,15 @@ def test_every_sentence_stands_on_the_page_and_belongs_to_its_agent(tmp_path):
     assert "Flip rate <i>p</i>" in part
 
 
+def test_a_sweep_alone_has_its_finding_first_and_what_baselines_solved_after_it(tmp_path):
+    agents = ["cognitive:perseverant", "random"]
+    small = {"agent": agents, "trials": 4, "repetitions": 1, "p": [0]}
+    part = plain(part_of(found := found_in(tmp_path, study("flips", **small, sweep="tremble?p=0.1,0.3,0.6"))))
+    ((finding,), (baselines,)) = found.said("doses", "finding"), found.said("findings", "baselines")
+    assert f'<p class="first">{finding}' in part
+    assert part.index(finding) < part.index(baselines)
+
+
 def test_an_action_loop_is_defined_where_it_is_first_named(tmp_path):
     found = found_in(tmp_path, small_study(["random"], (0.0,), 1, 2))
     assert LOOP_DEFINITION in part_of(found)

@@ -1,5 +1,7 @@
 """The effect of one false report: corrected for agents, with a heading, a table and what is not estimated."""
 
+import re
+
 import pytest
 from builders import small_study, write_study
 
@@ -10,6 +12,7 @@ from lockprobe.report.results import results_of
 from lockprobe.report.sections.one_false_report import effects_on
 from lockprobe.report.study_numbers import study_numbers
 from lockprobe.rows import Estimate, Finding
+from lockprobe.studies.studyfile import study
 from lockprobe.testing import play_trials
 
 EFFECT = "effect_of_one_false_report"
@@ -65,6 +68,26 @@ def test_every_effect_is_in_the_table_or_among_those_that_are_not_estimated(tmp_
     assert found.said("one_false_report", "effect")[0][:60] in part
     assert "Effects that are not estimated for <code>cognitive:<wbr>perseverant</code>" in part
     assert "Fewer than 15 trials hold the outcome, or miss it: " in part
+
+
+def test_agents_are_called_with_their_modality_and_a_table_without_rows_is_left_out(tmp_path):
+    shown = ["symbolic?tell=state", "symbolic?tell=outcome"]
+    few = {"agent": ["human-inspired"], "p": [0, 0.4], "modality": shown, "trials": 2, "repetitions": 1}
+    found = results_of(study_numbers(open_study(write_study(tmp_path / "few", study("flips", **few)))))
+    page = page_of("report", found).partition('id="one_false_report"')[2].partition('<details class="section"')[0]
+    assert tables_of(found)["lies"] == []
+    assert "All effects of one false report" not in page
+    names = re.findall(r"not estimated for <code>(.*?)</code>", page)
+    assert names == [one.label for one in found.courses()]
+    assert len({*names}) == len(shown)
+    many = few | {"trials": 16}
+    found = results_of(study_numbers(open_study(write_study(tmp_path / "many", study("flips", **many)))))
+    named = {row[0] for row in tables_of(found)["lies"][1:]}
+    assert named
+    assert named <= {one.label for one in found.courses()}
+    examples = [one for one in found.exhibits if one.section == "trials"]
+    assert examples
+    assert all(found.courses()[0].shown in one.why for one in examples)
 
 
 def test_there_is_no_such_part_without_flip_rates_between_0_and_1(tmp_path):

@@ -179,10 +179,11 @@ def test_other_conditions_and_flip_rates_share_a_screen(tmp_path):
     found = found_in(tmp_path, planned)
     (question,) = found.said("overview", "question")
     assert question == "Do false reports and 1 other condition change how agents open chain-4?"
-    assert [found.fact(f"first screen {i}", "where") for i in (1, 2)] == [
-        "of 6 trials solved when told the truth",
-        "of 6 trials solved under truth",
-    ]
+    where = "of 6 trials solved when told the truth"
+    assert [found.fact(f"first screen {i}", "where") for i in (1, 2)] == [where, where]
+    page = page_of("report", found)
+    assert page.count(where) == page.count('<p class="who">') == 1  # one card, with both changes
+    assert all(page.count(f">{found.fact(f'first screen {i}', 'against')}<") == 1 for i in (1, 2))
     assert found.fact("first screen", "figure") == "overview"
 
 

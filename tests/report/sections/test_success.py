@@ -5,7 +5,7 @@ from dataclasses import replace
 from html import unescape
 
 import pytest
-from builders import play_study, small_study, write_study
+from builders import SOLUTION, make_trial, play_study, small_study, write_study
 from clumsy import CLUMSY
 from drawn import bars
 
@@ -85,6 +85,24 @@ def test_every_best_flip_rate_says_whose_it_is(found):
     assert named == [AGENTS[0]]  # the baselines are not judged
     fit = section(found).partition("The fit, agent by agent")[2].partition("</figcaption>")[0]
     assert re.findall(r"<code>(.*?)</code>: AIC prefers order \d, cross-validation order \d\.", fit) == [AGENTS[0]]
+
+
+def test_tied_flip_rates_are_all_named_and_nothing_is_certain_without_a_detected_difference(tmp_path):
+    def said(name, solved, rates):
+        trials = [
+            make_trial(SOLUTION if i < count else (0,) * 20, agent="llm:local", p=p, trial=i + 1)
+            for p, count in zip(rates, solved, strict=True)
+            for i in range(20)
+        ]
+        planned = small_study(("llm:local",), rates, 1, 20)
+        return section(results_of(numbers_in(tmp_path / name, planned, trials)))
+
+    undetected = "; no difference from the lowest flip rate was detected, and the 95 % set of the best one is"
+    assert f"Success is the same at flip rates of 0 and 0.4{undetected} 0 or 0.4." in said("a", (9, 9), (0.0, 0.4))
+    tied = "Success is highest at flip rates of 0.2 and 0.4, which tie; with 95 % confidence the best flip rate is"
+    assert f"{tied} 0.2 or 0.4." in said("b", (2, 18, 18), (0.0, 0.2, 0.4))
+    alone = "Success is highest at a flip rate of 0.4; with 95 % confidence the best flip rate is 0.4."
+    assert alone in said("c", (2, 18), (0.0, 0.4))
 
 
 def test_the_contrast_is_the_clearest_difference(found):

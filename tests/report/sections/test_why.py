@@ -1,9 +1,10 @@
 """``why.html``: the verdict first, numbers that are those of the records, and a trial told twice."""
 
+from dataclasses import replace
 from html import unescape
 
 import pytest
-from builders import write_study
+from builders import SOLUTION, make_trial, play_study, write_study
 from captions import too_long
 
 from lockprobe.report.opened import open_study
@@ -65,6 +66,25 @@ def test_a_trial_is_told_twice_from_where_the_two_part(told):
     assert truth.actions[before : before + 1] != lie.actions[before : before + 1]
     page = page_of("why", found)
     assert page.count('<ol class="strip">') == page.count('<li class="parted">') == 2
+
+
+def test_the_trial_told_twice_is_the_first_with_different_outcomes_in_either_direction(tmp_path):
+    planned = study("why", agent=AGENTS[0], trials=8, repetitions=1)
+    trials = play_study(planned)
+    outcomes = {("truth", 3): True, **{("lie", i): True for i in (5, 6, 7)}}
+    made = [_ended(one, solved=outcomes.get((one.condition, one.trial), False)) for one in trials]
+    found = results_of(study_numbers(open_study(write_study(tmp_path / "study", planned, made))))
+    assert found.one("false_report_effect", of="total").value > 0
+    first, second = (one for one in found.exhibits if one.section == "why")
+    third = {one.condition: one.key for one in made if one.trial == 3}
+    assert [first.key, second.key] == [third["truth"], third["lie"]]
+    assert (first.ending, second.ending) == ("solved", "budget")
+
+
+def _ended(trial, *, solved):
+    """The trial with steps that solve the box, or do not."""
+    made = make_trial(SOLUTION if solved else (0,) * 20)
+    return replace(trial, steps=made.steps, ending=made.ending, changed={}, changed_steps=0)
 
 
 def test_tables_have_every_estimand(told):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from lockprobe.formatting import NONE, minus, percent
+from lockprobe.report.captions import wilson_said
 from lockprobe.report.format import TextTable
 from lockprobe.report.installed_measures import measure_rows
 from lockprobe.report.section import Block, Heading, Note, Part, Section, Table
@@ -166,15 +167,16 @@ def _blocks(found: Results) -> Iterator[Block]:
         if mixed
         else "Coverage: share of steps in loops, mean over trials. Redundant: share of steps that tried a joint again "
         "in the same true configuration, mean over trials.",
-        "Success and loop rate have 95 % Wilson intervals. By chance: loop rate of random actions in trials of the "
-        "same lengths, from uniform to without immediate repeats.",
+        f"{wilson_said((cell.agent for cell in found.cells), 'Intervals of success and loop rate')} By chance: loop "
+        "rate of random actions in trials of the same lengths, from uniform to without immediate repeats.",
     )
     if _measures(found):
         yield Heading("Measures of installed packages")
         yield _MEASURES
         yield Note(
             "Means over trials with 95 % intervals.",
-            "Intervals are Wilson intervals for shares and Student's for means, clustered by block and by person.",
+            "Intervals of shares are Wilson intervals, clustered by person for people; those of means are Student's, "
+            "clustered by block or by person.",
         )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from lockprobe.analysis.axis import FLIPS, Axis
@@ -10,14 +10,15 @@ from lockprobe.prose.hypothesis_tests import conclusions
 from lockprobe.prose.loops import loop_finding
 from lockprobe.prose.success import courses_said, finding
 from lockprobe.record import PLAIN_WORDS
+from lockprobe.report.captions import best_dose_said, model_said, wilson_said
 from lockprobe.report.section import Beside, Block, Caption, Figure, Folded, Part, Section, Text
 from lockprobe.report.sections.course_rows import AgentCourse, course_rows
 from lockprobe.report.sections.hypothesis_tests import tables_of_tests
 from lockprobe.report.sections.loops_over_doses import loops_over_doses
 from lockprobe.report.study_numbers import StudyNumbers
-from lockprobe.rows import DoseAxis, Finding, Results, Row, axis_key
+from lockprobe.rows import Course, DoseAxis, Finding, Results, Row, axis_key
 
-__all__ = ["SECTIONS"]
+__all__ = ["SECTIONS", "dose_sections"]
 
 
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
@@ -44,39 +45,46 @@ def _name(number: int) -> str:
     return "doses" if number == 1 else f"doses-{number}"
 
 
+def _axes(found: Results) -> list[tuple[int, DoseAxis]]:
+    """The axes that are not flip rates, each with its place among all axes."""
+    return [(place, axis) for place, axis in enumerate(found.design.axes) if axis.key != FLIPS.name]
+
+
+def dose_sections(found: Results) -> list[str]:
+    """The names under which sentences on each axis are kept whose lowest dose is the control, in order."""
+    return [_name(i) for i, (_, axis) in enumerate(_axes(found), 1) if not axis.rest]
+
+
 def _show(found: Results) -> Iterator[Part]:
-    axes = [(place, axis) for place, axis in enumerate(found.design.axes) if axis.key != FLIPS.name]
-    for i, (place, axis) in enumerate(axes, 1):
+    for i, (place, axis) in enumerate(_axes(found), 1):
         options = f" ({axis.options})" if axis.options else ""
         rest = f", with {axis.rest}" if axis.rest else ""
         shown = f", shown as {axis.modality}" if axis.modality not in PLAIN_WORDS else ""
         answer = found.not_judged or found.answer_of(_name(i))
-        blocks = list(_blocks(found, axis, i, place, answer))
+        blocks = list(_blocks(found, axis, i, place))
         yield Part(f"{axis.name.capitalize()}{options}{rest}{shown}", answer, blocks, _name(i))
 
 
-def _blocks(found: Results, axis: DoseAxis, number: int, place: int, answer: str) -> Iterator[Block]:
+def _blocks(found: Results, axis: DoseAxis, number: int, place: int) -> Iterator[Block]:
     said = [one.text for one in found.findings if one.section == _name(number) and one.kind in ("finding", "loops")]
-    for sentence in [found.not_judged] if found.not_judged else said:
-        yield Text(sentence)
-    if answer:
-        yield Text(answer)
-    yield Beside(list(_figures(axis, number, place)))
+    yield from map(Text, [] if found.not_judged else said)  # the answer and why nobody is judged are in the heading
+    yield Beside(list(_figures(found.courses(axis), axis, number, place)))
     over = Axis(kind=axis.intervention, dose=axis.dose, options=axis.options, rest=axis.rest)
     untested = Text("No agent has trials that differ between doses.")
     tests = tables_of_tests(found.courses(axis), over) or [untested]
     yield Folded(f"All tests of {axis.name}", tests)
 
 
-def _figures(axis: DoseAxis, number: int, place: int) -> Iterator[Figure]:
-    wilson = "Intervals are 95 % Wilson intervals."
+def _figures(courses: Sequence[Course], axis: DoseAxis, number: int, place: int) -> Iterator[Figure]:
+    shown = [course for course in courses if course.played]
+    wilson = wilson_said(course.agent for course in shown)
     yield Figure(
         f"series-{number}-success",
         f"Success by {axis.name}",
         Caption(
-            f"Share of trials solved by {axis.name}, with the exact success of random agents. Triangles mark the 95 % "
-            "set of the best dose; the diamond is the highest share, corrected for selection of the maximum.",
-            f"{wilson} The line is a binomial model of the order with the lowest AICc.",
+            f"Share of trials solved by {axis.name}, with the exact success of random agents. "
+            f"{best_dose_said(shown, 'dose')}".strip(),
+            f"{wilson} {model_said(shown)}".strip(),
         ),
         "lockprobe.figures.success_by_flip_rate:success_by_dose",
         arguments=(place,),

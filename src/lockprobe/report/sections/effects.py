@@ -13,9 +13,10 @@ from lockprobe.analysis.agent_comparison.paired import BlockMean
 from lockprobe.analysis.condition_study import ConditionStudySummary
 from lockprobe.analysis.design import Design
 from lockprobe.analysis.dose_grid import Grid, GridSummary
-from lockprobe.analysis.effects import Effects
+from lockprobe.analysis.effects import CONTROLS, Effect, Effects, Interplay
 from lockprobe.formatting import NONE, p_cell, percent
 from lockprobe.interventions.condition import Condition
+from lockprobe.report.captions import wilson_said
 from lockprobe.report.format import DETECTED, TextTable
 from lockprobe.report.section import Block, Caption, Figure, Folded, Note, Part, Section, Table
 from lockprobe.report.sections.course_rows import CONTROL, PERMUTED
@@ -139,15 +140,27 @@ def _grid(found: GridSummary, doses: _Doses, of: Mapping[str, str]) -> Iterator[
 
 def _answers(others: ConditionStudySummary) -> Iterator[Finding]:
     """How many of how many were detected, in the headings."""
-    for section, what, found in (
-        ("effects", "differences", [one for of in (*others.on_axes, *others.effects) for one in of.effects]),
-        ("grids", "interactions", [one for of in others.effects for one in of.grids]),
-        ("crossings", "interactions", [one for of in others.effects for one in of.interplays]),
+    every = (*others.on_axes, *others.effects)
+    of_conditions = [one for of in every if of.family != CONTROLS for one in of.effects]
+    of_modalities = [one for of in every if of.family == CONTROLS for one in of.effects]
+    from_control = " from the control" * bool(of_modalities)
+    counts = [_counted(of_conditions, f"differences{from_control}"), _counted(of_modalities, "between modalities")]
+    for section, quantity, said in (
+        ("effects", "success_difference", " and ".join(filter(None, counts))),
+        ("grids", "success_interaction", _counted([one for of in others.effects for one in of.grids], "interactions")),
+        (
+            "crossings",
+            "success_interaction",
+            _counted([one for of in others.effects for one in of.interplays], "interactions"),
+        ),
     ):
-        if found:
-            said = f"{sum(one.detectable for one in found)} of {len(found)} {what} were detected."
-            rests_on = "success_difference" if section == "effects" else "success_interaction"
-            yield Finding(section=section, kind="answer", text=said, rests_on=(rests_on,))
+        if said:
+            yield Finding(section=section, kind="answer", text=f"{said} were detected.", rests_on=(quantity,))
+
+
+def _counted(found: Sequence[Effect | GridSummary | Interplay], what: str) -> str:
+    """How many of how many were detected; empty without any."""
+    return f"{sum(one.detectable for one in found)} of {len(found)} {what}" if found else ""
 
 
 def _effect_table(found: Results) -> TextTable:
@@ -220,23 +233,33 @@ _CROSSINGS = Table("crossings", _crossing_table, numeric_from=4)
 _GRIDS = Table("grids", _grid_table, numeric_from=5)
 _TRENDS = Table("trends", _trend_table, numeric_from=3)
 
+
+def _caption(found: Results) -> Caption:
+    squares = bool(found.where("success_interaction", axis=""))
+    return Caption(
+        f"{'Circles: success' if squares else 'Success'} under each condition minus success under the control"
+        f"{'. Squares: interactions of two interventions' * squares}; filled marks were detected.",
+        f"Bars are 95 % intervals over matched pairs of trials, corrected for the number of conditions"
+        f"{' (squares: of interactions)' * squares} and of agents. A difference is detected if the test rejects and "
+        "the interval excludes 0.",
+    )
+
+
 _FIGURE = Figure(
     "effects",
     "Difference in success from the control, one row per condition",
-    Caption(
-        "Circles: success under each condition minus success under the control. Squares: interactions of two "
-        "interventions; filled marks were detected.",
-        "Bars are 95 % intervals over matched pairs of trials, corrected for the number of conditions (squares: of "
-        "interactions) and of agents. A difference is detected if the test rejects and the interval excludes 0.",
-    ),
+    _caption,
     draw="lockprobe.figures.differences:effects",
     applies=_applies,
 )
-_GRID_CAPTION = Caption(
-    "Share of trials solved under every combination of two doses, with count and interval where there is room. "
-    "Darker cells are higher, crossed cells were not played, and the interaction is in points.",
-    "Intervals are 95 % Wilson intervals in per cent.",
-)
+
+
+def _grid_caption(found: Results) -> Caption:
+    return Caption(
+        "Share of trials solved under every combination of two doses, with count and interval where there is room. "
+        "Darker cells are higher, crossed cells were not played, and the interaction is in points.",
+        f"{wilson_said(row.agent for row in found.where('success_in_grid'))} Numbers are in per cent.",
+    )
 
 
 def _show(found: Results) -> Iterator[Part]:
@@ -278,7 +301,7 @@ def _of_grids(axes: Sequence[str]) -> Iterator[Block]:
     for number, axis in enumerate(axes, 1):
         alt = "Success under every combination of two doses, one cell each"
         yield Figure(
-            f"grid-{number}", alt, _GRID_CAPTION, draw="lockprobe.figures.dose_grid:dose_grid", arguments=(axis,)
+            f"grid-{number}", alt, _grid_caption, draw="lockprobe.figures.dose_grid:dose_grid", arguments=(axis,)
         )
     yield _TRENDS
     yield Note(

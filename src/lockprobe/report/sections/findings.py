@@ -19,6 +19,7 @@ from lockprobe.prose.panel import panel_said
 from lockprobe.prose.robot import rules_said, verdicts_said
 from lockprobe.prose.success import baselines_said, courses_said, finding
 from lockprobe.report.section import Block, Folded, Part, Section, Template, Text
+from lockprobe.report.sections.doses import dose_sections
 from lockprobe.report.study_numbers import StudyNumbers, share_rows
 from lockprobe.rows import Estimate, Finding, Results, Row
 from lockprobe.sections import section
@@ -137,8 +138,9 @@ def _blocks(found: Results, *, first: bool) -> Iterator[Block]:
 
 def _of_flips(found: Results) -> Iterator[Block]:
     """What is said of flip rates and modalities; of many agents, what is said of all of them first."""
-    courses, *others = (found.said("findings", kind) for kind in ("courses", "ranking", "baselines"))
-    all_agents = [Text(said) for sentences in others for said in sentences]
+    courses, ranking = (found.said("findings", kind) for kind in ("courses", "ranking"))
+    baselines = found.said("findings", "baselines") if found.said("findings", "finding") else []
+    all_agents = [Text(said) for said in (*ranking, *baselines)]
     if len(found.subjects) > _MANY and courses:
         yield from (Text(said, "first") for said in courses)
         yield from all_agents
@@ -174,10 +176,15 @@ def _by_agent(found: Results) -> Iterator[Block]:
 
 
 def _beside_flips(found: Results, *, first: bool) -> Iterator[Block]:
-    """What is said of other conditions and of the plant, and what the words mean."""
-    first &= not found.said("findings", "finding")
-    for i, said in enumerate(found.said("findings", "conditions")):
-        yield Text(said, "first" if first and not i else "")
+    """What is said of other doses, of other conditions and of the plant, and what the words mean.
+
+    Without a finding on flip rates, what baselines solved stands below these, as a comparison needs what it compares.
+    """
+    over_flips = found.said("findings", "finding")
+    doses = [] if found.not_judged else [said for name in dose_sections(found) for said in found.said(name, "finding")]
+    for i, said in enumerate((*doses, *found.said("findings", "conditions"))):
+        yield Text(said, "first" if first and not over_flips and not i else "")
+    yield from map(Text, [] if over_flips else found.said("findings", "baselines"))
     yield from (Text(said) for kind in ("rules", "panel") for said in found.said("findings", kind))
     if found.several_p:
         yield Text(

@@ -15,6 +15,7 @@ from lockprobe.analysis.proportions import ALPHA
 from lockprobe.audit.rates import false_positives, measured
 from lockprobe.formatting import NONE, p_cell
 from lockprobe.prose.hypothesis_tests import asked, effect_said, note_said
+from lockprobe.prose.subject import Subject
 from lockprobe.report.section import Block, Heading, Note, Part, Section, Template, Text
 from lockprobe.report.sections.course_rows import RULE
 from lockprobe.report.study_numbers import StudyNumbers
@@ -54,7 +55,8 @@ def tables_of_tests(courses: Iterable[Course], axis: Axis, *, testable: bool = T
         valid = [test for test in course.where("test") if testable or test.p_value is not None]
         lines = [line for test in valid for line in _lines(course, test, axis)]
         if lines:
-            blocks += [Heading(course.label, code=True), Template("tests", {"lines": lines})]
+            name = Subject.of(course.agent, course.shown).name
+            blocks += [Heading(name, code=True), Template("tests", {"lines": lines})]
     return blocks
 
 

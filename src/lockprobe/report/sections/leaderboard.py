@@ -11,6 +11,7 @@ from lockprobe.agents.llm.model_facts import Price
 from lockprobe.analysis.agent_comparison.leaderboard_row import Standing
 from lockprobe.analysis.axis import FLIPS
 from lockprobe.formatting import NONE, bracketed, percent
+from lockprobe.report.captions import wilson_said
 from lockprobe.report.costs import cost_rows, price_asked, price_facts, price_of
 from lockprobe.report.format import EVERY, TextTable
 from lockprobe.report.section import Block, Cells, Folded, Note, Section, Table
@@ -173,7 +174,8 @@ def leaderboard_blocks(found: Results, *, ranked: bool) -> Iterator[Block]:
     elsewhere = Markup("; tokens and costs are in <code>tables/leaderboard-by-p.csv</code>") if costly else ""
     by_p = Note(
         Markup("The columns of the table above at each flip rate{}.").format(elsewhere),
-        "Intervals of success are Wilson intervals; those of claims are clustered by trial.",
+        f"{wilson_said((course.agent for course in found.courses()), 'Intervals of success')} Those of claims are "
+        "clustered by trial.",
     )
     yield Folded("Results by flip rate", [Cells([row[:8] for row in _table_by_p(found)]), by_p])
 

@@ -14,13 +14,14 @@ from lockprobe.analysis.persistence import Persistence
 from lockprobe.analysis.published import PEAK
 from lockprobe.formatting import percent
 from lockprobe.prose.loops import LOOP_DEFINITION
+from lockprobe.report.captions import fit_said, paper_rates, wilson_said
 from lockprobe.report.format import TextTable
 from lockprobe.report.section import Beside, Block, Caption, Figure, Folded, Note, Part, Section, Table, Text
 from lockprobe.report.sections.course_rows import AgentCourse
 from lockprobe.report.sections.loops_over_doses import loops_over_doses
 from lockprobe.report.study_numbers import PlayedCell, StudyNumbers
 from lockprobe.report.table_rows import distinct, flips_first, share_of_row, under, varied
-from lockprobe.rows import Estimate, Results, Row
+from lockprobe.rows import Course, Estimate, Results, Row
 
 __all__ = ["SECTIONS"]
 
@@ -114,18 +115,45 @@ _DETECTORS = Table("detectors", _detector_table)
 
 
 def _fig5b_caption(found: Results) -> Caption:
-    text = "The paper's Fig. 5b: share of trials with an action loop by flip rate, with the second-order fit."
-    stars = (
-        "Hollow stars: values in the paper's text, reconstructed as 24 of 30 at a flip rate of 0 (“approximately "
-        "80 %”) and 16 of 30 at 0.4 (“a decrease of more than 26 %”, read as points)."
+    shown = _shown(found)
+    fit = ", with the second-order fit" if fit_said(shown, "loop_fit") else ""
+    text = f"The paper's Fig. 5b: share of trials with an action loop by flip rate{fit}."
+    drawn = {rate for course in shown for rate in paper_rates([course])}
+    stars = " and ".join(said for rate, said in _STARS.items() if rate in drawn)
+    return Caption(f"{text} Hollow stars: values in the paper's text, reconstructed as {stars}." if stars else text)
+
+
+_STARS = {
+    0.0: "24 of 30 at a flip rate of 0 (“approximately 80 %”)",
+    PEAK: "16 of 30 at 0.4 (“a decrease of more than 26 %”, read as points)",
+}
+"""Flip rate -> the paper's value there."""
+
+
+def _fig5a_caption(found: Results) -> Caption:
+    lines = [course.value("loop_success_line", "slope") for course in _shown(found)]
+    with_line = ", with the least-squares line and r" if any(slope is not None for slope in lines) else ""
+    return Caption(
+        "The paper's Fig. 5a: share of trials with an action loop against success, one dot per repetition and flip "
+        f"rate{with_line}.",
+        LENGTH_CAVEAT,
     )
-    return Caption(f"{text} {stars}" if _has_stars(found) else text)
 
 
-def _has_stars(found: Results) -> bool:
-    """Whether a flip rate of the paper lies among those of an agent that the study is about."""
-    played = [{cell.p or 0.0 for cell in one.cells} for one in found.courses() if one.subject and one.played]
-    return any(min(rates) <= p <= max(rates) for rates in played if len(rates) > 1 for p in (0.0, PEAK))
+def _fig5b_corrected_caption(found: Results) -> Caption:
+    wilson = wilson_said((course.agent for course in _shown(found)), "Intervals of loop rates")
+    return Caption(
+        "Loop rates with their chance levels in trials of the same lengths, and the share that has looped by each "
+        "step. Grey: from random actions (dotted) to those without repeats (dashed); crosses: the agent's own "
+        "transition probabilities; plus signs: its own actions in random order.",
+        f"{wilson} The share by step is one minus the Kaplan-Meier estimate, censored at success, which assumes that "
+        "solved trials would have looped like the others.",
+    )
+
+
+def _shown(found: Results) -> list[Course]:
+    """The agents that the study is about, as far as they have an ended trial."""
+    return [course for course in found.courses() if course.subject and course.played]
 
 
 def _ended(found: Results) -> bool:
@@ -142,11 +170,7 @@ _DRAWN = "lockprobe.figures.loops"
 _FIG5A = Figure(
     "fig5a",
     "Loop rate against success, as in the paper",
-    Caption(
-        "The paper's Fig. 5a: share of trials with an action loop against success, one dot per repetition and flip "
-        "rate, with the least-squares line and r.",
-        LENGTH_CAVEAT,
-    ),
+    _fig5a_caption,
     f"{_DRAWN}:loops_against_success",
     _over_p,
 )
@@ -173,13 +197,7 @@ _FIG5B = Figure(
 _FIG5B_CORRECTED = Figure(
     "fig5b-corrected",
     "Loop rates with their chance levels, and the onset of loops",
-    Caption(
-        "Loop rates with their chance levels in trials of the same lengths, and the share that has looped by each "
-        "step. Grey: from random actions (dotted) to those without repeats (dashed); crosses: the agent's own "
-        "transition probabilities; plus signs: its own actions in random order.",
-        "Intervals of loop rates are 95 % Wilson intervals. The share by step is one minus the Kaplan-Meier estimate, "
-        "censored at success, which assumes that solved trials would have looped like the others.",
-    ),
+    _fig5b_corrected_caption,
     f"{_DRAWN}:loops_with_chance",
     _ended,
 )

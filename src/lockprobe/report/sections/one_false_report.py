@@ -16,6 +16,7 @@ from lockprobe.record import Trial
 from lockprobe.report.format import TextTable
 from lockprobe.report.section import Block, Folded, Note, Part, Section, Table, Template, Text
 from lockprobe.report.study_numbers import StudyNumbers
+from lockprobe.report.table_rows import name_of
 from lockprobe.rows import Estimate, Fact, Finding, Results, Row
 
 __all__ = ["SECTIONS", "effects_on"]
@@ -55,8 +56,8 @@ def effects_on(heeding: dict[Who, Subject], trials: Sequence[Trial]) -> Iterator
             yield Fact(about=_about(*who), name=f"{left_out.outcome}, {left_out.among}", text=left_out.reason)
         yield _said("effect", excursion_said(effects, heeding[who]), who)
     parts = [
-        f"{bracketed(one.effect, one.low, one.high)} {agent}"
-        for (agent, _), effects in found.items()
+        f"{bracketed(one.effect, one.low, one.high)} {heeding[who].name}"
+        for who, effects in found.items()
         for one in effects.estimates
         if (one.outcome, one.among) == ("solved", "all")
     ]
@@ -97,12 +98,12 @@ def _words(of: str) -> tuple[str, str]:
 
 def _table(found: Results) -> TextTable:
     """Every effect of one false report."""
-    if not found.where(_REPORTS):
+    if not found.where(_EFFECT):
         return []
     head = ["agent", "outcome", "among", "effect, points", "P", "reports", "detectable effect (80 % power), points"]
     return [head] + [
         [
-            row.agent,
+            found.label(row.agent, row.modality),
             *_words(row.of),
             bracketed(row.value, row.low, row.high),
             p_cell(row.p_value),
@@ -141,7 +142,10 @@ def _blocks(found: Results) -> Iterator[Block]:
         "treatment, clustered by block.",
     )
     left_out = Template("effects_left_out", {"agents": list(_left_out(found))})
-    yield Folded("All effects of one false report", [_TABLE, left_out, note])
+    if found.where(_EFFECT):
+        yield Folded("All effects of one false report", [_TABLE, left_out, note])
+    else:
+        yield left_out
 
 
 def _left_out(found: Results) -> Iterator[tuple[str, dict[str, list[str]]]]:
@@ -152,7 +156,7 @@ def _left_out(found: Results) -> Iterator[tuple[str, dict[str, list[str]]]]:
             what, where = _words(name)
             reasons.setdefault(reason, []).append(f"{what} ({where})")
         if reasons:
-            yield row.agent, dict(sorted(reasons.items()))
+            yield name_of(found, row.agent, row.modality), dict(sorted(reasons.items()))
 
 
 SECTIONS = (Section(name=_NAME, title="Effect of one false report", rows=_rows, show=_show, tables=(_TABLE,)),)

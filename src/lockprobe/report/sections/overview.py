@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import count, takewhile
+from typing import cast
 
 from lockprobe.agents.catalogue import description
 from lockprobe.analysis.axis import FLIPS, Axis
 from lockprobe.analysis.condition_study import ConditionStudySummary
 from lockprobe.analysis.effects import Effects
-from lockprobe.analysis.published import PEAK
 from lockprobe.analysis.reference import Reference
 from lockprobe.analysis.summary import AgentSummary, StudySummary
 from lockprobe.analysis.why import Why
@@ -33,9 +33,10 @@ from lockprobe.prose.overview import (
 )
 from lockprobe.prose.readings import BOTH_FIT
 from lockprobe.prose.several_answers import of_axis, of_conditions, several_answers
-from lockprobe.prose.subject import Subject
+from lockprobe.prose.subject import Subject, subject_of
 from lockprobe.prose.why import mechanism_said
 from lockprobe.record import Trial
+from lockprobe.report.captions import paper_rates
 from lockprobe.report.section import Caption, Figure, Part, Section, Template
 from lockprobe.report.sections import all_sections
 from lockprobe.report.sections.readings import untested
@@ -202,7 +203,7 @@ def _of_conditions(flips: StudySummary, found: ConditionStudySummary, study: Stu
             trial=trial_said(study.max_steps, "conditions"),
             answer=_joined(several_answers(questions), BOTH_FIT * (_readings(axes) > 1)),
             chance=_no_advantage(found, effects) or _joined(*map(not_above_chance, axes[:1])),
-            needed=_joined(*dict.fromkeys((*map(flips_needed, axes), effects_needed(effects)))),
+            needed=_joined(*dict.fromkeys((*(flips_needed(one, named=True) for one in axes), effects_needed(effects)))),
             numbers=tuple(row for one in axes for row in map(_numbers, one.judged)),
         )
         if not effects and not axes and idle:
@@ -326,21 +327,26 @@ def _numbers(agent: AgentSummary) -> _KeyNumbers:
         against = f"{start}from {agent.axis.name}{options} {doses}{which}"
         against += "" if contrast.whole else f", of {gap.first.n} trials finished under both"
     return _KeyNumbers(
-        agent=agent.name,
+        agent=subject_of(agent).name,
         what=description(agent.spec),
         success=share(found.value, found.low, found.high),
-        where=f"of {found.n} trials solved {at_dose(first.dose, agent.axis)}",
+        where=f"of {found.n} trials solved {_under(first.name) or at_dose(first.dose, agent.axis)}",
         change=change,
         against=against,
         agents=contrast.agents if contrast else 1,
     )
 
 
+def _under(condition: str) -> str:
+    """What a condition of true reports is called on every card; empty for others."""
+    return at_dose(0) if condition == TRUTH else ""
+
+
 def _why_numbers(found: Why, spec: str) -> _KeyNumbers:
     """Success under true reports, and the planned comparison with lies."""
     truth, change = next(one.success for one in found.arms if one.arm == "truth"), found.change
     return _KeyNumbers(
-        agent=found.agent,
+        agent=Subject.of(found.agent).name,
         what=description(spec),
         success=share(truth.value, truth.low, truth.high),
         where=f"of {truth.n} trials solved under true reports",
@@ -355,10 +361,10 @@ def _condition_numbers(found: Effects, spec: str) -> _KeyNumbers:
     clearest = min(found.effects, key=lambda one: (one.difference.p_value, -abs(one.difference.value)))
     gap = clearest.difference
     return _KeyNumbers(
-        agent=found.agent,
+        agent=Subject.of(found.agent).name,
         what=description(spec),
         success=share(gap.first.value, gap.first.low, gap.first.high),
-        where=f"of {gap.first.n} trials solved under {found.control}",
+        where=f"of {gap.first.n} trials solved {_under(found.control) or f'under {found.control}'}",
         change=f"{bracketed(gap.value, gap.low, gap.high)} points",
         against=f"{'clearest ' * (len(found.effects) > 1)}change under {clearest.condition}",
         agents=found.agents,
@@ -366,8 +372,7 @@ def _condition_numbers(found: Effects, spec: str) -> _KeyNumbers:
 
 
 def _caption(found: Results) -> Caption:
-    rates = found.flip_rates
-    stars = found.several_p and any(rates[0] <= place <= rates[-1] for place in (0.0, PEAK))
+    stars = paper_rates(found.courses())
     return Caption(
         "Grey: between random agents with/without immediate repeats."
         f"{' Stars: another model and box.' if stars else ''}",
@@ -402,12 +407,28 @@ def _show(found: Results) -> Iterator[Part]:
     values = {
         "said": dict.fromkeys(_SAID, "") | said,
         "screen": {"more": ""} | screen,
-        "numbers": [{"what": "", "against": ""} | row for row in numbers],
+        "cards": _cards(numbers),
         "figures": [one for of in all_sections() for one in of.figures if one.name == screen.get("figure")],
         "box": _BOX,
     }
     if said:
         yield Part("First screen", found.answer_of("overview"), [Template("first_screen", values)])
+
+
+def _cards(numbers: Iterable[dict[str, str]]) -> list[dict[str, object]]:
+    """A card for each agent: every success once, with all changes from it."""
+    cards: dict[str, dict[str, object]] = {}
+    shares: dict[tuple[str, ...], list[dict[str, str]]] = {}
+    for row in numbers:
+        card = cards.setdefault(row["agent"], {"agent": row["agent"], "what": row.get("what", ""), "shares": []})
+        key = row["agent"], row["success"], row["where"]
+        if key not in shares:
+            shares[key] = []
+            own = cast("list[dict[str, object]]", card["shares"])
+            own.append({"success": row["success"], "where": row["where"], "changes": shares[key]})
+        if row.get("against"):
+            shares[key].append({"change": row["change"], "against": row["against"]})
+    return list(cards.values())
 
 
 def without_answer(found: Results) -> Results:

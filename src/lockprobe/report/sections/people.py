@@ -321,13 +321,12 @@ def _show(found: Results) -> Iterator[Part]:
     planned, finished = (found.get("boxes", agent=PEOPLE, condition="", of=of) for of in ("planned", "finished"))
     if planned is not None and finished is not None:
         played, asked = int(finished.value or 0), int(planned.value or 0)
-        said = f"{played} of {asked} boxes were played."
-        yield Part("People", said, list(_blocks(found, played, asked)))
+        owed = f"; {asked - played} are still available" if asked != played else ""
+        said = f"{played} of {asked} boxes for people were played{owed}."
+        yield Part("People", said, list(_blocks(found)))
 
 
-def _blocks(found: Results, played: int, asked: int) -> Iterator[Block]:
-    owed = f"; {asked - played} are still available" if asked != played else ""
-    yield Text(f"{played} of {asked} boxes for people were played{owed}.")
+def _blocks(found: Results) -> Iterator[Block]:
     yield from map(Text, found.said("people"))
     if not _any(found):
         return

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from lockprobe.interventions.flip import READINGS
+from lockprobe.prose.subject import Subject
 from lockprobe.record import STATES
 from lockprobe.report.section import Part, Section, Template
 from lockprobe.report.study_numbers import StudyNumbers
@@ -53,6 +54,7 @@ def _show(found: Results) -> Iterator[Part]:
     values = {
         "run": run,
         "people": people,
+        "subjects": [Subject.of(agent).name for agent in found.subjects],
         "others": [agent for agent in found.study.get("agents", ()) if agent not in found.subjects],
         "modalities": modalities if len(modalities) != 1 or modalities[0] not in (STATES, "symbolic") else [],
         "conditions": list(dict.fromkeys(cell.condition for cell in found.cells)) if found.beside_flips else [],

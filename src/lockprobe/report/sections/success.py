@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 from markupsafe import Markup
@@ -10,8 +10,10 @@ from markupsafe import Markup
 from lockprobe.analysis.axis import FLIPS
 from lockprobe.analysis.proportions import ALPHA
 from lockprobe.analysis.published import PEAK
-from lockprobe.formatting import NONE, minus, p_cell, percent
-from lockprobe.prose.success import courses_said
+from lockprobe.formatting import NONE, listed, minus, p_cell, percent
+from lockprobe.prose.subject import Subject
+from lockprobe.prose.success import course_said, courses_said
+from lockprobe.report.captions import best_dose_said, fit_said, model_said, paper_rates, wilson_said
 from lockprobe.report.format import DETECTED, TextTable
 from lockprobe.report.section import (
     Beside,
@@ -94,17 +96,44 @@ def _loops_begin(course: Course) -> str:
 _COURSES = Table("courses", _course_table, numeric_from=1, cards=True)
 
 
+_STARS = {0.0: "23.3 % at a flip rate of 0", PEAK: "20 of 30 at 0.4, 2.85 times the success at 0"}
+"""Flip rate -> the paper's value there."""
+
+
 def _fig4_caption(found: Results) -> Caption:
-    rates = found.flip_rates
-    stars = len(rates) > 1 and any(rates[0] <= p <= rates[-1] for p in (0.0, PEAK))
-    values = (
-        " Hollow stars: values in the paper's text, 23.3 % at a flip rate of 0 and 2.85 times that, 20 of 30, at 0.4."
-    )
+    stars = " and ".join(_STARS[rate] for rate in paper_rates(found.courses()))
+    values = f" Hollow stars: values in the paper's text, {stars}." if stars else ""
+    fit = fit_said(_subjects(found), "success_fit")
     return Caption(
-        f"The paper's Fig. 4: success by flip rate.{values if stars else ''}",
-        "Dots are repetitions (larger where several coincide), markers their means. The line is the second-order "
-        "least-squares fit with its 95 % bootstrap band.",
+        f"The paper's Fig. 4: success by flip rate.{values}",
+        "Dots are repetitions (larger where several coincide), markers their means."
+        f"{f' The line is the {fit}.' if fit else ''}",
     )
+
+
+def _corrected_caption(found: Results) -> Caption:
+    subjects = _subjects(found)
+    return Caption(
+        "Success by flip rate, with the exact success of random agents. "
+        f"{best_dose_said(subjects, 'flip rate')}".strip(),
+        f"{_intervals(subjects)} {model_said(subjects)}".strip(),
+    )
+
+
+def _courses_caption(found: Results) -> Caption:
+    return Caption(
+        "Share of trials solved (circles) and share with an action loop (squares) by flip rate, one panel per agent. "
+        "The heading compares success with that at the lowest flip rate.",
+        _intervals(found.courses()),
+    )
+
+
+def _subjects(found: Results) -> list[Course]:
+    return [course for course in found.courses() if course.subject]
+
+
+def _intervals(courses: Iterable[Course]) -> str:
+    return wilson_said(course.agent for course in courses)
 
 
 _DRAWN = "lockprobe.figures.success_by_flip_rate"
@@ -118,23 +147,14 @@ _FIG4 = Figure(
 _FIG4_CORRECTED = Figure(
     "fig4-corrected",
     "Success rate by flip rate, with intervals and chance levels",
-    Caption(
-        "Success by flip rate, with the exact success of random agents. Triangles mark the 95 % set of the best flip "
-        "rate; the diamond is the highest share, corrected for selection of the maximum.",
-        "Intervals are 95 % Wilson intervals. The line is a binomial model of the order with the lowest AICc, with its "
-        "95 % band.",
-    ),
+    _corrected_caption,
     f"{_DRAWN}:fig4_corrected",
     applies=lambda found: found.several_p,
 )
 _COURSES_DRAWN = Figure(
     "courses",
     "Success and loop rate by flip rate, one panel per agent",
-    Caption(
-        "Share of trials solved (circles) and share with an action loop (squares) by flip rate, one panel per agent. "
-        "The heading compares success with that at the lowest flip rate.",
-        "Intervals are 95 % Wilson intervals.",
-    ),
+    _courses_caption,
     f"{_DRAWN}:courses",
     applies=lambda found: found.several_p and not found.not_judged,  # its headings are verdicts
 )
@@ -147,8 +167,8 @@ def _show(found: Results) -> Iterator[Part]:
 
 def _blocks(found: Results) -> Iterator[Block]:
     judged = [] if found.not_judged else [course for course in found.courses() if course.subject]
-    fits = [(course.label, _fit_said(course)) for course in judged]
-    best = [(course.label, said) for course in judged if not course.blind and (said := _best_said(course))]
+    fits = [(_name(course), _fit_said(course)) for course in judged]
+    best = [(_name(course), said) for course in judged if not course.blind and (said := _best_said(course))]
     yield Beside(
         [
             replace(_FIG4, below=_of_agents("The fit, agent by agent", fits)),
@@ -163,6 +183,10 @@ def _blocks(found: Results) -> Iterator[Block]:
         yield _COURSES_DRAWN
         yield _COURSES
         yield _COURSE_NOTE
+
+
+def _name(course: Course) -> str:
+    return Subject.of(course.agent, course.shown).name
 
 
 def _of_agents(summary: str, said: list[tuple[str, str]]) -> tuple[Block, ...]:
@@ -191,10 +215,7 @@ def _best_said(course: Course) -> str:
     if (order := course.value("success_model_order", "AICc")) is not None:
         said.append(f"AICc prefers order {order:g}.")
     if best is not None:
-        members = ", ".join(f"{row.value:g}" for row in course.where("best_dose_set"))
-        sure = f"with 95 % confidence the best flip rate is one of {members}"
-        of = sure if members else "any flip rate may be the best"
-        said.append(f"Success is highest at a flip rate of {best:g}; {of}.")
+        said.append(f"{_highest(course, best)}; {_sure(course)}.")
     if (honest := course.value("success_at_best_dose")) is not None:
         seen = percent(course.value("success_at_best_dose", "uncorrected"))
         said.append(
@@ -202,6 +223,28 @@ def _best_said(course: Course) -> str:
             "some upward bias remains."
         )
     return " ".join(said)
+
+
+def _highest(course: Course, best: float) -> str:
+    """Where success is highest, with every flip rate that ties."""
+    shares = {cell.dose: cell.value("success") or 0.0 for cell in _analysed(course)}
+    tied = [f"{dose:g}" for dose, share in shares.items() if share == max(shares.values())]
+    if len(tied) < 2:
+        return f"Success is highest at a flip rate of {best:g}"
+    if len(tied) == len(shares):
+        return f"Success is the same at flip rates of {listed(tied)}"
+    return f"Success is highest at flip rates of {listed(tied)}, which tie"
+
+
+def _sure(course: Course) -> str:
+    """Which flip rates may be the best; a set that was not borne out by a detected difference carries no confidence."""
+    members = [f"{row.value:g}" for row in course.where("best_dose_set")]
+    if not members:
+        return "any flip rate may be the best"
+    if _kind(course) == course_said("no change detectable"):
+        there = f"the 95 % set of the best one is {listed(members, 'or')}"
+        return f"no difference from the lowest flip rate was detected, and {there}"
+    return f"with 95 % confidence the best flip rate is {listed(members, 'or')}"
 
 
 def _contrast_rows(found: Results) -> Iterator[dict[str, object]]:

@@ -77,14 +77,14 @@ def _arms(found: Why, own: _Own, numbers: StudyNumbers) -> Iterator[Estimate]:
 
 
 def _told_twice(found: Why, trials: Sequence[Trial]) -> Iterator[Exhibit]:
-    """The first trial of an agent that it solved under either true or false reports, as its success changes."""
-    names, rises = {one.arm: one.condition for one in found.arms}, found.change.value > 0
+    """The first trial of an agent that it solved under true reports or under false ones, but not under both."""
+    names = {one.arm: one.condition for one in found.arms}
     own = {(one.condition, one.repetition, one.trial): one for one in trials if one.group == found.agent}
     for (condition, repetition, number), truth in own.items():
         lie = own.get((names["lie"], repetition, number))
         if condition != names["truth"] or lie is None or "error" in (truth.ending, lie.ending):
             continue
-        if (truth.solved, lie.solved) == (not rises, rises):
+        if truth.solved != lie.solved:
             same = [a == b for a, b in zip(truth.actions, lie.actions, strict=False)]
             parted = (same.index(False) if False in same else len(same)) + 1
             yield exhibit("why", "Under true reports", truth, of="truth", parted=parted)
@@ -210,8 +210,8 @@ def _twice(found: Results, asked: Sequence[Estimate]) -> Part:
     shown = [one for one in found.exhibits if one.section == "why"]
     told = [one for one in shown if one.of == "truth"]
     note = Note(
-        "One trial with true and with false reports and the same random numbers: the first on record with different "
-        "outcomes, not a typical one. A blue frame marks the first step at which the actions differ.",
+        "One trial with true and with false reports and the same random numbers: the first on record that was solved "
+        "with only one of them, not a typical one. A blue frame marks the first step at which the actions differ.",
         "Each panel is a step: squares are joints in panel order, grey if they have moved; the circle is the target; a "
         "frame marks the attempt. The report is below, in red if it was false.",
     )

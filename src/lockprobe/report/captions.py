@@ -1,0 +1,63 @@
+"""What captions say of things that only some figures and tables have: stars, fits, best doses, kinds of intervals."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from lockprobe.analysis.published import PEAK
+from lockprobe.rows import Course
+from lockprobe.spec import PEOPLE
+
+__all__ = ["best_dose_said", "fit_said", "model_said", "paper_rates", "wilson_said"]
+
+
+def paper_rates(courses: Iterable[Course]) -> list[float]:
+    """The flip rates of the paper's values, 0 and 0.4, that lie on the axis of these agents; none with one rate."""
+    played = {cell.dose for course in courses for cell in course.cells if cell.dose is not None}
+    return [rate for rate in (0.0, PEAK) if len(played) > 1 and min(played) <= rate <= max(played)]
+
+
+def fit_said(courses: Iterable[Course], curve: str) -> str:
+    """The second-order fit with its band; empty where none is drawn."""
+    fits = [fit for course in courses if (fit := course.curve(curve))]
+    if not fits:
+        return ""
+    return "second-order least-squares fit" + " with its 95 % bootstrap band" * any(fit.low for fit in fits)
+
+
+def model_said(courses: Sequence[Course]) -> str:
+    """The line of the binomial model, as a sentence; empty where none is drawn."""
+    models = [model for course in courses if _several(course) and (model := course.curve("success_model"))]
+    if not models:
+        return ""
+    band = ", with its 95 % band" * any(model.low for model in models)
+    return f"The line is a binomial model of the order with the lowest AICc{band}."
+
+
+def best_dose_said(courses: Sequence[Course], dose: str) -> str:
+    """The marks of the best dose, as a sentence; empty where none is drawn."""
+    several = [course for course in courses if _several(course)]
+    marks = []
+    if any(course.where("best_dose_set") for course in several):
+        marks.append(f"triangles mark the 95 % set of the best {dose}")
+    if any(course.value("success_at_best_dose") is not None for course in several):
+        marks.append("the diamond is the highest share, corrected for selection of the maximum")
+    said = "; ".join(marks)
+    return f"{said[:1].upper()}{said[1:]}." if said else ""
+
+
+def _several(course: Course) -> bool:
+    """Whether several doses may be the best."""
+    return len(course.where("best_dose_probability")) > 1
+
+
+def wilson_said(agents: Iterable[str], of: str = "Intervals") -> str:
+    """What intervals of shares are, as a sentence: those of people are clustered by person.
+
+    >>> wilson_said(["random"]), wilson_said(["participant"])
+    ('Intervals are 95 % Wilson intervals.', 'Intervals are 95 % intervals clustered by person.')
+    """
+    people = {agent == PEOPLE for agent in agents}
+    if people == {True}:
+        return f"{of} are 95 % intervals clustered by person."
+    return f"{of} are 95 % Wilson intervals{', clustered by person for people' * (True in people)}."
