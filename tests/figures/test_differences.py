@@ -145,8 +145,17 @@ def test_agents_share_one_axis_and_people_are_called_people():
     assert second.get_title(loc="left").startswith("people\n")
 
 
+def test_in_a_column_agents_stand_below_each_other_and_a_single_one_needs_no_column():
+    found = [difference("nudge", 0.1), difference("nudge", 0.6, agent="participant")]
+    screen, column = (effects(found_of(found), size) for size in ("screen", "column"))
+    assert column.get_figwidth() == screen.get_figwidth() / 2
+    assert [axes.get_subplotspec().colspan.start for axes in column.axes] == [0, 0]
+    assert [axes.get_title(loc="left") for axes in column.axes] == [axes.get_title(loc="left") for axes in screen.axes]
+    assert effects(found_of(found[:1]), "column") is None
+
+
 def test_without_a_comparison_there_is_nothing_to_draw():
-    assert effects(found_of([])) is None
+    assert effects(found_of([])) is effects(found_of([]), "column") is None
 
 
 def sample(study, solved, condition="truth", luck=1):

@@ -20,6 +20,12 @@ def test_success_over_flip_rates_stands_beside_chance_and_the_paper(studies):
     assert "flip rate" in figure.axes[0].get_xlabel()
 
 
+def test_no_patch_behind_the_name_of_the_paper_hides_lines(studies):
+    named = [text for text in draw_overview(studies["three"]).axes[0].texts if "Zenkri" in text.get_text()]
+    assert named
+    assert all(text.get_bbox_patch() is None for text in named)
+
+
 def test_a_single_flip_rate_is_shown_by_step_without_the_paper(studies):
     figure = draw_overview(studies["one p"])
     assert figure.axes[0].get_xlabel() == "number of interactions"

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -77,10 +78,11 @@ def _row(
 
 
 @own_settings()
-def effects(found: Results) -> Figure | None:
+def effects(found: Results, size: Literal["screen", "column"] = "screen") -> Figure | None:
     """Every condition against the control, and crossings of two interventions that stand in no grid.
 
-    A panel for each agent that has conditions to compare.
+    A panel for each agent that has conditions to compare. In a column, panels are below each other; None for a single
+    panel, which fits a column as it is.
     """
     own: dict[tuple[str, str], list[Estimate]] = {}
     for row in found.against_control():
@@ -100,6 +102,9 @@ def effects(found: Results) -> Figure | None:
         panels.append(_Panel.of(rows, safe_name(who, _LONGEST), pairs, label=label))
     reach = max((one.reach for one in panels), default=0.0)  # one axis, so that agents can be compared
     panels = [replace(one, reach=reach) for one in panels]
+    if size == "column":
+        heights = [height(one.rows) for one in panels]
+        return sheet(panels, _draw, columns=1, heights=heights) if len(panels) > 1 else None
     return sheet(panels, _draw, heights=[max(height(one.rows) for one in panels)]) if panels else None
 
 

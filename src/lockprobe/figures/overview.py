@@ -9,6 +9,7 @@ from typing import Any, Literal
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patheffects import withStroke
 
 from lockprobe.analysis.published import SOLVED_AT_0, SOLVED_AT_40
 from lockprobe.figures.compose import COLUMN, HEIGHT, sheet
@@ -92,8 +93,8 @@ def _by_p(found: Results, axes: Axes, shown: _Shown) -> None:
     for place in stars:
         side = 1 if place[0] < sum(axes.get_xlim()) / 2 else -1
         beside: dict[str, Any] = {"textcoords": "offset points", "va": "center", "ha": "left" if side > 0 else "right"}
-        behind = {"facecolor": "white", "alpha": 0.75, "linewidth": 0, "pad": 0.4}
-        axes.annotate("Zenkri\n& Brock", place, (6 * side, 0), color=FAINT, zorder=6, bbox=behind, **beside)
+        beside["path_effects"] = [withStroke(linewidth=1.4, foreground="white")]  # a patch would hide lines
+        axes.annotate("Zenkri\n& Brock", place, (6 * side, 0), color=FAINT, zorder=6, **beside)
     label_right(axes, labels)
 
 

@@ -12,6 +12,7 @@ from lockprobe.lockbox.families import box
 from lockprobe.record import TrialError
 from lockprobe.report.opened import open_study
 from lockprobe.report.pages import page_of
+from lockprobe.report.rendering import image
 from lockprobe.report.results import results_of
 from lockprobe.report.sections.overview import SECTIONS, _condition_numbers, without_answer
 from lockprobe.report.study_numbers import study_numbers
@@ -82,6 +83,13 @@ def test_the_first_screen_is_in_the_results_and_on_the_page(models):
     shown += [fact.text for fact in models.facts if fact.about.startswith("first screen") and fact.name != "figure"]
     assert all(one in top for one in shown)
     assert "Partial" not in top
+
+
+def test_a_narrow_screen_shows_the_figure_of_a_column(models):
+    drawn = {name: {"svg": f"<svg>{name}</svg>".encode()} for name in ("overview", "overview-column")}
+    page = page_of("report", models, drawn).partition('<div class="screen">')[2]
+    wide, narrow = (image(forms["svg"])["source"] for forms in drawn.values())
+    assert f'<source media="(max-width: 40rem)" srcset="{narrow}"><img src="{wide}"' in page
 
 
 def test_quantities_that_the_sentences_rest_on_exist(models):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import permutations
 from typing import Any
 
@@ -252,6 +253,7 @@ _FIGURE = Figure(
     draw="lockprobe.figures.differences:effects",
     applies=_applies,
 )
+_COLUMN = replace(_FIGURE, name="effects-column", arguments=("column",))
 
 
 def _grid_caption(found: Results) -> Caption:
@@ -326,6 +328,6 @@ SECTIONS = (
         rows=_rows,
         show=_show,
         tables=(_EFFECTS, _CROSSINGS, _GRIDS, _TRENDS),
-        figures=(_FIGURE,),
+        figures=(_FIGURE, _COLUMN),
     ),
 )
