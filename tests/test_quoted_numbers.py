@@ -174,6 +174,8 @@ QUOTED = [
      lambda: [course(p=1, flip=kind).success for kind in (DEFAULT, "memoryless")]),
     ("docs/readings.md", "solves {} % of its trials without false reports, {} % by default and {} % with `others=kept`",
      lambda: percent(sampled(0).value, sampled(0.4).value, sampled(0.4, "integrated").value)),
+    ("docs/agents.md", "solves it with probability {} at a flip rate of 0, {} at 0.3 and {} at 1.",
+     lambda: success("cognitive:insistent", 0, 0.3, 1)),
     ("docs/agents.md", "it solves {} % at a flip rate of 0, {} % at a flip rate of 0.3 and {} % at a flip rate of 1 (of 100 000 trials each",
      lambda: percent(*(sampled(p).value for p in (0, 0.3, 1)))),
     ("docs/agents.md", "95 % intervals of ±{:.1f} points",
