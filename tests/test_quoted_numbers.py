@@ -24,6 +24,7 @@ from lockprobe.lockbox.difficulty import difficulty
 from lockprobe.lockbox.families import box
 from lockprobe.lockbox.layouts import permuted
 from lockprobe.lockbox.solve import optimum, random_no_repeat_success, random_success
+from lockprobe.montecarlo.excursions import lie_effects
 from lockprobe.montecarlo.propagation import propagate
 from lockprobe.studies.paper import LEARNER
 from lockprobe.studies.studyfile import study
@@ -184,6 +185,9 @@ QUOTED = [
      lambda: [min(course("ideal-observer", p).success for p in (0, 0.5, 1))]),
     ("docs/limits.md", "all four readings, 0.5 among them", lambda: [][:doubter_is_done_by() > 20]),
     ("docs/readings.md", "is {:.2f} without false reports", lambda: [course("cognitive:perseverant").success]),
+    *(("docs/why.md", f"| `{agent}` | {p} | {{:+.1f}} |",
+       lambda agent=agent, p=p: [100 * lie_effects(agent, p=p, modality="symbolic").mean])
+      for agent, p in (("cognitive:perseverant", 0.3), ("cognitive:insistent", 0.4), ("human-inspired", 0.4))),
     ("README.md", "solves it in 20 steps with probability {}, round-robin always.", lambda: success("random", 0)),
     ("README.md", "reference curve: 80 % by step {}, all by step 20.", lambda: [course().by(0.8)]),
     ("docs/commands.md", "how often a blind agent loops: {:.4f}; also", lambda: [chance_level(20).probability]),
