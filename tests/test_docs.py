@@ -157,11 +157,12 @@ def test_a_study_in_toml_is_shown():
     assert any(re.search(r"^study = ", parameter.values[1], re.MULTILINE) for parameter in blocks("toml"))
 
 
+PLACES = {"SPEC", "NAME=SPEC", "llm:gguf:PATH"}
+"""What stands where a reader writes an agent of their own."""
+
+
 @pytest.mark.parametrize(
-    "spec",
-    sorted(
-        {one for whole in PAGE.values() for one in re.findall(r"--agent '?([^\s'`]+)", whole)} - {"SPEC", "NAME=SPEC"}
-    ),
+    "spec", sorted({one for whole in PAGE.values() for one in re.findall(r"--agent '?([^\s'`]+)", whole)} - PLACES)
 )
 def test_an_agent_that_is_named_exists(spec):
     (alone,), _ = named_agents([spec])

@@ -10,7 +10,6 @@ from tempfile import TemporaryDirectory
 from typer.testing import CliRunner
 
 import lockprobe
-from lockprobe.analysis.proportions import difference, proportion
 from lockprobe.cli import build
 from lockprobe.formatting import percent
 from lockprobe.studies.studyfile import study
@@ -67,10 +66,24 @@ def test_the_first_study(tmp_path):
     ]
 
 
-def test_six_trials_are_too_few_to_show_it():
-    counts = [solved("human-inspired", p, FIRST[:1], p=(0, 0.2, 0.4, 0.6), trials=6) for p in (0, 0.6)]
-    assert "solves {} of 18 trials when told the truth and {} of 18 at".format(*counts) in text_of("start.md")
-    assert difference(proportion(counts[0], 18), proportion(counts[1], 18)).high > -0.05
+def test_five_trials_are_too_few_to_show_it(tmp_path):
+    options = {"agents": FIRST[:1], "p": (0, 0.2, 0.4, 0.6), "trials": 5}
+    counts = [solved("human-inspired", p, **options) for p in (0, 0.6)]
+    assert "solves {} of 15 trials when told the truth and {} of 15 at".format(*counts) in text_of("start.md")
+    lockprobe.run_study(study("flips", agent=FIRST[:1], p=options["p"], trials=5), tmp_path / "few")
+    assert lockprobe.results(tmp_path / "few").answer.startswith("Inconclusive")
+
+
+def test_the_groups_of_a_lesson_find_what_it_says(tmp_path):
+    page = (ROOT / "docs/tutorial-teaching.md").read_text("utf-8")
+    sizes = [int(size) for size in re.findall(r"--p 0,0.6 --trials (\d+) --out group", page)]
+    answers = []
+    for size in sizes[:2]:  # the third has more trials of the same
+        planned = study("flips", agent=("human-inspired", "random"), p=(0, 0.6), trials=size)
+        lockprobe.run_study(planned, tmp_path / str(size))
+        answers.append(lockprobe.results(tmp_path / str(size)).answer.split()[0])
+    assert answers == ["Inconclusive:", "False"]
+    assert f"with {sizes[0]}, {sizes[1]} and {sizes[2]} trials per repetition" in text_of("tutorial-teaching.md")
 
 
 def test_the_trial_that_is_watched(tmp_path):

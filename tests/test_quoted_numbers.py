@@ -19,10 +19,12 @@ from scipy.stats import binom
 import lockprobe
 from lockprobe.analysis.chance import chance_level
 from lockprobe.analysis.proportions import proportion
+from lockprobe.interventions.flip import DEFAULT
 from lockprobe.lockbox.difficulty import difficulty
 from lockprobe.lockbox.families import box
 from lockprobe.lockbox.layouts import permuted
 from lockprobe.lockbox.solve import optimum, random_no_repeat_success, random_success
+from lockprobe.montecarlo.excursions import lie_effects
 from lockprobe.montecarlo.propagation import propagate
 from lockprobe.studies.paper import LEARNER
 from lockprobe.studies.studyfile import study
@@ -32,11 +34,11 @@ MAP = "cognitive:random-map?window=1&avoid=last"
 COMPARED = ("chain-4", "fork", "reset", "gray-code")
 NEVER = "\N{EN DASH}"
 NEAREST = "human-inspired:proximity"
-READINGS = ("transient", "sticky", "outcome-only")
+READINGS = ("re-observed", "integrated", "memoryless", "latched")
 
 
 @cache
-def course(agent="human-inspired", p=0.0, flip="transient"):
+def course(agent="human-inspired", p=0.0, flip=DEFAULT):
     return propagate(agent, "chain-4", p=p, flip=flip)
 
 
@@ -84,8 +86,8 @@ def hardness(key, form=""):
 
 
 @cache
-def sampled(p):
-    found = lockprobe.population(MAP, p=p, trials=100_000, streams="fast")
+def sampled(p, flip=DEFAULT):
+    found = lockprobe.population(MAP, p=p, flip=flip, trials=100_000, streams="fast")
     return proportion(int(found.solved.sum()), len(found))
 
 
@@ -129,15 +131,22 @@ def widest(trials):
 def doubter_is_done_by():
     """The last step at which it solves the box in any reading. It acts on its reports alone, so every course that is
     possible at some p is possible at 0.4, which a table below has too."""
-    kinds = (*READINGS, "re-observed", "integrated")
-    return max(course("ideal-observer?noise=aware", 0.4, flip).by(1) for flip in kinds)
+    return max(course("ideal-observer?noise=aware", 0.4, flip).by(1) for flip in READINGS)
+
+
+def widest_gap(*several):
+    """The greatest difference in success between the default and memoryless state noise, over four agents."""
+    agents = ("human-inspired", *(f"cognitive:{name}" for name in ("careful", "perseverant", "insistent")))
+    return max(
+        abs(course(agent, p).success - course(agent, p, "memoryless").success) for agent in agents for p in several
+    )
 
 
 @cache
-def told(modality):
+def told(modality, flip=DEFAULT):
     """How many of the 300 trials of seed 1 the human-inspired strategy solves at a flip rate of 0.4, and between what."""
     played = [
-        lockprobe.population("human-inspired", p=0.4, modality=modality, repetition=part, trials=100)
+        lockprobe.population("human-inspired", p=0.4, flip=flip, modality=modality, repetition=part, trials=100)
         for part in (1, 2, 3)
     ]
     solved = sum(int(part.solved.sum()) for part in played)
@@ -145,15 +154,29 @@ def told(modality):
     return [solved, 100 * found.low, 100 * found.high]
 
 
+def share_told(modality, flip):
+    """The same, with the share of trials in percent first."""
+    solved, low, high = told(modality, flip)
+    return [solved, 100 * solved / 300, low, high]
+
+
 QUOTED = [
-    ("docs/limits.md", "then solves {} of 300 trials (95 % interval {:.0f} to {:.0f} %)",
-     lambda: told("symbolic")),
-    ("docs/limits.md", "instead of {} ({:.0f} to {:.0f} %). At a flip rate of 0 it solves all 300", lambda: told("symbolic?tell=state")),
+    *(("docs/limits.md", "`human-inspired` solves {} of 300 trials (95 % interval {:.0f} to {:.0f} %) with either",
+       lambda modality=modality: told(modality)) for modality in ("symbolic", "symbolic?tell=state")),
+    ("docs/limits.md", "and it solves {} ({:.0f} to {:.0f} %). At a flip rate of 0 it solves all 300",
+     lambda: told("symbolic?tell=state", "memoryless")),
     ("docs/agents.md", "({} trials and their report", lambda: [thousands(study("mechanisms.toml").size)]),
     ("docs/agents.md", "with probability {} at a flip rate of 0 and {} at a flip rate of 0.8.",
      lambda: success("cognitive:perseverant", 0, 0.8)),
     ("docs/agents.md", "`human-inspired` solves it with probability {:.0f} at a flip rate of 0 and {:.3f} at a flip rate of 0.8.",
      lambda: [course(p=0).success, course(p=0.8).success]),
+    ("docs/readings.md", "differs by at most {:.2f} at flip rates of 0.1 to 0.4", lambda: [widest_gap(0.1, 0.2, 0.3, 0.4)]),
+    ("docs/readings.md", "with probability {:.3f} by default, and with {:.3f} under memoryless state noise",
+     lambda: [course(p=1, flip=kind).success for kind in (DEFAULT, "memoryless")]),
+    ("docs/readings.md", "solves {} % of its trials without false reports, {} % by default and {} % with `others=kept`",
+     lambda: percent(sampled(0).value, sampled(0.4).value, sampled(0.4, "integrated").value)),
+    ("docs/agents.md", "solves it with probability {} at a flip rate of 0, {} at 0.3 and {} at 1.",
+     lambda: success("cognitive:insistent", 0, 0.3, 1)),
     ("docs/agents.md", "it solves {} % at a flip rate of 0, {} % at a flip rate of 0.3 and {} % at a flip rate of 1 (of 100 000 trials each",
      lambda: percent(*(sampled(p).value for p in (0, 0.3, 1)))),
     ("docs/agents.md", "95 % intervals of ±{:.1f} points",
@@ -162,6 +185,9 @@ QUOTED = [
      lambda: [min(course("ideal-observer", p).success for p in (0, 0.5, 1))]),
     ("docs/limits.md", "all four readings, 0.5 among them", lambda: [][:doubter_is_done_by() > 20]),
     ("docs/readings.md", "is {:.2f} without false reports", lambda: [course("cognitive:perseverant").success]),
+    *(("docs/why.md", f"| `{agent}` | {p} | {{:+.1f}} |",
+       lambda agent=agent, p=p: [100 * lie_effects(agent, p=p, modality="symbolic").mean])
+      for agent, p in (("cognitive:perseverant", 0.3), ("cognitive:insistent", 0.4), ("human-inspired", 0.4))),
     ("README.md", "solves it in 20 steps with probability {}, round-robin always.", lambda: success("random", 0)),
     ("README.md", "reference curve: 80 % by step {}, all by step 20.", lambda: [course().by(0.8)]),
     ("docs/commands.md", "how often a blind agent loops: {:.4f}; also", lambda: [chance_level(20).probability]),
@@ -287,12 +313,22 @@ ROWS = [
       for agent, told_the_truth in HEARERS.items()),
     ("docs/monte-carlo.md", "`ideal-observer`",
      lambda: [f"{course('ideal-observer', p).success:.9g}" for p in (0, 0.3, 0.8, 1)]),
+    *(("docs/modalities.md", f"`{flip}`{shown} | {tell}", lambda flip=flip, of=of: [
+        "{1:.0f} % ({2:.0f} to {3:.0f})".format(*share_told(of, flip)),
+        f"{propagate('human-inspired', 'chain-4', p=0.4, flip=flip, modality=of).success:.3f}"])
+      for flip, shown, tell, of in (
+        ("re-observed", " (default)", "`state` or `both` | 41 %", "symbolic?tell=state"),
+        ("re-observed", " (default)", "`state` or `both` | 41 %", "symbolic"),
+        ("integrated", "", "`state` or `both` | 41 %", "symbolic?tell=state"),
+        ("integrated", "", "`state` or `both` | 41 %", "symbolic"),
+        ("memoryless", "", "`both` | 41 %", "symbolic"), ("memoryless", "", "`state` | 43 %", "symbolic?tell=state"),
+        ("latched", "", "`both` | 41 %", "symbolic"), ("latched", "", "`state` | 46 %", "symbolic?tell=state"))),
     *(("docs/readings.md", f"{inverts} inverted", lambda kinds=kinds: [
         f"{course('cognitive:perseverant', 0.4, kind).success:.2f}" for kind in kinds])
       for inverts, kinds in (("position", ("memoryless", "latched")), ("outcome", ("re-observed", "integrated")))),
-    *(("docs/ideal-observer.md", f"`noise={noise}` | {flip}",
+    *(("docs/ideal-observer.md", f"`noise={noise}` | `{flip}`",
        lambda noise=noise, flip=flip: judged(noise, flip, 0, 0.2, 0.4, 0.6))
-      for noise in ("naive", "aware") for flip in READINGS),
+      for noise in ("naive", "aware") for flip in (*READINGS, "outcome-only")),
 ]  # fmt: skip
 """File, how a row of a table begins, and how it ends."""
 
@@ -318,7 +354,7 @@ MEASURED = [
     (REPORT, "modality_rates.py --lapses 0.12 0.2 0.3", ["benchmarks/modality_rates.py"]),
     (
         "docs/embedded-model.md",
-        "`lockprobe run flips --full --seed 2 --modality symbolic`",
+        "`lockprobe run flips --full --seed 2 --modality symbolic --flip memoryless`",
         ["src/lockprobe/cli/run.py"],
     ),
     ("docs/embedded-model.md", "`uv run python benchmarks/steps_per_minute.py`", ["benchmarks/steps_per_minute.py"]),

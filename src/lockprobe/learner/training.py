@@ -163,9 +163,10 @@ class _TrialBatch:
         false = luck[:, 3] < self._p
         self.running = self.running & ~(moves & (joint == self._boxes.target))
         self.state = np.where(self.running & moves, self.state ^ (1 << joint), self.state)
-        shown = np.where(false, self.state ^ (1 << joint), self.state)
-        self._moved = np.where((shown ^ self._shown) >> joint & 1, 1.0, -1.0)  # as a policy that compares two reports
-        self._shown = shown
+        told = moves ^ false
+        place = 1 << joint
+        self._shown = (self.state & ~place) | ((self._shown & place) ^ np.where(told, place, 0))
+        self._moved = np.where(told, 1.0, -1.0)
         self.attempted = joint
 
 
@@ -178,7 +179,7 @@ def play(
     budget: int = BUDGET,
     seed: int = 1,
 ) -> PlayedTrials:
-    """Play every box once with reports of positions (``symbolic?tell=state``) and memoryless flips.
+    """Play every box once with reports of positions (``symbolic?tell=state``) and flips of the default reading.
 
     Args:
         network: The network.
