@@ -21,7 +21,7 @@ FLIP = {"channel": "OutcomeFlip", "p": 0.2}
 OURS: dict[str, dict[str, Any]] = {
     "lockbox, the truth": {},
     "lockbox, flips": {"channels": [FLIP]},
-    "lockbox, flips, shuffled": {"channels": [FLIP], "shuffle": True},
+    "lockbox, flips, shuffled": {"channels": [FLIP], "shuffle": "trial"},
 }
 
 
