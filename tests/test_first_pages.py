@@ -38,11 +38,13 @@ FIRST = ("human-inspired", "learner:novice?temperature=0", "random")
 def test_the_first_study(tmp_path):
     played = lockprobe.run_study(study("flips", agent=FIRST), tmp_path / "first")
     page = (ROOT / "docs/start.md").read_text("utf-8")
-    solved = Counter((trial.agent, trial.p) for trial in played if trial.solved)
+    fresh = [trial for trial in played if trial.condition == "truth" or trial.doses.keys() == {"flip.p"}]
+    solved = Counter((trial.agent, trial.p) for trial in fresh if trial.solved)
     for agent in FIRST:
         (row,) = re.findall(rf"^\| `{re.escape(agent)}` \|.*$", page, re.MULTILINE)
         assert row.endswith("| {} | {} | {} | {} |".format(*(solved[agent, p] for p in (0.0, 0.2, 0.4, 0.6))))
-    assert len(played) == 3 * 4 * 300
+    assert len(played) == 3 * 8 * 300
+    assert len(fresh) == 3 * 4 * 300
     rates = [percent(solved[FIRST[1], p] / 300) for p in (0.0, 0.2)]  # as in the first command: the same luck
     assert "({} to {} at a flip rate of 0.2)".format(*rates) in (ROOT / "README.md").read_text("utf-8")
     found = lockprobe.results(tmp_path / "first")

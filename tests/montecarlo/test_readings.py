@@ -72,7 +72,7 @@ SAMPLED = {
 
 def on_page(agent):
     """The cells of the table of an agent on the page, by kind: one for each rate."""
-    (table,) = (one for one in PAGE.split("\n\n") if one.startswith(f"| `{agent}` |"))
+    (table,) = (one for one in PAGE.split("\n\n") if one.startswith(f"| `{agent}`, by flip rate |"))
     return {
         row[1].strip(): [one.strip() for one in row[2:-1]]
         for row in (line.split("|") for line in table.splitlines()[2:])

@@ -362,11 +362,15 @@ def test_the_first_sentence_and_the_courses_say_the_same_of_many_agents():
 @pytest.mark.parametrize(
     ("flip", "modality", "inverted"),
     [
-        ("memoryless", STATES, "the reported position of the attempted joint is inverted."),
+        ("memoryless", STATES, "the reported position of the attempted joint is inverted in one report."),
         ("latched", STATES, "the reported position of the attempted joint is inverted until its next attempt."),
         ("independent", STATES, "a reported position is inverted, for every joint in every report."),
-        ("re-observed", STATES, "the reported outcome is inverted."),
-        ("integrated", STATES, "the reported outcome is inverted."),
+        ("re-observed", STATES, "the reported outcome is inverted; the next report looks at the other joints afresh."),
+        (
+            "integrated",
+            STATES,
+            "the reported outcome is inverted; false positions stay until their joint is attempted again.",
+        ),
         ("outcome-only", "symbolic?tell=outcome", "the reported outcome is inverted."),
     ],
 )

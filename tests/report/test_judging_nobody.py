@@ -24,7 +24,7 @@ ASKED = {
 
 _NEUTRAL = {
     ("overview", "question"), ("overview", "trial"), ("overview", "changed_nothing"), ("findings", "rules"),
-    ("conditions", "answer"),
+    ("conditions", "answer"), ("readings", "what"), ("readings", "untested"), ("overview", "untested"),
 }  # fmt: skip
 """Section and kind of the sentences that judge no agent; beside them only what was counted for a claim is one."""
 

@@ -11,9 +11,9 @@ from lockprobe.errors import BadFile, BadValue, UnknownName
 from lockprobe.interventions.condition import Condition, flips
 from lockprobe.lockbox.box import bits
 from lockprobe.studies import paper
+from lockprobe.studies.agent_names import joined_agents
 from lockprobe.studies.settings import study_from
 from lockprobe.studies.single import run_trial
-from lockprobe.studies.study import joined_agents
 from lockprobe.studies.study_options import StudyOptions, parse_p, read_options_file
 from lockprobe.studies.studyfile import study, trial_study
 
@@ -36,7 +36,8 @@ def test_full_is_the_study_of_the_paper():
     """Sec. 3.2: 0 to 60 % in increments of 10 %, three repetitions of 10 trials, 210 trials; Sec. 2.2: 20 steps."""
     full = study(StudyOptions(agent=["random"], full=True))
     assert full.p == (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
-    assert (full.repetitions, full.trials, full.max_steps, full.size) == (3, 10, 20, 210)
+    assert full.size_of("llm:x/y") == 210  # strategies play lies that stay too
+    assert (full.repetitions, full.trials, full.max_steps, full.size) == (3, 10, 20, 390)
 
 
 def test_what_a_request_leaves_out_follows_the_paper_as_soon_as_it_says_something():
@@ -55,9 +56,9 @@ def test_the_default_plays_references_beside_the_embedded_model():
 def test_strategies_of_the_short_study_play_more_trials_with_the_luck_of_the_first():
     """They cost nothing; models, people and the trials that a request counts itself stay as they are."""
     short = study("flips", agent=["llm:local", "random", "learner:novice"], name="s")
-    per_condition = {agent: short.size_of(agent) / len(short.p) for agent in short.agents}
+    per_condition = {agent: short.size_of(agent) / len(short.conditions_of(agent)) for agent in short.agents}
     assert per_condition == {"llm:local": 18, "random": 300, "learner:novice": 300}
-    assert short.size == sum(1 for agent in short.agents for _ in short.plans(agent)) == 4 * 618
+    assert short.size == sum(1 for agent in short.agents for _ in short.plans(agent)) == 4 * 18 + 8 * 600
     fewer = replace(short, strategy_trials=None)
     first = {plan.key: plan for plan in fewer.plans("random")}
     assert first.items() <= {plan.key: plan for plan in short.plans("random")}.items()

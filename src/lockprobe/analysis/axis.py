@@ -38,6 +38,11 @@ class Axis:
         return "flip rate" if (self.kind, self.dose) == ("flip", "p") else f"{self.kind} {self.dose}"
 
     @property
+    def of_flips(self) -> bool:
+        """Whether its levels are rates of flips alone, of one reading of a false report."""
+        return (self.kind, self.dose, self.rest) == ("flip", "p", "")
+
+    @property
     def plural(self) -> str:
         """What several doses are called.
 

@@ -72,7 +72,7 @@ def _print(found: Sequence[SuccessUnder]) -> None:
     for agent, of_agent in groupby(found, key=lambda one: one.agent):
         console.print(f"\n[bold]{escape(agent)}[/bold]")
         rows = [list(of_kind) for _, of_kind in groupby(of_agent, key=lambda one: one.name)]
-        table = new_table("false report", *(f"p = {one.p:g}" for one in rows[0]))
+        table = new_table("false report, by flip rate", *(f"{one.p:g}" for one in rows[0]))
         for row in rows:
             table.add_row(row[0].name, *(escape(cell(one)) for one in row))
         print_table(table)

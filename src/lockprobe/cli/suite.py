@@ -17,13 +17,14 @@ from lockprobe.cli.run_study import BUDGET_REACHED, allowed_budget, play_study
 from lockprobe.errors import BadValue, Conflict
 from lockprobe.sections import LeftOutSection, without
 from lockprobe.studies import paper
+from lockprobe.studies.agent_names import joined_agents
 from lockprobe.studies.call_log import read_calls
 from lockprobe.studies.directory import SETTINGS
 from lockprobe.studies.results_hash import hash_of_parts, hashes_of_suite
 from lockprobe.studies.runner import Limits
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.spending import Ledger
-from lockprobe.studies.study import Study, joined_agents
+from lockprobe.studies.study import Study
 from lockprobe.studies.suites import Suite, begin_suite, is_suite, suite_directories, suite_studies
 from lockprobe.terminal_text import printable
 

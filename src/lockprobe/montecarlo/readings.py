@@ -223,7 +223,7 @@ def as_table(found: Sequence[SuccessUnder]) -> str:
     tables = []
     for agent, of_agent in groupby(found, key=lambda one: one.agent):
         rows = [list(of_kind) for _, of_kind in groupby(of_agent, key=lambda one: one.name)]
-        head = [f"`{agent}`", *(f"p = {one.p:g}" for one in rows[0])]
+        head = [f"`{agent}`, by flip rate", *(f"{one.p:g}" for one in rows[0])]
         lines = [[row[0].name, *map(cell, row)] for row in rows]
         table = [head, ["---", *["---:"] * (len(head) - 1)], *lines]
         tables.append("\n".join("| " + " | ".join(line) + " |" for line in table))

@@ -78,6 +78,6 @@ def untested_said(agents: Sequence[str], trials: int) -> str:
     if not agents:
         return ""
     return (
-        f"Not tested for {listed(list(agents))}: whether false reports that stay do the same (--readings fresh,kept: "
-        f"{trials} trials more)."
+        f"Not tested for {listed(list(agents), named=3)}: whether false reports that stay do the same (--readings "
+        f"fresh,kept: {trials} trials more)."
     )

@@ -174,11 +174,11 @@ CLAIMS = (
     ),
     PaperClaim(
         place="Sec. 3.2",
-        quote="with a probability p, the agent receives the inverted outcome of an action it took",
+        quote="the agent receives the inverted outcome of an action it took",
         recomputed="the paper does not say what is inverted against what, nor whether a false position stays in "
         "later reports; agents of one family fit its numbers within 5 to 7 points (root mean square) under each of "
-        "four readings; its logs would decide: at p = 0.4 an unattempted joint changes in 20 % to 40 % of reports if "
-        "the next look is fresh, and never if false positions stay",
+        "four readings; its logs would decide: at a flip rate of 0.4 an unattempted joint changes in 20 % to 40 % of "
+        "reports if the next look is fresh, and never if false positions stay",
         measure="reading",
     ),
     PaperClaim(

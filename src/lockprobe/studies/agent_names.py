@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.weights import portable
@@ -10,7 +10,7 @@ from lockprobe.errors import BadValue, UserMistake
 from lockprobe.spec import PEOPLE, named_spec
 from lockprobe.terminal_text import printable
 
-__all__ = ["LONGEST_LABEL", "check_names", "named_agents", "short"]
+__all__ = ["LONGEST_LABEL", "check_names", "joined_agents", "named_agents", "short"]
 
 LONGEST_LABEL = 200
 """Characters of what keys, tables and pages call an agent."""
@@ -69,6 +69,17 @@ def check_names(agents: Iterable[str], names: Mapping[str, str]) -> None:
         if not name.isprintable() or name != name.strip() or len(name) > LONGEST_LABEL or name == PEOPLE:
             expected = f"a name of at most {LONGEST_LABEL} visible characters without blanks around it"
             raise BadValue("name of an agent", printable(short(name)), expected)
+
+
+def joined_agents(there: Sequence[str], asked: Sequence[str]) -> tuple[str, ...]:
+    """The agents of a study after agents are added: new ones follow those that are there, and people stand last.
+
+    >>> joined_agents(["random"], ["round-robin"]), joined_agents(["participant"], ["random"])
+    (('random', 'round-robin'), ('random', 'participant'))
+    """
+    if {*asked} <= {*there}:
+        return tuple(there)
+    return tuple(sorted(dict.fromkeys((*there, *asked)), key=lambda agent: agent == PEOPLE))
 
 
 def short(text: str) -> str:

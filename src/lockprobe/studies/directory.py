@@ -22,9 +22,10 @@ from lockprobe.interventions.catalogue import TRUTH
 from lockprobe.record import STATES
 from lockprobe.storage.atomic_file import write_file
 from lockprobe.storage.links import refuse_links
+from lockprobe.studies.agent_names import joined_agents
 from lockprobe.studies.call_log import ASKED, CALLS
 from lockprobe.studies.settings_hash import in_no_order
-from lockprobe.studies.study import Study, joined_agents
+from lockprobe.studies.study import Study
 
 __all__ = [
     "ATTEMPTS",

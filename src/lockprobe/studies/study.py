@@ -26,7 +26,7 @@ from lockprobe.studies.playable import PERSON, check_playable
 from lockprobe.studies.settings_hash import hash_of, in_no_order, sorted_text
 from lockprobe.validation import check_choice
 
-__all__ = ["LARGEST_SEED", "Study", "flip_axis", "joined_agents"]
+__all__ = ["LARGEST_SEED", "Study", "flip_axis"]
 
 CLOSEST_P = 1e-6
 LARGEST_SEED = 2**63
@@ -443,14 +443,3 @@ def _said(spec: str, doses: Sequence[str]) -> list[str]:
     """The first dose of an intervention, and the others that its spec says as a number."""
     options = Spec.parse(spec, "intervention").options
     return [dose for dose in doses if dose == doses[0] or dose in options]
-
-
-def joined_agents(there: Sequence[str], asked: Sequence[str]) -> tuple[str, ...]:
-    """The agents of a study after agents are added: new ones follow those that are there, and people stand last.
-
-    >>> joined_agents(["random"], ["round-robin"]), joined_agents(["participant"], ["random"])
-    (('random', 'round-robin'), ('random', 'participant'))
-    """
-    if {*asked} <= {*there}:
-        return tuple(there)
-    return tuple(sorted(dict.fromkeys((*there, *asked)), key=lambda agent: agent == PEOPLE))

@@ -79,7 +79,7 @@ def test_headings_give_verdicts_and_quotations(modalities):
         "(Sec. 3.1, Fig. 3)"
     )
     assert parts["claim-10"].answer.endswith("error rate of approximately 5% at...” (Sec. 3.1, Table 1)")
-    assert parts["claim-13"].heading == "Not measured"
+    assert parts["claim-14"].heading == "Not measured"
     page = page_of("claims", modalities)
     assert "not measured in this study" in page
     assert "Table entry: State Misinterpretation Rates Across Input Modalities, row RGB-D" in page

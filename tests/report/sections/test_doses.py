@@ -111,7 +111,7 @@ def test_two_kinds_of_flips_are_told_apart(tmp_path):
     contrasts = [row.condition for row in found.against_control()]
     assert contrasts == ["flip?p=0.2", "flip?p=0.4", *sticky]
     assert not found.sections_left_out
-    assert "false reports (others=kept)" in " ".join(found.said("overview", "answer"))
+    assert "false reports that stay" in " ".join(found.said("overview", "answer"))
 
 
 @pytest.mark.parametrize("p", [[0], [0, 0.4]])

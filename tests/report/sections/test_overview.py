@@ -62,7 +62,7 @@ def models(tmp_path_factory):
 
 def test_the_first_screen_is_in_the_results_and_on_the_page(models):
     said = {one.kind: one for one in models.findings if one.section == "overview"}
-    assert [kind for kind, one in said.items() if not one.judges] == ["question", "trial"]
+    assert [kind for kind, one in said.items() if not one.judges] == ["question", "trial", "untested"]
     assert models.answer == said["answer"].text
     assert models.facts_about("first screen 1") == {
         "agent": "llm:acme/a",
@@ -158,7 +158,7 @@ def test_where_nobody_is_judged_the_numbers_stay_and_the_verdicts_go(tmp_path):
     found = found_in(tmp_path, small_study(["llm:a"], (0.0, 0.4), 1, 2), trials)
     assert found.answer == found.not_judged == "No agent is judged: 1 of 20 attempts broke the rules of the box."
     kinds = {one.kind for one in found.findings if one.section == "overview"}
-    assert kinds == {"question", "trial", "answer"}
+    assert kinds == {"question", "trial", "answer", "untested"}
     assert found.fact("first screen 1", "change")
     (shown,) = {one.text for one in found.findings if one.section == "findings" and one.judges}
     assert shown == found.not_judged

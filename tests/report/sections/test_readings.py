@@ -96,7 +96,7 @@ def test_one_reading_has_a_table_and_says_what_was_not_tested(tmp_path):
     assert said == (
         f"Not tested for {AGENT}: whether false reports that stay do the same (--readings fresh,kept: 4 trials more)."
     )
-    assert said in " ".join(found.said("overview", "needed"))
+    assert said in " ".join(found.said("overview", "untested"))
     assert len(table(found, "readings")) == 1
     assert drawn(found) is None
     truth = results(write_study(tmp_path / "truth", study("flips", agent=AGENT, p=[0], trials=4, repetitions=1)))

@@ -47,8 +47,7 @@ def _readings(numbers: StudyNumbers) -> Iterator[tuple[str, StudySummary]]:
     """The numbers over flip rates under each reading of a false report; the first one without the name of its axis."""
     yield "", numbers.flips
     for number, series, summary in numbers.series:
-        axis = series.axis
-        if (axis.kind, axis.dose, axis.rest) == ("flip", "p", ""):
+        if (axis := series.axis).of_flips:
             yield axis_key(axis.name, axis.options, axis.rest, number), summary
 
 

@@ -6,8 +6,10 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from lockprobe.analysis.axis import FLIPS, Axis
+from lockprobe.formatting import capital
 from lockprobe.prose.hypothesis_tests import conclusions
 from lockprobe.prose.loops import loop_finding
+from lockprobe.prose.readings import false_reports
 from lockprobe.prose.success import courses_said, finding
 from lockprobe.record import PLAIN_WORDS
 from lockprobe.report.captions import best_dose_said, model_said, wilson_said
@@ -35,7 +37,7 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
                 yield Finding(**about, kind="loops", text=said, rests_on=("loop_rate", "loop_rate_chance"))
             for said in conclusions(agent):
                 yield Finding(**about, kind="conclusion", text=said, rests_on=("test",))
-        if said := courses_said(summary):
+        if said := courses_said(summary, brief=True):
             yield Finding(
                 section=_name(i), kind="answer", text=said, rests_on=("success_difference", "success_two_lines")
             )
@@ -55,6 +57,11 @@ def dose_sections(found: Results) -> list[str]:
     return [_name(i) for i, (_, axis) in enumerate(_axes(found), 1) if not axis.rest]
 
 
+def _is_reading(axis: DoseAxis) -> bool:
+    """Whether it has the rates of flips of another reading."""
+    return (axis.intervention, axis.dose, axis.rest) == ("flip", "p", "") and bool(axis.options)
+
+
 def _show(found: Results) -> Iterator[Part]:
     for i, (place, axis) in enumerate(_axes(found), 1):
         options = f" ({axis.options})" if axis.options else ""
@@ -62,7 +69,10 @@ def _show(found: Results) -> Iterator[Part]:
         shown = f", shown as {axis.modality}" if axis.modality not in PLAIN_WORDS else ""
         answer = found.not_judged or found.answer_of(_name(i))
         blocks = list(_blocks(found, axis, i, place))
-        yield Part(f"{axis.name.capitalize()}{options}{rest}{shown}", answer, blocks, _name(i))
+        called = (
+            capital(false_reports(axis.options)) if _is_reading(axis) else f"{axis.name.capitalize()}{options}{rest}"
+        )
+        yield Part(f"{called}{shown}", answer, blocks, _name(i))
 
 
 def _blocks(found: Results, axis: DoseAxis, number: int, place: int) -> Iterator[Block]:

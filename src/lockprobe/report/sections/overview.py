@@ -9,7 +9,7 @@ from itertools import count, takewhile
 from typing import cast
 
 from lockprobe.agents.catalogue import description
-from lockprobe.analysis.axis import FLIPS, Axis
+from lockprobe.analysis.axis import FLIPS
 from lockprobe.analysis.condition_study import ConditionStudySummary
 from lockprobe.analysis.effects import Effects
 from lockprobe.analysis.reference import Reference
@@ -31,7 +31,7 @@ from lockprobe.prose.overview import (
     smaller_budget_said,
     trial_said,
 )
-from lockprobe.prose.readings import BOTH_FIT
+from lockprobe.prose.readings import BOTH_FIT, false_reports
 from lockprobe.prose.several_answers import of_axis, of_conditions, several_answers
 from lockprobe.prose.subject import Subject, subject_of
 from lockprobe.prose.why import mechanism_said
@@ -83,6 +83,7 @@ class _Screen:
         interaction: Whether a detected effect reverses within fewer steps, and whether it differs from one that was
             not detected.
         needed: How many trials narrow the widest interval of an undetected effect to 10 points either way.
+        untested: Which agents were told false reports of one kind alone.
         figure: Name of the figure that shows it.
         by_chance: What random agents solve.
         numbers: Key numbers.
@@ -96,6 +97,7 @@ class _Screen:
     chance: str = ""
     interaction: str = ""
     needed: str = ""
+    untested: str = ""
     figure: str = ""
     by_chance: str = NONE
     numbers: tuple[_KeyNumbers, ...] = ()
@@ -110,6 +112,7 @@ _SAID: Mapping[str, tuple[bool, tuple[str, ...]]] = {
     "interaction": (True, ("success_change_difference",)),
     "chance": (True, ("success", "success_chance")),
     "needed": (True, ("success_difference", "clearest_success_difference")),
+    "untested": (False, ()),
 }
 """Kind of a sentence -> whether it judges an agent, and the quantities that it rests on."""
 
@@ -120,7 +123,7 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
         if numbers.others is not None
         else _of_flips(numbers.flips, numbers.study)
     )
-    screen = replace(screen, needed=_joined(screen.needed, untested(numbers)))
+    screen = replace(screen, untested=untested(numbers))
     if broken := all_broken_said(_all_broken(numbers)):
         ended = any(trial.error is None for cell in numbers.cells for trial in cell.trials)
         screen = replace(screen, answer=_joined(broken, screen.answer * ended))
@@ -221,12 +224,7 @@ def _of_conditions(flips: StudySummary, found: ConditionStudySummary, study: Stu
 
 def _readings(axes: Sequence[StudySummary]) -> int:
     """How many readings of a false report are compared with the truth."""
-    return len({one.axis for one in axes if _is_reading(one.axis)})
-
-
-def _is_reading(axis: Axis) -> bool:
-    """Whether it has the rates of flips alone."""
-    return axis.name == FLIPS.name and not axis.rest
+    return len({one.axis for one in axes if one.axis.of_flips})
 
 
 def _judged(found: ConditionStudySummary) -> tuple[str, ...]:
@@ -251,7 +249,7 @@ def _asked(axes: Sequence[StudySummary], found: ConditionStudySummary, study: St
     rest = [label for of in compared for label in (*of.others, *of.controls)]
     kinds = _readings(axes)
     said = (
-        cause(one.axis) if kinds < 2 or not _is_reading(one.axis) else f"false reports of {kinds} kinds" for one in axes
+        cause(one.axis) if kinds < 2 or not one.axis.of_flips else f"false reports of {kinds} kinds" for one in axes
     )
     causes = list(dict.fromkeys(said))
     if not causes and len(rest) == 1:
@@ -322,9 +320,10 @@ def _numbers(agent: AgentSummary) -> _KeyNumbers:
         change = f"{bracketed(gap.value, gap.low, gap.high)} points"
         start = "change " if contrast.choices == 1 else ""
         which = "" if contrast.choices == 1 else f", {'largest' if contrast.farthest else 'clearest'} change"
-        options = f" ({agent.axis.options})" if agent.axis.options else ""
+        options, of_flips = agent.axis.options, agent.axis.name == FLIPS.name
+        kind = (f", {false_reports(options)}" if of_flips else f" ({options})") if options else ""
         doses = f"{contrast.baseline.dose:g} to {contrast.other.dose:g}"
-        against = f"{start}from {agent.axis.name}{options} {doses}{which}"
+        against = f"{start}from {agent.axis.name} {doses}{kind}{which}"
         against += "" if contrast.whole else f", of {gap.first.n} trials finished under both"
     return _KeyNumbers(
         agent=subject_of(agent).name,

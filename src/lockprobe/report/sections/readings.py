@@ -8,7 +8,7 @@ from markupsafe import Markup
 
 from lockprobe.analysis.factors import READING_FACTORS
 from lockprobe.analysis.no_feedback import NO_FEEDBACK
-from lockprobe.formatting import capital, listed, p_value, percent
+from lockprobe.formatting import capital, listed, percent
 from lockprobe.interventions.condition import Condition, tells_positions
 from lockprobe.prose.readings import BOTH_FIT, false_reports, inverted, reading_name, untested_said
 from lockprobe.prose.subject import Subject
@@ -98,7 +98,7 @@ def _answer(found: Results) -> str:
     if not detected:
         return counted
     clearest = max(detected, key=lambda row: abs(row.value or 0.0))
-    return f"{capital(_difference(found, clearest))}. {counted}"
+    return f"{capital(_difference(found, clearest))}."
 
 
 def _difference(found: Results, row: Estimate) -> str:
@@ -108,7 +108,7 @@ def _difference(found: Results, row: Estimate) -> str:
     more = "more" if (row.value or 0.0) > 0 else "fewer"
     return (
         f"at a flip rate of {doses[row.condition]:g} {Subject.of(row.agent).name} solved {more} trials with {kept} "
-        f"than with {fresh} ({points_cell(row)} points; {p_value(row.p_value)})"
+        f"than with {fresh} ({points_cell(row)} points)"
     )
 
 
@@ -194,7 +194,8 @@ def _blocks(found: Results, what: list[str]) -> Iterator[Block]:
             Markup("Compared and tested as above; the contrasts with no feedback are a family of their own."),
         )
         numbers += [_NONE, note]
-    yield Folded("In numbers", numbers)
+    if _shares(found):
+        yield Folded("In numbers", numbers)
 
 
 SECTIONS = (
