@@ -53,7 +53,7 @@ def test_the_first_study(tmp_path):
     quoted = f"rises by {steps.value:.2f} (95 % interval {steps.low:.2f} to {steps.high:.2f})"
     assert quoted in text_of("learner.md")
     assert f"detects no difference (P = {hazard.p_value:.2g})" in text_of("learner.md")
-    early = Counter(trial.p for trial in played if trial.agent == FIRST[1] and trial.solved and len(trial.steps) <= 7)
+    early = Counter(trial.p for trial in fresh if trial.agent == FIRST[1] and trial.solved and len(trial.steps) <= 7)
     assert f"7 steps ({early[0.2]} of 300, against {early[0.0]})" in text_of("learner.md")
     shares = f"{percent(early[0.0] / 300)} to {percent(early[0.2] / 300)}"
     assert f"Within 7 steps {FIRST[1]} solved fewer: {shares}." in " ".join(found.said("overview", "interaction"))
