@@ -48,7 +48,7 @@ def test_the_first_study(tmp_path):
     rates = [percent(solved[FIRST[1], p] / 300) for p in (0.0, 0.2)]  # as in the first command: the same luck
     assert "({} to {} at a flip rate of 0.2)".format(*rates) in (ROOT / "README.md").read_text("utf-8")
     found = lockprobe.results(tmp_path / "first")
-    tests = {row.test: row for kind in ("test", "naive_test") for row in found.where(kind, agent=FIRST[1])}
+    tests = {row.test: row for kind in ("test", "naive_test") for row in found.where(kind, agent=FIRST[1], axis="flip rate")}
     steps, hazard = tests["mean steps, Student over blocks"], tests["steps to solve, log-rank"]
     quoted = f"rises by {steps.value:.2f} (95 % interval {steps.low:.2f} to {steps.high:.2f})"
     assert quoted in text_of("learner.md")
