@@ -8,10 +8,13 @@ import numpy as np
 import pytest
 
 from lockprobe.errors import BadValue
+from lockprobe.interventions.flip import DEFAULT
 from lockprobe.learner.boxes import copies
 from lockprobe.learner.network_file import SHIPPED, load, save, shipped
 from lockprobe.learner.training import TrainingSettings, play, success, train
 from lockprobe.lockbox.families import box
+from lockprobe.montecarlo.populations import population
+from lockprobe.record import STATES
 from lockprobe.seeds import generator
 
 TRAINED = """
@@ -56,6 +59,18 @@ def test_lies_raise_the_success_of_a_greedy_novice_and_not_of_one_that_draws():
     assert always < lies
     drawn = [play(novice, dealt, p=p).solved.mean() for p in (0.0, 0.4)]
     assert abs(drawn[1] - drawn[0]) < 0.04
+
+
+def test_false_reports_in_a_batch_are_those_of_a_study():
+    """At a flip rate of 1, where readings differ most."""
+    dealt = copies(box("chain-4"), 4000, generator(2, "lies"))
+    batch = play(shipped("novice").network, dealt, p=1.0, temperature=0).solved.mean()
+    own, other = (
+        population("learner:novice?temperature=0", p=1.0, flip=kind, trials=600, modality=STATES).success
+        for kind in (DEFAULT, "memoryless")
+    )
+    assert abs(batch - own) < 0.05
+    assert abs(batch - other) > 0.06
 
 
 def test_trials_end_when_the_target_moves_and_nothing_moves_after():
