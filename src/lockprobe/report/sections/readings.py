@@ -189,8 +189,9 @@ def _blocks(found: Results, what: list[str]) -> Iterator[Block]:
         ]
     if _against_none(found):
         note = Note(
-            "Success with false reports minus success without any report, where the agent has to remember alone what "
-            "it has tried. A positive difference: false reports are better than none.",
+            "Success with false reports minus success without any report. A positive difference: false reports are "
+            "better than none. Strategies that ship learn from reports alone what they have tried: without any, "
+            "round-robin and human-inspired repeat one joint.",
             Markup("Compared and tested as above; the contrasts with no feedback are a family of their own."),
         )
         numbers += [_NONE, note]

@@ -132,7 +132,7 @@
   const stepper = make("div", "stepper");
   stepper.append(back, slider, on);
   const sides = make("div", "sides"), note = make("p", "note");
-  const key = make("p", "note", "Each number is a step: which joint was attempted, counted from the left. Black: the step shown. Bold: it moved. Red: its report was false. If positions are told, the report after a false one also looks false. Blue: the target. Double line below: part of an action loop. Dashed frame: the first step at which the two trials differ; in the picture of the box, the attempted joint. Keys: ← → Home End.");
+  const key = make("p", "note", "Each number is a step: which joint was attempted, counted from the left. Black: the step shown. Bold: it moved. Red: its report was false. Where positions are inverted, the report after a false one may look false too. Blue: the target. Double line below: part of an action loop. Dashed frame: the first step at which the two trials differ; in the picture of the box, the attempted joint. Keys: ← → Home End.");
   home.append(controls, stepper, sides, note, key);
   home.tabIndex = 0;
   home.hidden = false;
