@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from operator import call
@@ -15,9 +15,9 @@ from lockprobe.analysis.behaviour import heeded_at_most
 from lockprobe.analysis.condition import ConditionSummary, condition_summary
 from lockprobe.analysis.design import Comparison, Design
 from lockprobe.analysis.effects import CONDITIONS, CONTROLS, Effect, Effects, effects
-from lockprobe.analysis.factors import factor_effects
+from lockprobe.analysis.factors import Factor, factor_effects
 from lockprobe.analysis.idle import Idle, Unheeded, idle_interventions, unheeded
-from lockprobe.analysis.no_feedback import against_no_feedback
+from lockprobe.analysis.no_feedback import no_feedback_factors
 from lockprobe.analysis.reference import Reference, reference_of
 from lockprobe.analysis.series import Series
 from lockprobe.analysis.summary import AgentSummary, StudySummary, is_reference, summarise
@@ -119,8 +119,8 @@ def summarise_conditions(
         conditions=conditions,
         effects=section("Every condition against the control", lambda: _effects(acting, design, _names(idle)), tuple),
         on_axes=tuple(_on_axes(flips, series, design)),
-        on_factors=section("Factors", lambda: _on_factors(acting, design), tuple),
-        against_none=section("No feedback", lambda: tuple(against_no_feedback(acting, design)), tuple),
+        on_factors=section("Factors", lambda: _of_factors(acting, design.factors, design), tuple),
+        against_none=section("No feedback", lambda: _of_factors(acting, no_feedback_factors(design), design), tuple),
         agents_compared=section("Agents compared under conditions", lambda: agents_by_condition(acting, design), tuple),
         series=series,
         whys=section("Why false reports change success", lambda: _whys(acting, design), tuple),
@@ -251,8 +251,8 @@ def _on_axes(flips: StudySummary, series: Sequence[tuple[Series, StudySummary]],
         yield from (one for agent in summary.agents if (one := _axis_effects(agent)))
 
 
-def _on_factors(cells: _Cells, design: Design) -> tuple[Effects, ...]:
-    return tuple(one for factor in design.factors for one in factor_effects(cells, factor, design.agents))
+def _of_factors(cells: _Cells, factors: Iterable[Factor], design: Design) -> tuple[Effects, ...]:
+    return tuple(one for factor in factors for one in factor_effects(cells, factor, design.agents))
 
 
 def _axis_effects(found: AgentSummary) -> Effects | None:

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from markupsafe import Markup
 
 from lockprobe.analysis.factors import LEVELS, READING_FACTORS
+from lockprobe.analysis.no_feedback import NO_FEEDBACK
 from lockprobe.report.format import TextTable
 from lockprobe.report.section import Note, Part, Section, Table
 from lockprobe.report.sections.effects import compared_rows, compared_table
@@ -27,7 +28,7 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
 
 def _compared(found: Results) -> list[Estimate]:
     rows = [row for row in found.where("success_difference", of="") if row.family.startswith(LEVELS)]
-    return [row for row in rows if row.axis not in READING_FACTORS]  # these have a section of their own
+    return [row for row in rows if row.axis not in (*READING_FACTORS, NO_FEEDBACK)]  # these have a section of their own
 
 
 def _table(found: Results) -> TextTable:
