@@ -15,7 +15,7 @@ from lockprobe.analysis.agent_comparison.leaderboard import comparisons
 from lockprobe.analysis.agent_comparison.pair import AgentComparison, ComparisonAt
 from lockprobe.analysis.axis_trials import Place, on_axis
 from lockprobe.analysis.design import Design
-from lockprobe.analysis.inference.logrank import holm
+from lockprobe.analysis.inference.logrank import holm_by_family
 from lockprobe.analysis.series import SeriesArm
 from lockprobe.analysis.summary import entrant
 from lockprobe.record import Trial
@@ -72,7 +72,7 @@ def agents_by_condition(
     """
     found = [one for arm in design.arms if arm.label not in design.axis for one in _under(cells, design, arm)]
     families = [one.family for one in found]
-    tested = _holm(families, [one.at.success.p_value for one in found])
+    tested = holm_by_family(families, [one.at.success.p_value for one in found])
     changes = [None if one.change is None else one.change.p_value for one in found]
     return tuple(
         replace(
@@ -82,17 +82,8 @@ def agents_by_condition(
             tests=families.count(one.family),
             changes=sum(other.change is not None for other in found if other.family == one.family),
         )
-        for i, (one, changed) in enumerate(zip(found, _holm(families, changes), strict=True))
+        for i, (one, changed) in enumerate(zip(found, holm_by_family(families, changes), strict=True))
     )
-
-
-def _holm(families: Sequence[tuple[str, ...]], p_values: Sequence[float | None]) -> list[float | None]:
-    adjusted: list[float | None] = [None] * len(p_values)
-    for family in dict.fromkeys(families):
-        places = [i for i, other in enumerate(families) if other == family]
-        for i, p_value in zip(places, holm([p_values[i] for i in places]), strict=True):
-            adjusted[i] = p_value
-    return adjusted
 
 
 def _under(

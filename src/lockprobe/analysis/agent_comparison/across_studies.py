@@ -20,7 +20,7 @@ from lockprobe.analysis.agent_comparison.pair import paired_difference
 from lockprobe.analysis.agent_comparison.paired import sheets
 from lockprobe.analysis.clustered import clustered_difference
 from lockprobe.analysis.inference.broken_trials import completed
-from lockprobe.analysis.inference.logrank import holm
+from lockprobe.analysis.inference.logrank import holm_by_family
 from lockprobe.analysis.outcomes import Outcomes, broken_off, outcomes
 from lockprobe.analysis.proportions import ALPHA, Proportion, difference, proportion
 from lockprobe.record import Trial
@@ -139,15 +139,9 @@ def study_differences(samples: Sequence[Sample]) -> tuple[StudyDifference, ...]:
             made = _difference(first, second, _kind(first, second, every_baseline=every_baseline))
             pairs.setdefault((first.side, second.side), []).extend(filter(None, [made]))
     found = [one for rows in pairs.values() for one in rows]
-    groups: dict[tuple[str, str], list[int]] = {}
-    for place, one in enumerate(found):
-        groups.setdefault((one.kind, one.family), []).append(place)
-    adjusted = dict[int, float]()
-    for places in groups.values():
-        corrected = holm([found[place].p_value for place in places])
-        adjusted |= {place: p for place, p in zip(places, corrected, strict=True) if p is not None}
-    order = sorted(adjusted, key=lambda place: _KINDS.index(found[place].kind))
-    return tuple(replace(found[place], p_adjusted=adjusted[place]) for place in order)
+    corrected = holm_by_family([(one.kind, one.family) for one in found], [one.p_value for one in found])
+    adjusted = [replace(one, p_adjusted=p) for one, p in zip(found, corrected, strict=True) if p is not None]
+    return tuple(sorted(adjusted, key=lambda one: _KINDS.index(one.kind)))
 
 
 def _kind(first: Sample, second: Sample, *, every_baseline: bool) -> Kind:

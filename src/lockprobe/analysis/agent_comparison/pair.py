@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from lockprobe.analysis.agent_comparison.crossed_clusters import at_one_p, crossed_mean, people_of
 from lockprobe.analysis.agent_comparison.interaction import Interaction, interaction
 from lockprobe.analysis.agent_comparison.paired import Array, BlockMean, Sheet, block_mean
-from lockprobe.analysis.inference.logrank import holm
+from lockprobe.analysis.inference.logrank import holm_by_family
 from lockprobe.analysis.proportions import ALPHA, Paired, paired
 from lockprobe.analysis.rare_long_trials import RareBlock, rare_block
 
@@ -216,7 +216,7 @@ def corrected(found: Sequence[AgentComparison]) -> tuple[AgentComparison, ...]:
     adjusted = dict(
         zip(
             [(id(one), at.dose) for one, at in everywhere],
-            _by_family([one.family for one, _ in everywhere], [at.success.p_value for _, at in everywhere]),
+            holm_by_family([one.family for one, _ in everywhere], [at.success.p_value for _, at in everywhere]),
             strict=True,
         )
     )
@@ -235,13 +235,4 @@ def corrected(found: Sequence[AgentComparison]) -> tuple[AgentComparison, ...]:
 
 
 def _holm(found: Sequence[AgentComparison], of: Callable[[AgentComparison], float | None]) -> list[float | None]:
-    return _by_family([one.family for one in found], [of(one) for one in found])
-
-
-def _by_family(families: Sequence[tuple[Among, str, str]], values: Sequence[float | None]) -> list[float | None]:
-    adjusted: list[float | None] = [None] * len(values)
-    for family in dict.fromkeys(families):
-        places = [i for i, other in enumerate(families) if other == family]
-        for i, value in zip(places, holm([values[i] for i in places]), strict=True):
-            adjusted[i] = value
-    return adjusted
+    return holm_by_family([one.family for one in found], [of(one) for one in found])

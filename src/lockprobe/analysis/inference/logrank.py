@@ -6,7 +6,7 @@ A trial without the event is censored at its end. The variance allows for luck t
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,7 +16,15 @@ from lockprobe.analysis.incidence import Incidence, incidence
 from lockprobe.analysis.inference.excess import excess, grid
 from lockprobe.analysis.outcomes import Outcomes
 
-__all__ = ["EventComparison", "EventGroup", "LogRanks", "holm", "loop_onset_logrank", "solution_logrank"]
+__all__ = [
+    "EventComparison",
+    "EventGroup",
+    "LogRanks",
+    "holm",
+    "holm_by_family",
+    "loop_onset_logrank",
+    "solution_logrank",
+]
 
 Steps = NDArray[np.int64]
 
@@ -154,4 +162,14 @@ def holm(values: Sequence[float | None]) -> list[float | None]:
     for smaller, (value, i) in enumerate(tested):
         largest = max(largest, min(1.0, (len(tested) - smaller) * value))
         adjusted[i] = largest
+    return adjusted
+
+
+def holm_by_family(families: Sequence[Hashable], values: Sequence[float | None]) -> list[float | None]:
+    """P values corrected for their number in each family, which has an entry of its own for each of them."""
+    adjusted: list[float | None] = [None] * len(values)
+    for family in dict.fromkeys(families):
+        places = [i for i, other in enumerate(families) if other == family]
+        for i, value in zip(places, holm([values[i] for i in places]), strict=True):
+            adjusted[i] = value
     return adjusted
