@@ -230,11 +230,8 @@ def judge(trial: Trial, *, prior: str, noise: str = "naive") -> JudgedTrial:
 
 
 def _judge(trial: Trial, told: Sequence[Told], prior: str, noise: str) -> JudgedTrial:
-    now, restarts, steps = (
-        moment(begin(interlocks(prior, len(trial.joints)), noise_model(noise, _reading(trial)))),
-        0,
-        [],
-    )
+    known = begin(interlocks(prior, len(trial.joints)), noise_model(noise, _reading(trial)))
+    now, restarts, steps = moment(known), 0, []
     for step, (joint, report) in zip(trial.steps, told, strict=True):
         after, again = now.after(report)
         steps.append(_judged(step.step, joint, now, now.entropy - after.entropy))

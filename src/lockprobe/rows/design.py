@@ -50,6 +50,11 @@ class DoseAxis(Part):
     number: int = Field(default=1, ge=1, description="Which it is of several of that name.")
 
     @property
+    def of_flips(self) -> bool:
+        """Whether its levels are rates of flips alone, of one reading of a false report."""
+        return (self.intervention, self.dose, self.rest) == ("flip", "p", "")
+
+    @property
     def key(self) -> str:
         """Its name in the column ``axis``: the dose, and what else acts at all of its levels."""
         return axis_key(self.name, self.options, self.rest, self.number)

@@ -279,7 +279,7 @@ class Results(Part):
     @cached_property
     def readings(self) -> tuple[tuple[DoseAxis, str], ...]:
         """The axes of flip rates alone, each with the other options of its flips, which say what a false report is."""
-        own = [one for one in self.design.axes if (one.intervention, one.dose, one.rest) == ("flip", "p", "")]
+        own = [one for one in self.design.axes if one.of_flips]
         return tuple((one, options) for one in own for options in [self._options_of(one)] if options is not None)
 
     def _options_of(self, axis: DoseAxis) -> str | None:

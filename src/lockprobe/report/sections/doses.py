@@ -57,11 +57,6 @@ def dose_sections(found: Results) -> list[str]:
     return [_name(i) for i, (_, axis) in enumerate(_axes(found), 1) if not axis.rest]
 
 
-def _is_reading(axis: DoseAxis) -> bool:
-    """Whether it has the rates of flips of another reading."""
-    return (axis.intervention, axis.dose, axis.rest) == ("flip", "p", "") and bool(axis.options)
-
-
 def _show(found: Results) -> Iterator[Part]:
     for i, (place, axis) in enumerate(_axes(found), 1):
         options = f" ({axis.options})" if axis.options else ""
@@ -69,9 +64,9 @@ def _show(found: Results) -> Iterator[Part]:
         shown = f", shown as {axis.modality}" if axis.modality not in PLAIN_WORDS else ""
         answer = found.not_judged or found.answer_of(_name(i))
         blocks = list(_blocks(found, axis, i, place))
-        called = (
-            capital(false_reports(axis.options)) if _is_reading(axis) else f"{axis.name.capitalize()}{options}{rest}"
-        )
+        called = f"{axis.name.capitalize()}{options}{rest}"
+        if axis.of_flips and axis.options:
+            called = capital(false_reports(axis.options))
         yield Part(f"{called}{shown}", answer, blocks, _name(i))
 
 
