@@ -22,7 +22,7 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # How long an example takes says how busy the machine is.
-settings.register_profile("any machine", deadline=None, database=None, max_examples=50)
+settings.register_profile("any machine", deadline=None, database=None, max_examples=40)
 settings.load_profile("any machine")
 
 # Several workers share the cores: threads of each that wait for more work by spinning only take them away.
