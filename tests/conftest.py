@@ -28,6 +28,9 @@ settings.load_profile("any machine")
 # Several workers share the cores: threads of each that wait for more work by spinning only take them away.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+# Providers in tests are on loopback, without TLS: a client need not read all certificates of the machine, twice.
+os.environ["SSL_CERT_FILE"] = str(Path(__file__).with_name("certificate.pem"))
+
 gc.disable()  # until all is collected
 
 ROOMS = Path(__file__).parent

@@ -8,7 +8,7 @@ import time
 import forked
 from provider_server import account
 
-KILLS = int(os.environ.get("LOCKPROBE_KILLS", "4"))
+KILLS = int(os.environ.get("LOCKPROBE_KILLS", "3"))
 """How often a run is killed; ``LOCKPROBE_KILLS=100`` in the environment kills so often."""
 
 MOMENTS = 0.3

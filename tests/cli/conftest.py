@@ -3,6 +3,7 @@
 import sys
 
 import pytest
+from placeholders import undrawn
 from provider_server import here, truthful
 
 from lockprobe.agents.llm.model_facts import OWN_FACTS
@@ -11,11 +12,11 @@ from lockprobe.cli import main
 
 @pytest.fixture
 def lockprobe(monkeypatch, capsys):
-    """Runs a command; gives exit status, output and errors."""
+    """Runs a command; gives exit status, output and errors. Its reports hold placeholders for figures."""
 
     def run(*arguments):
         monkeypatch.setattr(sys, "argv", ["lockprobe", *map(str, arguments)])
-        with pytest.raises(SystemExit) as ended:
+        with undrawn(), pytest.raises(SystemExit) as ended:
             main()
         captured = capsys.readouterr()
         return ended.value.code or 0, captured.out, captured.err

@@ -35,7 +35,7 @@ from lockprobe.studies.studyfile import study
 def test_pictures_are_played_and_reported(tmp_path):
     pytest.importorskip("mujoco")
     arguments = ("run", "modalities", "--agent", "viewer", "--agent", "random", "--trials", 1, "--max-steps", 3,
-                 "--plant", "fast-twin?width=320&height=240&renderer=rays", "--workers", 1, "--out", tmp_path)  # fmt: skip
+                 "--plant", "fast-twin?width=160&height=120&renderer=rays", "--workers", 1, "--out", tmp_path)  # fmt: skip
     done = typed(*arguments)
     assert done.returncode == 0, done.stderr
     lines = done.stdout.splitlines()
@@ -43,7 +43,7 @@ def test_pictures_are_played_and_reported(tmp_path):
         "Modality study on chain-4: shown as rgb, rgbd, symbolic?tell=state; 1 repetition of 1 trial of 3 steps; "
         "agents viewer, random; seed 1"
     )
-    assert lines[1].startswith("Plant: fast-twin?width=320&height=240&renderer=rays; pictures by rays (mujoco ")
+    assert lines[1].startswith("Plant: fast-twin?width=160&height=120&renderer=rays; pictures by rays (mujoco ")
     assert lines[2] == "Reports only, since they look at no pictures: random"
     assert any("viewer  3/3 trials · solved rgb: 0/1, rgbd: 0/1, truth: 0/1" in line for line in lines)
     trials = load(tmp_path)
@@ -287,24 +287,24 @@ def test_where_models_die_the_other_agents_play_and_the_last_line_names_the_dead
     answer(lambda request: failure(402, "no credit") if request["model"] in dying else truthful(request))
     agents, directory = [*DEAD, SPEC, "random"], tmp_path / "s"
     with pytest.raises(typer.Exit) as end:
-        play(directory, retries=0, connections=2, agent=agents, trials=15, json=machine, report=False)
+        play(directory, retries=0, connections=2, agent=agents, trials=11, json=machine, report=False)
     assert end.value.exit_code == BROKE
     ended = Counter(trial.agent for trial in load(directory) if not trial.owed_again)
-    assert ended == dict.fromkeys(agents[dead:], 15)
+    assert ended == dict.fromkeys(agents[dead:], 11)
     last = capsys.readouterr().out.splitlines()[-1]
     if machine:
         said = json.loads(last)
-        assert (said["event"], said["ended"]) == ("broke", 15 * (4 - dead))
-        assert {agent: of["owed"] for agent, of in said["given_up"].items()} == dict.fromkeys(DEAD[:dead], 15)
+        assert (said["event"], said["ended"]) == ("broke", 11 * (4 - dead))
+        assert {agent: of["owed"] for agent, of in said["given_up"].items()} == dict.fromkeys(DEAD[:dead], 11)
         assert all("broke 10 trials in a row (model: " in of["why"] for of in said["given_up"].values())
     else:
         assert last.startswith(f"Given up: {DEAD[0]} broke 10 trials in a row (model: the provider answered 402")
         assert [agent in last for agent in agents] == [agent in DEAD[:dead] for agent in agents]
-        assert last.count("(15 trials owed)") == dead
+        assert last.count("(11 trials owed)") == dead
         assert last.endswith("nothing finished is lost, the same command goes on when that is mended")
     answer(truthful)
-    play(directory, agent=agents, trials=15, report=False)
-    assert len(load(directory)) == 60
+    play(directory, agent=agents, trials=11, report=False)
+    assert len(load(directory)) == 44
 
 
 def test_an_estimate_alone_plays_nothing_and_writes_nothing(tmp_path, provider, capsys, monkeypatch):

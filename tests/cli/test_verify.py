@@ -2,6 +2,7 @@
 
 import json
 import re
+from subprocess import CompletedProcess
 
 import pytest
 from provider_server import ENDS, Manner, here, truthful
@@ -23,30 +24,33 @@ def hashes(text):
     return dict(re.findall(r"^(Settings|Results): ([0-9a-f]{32}) ", text, re.MULTILINE))
 
 
-def test_hashes_are_said_around_the_trials_and_known_again(tmp_path):
+def test_hashes_are_said_around_the_trials_and_known_again(tmp_path, lockprobe):
+    def typed_here(*arguments):
+        return CompletedProcess(arguments, *lockprobe(*arguments))
+
     out = tmp_path / "out"
-    lines = typed(*RUN, "--out", out).stdout.splitlines()
+    lines = typed_here(*RUN, "--out", out).stdout.splitlines()
     said = hashes("\n".join(lines))
     first, trials, last = (
         next(i for i, line in enumerate(lines) if line.startswith(start))
         for start in ("Settings: ", "random: 4 trials", "Results: ")
     )
     assert first < trials < last
-    status = json.loads(typed("status", out, "--json").stdout)
+    status = json.loads(typed_here("status", out, "--json").stdout)
     assert (status["settings_hash"], status["results_hash"]) == (said["Settings"], said["Results"])
-    shown = typed("status", out).stdout
+    shown = typed_here("status", out).stdout
     assert all(found in shown for found in said.values())
     assert all(found in (out / "report.html").read_text("utf-8") for found in said.values())
-    done = typed("verify", out, "--settings", said["Settings"], "--results", said["Results"])
+    done = typed_here("verify", out, "--settings", said["Settings"], "--results", said["Results"])
     assert done.returncode == 0
     assert f"these results have the hash {said['Results']}" in done.stdout
-    done = typed("verify", out, "--settings", said["Results"])
+    done = typed_here("verify", out, "--settings", said["Results"])
     assert done.returncode == 1
     assert (
         f"FAILS  settings hash  these settings have the hash {said['Settings']}, not {said['Results']}" in done.stdout
     )
-    assert hashes(typed(*RUN, "--estimate").stderr) == {"Settings": said["Settings"]}
-    done = typed("verify", out, "--settings", "")
+    assert hashes(typed_here(*RUN, "--estimate").stderr) == {"Settings": said["Settings"]}
+    done = typed_here("verify", out, "--settings", "")
     assert (done.returncode, done.stderr.count("\n")) == (2, 1)
 
 
@@ -81,7 +85,12 @@ def hosted(tmp_path, monkeypatch):
         {"condition": ["forget?p=0.5", "flip?p=0.4"]},
         {"condition": ["nudge?after=2", "confidence", "tremble?p=0.5"]},
         {"p": [0, 0.4], "assessment": False, "layout": "shuffled"},
-        {"p": [0], "modality": ["rgb"], "plant": "fast-twin", "agent": "llm:openai-api/fake/model?images=1"},
+        {
+            "p": [0],
+            "modality": ["rgb"],
+            "plant": "fast-twin?width=160&height=120",
+            "agent": "llm:openai-api/fake/model?images=1",
+        },
         {"p": [0.4], "faults": {"wrong schema": 0.2, "429": 0.1, "dropped": 0.1, "500": 0.1}},
         {"condition": ["yoked?p=0.4&how=looping", "flip?p=0.4&while=looping"]},
         {"p": [0], "agent": "llm:openai-api/fake/model?max_tokens=50&schema=none&top_p=0.5"},

@@ -84,7 +84,7 @@ def played(play, policy, world, trials, seed):
     return source, found
 
 
-@settings(max_examples=120, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(
     policy=POLICIES,
     name=st.sampled_from(BOXES),

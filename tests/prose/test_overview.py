@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from functools import cache
 from types import SimpleNamespace as Some
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 from builders import make_trial, play_study, small_study
 from scipy.stats import binom
 
+from lockprobe.analysis import habit_baseline, rationality
 from lockprobe.analysis.effects import Effects
 from lockprobe.analysis.proportions import proportion
 from lockprobe.analysis.summary import summarise
@@ -30,8 +32,23 @@ from lockprobe.record import STATES
 SOLVED, UNSOLVED = [3, 2, 1, 0], [1] * 20
 
 
+@pytest.fixture(scope="module", autouse=True)
+def rough():
+    """No sentence here is of the null of blind agents or of optimal actions: of both a few trials are enough."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(habit_baseline, "SIMULATED", 2_000)
+        patch.setattr(rationality, "JUDGED", 6)
+        yield
+
+
 def answer(**courses):
     """The answer on agents whose trials are solved as listed: agent -> p -> how many of 40."""
+    return _answer(tuple((agent, tuple(by_p.items())) for agent, by_p in courses.items()))
+
+
+@cache
+def _answer(courses):
+    courses = {agent: dict(by_p) for agent, by_p in courses}
     trials = [
         make_trial(SOLVED if (39 - i if p else i) < solved else UNSOLVED, agent=agent, p=p, trial=i + 1)
         for agent, by_p in courses.items()

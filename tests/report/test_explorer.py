@@ -102,7 +102,7 @@ WORDS = "document.body.innerText.split(/\\s+/).length"
 def test_the_report_of_the_first_command_shows_at_most_620_words_before_the_first_click(tmp_path):
     from playwright.sync_api import sync_playwright
 
-    first = replace(study(StudyOptions()), strategy_trials=20)  # lockprobe run flips, with fewer trials of strategies
+    first = replace(study(StudyOptions()), strategy_trials=10)  # lockprobe run flips, with fewer trials of strategies
     trials = play_study(replace(first, agents=tuple(agent for agent in first.agents if agent != "llm:local")))
     novice = [trial for trial in trials if trial.agent == LEARNER and trial.trial <= first.trials]
     renamed = [replace(trial, agent="llm:local") for trial in novice]  # as many trials as a model has

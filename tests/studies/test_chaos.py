@@ -68,13 +68,19 @@ class Script:
 ONE = study(StudyOptions(agent=[SPEC], p=[0], trials=1, repetitions=1))
 QUICK = Access(connections=1, timeout=2, retries=2, pause=0.01)
 
+
+def access_of(kind):
+    """Patience with a provider of this fault: half as much where all of it is waited for."""
+    return replace(QUICK, timeout=1) if kind == "stalled" else QUICK
+
+
 FAULTY = {
     "429 with Retry-After": "the provider answered 429: Rate limit reached",
     "429": "the provider answered 429: Rate limit reached",
     "500": "the provider answered 500: The server had an error",
     "dropped": "Server disconnected without sending a response",
     "dropped midway": "peer closed connection without sending complete message body",
-    "stalled": "no reply within 2 s",
+    "stalled": "no reply within 1 s",
     "truncated": "a reply that cannot be read",
     "malformed": "a reply that cannot be read",
     "a string": "service unavailable",
@@ -111,7 +117,7 @@ def test_a_provider_that_fails_for_a_while_is_asked_again_and_leaves_no_trace_in
     tmp_path, monkeypatch, right, kind
 ):
     with here(manner=Script("", kind, kind)) as server:
-        assert played(tmp_path, monkeypatch, server, ONE, QUICK) == right
+        assert played(tmp_path, monkeypatch, server, ONE, access_of(kind)) == right
     assert server.faults == {kind: 2}
     assert [call.retries for call in read_calls(tmp_path)] == [0, 2, *[0] * (len(right[0].steps) - 2)]
 
@@ -121,7 +127,7 @@ def test_a_provider_that_keeps_failing_breaks_the_trial_which_is_owed_again(
     tmp_path, monkeypatch, right, kind, message
 ):
     with here(manner=Script("", kind, kind, kind)) as server:
-        (trial,) = played(tmp_path, monkeypatch, server, ONE, QUICK)
+        (trial,) = played(tmp_path, monkeypatch, server, ONE, access_of(kind))
         assert (trial.ending, trial.error.boundary, trial.error.step) == ("error", "model", 2)
         assert message in trial.error.message
         assert trial.error.message.endswith("(tried 3 times)")
@@ -219,7 +225,7 @@ def test_a_study_with_a_fifth_of_all_calls_faulty_ends_with_the_right_records(tm
     assert planned.size == TRIALS
     with here() as server:
         right = played(tmp_path / "right", monkeypatch, server, planned, Access(connections=8))
-    impatient = Access(connections=8, retries=0, timeout=2, pause=0.02)
+    impatient = Access(connections=8, retries=0, timeout=1, pause=0.02)
     runs = [impatient, *[replace(impatient, retries=3)] * 20]  # without patience first, so that trials break
     with here(manner=Manner(median=0.005, faults=mixed(0.2))) as server:
         for made, access in enumerate(runs, 1):

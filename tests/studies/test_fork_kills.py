@@ -72,7 +72,7 @@ def test_no_request_on_record_is_sent_again_and_what_was_told_costs_nothing(reco
     with elsewhere(Manner()) as url:
         monkeypatch.setenv("FAKE_BASE_URL", url)
         few = [trial.key for trial in load(directory)[:2]]
-        forked(planned, directory, keys=few, told=["truth", "lie", "retracted", "withheld"], act=["tremble"], times=2)
+        forked(planned, directory, keys=few, told=["truth", "lie", "lie-truth", "withheld"], act=["tremble"], times=2)
         seen = account(url)
     assert seen["conversations"]
     assert not known & seen["conversations"].keys()

@@ -4,6 +4,7 @@ import asyncio
 import json
 import re
 from collections import Counter
+from dataclasses import replace
 
 import pytest
 from browser import browser, needs_a_browser, new_tab, plan_of, run, served, trials_of, violations
@@ -25,6 +26,7 @@ STUDY = Study(
     seed=11,
     max_steps=4,
 )
+SHORT = replace(STUDY, max_steps=2)
 LARGE = Study(
     name="flips",
     agents=("participant",),
@@ -164,7 +166,7 @@ class Keyboard:
         raise AssertionError(f"{part} cannot be reached")
 
     async def enter(self, part):
-        await asyncio.sleep(0.3)  # the same key at once is taken for one that bounced
+        await asyncio.sleep(0.22)  # the same key within 0.2 s is taken for one that bounced
         await self.tab_to(part)
         await self.press("Enter")
 
@@ -186,7 +188,7 @@ class Keyboard:
 
 def test_the_keyboard_alone_is_enough(tmp_path):
     async def without_a_mouse():
-        async with browser() as chromium, served(tmp_path, STUDY, practice="chain-3", **WHOLE) as url:
+        async with browser() as chromium, served(tmp_path, SHORT, practice="chain-3", **WHOLE) as url:
             tab = await new_tab(chromium)
             page, keyboard = tab.page, Keyboard(tab.page)
             look = await tab.open(f"{url}?PROLIFIC_PID=w1")

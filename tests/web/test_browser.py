@@ -37,14 +37,14 @@ CHECK = {"after": 1, "question": "Choose blue.", "options": ["red", "blue"], "ri
 ASK = {"name": "how", "question": "How did you go about it?"}
 
 
-ARGUMENTS = ("flips", "--p", "0,0.4", "--repetitions", 1, "--seed", 7)
+ARGUMENTS = ("flips", "--p", "0,0.4", "--repetitions", 1, "--seed", 7, "--max-steps", 9)
 """The same study for ``lockprobe serve``, but for its trials."""
 
 
 def a_study(**settings):
     return study_of(**{
         "name": "flips", "agents": ("participant",), "box": box("chain-4"), "p": (0.0, 0.4), "repetitions": 1, "trials": 4,
-        "seed": 7, **settings,
+        "seed": 7, "max_steps": 9, **settings,
     })  # fmt: skip
 
 
@@ -76,14 +76,14 @@ CASES = {
         {"flip": "outcome-only", "assessment": False},
     ),
     "a panel dealt anew": ("panel", "click", "ideal-observer", {"layout": "shuffled"}),
-    "six joints": ("text", "touch", "random", {"box": box("random-6-4"), "max_steps": 8}),
+    "six joints": ("text", "touch", "random", {"box": box("random-6-4")}),
 }
 
 
 @pytest.mark.parametrize("case", CASES.values(), ids=CASES)
 def test_a_strategy_at_the_page_plays_as_without_it(case, tmp_path):
     view, how, strategy, settings = case
-    study = a_study(**{"max_steps": 9, **settings})
+    study = a_study(**{"max_steps": 6, **settings})
     language = "de" if how == "touch" else "en"
     shown = {"view": view, "language": language, "practice": "chain-3", "checks": [CHECK], "questions": [ASK]}
     run(_takes_part(tmp_path, study, strategy, how, **shown))
@@ -136,7 +136,7 @@ async def _crowd(directory, study, names):
                 await tab.page.context.close()
 
             async def power_cuts():
-                for acts in (8 * len(names), 24 * len(names)):
+                for acts in (8 * len(names), 16 * len(names)):
                     while sum(path.read_bytes().count(b"\n") for path in directory.glob("people/*.jsonl")) < acts:  # noqa: ASYNC110 - files, of another process
                         await asyncio.sleep(0.05)
                     await asyncio.to_thread(server.kill)

@@ -23,10 +23,10 @@ from lockprobe.studies.settings import read_study
 from lockprobe.web import serving
 from lockprobe.web.serving import ServerOptions, opened
 
-SEVERAL = int(os.environ.get("LOCKPROBE_VISITORS", "100"))
+SEVERAL = int(os.environ.get("LOCKPROBE_VISITORS", "60"))
 """People at once."""
 
-KILLS = int(os.environ.get("LOCKPROBE_KILLS", "6"))
+KILLS = int(os.environ.get("LOCKPROBE_KILLS", "4"))
 """How often the server is killed while they play."""
 
 STRATEGIES = ("human-inspired", "random", "ideal-observer", "random-no-repeat", "round-robin")
@@ -108,7 +108,7 @@ def free_port():
 def test_killed_again_and_again_the_server_loses_nothing_that_was_shown(tmp_path):
     people = tmp_path / "people.toml"
     people.write_text('practice = ""\njoins_per_minute = 10000\n')
-    directory, number, luck = tmp_path / "study", 24, random.Random(7)
+    directory, number, luck = tmp_path / "study", 16, random.Random(7)
     arguments = ("flips", "--p", "0,0.4", "--trials", number, "--repetitions", 1, "--out", directory,
                  "--people", people, "--port", free_port())  # fmt: skip
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 
 from lockprobe.analysis.inference.verdict import Question
 from lockprobe.errors import UnknownName
@@ -36,12 +37,18 @@ class Design:
     @property
     def conditions(self) -> tuple[Condition, ...]:
         """A condition for every p."""
-        return flips(self.p, modalities=("symbolic",))
+        return _conditions(self.p)
 
     @property
     def clusters(self) -> int:
         """Trials per p."""
         return self.repetitions * self.trials
+
+
+@cache
+def _conditions(p: tuple[float, ...]) -> tuple[Condition, ...]:
+    """The conditions of all designs with these flip rates: every simulated trial asks for its own."""
+    return flips(p, modalities=("symbolic",))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -26,6 +26,9 @@ MEASURES = "measures"
 _KINDS = ("rows", "curves", "findings", "facts", "exhibits")
 """The fields that hold rows."""
 
+_COLUMNS = frozenset(Estimate.model_fields)
+"""By which rows are selected."""
+
 
 class NoSuchRow(LockprobeError, LookupError):
     """No row, or more than one, has what was asked for."""
@@ -106,15 +109,17 @@ class Results(Part):
         >>> found = lockprobe.results("runs/flips")  # doctest: +SKIP
         >>> found.where("success", agent="random")  # doctest: +SKIP
         """
-        if unknown := columns.keys() - Estimate.model_fields.keys():
+        if unknown := columns.keys() - _COLUMNS:
             raise NoSuchRow(
                 f"no column is called {', '.join(sorted(unknown))}; columns: {', '.join(IDENTITY)}, family, …"
             )
         rows = self._rows.get(quantity, ()) if quantity else self.rows
         if quantity and "agent" in columns:
             rows = self._of_agents.get((quantity, columns["agent"]), ())
-        wanted = tuple((name, value) for name, value in columns.items() if name != "agent" or not quantity)
-        return [row for row in rows if all(getattr(row, name) == value for name, value in wanted)]
+        found = [*rows]
+        for name, value in columns.items():
+            found = [row for row in found if getattr(row, name) == value]
+        return found
 
     def get(self, quantity: str, **columns: str) -> Estimate | None:
         """The one row of a quantity that has these values and ``of=""`` unless given; None if there is none.

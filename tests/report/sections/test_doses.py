@@ -86,7 +86,14 @@ def test_figures_of_a_dose_show_every_agent_and_stand_on_the_page(lab):
 
 def test_rows_at_a_dose_hold_all_doses_of_the_condition_and_its_modality(tmp_path):
     sweep = ["flip?p=0,0.5,0.9 + tremble?p=0.5", "rgb?blur=0,2,4"]
-    of = {"agent": ["viewer"], "plant": "fast-twin", "p": [0], "sweep": sweep, "trials": 2, "repetitions": 1}
+    of = {
+        "agent": ["viewer"],
+        "plant": "fast-twin?width=160&height=120",
+        "p": [0],
+        "sweep": sweep,
+        "trials": 2,
+        "repetitions": 1,
+    }
     found = found_in(tmp_path, max_steps=4, **of)
     known = {one.name: one for one in found.design.conditions}
     for axis in found.design.axes:
