@@ -7,8 +7,10 @@ import pytest
 from scipy.stats import binomtest
 
 from lockprobe.agents.cognitive import RandomMap, SoftmaxMemory
+from lockprobe.agents.hearing import Hears, Jolted
 from lockprobe.agents.human_inspired import HumanInspired
-from lockprobe.agents.worlds import Believer, LoopBreaker, LostHalf
+from lockprobe.agents.loop_breakers import AnyFalsehood, LoopBreaker, Novelty, Sceptic
+from lockprobe.agents.worlds import Believer, Halves, LostHalf
 from lockprobe.errors import BadValue
 from lockprobe.interventions.catalogue import interventions_of
 from lockprobe.interventions.drop import Drop
@@ -129,10 +131,14 @@ POLICIES = [
     SoftmaxMemory(target=0.4, closed=0.8, failure=2, decay=0.7, reset=0.4, recent=-0.6, stay=0.9, position=0.5),
     RandomMap(window=1, avoid="last", lapse=0.2),
     LoopBreaker(),
+    Novelty(),
     Believer(lapse=0.1),
     LostHalf(),
+    Hears(policy=Believer(lapse=0.1), believes="first"),
+    Jolted(policy=Believer(lapse=0.1)),
+    Halves(policies=(Sceptic(), AnyFalsehood())),
 ]
-WORLDS = (LoopBreaker, Believer, LostHalf)
+WORLDS = (LoopBreaker, Believer, LostHalf, Hears, Jolted, Halves)
 CONDITIONS = [
     "tremble?p=0.3",
     "drop?p=0.4",
@@ -148,15 +154,19 @@ CONDITIONS = [
     "drop?p=0.4 + flip?p=0.3&others=kept",
     "tremble?p=0.2 + force?at=2 + flip?p=0.4&from=2",
     "correction?p=0.3",
-    "correction?p=0.3&of=truth",
+    "correction?p=0.3&first=truth",
+    "correction?p=0.3&first=truth&last=lie",
+    "correction?p=0.3&last=lie",
+    "correction?p=0.3&last=lie&others=kept",
+    "correction?p=0.3&last=lie&inverts=position",
     "drop?p=0.3&luck=flip",
     "flip?p=0.4 + drop?p=0.3&luck=flip",
-    "flip?p=0.2 + correction?p=0.3",
+    "correction?p=0.3&last=lie + drop?p=0.2",
     "tremble?p=0.3&luck=flip",
 ]
 
 
-ODD = ["flip?p=0.3&only=blocked&others=kept", "drop?p=0.2 + drop?p=0.3", *CONDITIONS[-6:]]
+ODD = ["flip?p=0.3&only=blocked&others=kept", "drop?p=0.2 + drop?p=0.3", *CONDITIONS[-7:]]
 """Conditions in which worlds of known mechanism are held; they have a larger box."""
 
 CASES = [

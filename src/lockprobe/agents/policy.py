@@ -47,14 +47,21 @@ class Told:
         moved: Whether it moved, as reported.
         shifted: Joints reported away from their reported start, bit j for joint j; None where positions are not told.
         states_only: Whether positions are told and no outcome, so that ``moved`` is inferred by comparing them.
-        odd: Whether its form is odd: it corrects what it said first, or a remark comes with it.
+        corrects: The first statement of a report in two, which this one corrects; None without a correction.
+        remarked: Whether a remark comes with it.
     """
 
     joint: int
     moved: bool
     shifted: int | None = None
     states_only: bool = False
-    odd: bool = False
+    corrects: Told | None = None
+    remarked: bool = False
+
+    @property
+    def odd(self) -> bool:
+        """Whether its form is odd: it corrects what it said first, or a remark comes with it."""
+        return self.corrects is not None or self.remarked
 
 
 def view_of(task: Task) -> View:
@@ -86,8 +93,14 @@ def tell(task: Task, percept: Percept, past: Sequence[Turn], remark: str = "") -
         start = (False,) * len(positions) if first is None else first.positions
         if start is not None:
             shifted = sum((now != then) << j for j, (now, then) in enumerate(zip(positions, start, strict=True)))
-    odd = bool(remark) or percept.corrects is not None
-    return Told(joint=joint, moved=moved, shifted=shifted, states_only=percept.outcome is None, odd=odd)
+    return Told(
+        joint=joint,
+        moved=moved,
+        shifted=shifted,
+        states_only=percept.outcome is None,
+        corrects=None if percept.corrects is None else tell(task, percept.corrects, past),
+        remarked=bool(remark),
+    )
 
 
 def told_outcome(situation: Situation) -> Outcome | None:

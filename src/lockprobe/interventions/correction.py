@@ -1,4 +1,4 @@
-"""The intervention ``correction``: reports that are corrected at once."""
+"""The intervention ``correction``: reports in two statements, of which the second corrects the first."""
 
 from __future__ import annotations
 
@@ -7,27 +7,35 @@ from typing import ClassVar, Literal, get_args
 
 import numpy as np
 
-from lockprobe.interventions.flip import OutcomeFlip
+from lockprobe.interventions.flip import Inverts, OutcomeFlip
 from lockprobe.interventions.luck import check_steps, hits
-from lockprobe.record import Moment, Outcome, Percept, Task
+from lockprobe.record import Moment, Percept, Task
 from lockprobe.validation import check_choice, check_probability
 
-__all__ = ["Correction"]
+__all__ = ["Correction", "Says"]
 
-Of = Literal["lie", "truth"]
+Says = Literal["lie", "truth"]
+"""What a statement says: a false report, or the true one."""
+
+Others = Literal["fresh", "kept"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Correction:
-    """With probability p a report is a lie that is corrected at once by the truth.
+    """With probability p a report is made of two statements: the first, and with the word "Correction" the last.
 
-    It hits the steps at which ``flip`` lies at the same p, and leaves nothing false. With ``of=truth`` the first report
-    is true as well: a placebo that measures the effect of a correction alone. Corrections are made in words; pictures
-    cannot be corrected. One number is drawn per attempt whatever p is.
+    It hits the steps at which ``flip`` lies at the same p. The four combinations have one form and differ in what they
+    say: a lie that is retracted (the default), a truth that is confirmed, a truth that a lie "corrects", and a lie that
+    is confirmed. A lie is the false report that ``flip`` tells, and what the last statement says is what later reports
+    build on. Corrections are made in words; pictures cannot be corrected. One number is drawn per attempt, whatever p
+    is.
 
     Attributes:
         p: Probability that a report is corrected, [0, 1].
-        of: What is said first.
+        first: What the first statement says.
+        last: What the last statement says.
+        inverts: What a lie inverts, as in ``flip``.
+        others: What becomes of the false positions of other joints, as in ``flip``.
         at: The steps whose reports can be corrected; empty for all of them.
 
     Raises:
@@ -38,30 +46,33 @@ class Correction:
     doses: ClassVar[tuple[str, ...]] = ("p",)
     stream: ClassVar[str] = OutcomeFlip.stream
     p: float = 0.0
-    of: Of = "lie"
+    first: Says = "lie"
+    last: Says = "truth"
+    inverts: Inverts = "outcome"
+    others: Others = "fresh"
     at: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         check_steps(self.at)
         check_probability("correction rate p", self.p)
-        check_choice("of", self.of, get_args(Of))
+        for statement in ("first", "last"):
+            check_choice(statement, getattr(self, statement), get_args(Says))
+        check_choice("others", self.others, get_args(Others))
+        self.lies  # noqa: B018  checks what it inverts
+
+    @property
+    def lies(self) -> OutcomeFlip:
+        """The flip whose false reports its lies are."""
+        return OutcomeFlip(p=self.p, inverts=self.inverts, others=self.others)
 
     def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
-        """The percept, with what was said before it or without."""
-        if percept.joint is None or rng.random() >= self.p or not hits(self.at, len(past)):
+        """The percept as its last statement tells it, with the first one if it is corrected."""
+        hit = percept.joint is not None and rng.random() < self.p and hits(self.at, len(past))
+        first, last = (self._said(says, percept, past, task, hit=hit) for says in (self.first, self.last))
+        return replace(last, corrects=first) if hit else last
+
+    def _said(self, says: Says, percept: Percept, past: tuple[Moment, ...], task: Task, *, hit: bool) -> Percept:
+        """What a statement tells; where the last one is true, nothing that was told stays false."""
+        if self.last == says == "truth":
             return percept
-        if self.of == "truth":
-            return replace(percept, corrects=percept)
-        return replace(percept, corrects=_inverted(percept, task))
-
-
-def _inverted(percept: Percept, task: Task) -> Percept:
-    """The lie that a memoryless flip tells."""
-    positions = percept.positions
-    if positions is not None:
-        at = task.joints.index(str(percept.joint))
-        positions = (*positions[:at], not positions[at], *positions[at + 1 :])
-    outcome: Outcome | None = percept.outcome
-    if outcome is not None:
-        outcome = "blocked" if outcome == "moved" else "moved"
-    return replace(percept, outcome=outcome, positions=positions)
+        return self.lies.told(percept, past, task, flipped=hit and says == "lie")

@@ -178,10 +178,23 @@ class OutcomeFlip:
     def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
         """The percept with its outcome inverted, or not."""
         drawn = 1.0 if percept.joint is None else rng.random()
-        flipped = drawn < self.p and self._may(percept, past)
+        return self.told(percept, past, task, flipped=drawn < self.p and self._may(percept, past), drawn=drawn)
+
+    def told(
+        self, percept: Percept, past: tuple[Moment, ...], task: Task, *, flipped: bool, drawn: float = 1.0
+    ) -> Percept:
+        """The percept as this flip tells it, inverted or not.
+
+        Args:
+            percept: The percept before it.
+            past: The moments so far, with what was told.
+            task: The task.
+            flipped: Whether the report is inverted.
+            drawn: The number that was drawn for the report, [0, 1]; it decides on positions of other joints.
+        """
         outcome: Outcome | None = percept.outcome
-        if flipped and self.part != "position":
-            outcome = "blocked" if percept.outcome == "moved" else "moved"
+        if flipped and outcome is not None and self.part != "position":
+            outcome = "blocked" if outcome == "moved" else "moved"
         return replace(percept, outcome=outcome, positions=self._positions(percept, past, task, drawn, flipped))
 
     def _may(self, percept: Percept, past: tuple[Moment, ...]) -> bool:

@@ -37,12 +37,14 @@ _KNOWN = (
 class Report(NamedTuple):
     """One possible report.
 
-    Whether it is inverted (None: not given), whether its form is odd, its probability, and whether it has a phantom.
+    Whether it is inverted (None: not given), its probability, whether the first statement that it corrects is inverted
+    (None: it corrects none), whether a remark comes with it, and whether it has a phantom.
     """
 
     inverted: bool | None
-    odd: bool
     chance: float
+    corrects: bool | None = None
+    remarked: bool = False
     phantom: bool = False
 
 
@@ -51,10 +53,11 @@ class ConditionChances:
     """A condition as probabilities.
 
     Attributes:
-        flip: The outcome flip; of several, the first.
+        flip: The outcome flip; of several, the first; with a correction, the flip whose lies it tells.
         later: Further flips; at most one flip applies to each step.
         withheld: Probability that no report is given, with the same random number as ``flip``, [0, 1].
-        odd: Probability of an odd form of the report, with the same random number, [0, 1].
+        correction: The correction, with the same random number; None without one.
+        distracted: Probability of a remark, with the same random number, [0, 1].
         phantom: Probability of a phantom, with the same random number, [0, 1].
         lost: Probability that a report is lost independently of the flip, [0, 1].
         remarked: Probability of a remark, independently of the flip, [0, 1].
@@ -66,7 +69,8 @@ class ConditionChances:
     flip: OutcomeFlip
     later: tuple[OutcomeFlip, ...] = ()
     withheld: float = 0.0
-    odd: float = 0.0
+    correction: Correction | None = None
+    distracted: float = 0.0
     phantom: float = 0.0
     lost: float = 0.0
     remarked: float = 0.0
@@ -97,15 +101,17 @@ class ConditionChances:
         """The possible reports of an outcome. Interventions that share the flip's random number hit the same steps."""
         flip = self._flip_at(step)
         lie = flip.p if flip is not None and flip.only in ("any", "moved" if moved else "blocked") else 0.0
-        found: dict[tuple[bool | None, bool, bool], float] = defaultdict(float)
-        edges = sorted({0.0, lie, self.withheld, self.odd, self.phantom, 1.0})
+        corrected = 0.0 if self.correction is None else self.correction.p
+        found: dict[tuple[bool | None, bool | None, bool, bool], float] = defaultdict(float)
+        edges = sorted({0.0, lie, self.withheld, corrected, self.distracted, self.phantom, 1.0})
         for low, high in pairwise(edges):
             inverted = None if low < self.withheld else low < lie
+            first = self.correction.first == "lie" if self.correction and low < corrected else None
             for lost, unless in ((True, self.lost), (False, 1 - self.lost)):
                 for remarked, chance in ((True, self.remarked), (False, 1 - self.remarked)):
-                    case = None if lost else inverted, low < self.odd or remarked, low < self.phantom
+                    case = None if lost else inverted, first, low < self.distracted or remarked, low < self.phantom
                     found[case] += (high - low) * unless * chance
-        return [Report(inverted, odd, chance, phantom) for (inverted, odd, phantom), chance in found.items() if chance]
+        return [Report(case[0], chance, *case[1:]) for case, chance in found.items() if chance]
 
     def noise(self, step: int) -> float:
         """The probability that the position of a joint that is not attempted is inverted in a report, [0, 1]."""
@@ -138,10 +144,13 @@ def condition_chances(
         expected = "one flip a step at most, several only without keep and of one reading, and none with p"
         raise BadValue("condition", " + ".join(map(spec_of, ones)), expected)
     phantoms = [one.p for one in ones if isinstance(one, Phantom)]
-    if len(phantoms) > 1 or (phantoms and (flips or p > 0)):
-        expected = "one phantom at most, and none with a flip; sample others (lockprobe.run_trial)"
+    corrections = [one for one in ones if isinstance(one, Correction)]
+    if len(phantoms) + len(corrections) > 1 or ((phantoms or corrections) and (flips or p > 0)):
+        expected = "one phantom or correction at most, and none with a flip; sample others (lockprobe.run_trial)"
         raise BadValue("condition", " + ".join(map(spec_of, ones)), expected)
     acting = OutcomeFlip(inverts="position") if phantoms else flip_of(flip, p)  # nothing compares with what was told
+    for corrected in corrections:
+        acting = corrected.lies if corrected.last == "lie" else corrected.lies.at_rate(0)
     at_the_flips: dict[type[Any], float] = {}
     spoken = {Drop: 1.0, Distract: 1.0}
     for one in ones:
@@ -152,13 +161,14 @@ def condition_chances(
             raise BadValue("condition", spec_of(one), _KNOWN)
         if isinstance(one, Drop | Distract) and one.luck == "own":
             spoken[type(one)] *= 1 - one.p
-        elif isinstance(one, Drop | Distract | Correction):
+        elif isinstance(one, Drop | Distract):
             at_the_flips[type(one)] = max(one.p, at_the_flips.get(type(one), 0.0))
     return ConditionChances(
         flip=flips[0] if flips else acting,
         later=tuple(flips[1:]),
         withheld=at_the_flips.get(Drop, 0.0),
-        odd=max(at_the_flips.get(Distract, 0.0), at_the_flips.get(Correction, 0.0)),
+        correction=corrections[0] if corrections else None,
+        distracted=at_the_flips.get(Distract, 0.0),
         phantom=sum(phantoms),
         lost=1 - spoken[Drop],
         remarked=1 - spoken[Distract],

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Hashable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from itertools import permutations
 from math import nan
 from pathlib import Path
@@ -305,18 +306,27 @@ class _MarkovChain:
         self, state: _State, configuration: int, place: int, moved: bool, given: Report, others: int, chance: float
     ) -> _Transition:
         """The transition after a report, with its probability."""
-        flip, states_only, positions = self._world.flip, self._world.states_only, self._world.tell != "outcome"
-        inverted, odd = given.inverted, given.odd
-        if inverted is None:
+        flip = self._world.flip
+        if given.inverted is None:
             memory = self._policy.remember_silence(self._view, state.memory, place)
             return _Transition(_State(configuration, 0, state.compared, memory), chance)
+        say = partial(self._statement, state, configuration, place, moved, others)
+        report, wrong = say(inverted=given.inverted)
+        first = None if given.corrects is None else say(inverted=given.corrects)[0]
+        report = replace(report, corrects=first, remarked=given.remarked)
+        memory = self._policy.remember(self._view, state.memory, report)
+        heeded = wrong if flip.keep or flip.inverts == "outcome" else 0
+        goal = _State(configuration, heeded, configuration ^ wrong if self._world.states_only else 0, memory)
+        return _Transition(goal, chance, wrong != 0, report.moved != moved)
+
+    def _statement(
+        self, state: _State, configuration: int, place: int, moved: bool, others: int, *, inverted: bool
+    ) -> tuple[Told, int]:
+        """One statement on an attempt, and the joints whose positions it tells falsely."""
+        flip, states_only, positions = self._world.flip, self._world.states_only, self._world.tell != "outcome"
         wrong = reported(flip, state.wrong, self._order[place], others, flipped=inverted) if positions else 0
         told = configuration ^ wrong
         heard = moved != (inverted and flip.part != "position")
         said = bool((told ^ state.compared) >> self._order[place] & 1) if states_only else heard
         shifted = listed(told, self._order) if positions else None
-        report = Told(joint=place, moved=said, shifted=shifted, states_only=states_only, odd=odd)
-        memory = self._policy.remember(self._view, state.memory, report)
-        heeded = wrong if flip.keep or flip.inverts == "outcome" else 0
-        goal = _State(configuration, heeded, told if states_only else 0, memory)
-        return _Transition(goal, chance, wrong != 0, said != moved)
+        return Told(joint=place, moved=said, shifted=shifted, states_only=states_only), wrong
