@@ -65,9 +65,11 @@ def test_a_world_is_its_box():
 
 
 def test_only_what_looks_at_places_in_the_listing_heeds_its_order():
-    heedless = ("random", "random-no-repeat", "human-inspired:proximity", "cognitive:random-map")
-    assert not any(heeds_order(policy_of(agent)) for agent in (*heedless, "cognitive:softmax-memory?closed=1"))
-    assert all(map(heeds_order, (policy_of("round-robin"), policy_of("cognitive:softmax-memory?position=1"), Diary())))
+    heedless = ("random", "random-no-repeat", "human-inspired:proximity", "cognitive:random-map", "world:sceptic",
+                "world:first-believer", "world:half-and-half", "cognitive:softmax-memory?closed=1")  # fmt: skip
+    heeding = ("round-robin", "cognitive:softmax-memory?position=1")
+    assert not any(heeds_order(policy_of(agent)) for agent in heedless)
+    assert all(map(heeds_order, (*map(policy_of, heeding), Diary())))
 
 
 def test_mistakes_are_one_line():

@@ -6,89 +6,21 @@ Each is a :class:`Policy`, so its success under every condition, and with it the
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from lockprobe.agents.cognitive import SoftmaxMemory
+from lockprobe.agents.cognitive import CHARACTERS, SoftmaxMemory
+from lockprobe.agents.hearing import Hears, Jolted
 from lockprobe.agents.human_inspired import HumanInspired
+from lockprobe.agents.loop_breakers import AnyFalsehood, FormByLength, LoopBreaker, Novelty, Sceptic
 from lockprobe.agents.policy import Policy, Told, View, evenly
 from lockprobe.agents.strategies import RandomNoRepeat
 from lockprobe.errors import BadValue
 from lockprobe.record import Fact
 from lockprobe.validation import check_probability
 
-__all__ = ["WORLDS", "Believer", "Failures", "LoopBreaker", "LostHalf", "LostPair", "Round"]
-
-_FREE = 3
-"""Random actions of the loop breaker after an odd report."""
-
-_LENGTH = 3
-"""Joints of its cycle."""
-
-
-@dataclass(frozen=True, slots=True)
-class Round:
-    """The memory of the loop breaker.
-
-    Attributes:
-        told: What it was last told of each joint: 0 nothing, 1 that it was blocked, 2 that it moved; shape (joints,).
-        cycle: The joints of its cycle that are drawn so far, in order.
-        at: Which of them comes next.
-        free: How many random actions are left.
-        last: The joint attempted last while free; -1 else.
-    """
-
-    told: tuple[int, ...]
-    cycle: tuple[int, ...] = ()
-    at: int = 0
-    free: int = 0
-    last: int = -1
-
-
-@dataclass(frozen=True, kw_only=True)
-class LoopBreaker(Policy[Round]):
-    """It goes round a cycle of three joints that it draws at the start, until an odd report frees it.
-
-    A report is odd if it contradicts the last one of that joint, or if its form is odd: a correction, a remark, or no
-    report. Then it forgets what it was told, acts three times at random without repeats, and draws a new cycle.
-    """
-
-    heeds_remarks = True
-
-    def begin(self, view: View) -> Round:
-        """No joint of the cycle is drawn.
-
-        Raises:
-            BadValue: If the box has fewer joints than a cycle.
-        """
-        if view.joints < _LENGTH:
-            raise BadValue("box", f"{view.joints} joints", f"at least {_LENGTH} joints, for a cycle")
-        return Round((0,) * view.joints)
-
-    def remember(self, view: View, memory: Round, told: Told) -> Round:
-        """On along the cycle, or out of it."""
-        known, now = memory.told[told.joint], 1 + told.moved
-        reports = (*memory.told[: told.joint], now, *memory.told[told.joint + 1 :])
-        return self._after(memory, told.joint, reports, odd=told.odd or known not in (0, now))
-
-    def remember_silence(self, view: View, memory: Round, joint: int) -> Round:
-        """A missing report is odd."""
-        return self._after(memory, joint, memory.told, odd=True)
-
-    def _after(self, memory: Round, joint: int, reports: tuple[int, ...], *, odd: bool) -> Round:
-        if memory.free or odd:
-            free = memory.free - 1 if memory.free else _FREE
-            return Round((0,) * len(reports), free=free, last=joint if free else -1)
-        cycle = memory.cycle if len(memory.cycle) == _LENGTH else (*memory.cycle, joint)
-        return Round(reports, cycle, (memory.at + 1) % _LENGTH)
-
-    def probabilities(self, view: View, memory: Round) -> tuple[float, ...]:
-        """The next joint of the cycle; any that is not in it while it is drawn; any but the last while free."""
-        if len(memory.cycle) == _LENGTH:
-            return evenly([memory.cycle[memory.at]], view)
-        barred = (memory.last,) if memory.free else memory.cycle
-        return evenly([joint for joint in range(view.joints) if joint not in barred], view)
+__all__ = ["WORLDS", "Believer", "Failures", "Half", "Halves", "LostHalf", "LostPair"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -208,8 +140,84 @@ class LostHalf(Policy[LostPair]):
         return 0.0 if joint == view.target or joint in memory.pair else 1 / (view.joints - 1 - memory.steps)
 
 
+@dataclass(frozen=True, slots=True)
+class Half:
+    """The memory of an agent of two halves.
+
+    Attributes:
+        kept: The memories of both policies; None for the one that does not act.
+        first: The joint attempted first, until the second attempt decides; -1 else.
+        acts: Which policy acts: 0 or 1; -1 while it is not decided.
+    """
+
+    kept: tuple[Any, Any]
+    first: int = -1
+    acts: int = -1
+
+
+@dataclass(frozen=True, kw_only=True)
+class Halves(Policy[Half]):
+    """One policy in half of all trials, and another in the other half.
+
+    It attempts any joint first. In half of all trials it then attempts the same joint again, and the first policy acts
+    from there on; else it attempts any other, and the second policy acts. Both have heard all reports by then.
+
+    Attributes:
+        policies: Both.
+    """
+
+    heeds_remarks = True
+
+    policies: tuple[Policy[Any], Policy[Any]]
+
+    def begin(self, view: View) -> Half:
+        """Nothing is decided."""
+        one, other = (policy.begin(view) for policy in self.policies)
+        return Half((one, other))
+
+    def remember(self, view: View, memory: Half, told: Told) -> Half:
+        """As the policies that may act."""
+        return self._after(memory, told.joint, lambda policy, kept: policy.remember(view, kept, told))
+
+    def remember_silence(self, view: View, memory: Half, joint: int) -> Half:
+        """As the policies that may act."""
+        return self._after(memory, joint, lambda policy, kept: policy.remember_silence(view, kept, joint))
+
+    def _after(self, memory: Half, joint: int, heard: Callable[[Policy[Any], Any], Any]) -> Half:
+        acts = int(joint != memory.first) if memory.first >= 0 else memory.acts
+        one, other = (
+            heard(policy, kept) if acts in (-1, number) else None
+            for number, (policy, kept) in enumerate(zip(self.policies, memory.kept, strict=True))
+        )
+        return Half((one, other), joint if acts < 0 else -1, acts)
+
+    def probabilities(self, view: View, memory: Half) -> tuple[float, ...]:
+        """Any joint first, the same again in half of all trials, then those of the policy that acts."""
+        if memory.acts >= 0:
+            return self.policies[memory.acts].probabilities(view, memory.kept[memory.acts])
+        if memory.first < 0:
+            return evenly(range(view.joints), view)
+        others = evenly([joint for joint in range(view.joints) if joint != memory.first], view)
+        return tuple(share / 2 if share else 0.5 for share in others)
+
+
+def _perseverant() -> SoftmaxMemory:
+    """Lies help it much, through what they say."""
+    return SoftmaxMemory(**CHARACTERS["perseverant"])
+
+
 WORLDS: Mapping[str, Any] = {
     "loop-breaker": LoopBreaker,
+    "novelty": Novelty,
+    "form-by-length": FormByLength,
+    "sceptic": Sceptic,
+    "any-falsehood": AnyFalsehood,
+    "first-believer": lambda: Hears(policy=_perseverant(), believes="first"),
+    "last-believer": _perseverant,
+    "agreed-believer": lambda: Hears(policy=_perseverant(), believes="agreed"),
+    "plain-believer": lambda: Hears(policy=_perseverant(), believes="neither"),
+    "correction-jolt": lambda: Jolted(policy=_perseverant()),
+    "half-and-half": lambda: Halves(policies=(LoopBreaker(), Hears(policy=_perseverant(), believes="first"))),
     "information": lambda: Believer(lapse=0.1),
     "information-hurts": HumanInspired,
     "perseverant": lambda: SoftmaxMemory(stay=2.2),
