@@ -85,13 +85,13 @@ def modalities(under: Path, name: str, patch: pytest.MonkeyPatch) -> Path:
 
 
 def why(under: Path, name: str, patch: pytest.MonkeyPatch) -> Path:
-    return write_study(under / name, study("why", agent=["world:perseverant"], trials=20, repetitions=1))
+    return write_study(under / name, study("why", agent=["cognitive:perseverant"], trials=60))
 
 
 def forks(under: Path, name: str, patch: pytest.MonkeyPatch) -> Path:
     planned = study("flips", agent=[READER], p=[0, 0.4], trials=6, repetitions=1)
     directory = write_study(under / name, planned)
-    wanted = branching(planned, load(directory), keys=(), at=["4"], told=["lie", "retracted"])
+    wanted = branching(planned, load(directory), keys=(), at=["4"], told=["lie", "lie-truth"])
     with Journal.open(directory / FORKS, planned) as journal:
         play_forks(wanted, journal)
     return directory

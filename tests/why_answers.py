@@ -1,10 +1,15 @@
-"""Answers of a study of controls, made by hand."""
-
-from dataclasses import fields
+"""Arms and answers of a study of controls, made by hand."""
 
 from lockprobe.analysis.agent_comparison.paired import BlockMean
+from lockprobe.analysis.mechanism import CONTRASTS, Decision
 from lockprobe.analysis.proportions import proportion
+from lockprobe.analysis.series import SeriesArm
 from lockprobe.analysis.why import ArmEffect, Why
+from lockprobe.analysis.why_arms import ARMS, ON_REQUEST, PARTS
+from lockprobe.interventions.condition import read_condition
+from lockprobe.spec import Spec
+
+TRUTH = {"truth": 30, "truth-truth": 30, "lie-truth": 30, "truth-lie": 30, "lie-lie": 30, "remark": 30}
 
 
 def mean(value, half=0.05):
@@ -14,28 +19,37 @@ def mean(value, half=0.05):
     )
 
 
-def answer(says, disturbs, *, equivalence=0.5, half=0.05, others=(), agents=1):
-    arms = {"truth": 30, "lie": 30 + round(150 * (says + disturbs)), "retracted": 30 + round(150 * disturbs)}
+def answer(verdict, *claims, lie=60, equivalence=0.5, others=(), agents=1):
+    """The answer with this verdict and these claims; others are arms with which success is 20 points higher."""
+    counts = TRUTH | {"lie": lie}
+    detected = verdict not in ("no change", "inconclusive")
+    way = 1 if lie > 30 else -1
+    form = {} if verdict in ("form", "both", "blurred") else {"true correction": mean(0.0), "remark": mean(0.0)}
     return Why(
         agent="cognitive:insistent",
         modality="symbolic?tell=state",
         p=0.4,
         arms=(
-            *(ArmEffect(arm=arm, condition=arm, success=proportion(n, 150)) for arm, n in arms.items()),
+            *(ArmEffect(arm=arm, condition=arm, success=proportion(n, 150)) for arm, n in counts.items()),
             *(ArmEffect(arm=arm, condition=arm, success=proportion(60, 150), change=mean(0.2)) for arm in others),
         ),
-        change=mean(says + disturbs, half),
-        says=mean(says, half),
-        disturbs=mean(disturbs, half),
-        falsity=None,
-        disturbance=None,
-        interaction=None,
-        equivalence=equivalence,
+        decision=Decision(
+            total=mean((lie - 30) / 150),
+            contrasts={name: mean(way * 0.2) for name in CONTRASTS} | form if detected else {},
+            claims=claims,
+            equivalence=equivalence,
+            verdict=verdict,
+        ),
         needed=230,
         agents=agents,
     )
 
 
-def with_arms(found, arms):
-    """The same answer with other arms."""
-    return Why(**{part.name: getattr(found, part.name) for part in fields(found) if part.init} | {"arms": arms})
+def as_arms(arms=ARMS, p=0.4, reading=""):
+    """These arms at a rate, as an analysis sees them."""
+    every = {**ARMS, **PARTS, **ON_REQUEST}
+    found = [read_condition(every[arm].format(p=p, reading=reading), arm) for arm in arms]
+    return [
+        SeriesArm(label=one.label, specs=tuple(map(Spec.parse, one.specs)), doses=one.dose_names, modality=one.modality)
+        for one in found
+    ]

@@ -23,15 +23,15 @@ def directory(tmp_path_factory):
 
 
 def test_it_prints_a_row_for_every_place_and_arm_and_resumes(directory):
-    command = ("branch", directory, "--at", "3,onset", "--told", "lie,retracted", "--act", "random", "--times", "2")
+    command = ("branch", directory, "--at", "3,onset", "--told", "lie,lie-truth", "--act", "random", "--times", "2")
     first = run(*command)
     assert first.returncode == 0
-    assert "after 3, onset; arms truth, lie, retracted, random; 2 continuations each" in first.stdout
+    assert "after 3, onset; arms truth, lie, lie-truth, random; 2 continuations each" in first.stdout
     rows = [line.split() for line in first.stdout.splitlines() if line.startswith("cognitive:insistent  ")]
     assert {(row[1], row[2], row[3]) for row in rows if "trials" not in row[1]} >= {
         ("truth", "3", "lie"),
         ("flip?p=0.4", "3", "random"),
-        ("truth", "onset", "retracted"),
+        ("truth", "onset", "lie-truth"),
     }
     assert "No effect on success was detected." in first.stdout or "the success of" in first.stdout
     again = run(*command)
@@ -62,7 +62,7 @@ def test_the_estimate_plays_nothing(directory, tmp_path):
     ("asked", "said"),
     [
         (["--at", "25"], "a place after which a trial goes on"),
-        (["--told", "joke"], "one of truth, lie, retracted"),
+        (["--told", "joke"], "one of truth, lie, truth-truth"),
         (["--act", "force=door"], "one of revolute-left"),
         (["nothing"], "no trial is called 'nothing'"),
         (["--then", "later"], "--then"),

@@ -18,7 +18,7 @@ def effect(where, arm, value, condition="truth", quantity="success"):
 
 FOUND = Results.model_construct(
     rows=[
-        *(effect(at, arm, at / 50) for at in (4, 8, 12) for arm in ("lie", "retracted")),
+        *(effect(at, arm, at / 50) for at in (4, 8, 12) for arm in ("lie", "lie-truth")),
         effect("onset", "lie", 0.5),
         effect(4, "lie", 2.0, quantity="steps"),
         effect(4, "lie", -0.3, condition="flip?p=0.4"),
@@ -29,10 +29,15 @@ FOUND = Results.model_construct(
 def test_every_arm_is_a_line_over_numbered_steps_with_its_intervals():
     axes, other = forks(FOUND).axes
     named = {drawn.get_label(): drawn.lines[0] for drawn in axes.containers}
-    assert list(named) == ["lie", "retracted"]
+    assert list(named) == ["lie", "lie-truth"]
     assert list(named["lie"].get_ydata()) == pytest.approx([0.08, 0.16, 0.24])
     assert [round(x) for x in named["lie"].get_xdata()] == [4, 8, 12]
-    values = [(one.value, one.low, one.high) for arm in ("lie", "retracted") for one in FOUND.rows[:6] if arm in one.of]
+    values = [
+        (one.value, one.low, one.high)
+        for arm in ("lie", "lie-truth")
+        for one in FOUND.rows[:6]
+        if one.of.startswith(f"{arm},")
+    ]
     assert [bar[1:] for bar in bars(axes)] == [pytest.approx(value) for value in values]
     low, high = axes.get_ylim()
     assert -low == high >= 0.34

@@ -55,7 +55,7 @@ def test_of_forks_whose_attempts_broke_the_rules_of_the_box_none_is_judged():
 
 
 def test_every_arm_and_place_has_words():
-    for arm in ("lie", "retracted", "confirmed", "remark", "withheld", "tremble", "random", "force=slider-1"):
+    for arm in ("lie", "lie-truth", "truth-truth", "remark", "withheld", "tremble", "random", "force=slider-1"):
         assert f", {arm} raises" not in branch_said(effect(arm=arm))
     assert "a next attempt at joint slider-1 raises" in branch_said(effect(arm="force=slider-1"))
     assert [place_said(where) for where in ("4", "onset")] == [

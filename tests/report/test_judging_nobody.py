@@ -28,6 +28,9 @@ _NEUTRAL = {
 }  # fmt: skip
 """Section and kind of the sentences that judge no agent; beside them only what was counted for a claim is one."""
 
+_IF_DETECTED = "arm_contrast"
+"""The quantity that a report has only where false reports are detected to change success."""
+
 _VERDICTS = {
     "claims.html": "<strong>(borne out|(not )?compatible|not decided)",
     "report.html": "raises? the|lowers? the|higher at some|lower at some|Inconclusive|No (difference|effect)",
@@ -42,7 +45,7 @@ def missed(request, tmp_path_factory):
     name, more = ASKED[request.param]
     found = []
     for plant in (CLUMSY, "symbolic"):
-        planned = study(name, agent=AGENTS, trials=15, repetitions=2, plant=plant, **more)
+        planned = study(name, agent=AGENTS, trials=8, repetitions=2, plant=plant, **more)
         directory = write_study(tmp_path_factory.mktemp(request.param) / "study", planned)
         write_report(directory)
         found.append((directory, Results.model_validate_json((directory / "results.json").read_bytes())))
@@ -65,7 +68,8 @@ def test_no_sentence_judges(missed):
 
 def test_numbers_stay_and_tables_say_that_they_judge_nobody(missed):
     (directory, found), (clean, kept) = missed
-    assert {row.quantity for row in found.rows} == {row.quantity for row in kept.rows}
+    quantities, others = ({row.quantity for row in one.rows} - {_IF_DETECTED} for one in (found, kept))
+    assert quantities == others
     assert {curve.quantity for curve in found.curves} == {curve.quantity for curve in kept.curves}
     tables = sorted(path.name for path in (directory / "tables").glob("*.csv"))
     assert tables == sorted(path.name for path in (clean / "tables").glob("*.csv"))

@@ -7,6 +7,7 @@ import pytest
 from builders import make_trial
 
 from lockprobe.analysis.branch import branch_effects
+from lockprobe.analysis.why_arms import CROSSED
 from lockprobe.errors import BadValue, UnknownName
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.montecarlo.excursions import one_lie
@@ -62,8 +63,8 @@ def test_only_the_report_at_the_fork_differs_from_the_record_until_the_agent_act
         assert (mine.joint, mine.moved, mine.state, mine.decision) == (
             theirs.joint, theirs.moved, theirs.state, theirs.decision
         )  # fmt: skip
-        assert flipped(fork, name.at - 1) == (name.arm == "lie")
-        assert ("Correction:" in mine.told) == (name.arm in ("retracted", "confirmed"))
+        assert flipped(fork, name.at - 1) == (name.arm in ("lie", "truth-lie", "lie-lie"))
+        assert ("Correction:" in mine.told) == (name.arm in CROSSED)
         assert (mine.told_moved is None) == (name.arm == "withheld")
         assert bool(fork.steps[name.at].remark) == (name.arm == "remark")
 
@@ -145,8 +146,21 @@ def test_every_kind_of_flip_leaves_later_reports_as_it_would(tmp_path):
     stays = [fork for name, fork in by_name(forks).items() if name.arm == "lie"]
     assert any(step.told_state != after.state for fork in stays for step, after in zip(fork.steps[5:], fork.steps[6:]))  # noqa: B905
     planned = study("flips", agent="random", flip="outcome-only", p=[0.3], trials=2, repetitions=1)
-    _, forks = played(tmp_path / "outcome", planned, at=["5"], told=["truth", "lie", "retracted"])
+    _, forks = played(tmp_path / "outcome", planned, at=["5"], told=["truth", "lie", "lie-truth"])
     assert {step.told_state for fork in forks for step in fork.steps} == {None}
+
+
+@pytest.mark.parametrize("flip", ["re-observed", "integrated", "memoryless", "latched"])
+def test_what_the_last_statement_says_is_told_as_if_it_stood_alone(flip, tmp_path):
+    """Of an agent that ignores reports, whatever a false report is in its condition."""
+    planned = study("flips", agent="round-robin", flip=flip, p=[0.3], trials=2, repetitions=1)
+    _, forks = played(tmp_path, planned, at=["5"], told=["lie", *CROSSED], truthful=True)
+    told = {}
+    for name, fork in by_name(forks).items():
+        told.setdefault(name.parent, {})[name.arm] = [(step.told_moved, step.told_state) for step in fork.steps]
+    for arms in told.values():
+        assert arms["truth-lie"] == arms["lie-lie"] == arms["lie"] != arms["truth"]
+        assert arms["lie-truth"] == arms["truth-truth"] == arms["truth"]
 
 
 def test_what_cannot_be_forked_is_refused_in_one_line(tmp_path):
@@ -156,7 +170,7 @@ def test_what_cannot_be_forked_is_refused_in_one_line(tmp_path):
         ({"at": ["40"]}, "40"),
         ({"at": ["nowhere"]}, "a step from 1, or one of onset"),
         ({"at": ["0"]}, "a step from 1"),
-        ({"told": ["lies"]}, "one of truth, lie, retracted"),
+        ({"told": ["lies"]}, "one of truth, lie, truth-truth"),
         ({"act": ["lie"]}, "tremble, random, force=JOINT"),
         ({"act": ["force"]}, "force=JOINT"),
         ({"act": ["force=door"]}, "one of revolute-left"),
@@ -183,7 +197,7 @@ def test_people_cannot_be_forked():
 def test_pictures_tell_truth_and_lies_and_cannot_be_corrected():
     condition = replace(study("flips").conditions[0], modality="rgb")
     assert arm_interventions("lie", 4, condition) == (OutcomeFlip(p=1.0, at=(4,)),)
-    for arm in ("retracted", "confirmed", "withheld"):
+    for arm in (*CROSSED, "withheld"):
         with pytest.raises(BadValue, match=f"a picture cannot be {arm}"):
             arm_interventions(arm, 4, condition)
 

@@ -22,7 +22,18 @@ from lockprobe.studies.studyfile import study, trial_study
 from lockprobe.studies.trial_options import TrialOptions, trial_options
 
 OF_TRIALS = {"repetition", "trial", "pictures"}
-OF_STUDIES = {"study", "trials", "strategy_trials", "repetitions", "full", "as_paper", "name", "sweep", "readings"}
+OF_STUDIES = {
+    "study",
+    "trials",
+    "strategy_trials",
+    "repetitions",
+    "full",
+    "as_paper",
+    "parts",
+    "name",
+    "sweep",
+    "readings",
+}
 
 
 def kinds(annotation):

@@ -3,7 +3,7 @@
 import pytest
 
 import lockprobe
-from lockprobe.analysis.why_arms import ARMS
+from lockprobe.analysis.why_arms import ARMS, CROSSED, PARTS
 from lockprobe.errors import BadValue, UserMistake
 from lockprobe.studies.studyfile import study
 from lockprobe.studies.why import AGENTS, EXTENT
@@ -11,9 +11,39 @@ from lockprobe.studies.why import AGENTS, EXTENT
 
 def test_without_options_it_plays_every_arm_at_the_papers_rate():
     planned = study("why")
-    assert (planned.name, planned.agents, planned.repetitions * planned.trials) == ("why", AGENTS, 150)
+    assert (planned.name, planned.agents, planned.repetitions) == ("why", AGENTS, 1)
     assert [one.label for one in planned.conditions] == list(ARMS)
-    assert [one.spec for one in planned.conditions] == [spec.format(p=EXTENT.p[0]) for spec in ARMS.values()]
+    assert [one.spec for one in planned.conditions] == [
+        spec.format(p=EXTENT.p[0], reading="") for spec in ARMS.values()
+    ]
+
+
+def test_what_costs_nothing_plays_more_blocks_unless_their_number_is_said():
+    planned = study("why", agent=["llm:local", "random"])
+    assert [planned.trials_of(agent) for agent in planned.agents] == [50, 150]
+    planned = study("why", agent=["llm:local", "random"], trials=20)
+    assert [planned.trials_of(agent) for agent in planned.agents] == [20, 20]
+
+
+@pytest.mark.parametrize("flip", ["re-observed", "integrated", "memoryless", "latched", "outcome-only"])
+def test_the_lies_of_all_arms_are_of_the_kind_that_is_asked_for(flip):
+    """A blind agent acts alike in every arm; so what is told last is equal where the last statement is a lie."""
+    planned = study("why", flip=flip, agent="round-robin")
+    told = {
+        one.label: [
+            (step.told_moved, step.told_state)
+            for step in lockprobe.run_trial(agent="round-robin", condition=one, box="chain-5").steps
+        ]
+        for one in planned.conditions
+    }
+    assert told["truth-lie"] == told["lie-lie"] == told["lie"] != told["truth"]
+    assert told["truth-truth"] == told["lie-truth"] == told["remark"] == told["truth"]
+
+
+def test_parts_of_a_false_report_are_arms_on_request_in_reports_that_have_both_parts():
+    planned = study("why", parts=True, agent="random")
+    assert [one.label for one in planned.conditions] == [*ARMS, *PARTS]
+    assert {one.modality for one in planned.conditions} == {"symbolic"}
 
 
 def test_every_arm_hits_the_steps_at_which_the_lie_is_told():
@@ -24,14 +54,15 @@ def test_every_arm_hits_the_steps_at_which_the_lie_is_told():
     }
     lies = [step.told_falsely for step in told["lie"].steps]
     assert 3 < sum(lies) < 17
-    for arm in ("retracted", "confirmed"):
+    for arm in CROSSED:
         assert ["Correction:" in step.told for step in told[arm].steps] == lies
-        assert not any(step.told_falsely for step in told[arm].steps)
-    first = lies.index(True) + 1  # what is not reported is not known to have been attempted, so that then they part
-    assert [step.told_moved is None for step in told["withheld"].steps[:first]] == lies[:first]
-    assert [step.told_falsely for step in told["lie + remark"].steps] == lies
-    hit = [step.chosen is not None for step in told["tremble"].steps]
-    assert all(lie for trembled, lie in zip(hit, lies, strict=False) if trembled)
+        assert [step.told_falsely for step in told[arm].steps] == (lies if arm.endswith("lie") else [False] * len(lies))
+    first, last = (
+        [words.strip() for words in told[arm].steps[lies.index(True)].told.split("Correction:")]
+        for arm in ("lie-truth", "truth-lie")
+    )
+    assert first == last[::-1] != last
+    assert [bool(step.remark) for step in told["remark"].steps[1:]] == lies[:-1]
 
 
 def test_other_conditions_come_after_the_arms():
@@ -49,14 +80,16 @@ def test_it_is_shown_in_one_way_throughout():
     ("options", "said"),
     [
         ({"p": [0]}, "a rate above 0"),
+        ({"full": True}, "full: got True, expected none with why"),
         ({"p": [0.2, 0.4]}, "one, which all arms have"),
         ({"p": [1.5]}, "a rate above 0"),
         ({"modality": ["rgb"], "plant": "fast-twin"}, "pictures cannot be corrected"),
         ({"modality": ["symbolic", "symbolic?tell=state"]}, "one, which all arms have"),
-        ({"flip": "integrated"}, "re-observed"),
+        ({"flip": "independent"}, "noise on all joints is no single statement to correct"),
+        ({"flip": "latched", "parts": True}, "re-observed with --parts"),
+        ({"parts": True, "modality": "symbolic?tell=state"}, "both with symbolic.tell=state"),
         ({"condition": "flip?p=0.4"}, "another condition than the arm lie, which is the same"),
-        ({"condition": "nudge"}, "got 'nudge', expected another condition than the arm nudge, which is the same"),
-        ({"condition": "retracted=nudge?after=5"}, r"got 'retracted=nudge.*another name: retracted is the arm correc"),
+        ({"condition": "lie-lie=nudge?after=5"}, r"got 'lie-lie=nudge.*another name: lie-lie is the arm correction"),
         ({"condition": "warn + symbolic"}, "none that is shown otherwise than all arms, symbolic.tell=state"),
     ],
 )
@@ -65,3 +98,8 @@ def test_what_it_cannot_have_is_one_line(options, said):
         study("why", **options)
     assert isinstance(caught.value, BadValue)
     assert "\n" not in str(caught.value)
+
+
+def test_parts_are_of_the_study_why_alone():
+    with pytest.raises(BadValue, match="parts: got True, expected none with flips"):
+        study("flips", parts=True)

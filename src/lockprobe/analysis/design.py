@@ -17,6 +17,7 @@ from lockprobe.analysis.axis import FLIPS
 from lockprobe.analysis.dose_grid import Grid, grids
 from lockprobe.analysis.factors import Factor, factors_of
 from lockprobe.analysis.series import Crossing, Series, SeriesArm, control_of, crossings, series_of, series_of_agents
+from lockprobe.analysis.why_arms import arms_of
 
 __all__ = ["Comparison", "Design"]
 
@@ -122,8 +123,12 @@ class Design:
 
     @property
     def factors(self) -> tuple[Factor, ...]:
-        """Options that are no numbers, in which conditions differ alone; those on the axis of a dose are none."""
-        dosed = [one.doses.keys() for one in self.series if not one.agent]
+        """Options that are no numbers, in which conditions differ alone.
+
+        Those on the axis of a dose are none, nor what the arms of a study of controls say first and last.
+        """
+        dosed = [set(one.doses) for one in self.series if not one.agent]
+        dosed += [set(arms[1].values()) for shown in map(self.shown, self.modalities) if (arms := arms_of(shown))]
         found = (
             replace(one, groups=tuple(group for group in one.groups if not any(of >= {*group} for of in dosed)))
             for one in factors_of(self.arms, self.controls)

@@ -40,7 +40,7 @@ from lockprobe.terminal_text import printable
 __all__ = ["branch"]
 
 _AT = "Fork after the reports of these steps, or at onset, first-lie, before-onset, every."
-_TOLD = "The report in each arm: truth, lie, retracted, confirmed, remark, withheld."
+_TOLD = "The report in each arm: truth, lie, truth-truth, lie-truth, truth-lie, lie-lie, remark, withheld."
 _ACT = "Actions to change in the step after a true report: tremble, random, force=JOINT."
 _THEN = "Later reports: as in the condition of the trial, or the truth."
 _BUDGET = "The most that forks of this study may cost in US dollars, earlier runs included; it is never exceeded."

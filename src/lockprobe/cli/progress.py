@@ -6,7 +6,8 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from lockprobe.agents.catalogue import AgentSource, resolve
+from lockprobe.agents.catalogue import AgentSource, is_strategy, resolve
+from lockprobe.analysis.why_arms import CROSSED
 from lockprobe.cli.format_cost import estimate_lines, money, spent_in_words
 from lockprobe.cli.server_marks import ServerMarks
 from lockprobe.cli.tally import Tally, count
@@ -95,10 +96,18 @@ def _of_the_plant(study: Study, owed: int) -> list[str]:
     return [said + robot]
 
 
+_BLOCKS = (
+    "Of studies of 50 trials a condition, 96 % or more name the right cause of an effect of the paper's size; a "
+    "smaller effect needs more (lockprobe power why)"
+)
+
+
 def _of_agents(study: Study) -> list[str]:
-    """Which agents look at no pictures."""
+    """Which agents look at no pictures, and how many trials a study of controls needs of a model."""
     reading = [study.label_of(agent) for agent in study.agents if study.modalities_of(agent) != study.modalities]
-    return [f"Reports only, since they look at no pictures: {', '.join(reading)}"] if reading else []
+    said = [f"Reports only, since they look at no pictures: {', '.join(reading)}"] if reading else []
+    crossed = {one.label for one in study.conditions} >= set(CROSSED)
+    return said + [_BLOCKS] * (crossed and not all(map(is_strategy, study.agents)))
 
 
 def _invited(study: Study, journal: Journal) -> str:

@@ -52,9 +52,9 @@ def run(
     flips: what false reports do. Without options a short study: 18 trials of the embedded model at each flip rate, and
     300 of a learner, random, round-robin and the human-inspired strategy, in a few minutes on two cores. modalities:
     what pictures do. RGB, RGB-D and reports, 10 trials each, on a simulated box with a camera; without options a
-    scripted agent, human-inspired and random. why: whether lies change success because of what they say or because
-    they disturb; without options three strategies. suite-1: five scores over four fixed boxes, 288 trials an agent;
-    only --agent is chosen.
+    scripted agent, human-inspired and random. why: whether lies change success through what they say or as any odd
+    report does; seven conditions, 50 trials of a model in each and 150 of a strategy; without options three strategies.
+    suite-1: five scores over four fixed boxes, 288 trials an agent; only --agent is chosen.
 
     --condition and --sweep vary anything else that lockprobe interventions lists; the truth is played with them, as
     control. --p without them plays those rates and no others.

@@ -59,7 +59,7 @@ _HOST = "Address to listen on. Any except loopback needs LOCKPROBE_ADMIN_TOKEN."
 _PUBLIC = "The public origin of a proxy, for example https://study.example.org."
 _ALLOWED = "A name of this machine on a local network; may be repeated."
 
-Name = Annotated[str | None, typer.Argument(metavar="flips|modalities|FILE.toml|DIR", help=_STUDY)]
+Name = Annotated[str | None, typer.Argument(metavar="flips|modalities|why|FILE.toml|DIR", help=_STUDY)]
 People = Annotated[list[str] | None, typer.Option(metavar="FILE.toml|N", help=_PEOPLE)]
 RequireId = Annotated[
     bool | None, typer.Option("--require-id", help="Admit only people with a platform ID in the URL.")

@@ -36,7 +36,7 @@ __all__ = ["flips", "modalities"]
 _MODEL = "llm:inspect/model"
 """A placeholder for the eval's model, which is unknown while a task is made."""
 
-_YES_OR_NO = ("assessment", "full", "as_paper")
+_YES_OR_NO = ("assessment", "full", "as_paper", "parts")
 """Boolean parameters; YAML also reads ``on`` and ``yes`` as true."""
 
 

@@ -6,11 +6,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from lockprobe.figures.compose import sheet
-from lockprobe.figures.frame import FAINT, INK, from_to, safe_name, title
+from lockprobe.figures.frame import FAINT, INK, from_to, safe_name, share_axis, title
 from lockprobe.figures.palette import ACCENT, SUBJECTS, Style
 from lockprobe.figures.primitives import estimates
 from lockprobe.figures.settings import own_settings
-from lockprobe.figures.why import change_axis
+from lockprobe.figures.why import change_ticks
 from lockprobe.rows import Estimate, Results
 
 __all__ = ["forks"]
@@ -23,8 +23,10 @@ _APART = 0.16
 
 _LOOKS = {
     "lie": Style(colour=SUBJECTS[0]),
-    "retracted": Style(colour=ACCENT, marker="s"),
-    "confirmed": Style(colour=FAINT, marker="D"),
+    "truth-truth": Style(colour=FAINT, marker="D"),
+    "lie-truth": Style(colour=ACCENT, marker="s"),
+    "truth-lie": Style(colour=ACCENT, marker="D"),
+    "lie-lie": Style(colour=SUBJECTS[0], marker="s"),
     "remark": Style(colour=FAINT, marker="P"),
     "withheld": Style(colour=FAINT, marker="X"),
     "tremble": Style(colour=FAINT, marker="v"),
@@ -60,7 +62,8 @@ def _draw(axes: Axes, found: _Effects) -> None:
         own = {step: found[arm, step] for step in steps if (arm, step) in found}
         across = [step + _APART * (place - (len(arms) - 1) / 2) for step in own]
         estimates(axes, across, list(own.values()), style, linestyle="-", linewidth=0.8, label=arm)
-    change_axis(axes, found.values())
+    share_axis(axes, "change of success, points")
+    change_ticks(axes.yaxis, found.values())
     axes.set(xticks=steps, xlim=(steps[0] - 1, steps[-1] + 1), xlabel="step whose report is changed")
     first, n = next(iter(found.values())), from_to(one.clusters for one in found.values())
     later = ", later reports true" if first.of.endswith(", later reports true") else ""

@@ -20,8 +20,10 @@ _PLACES = {
 
 _TOLD = {
     "lie": "one inverted report",
-    "retracted": "one inverted report that is corrected at once",
-    "confirmed": "one true report that is repeated as a correction",
+    "truth-truth": "one true report that is repeated as a correction",
+    "lie-truth": "one inverted report that the truth corrects at once",
+    "truth-lie": "one true report that a lie corrects at once",
+    "lie-lie": "one inverted report that is repeated as a correction",
     "remark": "one irrelevant sentence",
     "withheld": "one missing report",
     "tremble": "a next attempt at another joint than the chosen one",

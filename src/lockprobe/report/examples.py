@@ -43,24 +43,28 @@ def _farthest_first(trials: list[Trial], agent: AgentSummary) -> list[Trial]:
     return sorted(trials, key=lambda trial: trial.p != p)
 
 
-def exhibit(section: str, why: str, trial: Trial, **more: Any) -> Exhibit:
+def exhibit(section: str, why: str, trial: Trial, *, words: bool = False, **more: Any) -> Exhibit:
     """One trial, step by step.
 
     Args:
         section: The section of the report that shows it.
         why: Why it is worth reading.
         trial: One that ended as solved or out of budget.
+        words: Whether its steps have the words of their reports, with the remark that came with each.
         more: Further fields, such as the step at which it parts from another trial.
     """
     shown = {name: getattr(trial, name) for name in ("key", "ending", "joints", "labels", "target")}
-    return Exhibit(section=section, agent=trial.group, why=why, **shown, steps=tuple(_steps(trial)), **more)
+    return Exhibit(
+        section=section, agent=trial.group, why=why, **shown, steps=tuple(_steps(trial, words=words)), **more
+    )
 
 
-def _steps(trial: Trial) -> Iterator[ExhibitStep]:
+def _steps(trial: Trial, *, words: bool) -> Iterator[ExhibitStep]:
     said = {claim.step: claim for claim in claims(trial)}
     loops = loop_letters(trial.actions)
     tried: set[tuple[str, str]] = set()
-    for step, letter in zip(trial.steps, loops, strict=True):
+    remarks = [*(step.remark for step in trial.steps[1:]), ""]
+    for step, letter, remark in zip(trial.steps, loops, remarks, strict=True):
         claim = said.get(step.step)
         yield ExhibitStep(
             **{name: getattr(step, name) for name in ("step", "state", "joint", "chosen", "moved", "told_moved")},
@@ -69,6 +73,7 @@ def _steps(trial: Trial) -> Iterator[ExhibitStep]:
             loop=letter.strip(),
             again=(step.state, step.joint) in tried,
             hypothesis=step.decision.hypothesis,
+            words=f"{step.told} {remark}".strip() if words else "",
         )
         tried.add((step.state, step.joint))
 

@@ -157,6 +157,7 @@ class ExhibitStep(Part):
     loop: str = Field(default="", description="Equal letters are copies of the same action loop.")
     again: bool = Field(default=False, description="Whether the joint was tried before in this configuration.")
     hypothesis: str = Field(default="", description="The words of the agent about the box; often empty.")
+    words: str = Field(default="", description="The words of the report; empty where the page does not show them.")
 
 
 class Exhibit(Part):

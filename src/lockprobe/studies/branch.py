@@ -17,6 +17,7 @@ from lockprobe.errors import BadValue, UnknownName
 from lockprobe.inputs import is_there
 from lockprobe.interventions.catalogue import interventions_of
 from lockprobe.interventions.condition import Condition
+from lockprobe.interventions.correction import Correction
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.plan import Fork, Plan
 from lockprobe.protocols import Intervention
@@ -52,8 +53,10 @@ FORKS = "forks"
 TOLD: Mapping[str, str] = {
     "truth": "",
     "lie": "flip?p=1&at={at}",
-    "retracted": "correction?p=1&at={at}",
-    "confirmed": "correction?p=1&of=truth&at={at}",
+    "truth-truth": "correction?p=1&first=truth&at={at}",
+    "lie-truth": "correction?p=1&at={at}",
+    "truth-lie": "correction?p=1&first=truth&last=lie&at={at}",
+    "lie-lie": "correction?p=1&last=lie&at={at}",
     "remark": "distract?p=1&at={at}",
     "withheld": "drop?p=1&at={at}",
 }
@@ -195,7 +198,9 @@ def arm_interventions(arm: str, at: int, condition: Condition, label: str = "") 
     like = flips[0] if flips else OutcomeFlip()
     if like.others == "noisy":
         like = replace(like, others="fresh")  # a lie is on the attempted joint, not on all of them
-    made = interventions_of(spec)
+    made = tuple(
+        replace(one, inverts=like.inverts) if isinstance(one, Correction) else one for one in interventions_of(spec)
+    )
     if arm == "lie":
         return (like.at_rate(1.0, at=(at,)),)
     forgetful = like.inverts == "position" and like.keep == 0  # a true report then owes nothing to those before it

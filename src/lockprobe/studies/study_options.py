@@ -207,6 +207,10 @@ class StudyOptions(BaseModel):
             "When a hosted model says how the box works, in a sentence: before or after its choice, or off (before)."
         ),
     ] = None
+    parts: Annotated[
+        bool,
+        _about("Also play the parts of a false report, in reports that tell outcomes and positions (why)."),
+    ] = False
     full: Annotated[bool, _about("The paper's 7 x 3 x 10 trials per agent (flips).")] = False
     as_paper: Annotated[
         bool,

@@ -64,7 +64,8 @@ def study(asked: StudyOptions | str | Path = "flips", /, **options: Any) -> Stud
     A request for flips that says nothing of ``p``, ``trials``, ``repetitions`` and ``full`` gets the short extent; as
     soon as it says something, what it leaves out follows the paper. The modality study is always of the paper's
     extent, on a panel that is dealt anew in every trial; on a plant without a camera it has no pictures. The study
-    ``why`` has its arms at one flip rate, and other conditions after them.
+    ``why`` has its arms at one flip rate, with ``parts`` those of the parts of a false report too, and other conditions
+    after them.
 
     Args:
         asked: Options, the path of a TOML file, ``flips``, ``modalities`` or ``why``.
@@ -89,7 +90,10 @@ def study(asked: StudyOptions | str | Path = "flips", /, **options: Any) -> Stud
     modalities = tuple(_given(request.modality, _shown_by_default(request, plant, modal=modal)))
     if request.flip == "outcome-only":
         modalities = tuple(map(blind, modalities))
-    extent = paper.MODALITY_TRIALS if modal else EXTENT if request.study == "why" else _flips_extent(request)
+    _check_controls(request)
+    extent = (
+        paper.MODALITY_TRIALS if modal else _why_extent(request) if request.study == "why" else _flips_extent(request)
+    )
     written = request.agent if request.agent is not None else _players_by_default(request.study, modalities)
     agents, names = named_agents(written)
     for spec in agents:
@@ -282,10 +286,11 @@ def _arms(request: StudyOptions, p: Sequence[float], modalities: Sequence[str]) 
     for what, values in (("p", p), ("modality", modalities)):
         if len(values) > 1:
             raise BadValue(what, list(values), "one, which all arms have")
-    if request.flip is not None and (request.flip == "outcome-only" or flip_of(request.flip) != OutcomeFlip()):
-        raise BadValue("flip", request.flip, f"{DEFAULT}, the only kind that can be corrected")
+    like = flip_of(_flip(request))
+    if request.parts and like != OutcomeFlip():
+        raise BadValue("flip", request.flip, f"{DEFAULT} with --parts, whose parts they are")
     (shown,) = modalities
-    arms, asked = arm_conditions(p[0], shown), _asked(request)
+    arms, asked = arm_conditions(p[0], shown, like, parts=request.parts), _asked(request)
     for condition, says_own in asked:
         if says_own and condition.modality != shown:
             raise BadValue("condition", condition.spec, f"none that is shown otherwise than all arms, {shown}")
@@ -378,6 +383,18 @@ def _check_lengths(request: StudyOptions) -> None:
                 raise BadValue(what, f"{spec[:40]}…", f"at most {LONGEST_SPEC} characters; these are {len(spec)}")
 
 
+def _check_controls(request: StudyOptions) -> None:
+    """Refuse options of a study of controls with another, and of flips with it."""
+    if request.full and request.study == "why":
+        raise BadValue("full", True, "none with why, which has trials of its own; --trials says how many")
+    if request.parts and request.study != "why":
+        raise BadValue("parts", True, f"none with {request.study}; why plays the parts of a false report")
+
+
+def _why_extent(request: StudyOptions) -> paper.Extent:
+    return EXTENT if request.trials is None else replace(EXTENT, strategy_trials=None)
+
+
 def _flips_extent(request: StudyOptions) -> paper.Extent:
     said = (request.p, request.trials, request.repetitions, request.condition, request.sweep)
     asked = request.full or any(given is not None for given in said)
@@ -388,7 +405,7 @@ def _shown_by_default(request: StudyOptions, plant: PlantSource, *, modal: bool)
     """The paper's modalities in the modality study, as far as the plant has a camera; reports in words in others."""
     if modal and plant.has_camera:
         return paper.MODALITIES
-    return ("symbolic" if request.flip == "outcome-only" else STATES,)
+    return ("symbolic" if request.flip == "outcome-only" or request.parts else STATES,)
 
 
 def _players_by_default(study: str, modalities: tuple[str, ...]) -> tuple[str, ...]:

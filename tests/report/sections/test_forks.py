@@ -22,7 +22,7 @@ def forked(request, tmp_path_factory):
     planned = study(request.param, **size, **({"p": [0.0, 0.4]} if request.param == "flips" else {}))
     directory = write_study(tmp_path_factory.mktemp("forked") / "study", planned)
     chosen = () if request.param == "flips" else (f"why/{planned.agents[0]}/truth",)
-    wanted = branching(planned, load(directory), keys=chosen, at=["4", "8"], told=["lie", "retracted"])
+    wanted = branching(planned, load(directory), keys=chosen, at=["4", "8"], told=["lie", "lie-truth"])
     with Journal.open(directory / FORKS, planned) as journal:
         play_forks(wanted, journal)
     return request.param, results_of(study_numbers(open_study(directory)))
@@ -33,12 +33,12 @@ def test_rows_are_effects_of_the_forks_on_record(forked):
     rows = [row for row in found.rows if row.quantity.endswith("_change_by_fork")]
     assert {row.condition for row in rows} == {"flips": {"truth", "flip?p=0.4"}, "why": {"truth"}}[name]
     places = {tuple(row.of.split(", ")) for row in rows}
-    assert {arm for arm, _, _ in places} == {"lie", "retracted"}
+    assert {arm for arm, _, _ in places} == {"lie", "lie-truth"}
     assert {where for _, where, _ in places} >= {"4", "8"}
     assert {later for *_, later in places} == {"later reports as in the condition"}
     for row in rows:
         assert row.clusters <= 8
-        if row.of.startswith("retracted"):  # a policy reads the corrected report alone
+        if row.of.startswith("lie-truth"):  # a policy reads the corrected report alone
             assert row.value == 0
     assert any(row.value > 0.3 for row in rows if row.quantity == "next_choice_change_by_fork")
     after = found.where("success_after_true_report")

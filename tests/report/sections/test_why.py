@@ -1,4 +1,4 @@
-"""``why.html``: the verdict first, numbers that are those of the records, and a trial told twice."""
+"""``why.html``: the verdict first, numbers that are those of the records, and a trial told in every arm."""
 
 from dataclasses import replace
 from html import unescape
@@ -7,6 +7,8 @@ import pytest
 from builders import SOLUTION, make_trial, play_study, write_study
 from captions import too_long
 
+from lockprobe.analysis.mechanism import CONTRASTS
+from lockprobe.analysis.why_arms import ARMS, PARTS, PLANNED
 from lockprobe.report.opened import open_study
 from lockprobe.report.pages import page_of, parts_of, tables_of
 from lockprobe.report.results import results_of
@@ -14,7 +16,7 @@ from lockprobe.report.study_numbers import study_numbers
 from lockprobe.studies.journal import load
 from lockprobe.studies.studyfile import study
 
-AGENTS = ["world:perseverant", "world:lost-half"]
+AGENTS = ["cognitive:perseverant", "world:lost-half"]
 
 
 def found_in(directory, name="why", **asked):
@@ -25,7 +27,7 @@ def found_in(directory, name="why", **asked):
 def told(tmp_path_factory):
     """The directory of a small study of controls, and its results."""
     directory = tmp_path_factory.mktemp("why") / "study"
-    return directory, found_in(directory, agent=AGENTS, trials=20, repetitions=1)
+    return directory, found_in(directory, agent=AGENTS, trials=50)
 
 
 def test_every_agent_has_its_arms_as_recorded(told):
@@ -34,51 +36,74 @@ def test_every_agent_has_its_arms_as_recorded(told):
     for row in rows:
         own = [trial.solved for trial in trials if (trial.agent, trial.condition) == (row.agent, row.condition)]
         assert (row.n, row.count) == (len(own), sum(own))
-    assert [row.of for row in rows if row.agent == AGENTS[0]][:3] == ["truth", "lie", "retracted"]
-    total = found.one("false_report_effect", agent=AGENTS[0], of="total")
-    parts = [found.one("false_report_effect", agent=AGENTS[0], of=of).value for of in ("content", "disturbance")]
-    assert total.value == pytest.approx(sum(parts))
+    assert [row.of for row in rows if row.agent == AGENTS[0]] == list(ARMS)
+    share = {row.of: row.value for row in rows if row.agent == AGENTS[0]}
+    for row in found.where("arm_contrast", agent=AGENTS[0]):
+        pairs = [share[more] - share[less] for more, less in CONTRASTS[row.of]]
+        assert row.value == pytest.approx(sum(pairs) / len(pairs))
 
 
-def test_the_page_begins_with_the_verdicts(told):
+def test_where_no_effect_is_detected_no_part_is_computed_or_shown(told):
+    _, found = told
+    assert {row.of for row in found.where("arm_contrast", agent=AGENTS[0])} == set(CONTRASTS)
+    assert found.where("arm_contrast", agent=AGENTS[1]) == []
+    assert [row for row in found.where("success_difference", agent=AGENTS[1]) if row.family == "arms"] == []
+    cells = [row for row in tables_of(found)["arms"] if row[0] == AGENTS[1]]
+    assert len(cells) == len(ARMS)
+    assert {tuple(row[5:]) for row in cells} == {("\N{EN DASH}", "\N{EN DASH}")}
+    said = " ".join(found.said("why", agent=AGENTS[1]))
+    assert "two statements" not in said
+    assert found.said("why", "assumption", agent=AGENTS[1]) == []
+
+
+def test_what_the_arms_say_first_and_last_is_no_factor_of_the_report(told):
+    _, found = told
+    assert tables_of(found)["factors"] == []
+    assert not any("correction" in row.family for row in found.where("success_difference"))
+
+
+def test_the_page_begins_with_the_verdicts_and_what_they_assume(told):
     _, found = told
     page, said = unescape(page_of("why", found, {"why": {"svg": b"<svg/>"}})), found.said("why", "verdict")
     assert len(said) == len(AGENTS)
-    assert max(map(page.index, said)) < page.index("<figure")
+    (assumed,) = found.said("why", "assumption")
+    assert max(map(page.index, said)) < page.index(assumed) < page.index("<figure")
     assert "<script" not in page
-    (conclusion,) = found.said("why", "conclusion", agent=AGENTS[1])
+    assert found.said("why", "conclusion", agent=AGENTS[0]) == ["says, last"]
     margin = found.one("equivalence_margin", agent=AGENTS[1])
-    assert conclusion == ("no change" if margin.p_value < 0.05 else "not detectable")
+    (conclusion,) = found.said("why", "conclusion", agent=AGENTS[1])
+    assert conclusion == ("no change" if margin.p_value < 0.05 else "inconclusive")
 
 
-def test_a_trial_is_told_twice_from_where_the_two_part(told):
+def test_a_trial_is_told_in_every_arm_where_the_arms_part(told):
     directory, found = told
     by_key = {trial.key: trial for trial in load(directory)}
-    first, second = (one for one in found.exhibits if one.section == "why")  # the other agent plays alike
-    truth, lie = by_key[first.key], by_key[second.key]
-    assert [first.of, second.of, first.agent] == ["truth", "lie", AGENTS[0]]
-    assert (truth.repetition, truth.trial) == (lie.repetition, lie.trial)
-    assert (truth.condition, lie.condition) == ("truth", "lie")
-    assert truth.solved != lie.solved
-    before = first.parted - 1
-    assert first.parted == second.parted
-    assert truth.actions[:before] == lie.actions[:before]
-    assert truth.actions[before : before + 1] != lie.actions[before : before + 1]
-    page = page_of("why", found)
+    shown = [one for one in found.exhibits if one.section == "why"]  # the other agent plays alike
+    assert [(one.of, one.agent) for one in shown] == [(arm, AGENTS[0]) for arm in ARMS]
+    trials = {one.of: by_key[one.key] for one in shown}
+    assert len({(trial.repetition, trial.trial) for trial in trials.values()}) == 1
+    assert trials["truth"].solved != trials["lie"].solved
+    (at,) = {one.parted for one in shown}
+    assert len({trial.actions[:at] for trial in trials.values()}) == 1
+    words = {one.of: one.steps[at - 1].words for one in shown}
+    assert words["lie-truth"] == f"{words['lie']} Correction: {words['truth']}"
+    assert words["truth-lie"] == f"{words['truth']} Correction: {words['lie']}"
+    assert words["remark"].startswith(f"{words['truth']} Note:")
+    page = unescape(page_of("why", found))
+    assert all(f"Step {at}: {said}" in page for said in words.values())
     assert page.count('<ol class="strip">') == page.count('<li class="parted">') == 2
 
 
-def test_the_trial_told_twice_is_the_first_with_different_outcomes_in_either_direction(tmp_path):
-    planned = study("why", agent=AGENTS[0], trials=8, repetitions=1)
+def test_the_trial_told_is_the_first_with_different_outcomes_in_either_direction(tmp_path):
+    planned = study("why", agent=AGENTS[0], trials=8)
     trials = play_study(planned)
     outcomes = {("truth", 3): True, **{("lie", i): True for i in (5, 6, 7)}}
     made = [_ended(one, solved=outcomes.get((one.condition, one.trial), False)) for one in trials]
     found = results_of(study_numbers(open_study(write_study(tmp_path / "study", planned, made))))
     assert found.one("false_report_effect", of="total").value > 0
-    first, second = (one for one in found.exhibits if one.section == "why")
-    third = {one.condition: one.key for one in made if one.trial == 3}
-    assert [first.key, second.key] == [third["truth"], third["lie"]]
-    assert (first.ending, second.ending) == ("solved", "budget")
+    shown = {one.of: one for one in found.exhibits if one.section == "why"}
+    assert {one.key for one in shown.values()} == {one.key for one in made if one.trial == 3}
+    assert (shown["truth"].ending, shown["lie"].ending) == ("solved", "budget")
 
 
 def _ended(trial, *, solved):
@@ -87,14 +112,22 @@ def _ended(trial, *, solved):
     return replace(trial, steps=made.steps, ending=made.ending, changed={}, changed_steps=0)
 
 
-def test_tables_have_every_estimand(told):
-    tables = tables_of(told[1])
-    assert [len(tables[name]) for name in ("why", "arms")] == [1 + 2 * 6, 1 + 2 * 9]
+def test_parts_of_a_false_report_are_arms_of_the_table(tmp_path):
+    found = found_in(tmp_path / "study", agent=AGENTS[0], trials=3, parts=True)
+    assert [row[1] for row in tables_of(found)["arms"][1:]] == [*ARMS, *PARTS]
+    assert found.said("why", "verdict")
+
+
+def test_without_the_remark_the_study_has_the_page_too(tmp_path):
+    specs = {arm: ARMS[arm].format(p=0.4, reading="") for arm in PLANNED if arm != "truth"}
+    asked = {"condition": [f"{arm}={spec}" for arm, spec in specs.items()], "trials": 4, "repetitions": 1}
+    found = found_in(tmp_path / "study", "flips", agent="random", **asked)
+    assert parts_of(found, "why")
 
 
 def test_on_a_narrow_screen_each_estimate_and_each_arm_is_a_card(told):
     cards = [part.partition("</table>")[0] for part in page_of("why", told[1]).split('<table class="cards">')[1:]]
-    assert [part.count('data-head="P"') for part in cards] == [2 * 6, 2 * 9]
+    assert [part.count("<tr>") for part in cards] == [1 + 2 + len(CONTRASTS), 1 + len(ARMS), 1 + 2 * len(ARMS)]
 
 
 def test_where_nobody_is_judged_no_verdict_stands(told):
@@ -103,7 +136,7 @@ def test_where_nobody_is_judged_no_verdict_stands(told):
     assert all(one.judges for one in found.findings if one.section == "why")
     page = page_of("why", found.changed(findings=kept, not_judged="No agent is judged."))
     assert page.count("No agent is judged.") == len(AGENTS)
-    assert "The effect of false reports and its two parts, for 2 agents." in page
+    assert "The effect of false reports on 2 agents, and the differences between arms." in page
 
 
 def test_other_studies_have_no_such_page(tmp_path):

@@ -130,7 +130,7 @@ def _blocks(found: Results) -> Iterator[Block]:
     note = Note(
         Markup(
             "Different effects inside and outside loops are no evidence for a mechanism: loops occur late, when few "
-            "steps are left, and false reports can also break loops through their content alone. <code>lockprobe run "
+            "steps are left, and false reports can also break loops through what they say alone. <code>lockprobe run "
             "why</code> separates the mechanisms."
         ),
         Markup(

@@ -343,7 +343,7 @@ def _under(condition: str) -> str:
 
 def _why_numbers(found: Why, spec: str) -> _KeyNumbers:
     """Success under true reports, and the planned comparison with lies."""
-    truth, change = next(one.success for one in found.arms if one.arm == "truth"), found.change
+    truth, change = found.success("truth"), found.decision.total
     return _KeyNumbers(
         agent=Subject.of(found.agent).name,
         what=description(spec),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from markupsafe import Markup
 
@@ -12,12 +12,14 @@ from lockprobe.formatting import capital, listed, percent
 from lockprobe.interventions.condition import Condition, tells_positions
 from lockprobe.prose.readings import BOTH_FIT, false_reports, inverted, reading_name, untested_said
 from lockprobe.prose.subject import Subject
+from lockprobe.report.costs import cost_rows
 from lockprobe.report.format import TextTable
 from lockprobe.report.section import Block, Caption, Figure, Folded, Note, Part, Section, Table, Text
 from lockprobe.report.sections.effects import compared_rows, compared_table
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.report.table_rows import points_cell, share_of_row
 from lockprobe.rows import Estimate, Finding, Results, Row
+from lockprobe.studies.spending import dollars
 
 __all__ = ["SECTIONS", "untested"]
 
@@ -40,13 +42,29 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
 def untested(numbers: StudyNumbers) -> str:
     """That agents were played with false reports that the next look corrects alone, and what the others would take."""
     study, rates = numbers.study, sum(rate > 0 for rate in numbers.study.p)
+    crossed = bool(numbers.others and numbers.others.whys)  # a study of controls has one reading: the other is a study
+    rates, how = (len(study.conditions), "--flip integrated") if crossed else (rates, "--readings fresh,kept")
     heeding = {one.agent for one in numbers.flips.subjects if not one.blind}
     asked = [agent for agent in study.run_agents if study.label_of(agent) in heeding]
     alone = [agent for agent in asked if not any(map(_stays, study.conditions_of(agent)))]
     if study.flip.keep or not rates or not any(map(tells_positions, study.modalities)):
         return ""
-    more = sum(rates * study.repetitions * study.trials_of(agent) for agent in alone)
-    return untested_said([Subject.of(study.label_of(agent)).name for agent in alone], more)
+    more = {study.label_of(agent): rates * study.repetitions * study.trials_of(agent) for agent in alone}
+    return untested_said([Subject.of(name).name for name in more], how, sum(more.values()), _cost(numbers, more))
+
+
+def _cost(numbers: StudyNumbers, trials: Mapping[str, int]) -> str:
+    """What so many trials of these agents would cost at the mean cost of their trials; empty if it is not known."""
+    found = 0.0
+    for agent, more in trials.items():
+        own = [trial for trial in numbers.trials if trial.group == agent]
+        spent = [
+            row.value
+            for row in cost_rows(own, {"agent": agent}, numbers.opened.prices)
+            if (row.quantity, row.of) == ("cost", "")
+        ]
+        found += more * sum(value or 0.0 for value in spent) / max(1, len(own))
+    return f"${dollars(found)}" if found else ""
 
 
 def _stays(condition: Condition) -> bool:

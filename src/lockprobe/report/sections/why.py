@@ -1,20 +1,35 @@
-"""Why false reports change success: their content, or the disturbance."""
+"""Why false reports change success: through what they say, or as any odd report does."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from markupsafe import Markup
 
-from lockprobe.analysis.agent_comparison.paired import BlockMean
+from lockprobe.analysis.mechanism import CONTRASTS, PART
 from lockprobe.analysis.why import Why
-from lockprobe.formatting import p_cell
-from lockprobe.prose.why import ARMS, why_said
+from lockprobe.analysis.why_arms import PLANNED
+from lockprobe.formatting import NONE, capital, p_cell
+from lockprobe.interventions.words import CORRECTION
+from lockprobe.prose.why import ARMS, ASSUMED, why_said
 from lockprobe.record import Trial
 from lockprobe.report.examples import exhibit
 from lockprobe.report.format import TextTable
-from lockprobe.report.section import Block, Caption, Figure, Heading, Listed, Note, Part, Section, Steps, Table, Text
+from lockprobe.report.section import (
+    Block,
+    Caption,
+    Cells,
+    Figure,
+    Heading,
+    Listed,
+    Note,
+    Part,
+    Section,
+    Steps,
+    Table,
+    Text,
+)
 from lockprobe.report.sections import forks
 from lockprobe.report.sections.effects import of_blocks
 from lockprobe.report.study_numbers import StudyNumbers, share_rows
@@ -23,7 +38,7 @@ from lockprobe.rows import Estimate, Exhibit, Finding, Results, Row
 
 __all__ = ["SECTIONS"]
 
-_EFFECT, _ARMS, _AGENTS = "false_report_effect", "arms", "agents"
+_EFFECT, _CONTRAST, _ARMS, _AGENTS = "false_report_effect", "arm_contrast", "arms", "agents"
 
 _INTERVAL = "interval corrected for agents alone"
 
@@ -37,34 +52,30 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
         yield from _effects(found, own)
         yield from _arms(found, own, numbers)
         first, *others = why_said(found)
-        for kind, said in (("verdict", first), *(("numbers", one) for one in others), ("conclusion", found.verdict)):
-            yield Finding(section="why", kind=kind, **own, text=said, rests_on=(_EFFECT, "success_difference"))
-        yield from _told_twice(found, numbers.trials)
+        claims = ", ".join((found.decision.verdict, *found.decision.claims))
+        said = [("verdict", first), *(("numbers", one) for one in others), ("conclusion", claims)]
+        for kind, text in said + [("assumption", ASSUMED)] * bool(found.decision.claims):
+            yield Finding(section="why", kind=kind, **own, text=text, rests_on=(_EFFECT, "success_in_arm"))
+        yield from _in_every_arm(found, numbers.trials)
 
 
 def _effects(found: Why, own: _Own) -> Iterator[Estimate]:
-    """The effect of false reports, its parts, and what a small one is."""
-    of_agent = own | {"family": _AGENTS, "corrected_for": found.agents, "doses": {"flip.p": found.p}}
-    parts: dict[str, BlockMean | None] = {
-        "total": found.change,
-        "content": found.says,
-        "disturbance": found.disturbs,
-        "falsity": found.falsity,
-        "remark": found.disturbance,
-        "falsity by remark": found.interaction,
-        "timing in loops": found.contingent,
-    }
-    for of, mean in parts.items():
-        if mean is not None:
-            tested = of_blocks(mean) | {"test": "sign flips of blocks"}
-            yield Estimate(quantity=_EFFECT, **of_agent, of=of, unit="points", **tested)
-    margin: dict[str, Any] = {"value": found.margin, "p_value": found.equivalence, "test": "two one-sided tests"}
+    """The effect of false reports, the contrasts of arms if it is detected, and what a small one is."""
+    decision, doses = found.decision, {"flip.p": found.p}
+    of_agent = own | {"family": _AGENTS, "corrected_for": found.agents, "doses": doses}
+    tested: _Own = {"unit": "points", "test": "sign flips of blocks"}
+    yield Estimate(quantity=_EFFECT, **of_agent, of="total", **tested, **of_blocks(decision.total))
+    for of, mean in decision.contrasts.items():
+        yield Estimate(quantity=_CONTRAST, **of_agent, of=of, **tested, **of_blocks(mean))
+    if found.contingent is not None:
+        yield Estimate(quantity=_CONTRAST, **of_agent, of="timing in loops", **tested, **of_blocks(found.contingent))
+    margin: dict[str, Any] = {"value": found.margin, "p_value": decision.equivalence, "test": "two one-sided tests"}
     yield Estimate(quantity="equivalence_margin", **of_agent, unit="points", **margin)
     yield Estimate(quantity="blocks_needed", **own, unit="blocks", value=found.needed)
 
 
 def _arms(found: Why, own: _Own, numbers: StudyNumbers) -> Iterator[Estimate]:
-    """Success in every arm, and its difference from success with true reports."""
+    """Success in every arm, and its difference from success with true reports if the total effect is detected."""
     (truth,) = (one.condition for one in found.arms if one.arm == "truth")
     for one in found.arms:
         doses = dict(numbers.study.labelled(one.condition).doses)
@@ -76,20 +87,32 @@ def _arms(found: Why, own: _Own, numbers: StudyNumbers) -> Iterator[Estimate]:
             yield Estimate(quantity="success_difference", **arm, control=truth, unit="points", **tested)
 
 
-def _told_twice(found: Why, trials: Sequence[Trial]) -> Iterator[Exhibit]:
-    """The first trial of an agent that it solved under true reports or under false ones, but not under both."""
-    names = {one.arm: one.condition for one in found.arms}
-    own = {(one.condition, one.repetition, one.trial): one for one in trials if one.group == found.agent}
-    for (condition, repetition, number), truth in own.items():
-        lie = own.get((names["lie"], repetition, number))
-        if condition != names["truth"] or lie is None or "error" in (truth.ending, lie.ending):
-            continue
-        if truth.solved != lie.solved:
-            same = [a == b for a, b in zip(truth.actions, lie.actions, strict=False)]
-            parted = (same.index(False) if False in same else len(same)) + 1
-            yield exhibit("why", "Under true reports", truth, of="truth", parted=parted)
-            yield exhibit("why", "Under false reports", lie, of="lie", parted=parted)
+def _in_every_arm(found: Why, trials: Sequence[Trial]) -> Iterator[Exhibit]:
+    """One trial in every arm: the first that was solved under true reports or under false ones, but not under both."""
+    arms = {one.condition: one.arm for one in found.arms if one.arm in (*PLANNED, "remark")}
+    blocks: dict[tuple[int, int], dict[str, Trial]] = {}
+    for trial in trials:
+        if trial.group == found.agent and trial.condition in arms and trial.ending != "error":
+            blocks.setdefault((trial.repetition, trial.trial), {})[arms[trial.condition]] = trial
+    for _, block in sorted(blocks.items()):
+        if block.keys() >= set(PLANNED) and block["truth"].solved != block["lie"].solved:
+            yield from (_exhibit(arm, block) for arm in arms.values() if arm in block)
             return
+
+
+def _exhibit(arm: str, block: Mapping[str, Trial]) -> Exhibit:
+    """The trial of an arm; it parts at the first report that the arm changes, that of truth where the lie is."""
+    at = _first_changed("lie" if arm == "truth" else arm, block["lie" if arm == "truth" else arm])
+    return exhibit("why", capital(ARMS[arm]), block[arm], of=arm, parted=at, words=True)
+
+
+def _first_changed(arm: str, trial: Trial) -> int | None:
+    """The first step whose report an arm changed; None if it changed none after which the trial went on."""
+    for step, later in zip(trial.steps, trial.steps[1:], strict=False):
+        corrected = arm not in ("lie", "remark") and CORRECTION in step.told
+        if corrected or (arm == "lie" and step.told_falsely) or (arm == "remark" and later.remark):
+            return step.step
+    return None
 
 
 def _asked(found: Results) -> list[Estimate]:
@@ -97,26 +120,23 @@ def _asked(found: Results) -> list[Estimate]:
     return found.where(_EFFECT, of="total")
 
 
-_ESTIMANDS = {
-    "total": ("total effect", "lie - truth"),
-    "content": ("content (debunking effect)", "lie - retracted"),
-    "disturbance": ("disturbance", "retracted - truth"),
-    "falsity": ("falsity, mean effect", "half of (lie - truth) + (lie + remark - remark)"),
-    "remark": ("remark, mean effect", "half of (remark - truth) + (lie + remark - lie)"),
-    "falsity by remark": ("falsity by remark, interaction", "(lie + remark - remark) - (lie - truth)"),
-    "timing in loops": ("timing in loops", "lie in loops - self-yoked"),
-}
-"""Part of the effect -> its name, and the arms that give it."""
+def _arms_compared(of: str) -> str:
+    """The arms that give a contrast."""
+    known = {"total": (("lie", "truth"),), "timing in loops": (("lie in loops", "self-yoked"),)}
+    pairs = [f"{more} \N{MINUS SIGN} {less}" for more, less in (known.get(of) or CONTRASTS[of])]
+    return pairs[0] if len(pairs) == 1 else f"half of ({pairs[0]}) + ({pairs[1]})"
 
 
 def _table(found: Results) -> TextTable:
-    """The effect of false reports and its parts."""
+    """The effect of false reports, and the contrasts of arms where it is detected."""
     head = ["agent", "estimand", "arms", "estimate, points", "P", "blocks"]
-    rows = [
-        [row.agent, *_ESTIMANDS[row.of], points_cell(row), p_cell(row.p_value), str(row.clusters)]
-        for row in found.where(_EFFECT)
-    ]
-    return [head, *rows] if rows else []
+    table = [head]
+    for total in _asked(found):
+        contrasts = found.where(_CONTRAST, agent=total.agent, modality=total.modality)
+        for row in (total, *contrasts):
+            size = [points_cell(row), p_cell(row.p_value), str(row.clusters)]
+            table.append([row.agent, "total effect" if row is total else row.of, _arms_compared(row.of), *size])
+    return table if len(table) > 1 else []
 
 
 def _arm_table(found: Results) -> TextTable:
@@ -126,7 +146,7 @@ def _arm_table(found: Results) -> TextTable:
     for row in found.where("success_in_arm"):
         own = {"agent": row.agent, "modality": row.modality, "condition": row.condition}
         change = found.get("success_difference", **own, of=row.of, family=_ARMS)
-        size = [points_cell(change), p_cell(change.p_value if change else None)]
+        size = [points_cell(change), p_cell(change.p_value)] if change else [NONE, NONE]
         table.append([row.agent, row.of, ARMS[row.of], f"{row.count}/{row.n}", share_of_row(row), *size])
     return table if len(table) > 1 else []
 
@@ -136,12 +156,12 @@ _ARM = Table("arms", _arm_table, numeric_from=3, cards=True)
 
 _FIGURE = Figure(
     "why",
-    "Success in every arm, and the effects of false reports by content and by disturbance",
+    "Success by first and last statement of a report, and with true reports, false reports and a remark",
     Caption(
-        "Top: share of trials solved in each arm; the dotted line is the share with true reports. Bottom: the effect "
-        "of false reports and its two parts, content and disturbance.",
-        "Intervals are 95 %: Wilson intervals at the top; at the bottom over matched pairs of trials, corrected for "
-        "the number of agents.",
+        "Share of trials solved. Squares: reports in two statements, by what the first says and by what its correction "
+        "says. Left: plain reports, true or false, and true reports with an irrelevant remark.",
+        "Brackets are 95 % Wilson intervals. Below: differences of arms in matched pairs, with 95 % intervals "
+        "corrected for the number of agents; only the total effect if it is not detected.",
     ),
     draw="lockprobe.figures.why:why",
     applies=lambda found: bool(_asked(found)),
@@ -155,29 +175,29 @@ def _show(found: Results) -> Iterator[Part]:
         yield Part("", "", [_FIGURE], "top")
         yield _numbers(found, asked, many)
         yield _by_step(found)
-        yield _twice(found, asked)
-        said = f"Success in {len(_arm_table(found)) - 1} arms with common random numbers."
+        yield _told(found, asked)
+        said = f"Success in {len({row.of for row in found.where('success_in_arm')})} arms with common random numbers."
         yield Part("Arms", said, [_ARM, _arm_note(many)], "arms")
         margin = found.where("equivalence_margin")[0].value or 0.0
         yield Part("Limits", "What these comparisons do not show.", [Listed(_limits(margin))], "limits")
 
 
 def _numbers(found: Results, asked: Sequence[Estimate], many: bool) -> Part:
-    said = found.said("why", "numbers")
-    answer = f"The effect of false reports and its two parts, for {len(asked)} agents."
+    many_agents = f" on {len(asked)} agents" if len(asked) > 1 else ""
+    answer = f"The effect of false reports{many_agents}, and the differences between arms."
     blocks: list[Block] = []
     for row in asked:
         own = found.said("why", "numbers", agent=row.agent, modality=row.modality)
         blocks += [Heading(row.agent, code=True), *map(Text, own)]
-    return Part("Numbers", said[0] if len(asked) == 1 and said else answer, [*blocks, _WHY, _note(many)], "parts")
+    return Part("Numbers", answer, [*blocks, _WHY, _note(many)], "parts")
 
 
 def _note(many: bool) -> Note:
     return Note(
         Markup(
-            "Effect of false reports on success and its parts, in points. The comparison of <code>lie</code> with "
-            "<code>truth</code> is planned and not corrected{}; in the table of arms it is corrected for the number of "
-            "arms, so its <i>P</i> is larger."
+            "Effect of false reports on success, and differences between arms, in points. The comparison of "
+            "<code>lie</code> with <code>truth</code> is planned and not corrected{}; in the table of arms it is "
+            "corrected for the number of arms, so its <i>P</i> is larger."
         ).format(" for arms" if many else ""),
         Markup(
             "Each estimate is a mean of differences within blocks, with Student\N{RIGHT SINGLE QUOTATION MARK}s 95 % "
@@ -186,10 +206,11 @@ def _note(many: bool) -> Note:
         Markup(
             "Every arm intervenes at the same steps of the same trials: one random number per step decides for all "
             "arms. A block is one repetition and trial in all arms, with common random numbers. Intervals are widened "
-            "as if one more pair differed (Agresti and Min). An effect is detected if <i>P</i> is below 0.05 and the "
-            "interval excludes 0. The two parts are tested only if the whole effect is detected, each at 5 %{}: they "
-            "add up to the whole, so at most one of them is zero, and the verdict is wrong in at most 5 % of studies."
-        ).format(" divided by the number of agents" if many else ""),
+            "as if one more pair differed (Agresti and Min). The total effect is detected if <i>P</i> is below 0.05 "
+            "and the interval excludes 0. Only then does this page compare other arms; a difference is detected if "
+            "<i>P</i> is below {} and the interval excludes 0{}. A claim needs all of its differences, so that several "
+            "claims need no correction."
+        ).format(PART, "; both levels are divided by the number of agents" if many else ""),
     )
 
 
@@ -206,23 +227,43 @@ def _by_step(found: Results) -> Part:
     return Part("The effect by step", "Not measured in this study.", [Text(how, style="note")], "steps")
 
 
-def _twice(found: Results, asked: Sequence[Estimate]) -> Part:
+def _told(found: Results, asked: Sequence[Estimate]) -> Part:
+    """One trial in every arm: the first report that the arms change, and what the agent did then."""
     shown = [one for one in found.exhibits if one.section == "why"]
-    told = [one for one in shown if one.of == "truth"]
+    agents = list(dict.fromkeys(one.agent for one in shown))
     note = Note(
-        "One trial with true and with false reports and the same random numbers: the first on record that was solved "
-        "with only one of them, not a typical one. A blue frame marks the first step at which the actions differ.",
-        "Each panel is a step: squares are joints in panel order, grey if they have moved; the circle is the target; a "
-        "frame marks the attempt. The report is below, in red if it was false.",
+        "One trial in every arm with the same random numbers: the first on record that was solved with true reports or "
+        "with false ones, but not with both; it is not typical. The table has the first report that the arms change.",
+        "Each panel below is a step: squares are joints in panel order, grey if they have moved; the circle is the "
+        "target; a frame marks the attempt. The report is below, in red if it was false; a blue frame marks the step "
+        "in the table.",
+        "A hosted model is not seeded, so its trials may part before that report.",
     )
-    answer = f"An example for each of {len(told)} agents." if told else ""
-    if len(told) == 1:
-        answer = f"The actions differ from step {told[0].parted} on."
+    answer = f"An example for each of {len(agents)} agents." if agents else ""
+    if len(agents) == 1:
+        answer = f"The arms part at the report of step {shown[0].parted}."
     blocks: list[Block] = [note]
-    for one in shown:
-        blocks += [Heading(one.agent, code=True)] if one.of == "truth" else []
-        blocks.append(Steps(one, strip=True))
-    return Part("One trial with true and with false reports", answer, blocks, "twice")
+    for agent in agents:
+        arms = [one for one in shown if one.agent == agent]
+        blocks += [
+            Heading(agent, code=True),
+            Cells([_TOLD, *map(_told_row, arms)], numeric_from=len(_TOLD), cards=True),
+        ]
+        blocks += [Steps(one, strip=True) for one in arms if one.of in ("truth", "lie")]
+    return Part("One trial in every arm", answer, blocks, "told")
+
+
+_TOLD = ["arm", "report", "what followed"]
+
+
+def _told_row(one: Exhibit) -> list[str]:
+    """The first report that an arm changes, and what followed."""
+    end = f"solved at step {len(one.steps)}" if one.ending == "solved" else f"not solved in {len(one.steps)} steps"
+    if one.parted is None or one.parted > len(one.steps) - 1:
+        return [one.of, "no report was changed", end]
+    at, then = one.steps[one.parted - 1 : one.parted + 1]
+    label = one.labels[one.joints.index(then.chosen or then.joint)]
+    return [one.of, f"Step {one.parted}: {at.words}", f"attempted {label} next; {end}"]
 
 
 def _arm_note(many: bool) -> Note:
@@ -243,9 +284,19 @@ def _arm_note(many: bool) -> Note:
 def _limits(margin: float) -> list[str]:
     return [
         Markup(
-            "The analysis assumes that a corrected false report disturbs as much as an uncorrected one. A correction "
-            "may itself lower trust in reports: the arm <code>confirmed</code> corrects true reports and shows the "
-            "effect of a correction alone."
+            "The crossing shows how reports in two statements act. That a plain false report acts as they do is "
+            "assumed. An agent may trust less what was corrected; <code>truth-truth</code> against <code>truth</code> "
+            "shows what a correction does by its form."
+        ),
+        (
+            "In simulated worlds in which plain reports act as reports in two statements do, the first part of the "
+            "sentence was wrong in at most 5 % of studies. An agent that any odd form changes, and a plain false "
+            "report by what it says, is said to react as to any odd report."
+        ),
+        (
+            "The clause after the first part describes the arms; it is no proof of what the agent does within. Later "
+            "reports of a joint build on the last statement: a reader of first statements who compares positions meets "
+            "a contradiction after truth-lie too, and looks like one for whom a single false statement is enough."
         ),
         f"Changes of less than {100 * margin:.0f} points count as no change. This margin was chosen by judgement.",
         (
