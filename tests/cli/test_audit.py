@@ -1,7 +1,7 @@
 """``lockprobe audit``, as typed."""
 
 import json
-from functools import partial
+from functools import cache, partial
 
 import pytest
 from typed import typed
@@ -37,12 +37,10 @@ def test_an_audit_as_json_is_the_same_again_and_a_world_named_twice_is_one():
 @pytest.fixture
 def few(monkeypatch):
     """Audits play fewer blocks and forks than the thousands that they take by themselves."""
-    played = partial(interval_rates, agents=(("random", 0.4), ("world:loop-breaker", 0.1)), trials=20, forked=30)
+    played = partial(interval_rates, agents=(("random", 0.4), ("human-inspired", 0.1)), trials=20, forked=30)
+    played = cache(played)  # the same audit in words and as JSON is played once
     monkeypatch.setattr("lockprobe.montecarlo.interval_rates.interval_rates", played)
-    monkeypatch.setattr(
-        "lockprobe.montecarlo.verdicts.verdict_rates",
-        lambda worlds, **asked: verdict_rates(worlds, **asked | {"pool": 60}),
-    )
+    monkeypatch.setattr("lockprobe.montecarlo.verdicts.verdict_rates", partial(verdict_rates, pool=60))
 
 
 def test_an_audit_of_verdicts(few, lockprobe):
@@ -50,12 +48,12 @@ def test_an_audit_of_verdicts(few, lockprobe):
     status, said, _ = lockprobe(*asked)
     assert status == 0
     rows = [line.split() for line in said.splitlines() if line.startswith("world:irrelevant")]
-    assert [row[3] for row in rows] == ["30", "60"]
+    assert [row[1:5] for row in rows] == [["0", "no", "change", "30"], ["0", "no", "change", "60"]]
     found = json.loads(lockprobe(*asked, "--json")[1])
     assert found["seed"] == 1
     for row, one in zip(rows, found["rates"], strict=True):
         assert (one["truth"], one["studies"], sum(one["verdicts"].values())) == ("no change", 5, 5)
-        assert row[4:6] == [f"{one['right']:.3f}", f"{one['wrong']:.3f}"]
+        assert row[5:7] == [f"{one['right']:.3f}", f"{one['wrong']:.3f}"]
         assert one["right"] + one["wrong"] <= 1
 
 
@@ -64,9 +62,9 @@ def test_an_audit_of_one_lie_has_a_dash_where_no_study_has_an_estimate(few, lock
     status, said, _ = lockprobe(*asked)
     assert status == 0
     rates = json.loads(lockprobe(*asked, "--json")[1])["rates"]
-    rows = [line for line in said.splitlines() if line.startswith(("random", "world:"))]
+    rows = [line for line in said.splitlines() if line.startswith(("random", "human-inspired"))]
     assert [(one["agent"], one["estimate"]) for one in rates] == [
-        (agent, source) for agent in ("random", "world:loop-breaker") for source in ("records", "forks")
+        (agent, source) for agent in ("random", "human-inspired") for source in ("records", "forks")
     ]
     assert any(not one["shown"] for one in rates)  # too few trials of either outcome
     for line, one in zip(rows, rates, strict=True):

@@ -21,10 +21,11 @@ def test_power_for_a_stated_effect():
 
 
 def test_blocks_of_a_study_of_controls():
-    stated = ("power", "why", "--success", "0.2,0.7,0.2", "--trials", "30,150", "--studies", 20)
+    stated = ("power", "why", "--success", "0.2,0.7,0.2,0.2,0.7,0.7,0.2", "--trials", "30,150", "--studies", 20)
     small, large = json.loads(typed(*stated, "--json").stdout)["rates"]
     assert (small["blocks"], large["blocks"], large["truth"]) == (30, 150, "says")
     assert large["right"] >= 0.8
+    assert large["claims"]["last"] >= 10
     said = typed(*stated).stdout
     assert "as stated" in said
     assert "Arms share no luck here" in said
@@ -71,7 +72,7 @@ def test_of_a_strategy_that_is_played_and_of_a_study_file(tmp_path, lockprobe, m
     ("arguments", "message"),
     [
         (("power", "what"), "why, a study file ending in .toml, or nothing"),
-        (("power", "why", "--success", "0.2,0.5"), "three shares from 0 to 1"),
+        (("power", "why", "--success", "0.2,0.5"), "7 shares from 0 to 1, for truth, lie, truth-truth"),
         (("power", "--success", "0.2,x"), "numbers separated by commas"),
         (("power", "--harm", "0.5"), "success at each flip rate"),
         (("power", "--success", "0.2,0.7"), "one share for each of 7 flip rates"),
@@ -91,7 +92,7 @@ def test_of_a_strategy_that_is_played_and_of_a_study_file(tmp_path, lockprobe, m
         (("power", "--condition", "nudge", "--success", "0.2,0.3", "--shared", "2"), "shared: got 2.0"),
         (("power", "--condition", "nudge", "--success", "0.2,0.3", "--harm", "0.5"), "an effect of flip rates alone"),
         (("power", "--shared", "0.5"), "--agent or --condition compares pairs"),
-        (("power", "why", "--condition", "nudge"), "its arms are truth, lie, retracted"),
+        (("power", "why", "--condition", "nudge"), "its seven arms are its own"),
         (("power", "--condition", "nudge", "--agent", "llm:local"), "a strategy or a learner that ships, or --success"),
         (("power", "--agent", "random", "--p", "0"), "a control and another condition"),
         (("power", "--condition", "nugde", "--success", "0.2,0.3"), "did you mean 'nudge'?"),

@@ -126,7 +126,6 @@ def _audit_why(
         [known[name] for name in dict.fromkeys(names or known)],
         blocks=blocks,
         studies=studies,
-        pool=max(4000, *blocks),
         seed=seed,
         workers=workers,
         progress=time_left("blocks"),

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.markup import escape
 
+from lockprobe.analysis.mechanism import MARGIN
 from lockprobe.audit.power import TRIALS, Needed, default_worlds, stated_world
 from lockprobe.audit.power import power as measure_power
 from lockprobe.audit.simulated_agents import WORLDS, P, World
@@ -33,7 +34,7 @@ Workers = Annotated[int | None, typer.Option(min=1, help="Processes (one per cor
 _WHAT = "why: blocks of a study of controls; a study file: its conditions (trials per flip rate)."
 _SUCCESS = (
     "Effect: success at each flip rate, as 0.2,0.5,0.4 (two effects); under each condition, the control first; "
-    "for why under truth,lie,retracted."
+    "for why in its seven arms: truth, lie, truth-truth, lie-truth, truth-lie, lie-lie, remark."
 )
 _AGENT = (
     "A strategy or learner that is played under each condition; with --success any, to correct for their number; may "
@@ -76,9 +77,7 @@ def power(
     sizes, beside = whole_numbers("trials", trials), bool(agent or condition or sweep)
     if what == "why":
         if beside or shared:
-            raise Conflict(
-                "power why", "--agent, --condition, --sweep and --shared", "its arms are truth, lie, retracted"
-            )
+            raise Conflict("power why", "--agent, --condition, --sweep and --shared", "its seven arms are its own")
         _power_why(success, sizes, studies, seed, json=json)
         return
     shares = None if success is None else _numbers("success", success)
@@ -178,9 +177,7 @@ def _power_why(success: str | None, sizes: Sequence[int], studies: int, seed: in
     rates = [
         one
         for name, shares in effects.items()
-        for one in stated_rates(
-            name, shares, blocks=sizes or [50, 100, 150, 300, 600, 1200], studies=studies, seed=seed
-        )
+        for one in stated_rates(name, shares, blocks=sizes or [50, 150, 300, 600], studies=studies, seed=seed)
     ]
     print_verdicts(rates, "effect", seed, json=json)
     if not json:
@@ -192,16 +189,20 @@ def _power_why(success: str | None, sizes: Sequence[int], studies: int, seed: in
 def print_verdicts(rates: Sequence[VerdictRates], what: str, seed: int, *, json: bool) -> None:
     """Print how often studies of controls conclude what, by world or effect."""
     if json:
-        rows = [asdict(one) | {"right": one.right, "wrong": one.wrong} for one in rates]
-        print(json_.dumps({"seed": seed, "rates": rows}, indent=1))
+        print(json_.dumps({"seed": seed, "rates": [asdict(one) for one in rates]}, indent=1))
         return
     table = new_table(what)
-    for name in ("truth", "blocks", "right", "wrong", "verdicts"):
+    for name in ("change", "truth", "blocks", "right", "wrong", "verdicts"):
         table.add_column(name)
     for one in rates:
+        change = f"{100 * one.change:+.1f}" if one.change else "0"
         said = ", ".join(f"{found} {n}" for found, n in one.verdicts.items())
-        table.add_row(one.world, one.truth, str(one.blocks), f"{one.right:.3f}", f"{one.wrong:.3f}", said)
+        table.add_row(one.world, change, one.truth, str(one.blocks), f"{one.right:.3f}", f"{one.wrong:.3f}", said)
     print_table(table)
+    print(
+        f"change: of success by lies, in points. truth: the verdict of a large study; where the change is less than "
+        f"{100 * MARGIN:g} points, no change is right too. wrong: the verdict asserts something false."
+    )
 
 
 def processes(workers: int | None) -> Processes:
