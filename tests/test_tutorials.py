@@ -61,7 +61,12 @@ def test_the_intervention_of_the_tutorial_is_played(tmp_path):
 def test_lies_that_act_only_in_loops_help_the_loop_breaker(tmp_path):
     rows = dict(re.findall(r"^\| `(.*?)` \| (\d+) \|", (DOCS / "tutorial-loops.md").read_text("utf-8"), re.MULTILINE))
     planned = study(
-        "flips", agent="world:loop-breaker", p=(0,), condition=[IN_ARM.get(arm, arm) for arm in rows], trials=50
+        "flips",
+        agent="world:loop-breaker",
+        p=(0,),
+        condition=[IN_ARM.get(arm, arm) for arm in rows],
+        repetitions=1,
+        trials=150,
     )
     solved = Counter(trial.condition for trial in lockprobe.run_study(planned, tmp_path / "in-loops") if trial.solved)
     assert {arm: str(solved[IN_ARM.get(arm, arm)]) for arm in rows} == rows
@@ -70,13 +75,13 @@ def test_lies_that_act_only_in_loops_help_the_loop_breaker(tmp_path):
 def test_one_lie_at_the_end_of_a_loop(tmp_path):
     record = tmp_path / "record"
     lockprobe.run_study(study("flips", agent="world:loop-breaker", p=(0,), trials=20), record)
-    asked = ["branch", str(record), "--at", "onset", "--told", "truth,lie,retracted", "--act", "random"]
+    asked = ["branch", str(record), "--at", "onset", "--told", "truth,lie,lie-truth", "--act", "random"]
     printed = CliRunner().invoke(build(["branch"]), asked).output
     rows = re.findall(r"onset +(\S+) +(\d+) % +\+(\d+), 95 % interval (\S+ to \S+) .* (\d+)$", printed, re.MULTILINE)
     (_, truth, lie, lie_between, n), (_, _, back, back_between, _), (_, _, step, step_between, _) = rows
     said = (
         f"After a true report {truth} % of these {n} trials are solved. One lie adds {lie} points "
-        f"(95 % interval {lie_between}), one retracted lie {back} ({back_between})."
+        f"(95 % interval {lie_between}), one lie that the truth corrects at once {back} ({back_between})."
     )
     assert said in words("tutorial-loops.md")
     assert f"One random step instead adds {step} points ({step_between})" in words("tutorial-loops.md")
