@@ -35,7 +35,7 @@ class ArmEffect:
         condition: The name of the condition in the study.
         success: Share solved.
         change: Success minus success under true reports, over blocks, [-1, 1]; None for the arm of true reports, and
-            for all arms but ``lie`` unless the total effect is detected. Its P value is corrected for the number of
+            for all arms unless the total effect is detected. Its P value is corrected for the number of
             arms (Holm); its interval is not. Both are for that of agents.
     """
 

@@ -58,7 +58,9 @@ def power(
     trap: Annotated[str | None, typer.Option(help=_TRAP)] = None,
     harm: Annotated[float, typer.Option(help=_HARM)] = 1.0,
     p: Annotated[str | None, typer.Option(help="Flip rates (0,0.1,...,0.6; beside conditions none).")] = None,
-    trials: Annotated[str | None, typer.Option(help="Trials per condition to measure at (15,30,60,120,240).")] = None,
+    trials: Annotated[
+        str | None, typer.Option(help="Trials per condition to measure at (15,30,60,120,240; with why 50,150,300,600).")
+    ] = None,
     target: Annotated[float, typer.Option(help="Power to reach.")] = 0.8,
     studies: Annotated[int, typer.Option(min=1, max=100_000, help=_STUDIES)] = 100,
     seed: Seed = 1,

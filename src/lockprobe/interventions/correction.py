@@ -25,10 +25,9 @@ class Correction:
     """With probability p a report is made of two statements: the first, and with the word "Correction" the last.
 
     It hits the steps at which ``flip`` lies at the same p. The four combinations have one form and differ in what they
-    say: a lie that is retracted (the default), a truth that is confirmed, a truth that a lie "corrects", and a lie that
-    is confirmed. A lie is the false report that ``flip`` tells, and what the last statement says is what later reports
-    build on. Corrections are made in words; pictures cannot be corrected. One number is drawn per attempt, whatever p
-    is.
+    say: a lie that the truth corrects (the default), a truth that is repeated, a truth that a lie "corrects", and a lie
+    that is repeated. A lie is the false report that ``flip`` tells, and later reports agree with the last statement.
+    Corrections are made in words; pictures cannot be corrected. One number is drawn per attempt, whatever p is.
 
     Attributes:
         p: Probability that a report is corrected, [0, 1].

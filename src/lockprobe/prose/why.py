@@ -118,7 +118,7 @@ def why_said(found: Why) -> list[str]:
             f"power of 80 %; this study has {decision.total.blocks}."
         )
     if decision.verdict == "not decided":
-        said.append("A study of more blocks can decide it: lockprobe power why says how many.")
+        said.append("A study of more blocks may decide it: lockprobe power why says how many.")
     if found.agents > 1:
         said.append(f"P values and intervals of differences are corrected for {found.agents} agents (Bonferroni).")
     return said
@@ -148,7 +148,8 @@ def _correction(found: Why) -> list[str]:
     if found.decision.verdict != "says" or not found.decision.corrections_alone:
         return []
     size = _size(found.decision.contrasts["true correction"])
-    return [f"A true correction changes success in the same direction: {size}. Its form acts, whatever it says."]
+    said = f"A true correction changes success in the same direction: {size}."
+    return [f"{said} So a report in two statements acts even if both are true."]
 
 
 def _others(found: Why) -> list[str]:

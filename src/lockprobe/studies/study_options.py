@@ -130,17 +130,22 @@ class StudyOptions(BaseModel):
     box: Annotated[Box | None, _about("A box by name, random-N-SEED, or a TOML file (chain-4).")] = None
     p: Annotated[
         Annotated[list[Number], Field(max_length=1000)] | None,
-        _about("Flip rates, how often reports are inverted (0,0.2,0.4,0.6)."),
+        _about("Flip rates, how often reports are inverted (0,0.2,0.4,0.6; 0.4 with why)."),
     ] = None
     trials: Annotated[
         Whole | None,
-        _about("Trials per repetition and condition (6; 10 with --full, or if --p or --repetitions is given)."),
+        _about(
+            "Trials per repetition and condition (6; 10 with --full, or if --p or --repetitions is given; 50 with why)."
+        ),
     ] = None
     strategy_trials: Annotated[
         Whole | None,
-        _about("The same for strategies and learners, which cost nothing (100 in the short study; else as --trials)."),
+        _about(
+            "The same for strategies and learners, which cost nothing (100 in the short study, 150 with why; else as "
+            "--trials)."
+        ),
     ] = None
-    repetitions: Annotated[Whole | None, _about("Repetitions (3).")] = None
+    repetitions: Annotated[Whole | None, _about("Repetitions (3; 1 with why).")] = None
     seed: Annotated[Whole | None, _about("Seed of everything (1).")] = None
     max_steps: Annotated[Whole | None, _about("Budget of a trial in steps (20).")] = None
     flip: Annotated[
