@@ -140,12 +140,19 @@ def decide(solved: Mapping[str, Array], *, margin: float = MARGIN, agents: int =
         if all(arm in solved for pair in pairs for arm in pair)
     }
     way = 1 if total.value > 0 else -1
-    claims, up = _claims(contrasts, way), _goes(contrasts, "true correction", way)
-    said = any(claim in CONTENT for claim in claims)
-    verdict = (
-        ("both" if said else "form") if "form" in claims else "says" if said else "blurred" if up else "not decided"
-    )
+    claims = _claims(contrasts, way)
+    verdict = _verdict(claims, blurred=_goes(contrasts, "true correction", way))
     return Decision(total=total, contrasts=contrasts, claims=claims, equivalence=small, verdict=verdict)
+
+
+def _verdict(claims: tuple[Claim, ...], *, blurred: bool) -> Verdict:
+    """The coarse conclusion of these claims; without any, whether a true correction does it as well decides."""
+    says, form = any(claim in CONTENT for claim in claims), "form" in claims
+    if says and form:
+        return "both"
+    if says or form:
+        return "says" if says else "form"
+    return "blurred" if blurred else "not decided"
 
 
 def _claims(contrasts: Mapping[str, BlockMean], way: int) -> tuple[Claim, ...]:

@@ -72,7 +72,7 @@ def mechanism_said(found: Why) -> str:
 
 
 def _way(found: Why) -> str:
-    return "raise" if found.decision.total.value > 0 else "lower"
+    return "raise" if found.decision.way > 0 else "lower"
 
 
 def _through(decision: Decision, way: str) -> str:
@@ -161,7 +161,7 @@ def _others(found: Why) -> list[str]:
         and change.clear
         and change.p_value is not None
         and change.p_value < ALPHA
-        and (change.value > 0) == (found.decision.total.value > 0)
+        and change.value * found.decision.way > 0
     }
     said = []
     for what, arms in (
