@@ -175,7 +175,7 @@ def _show(found: Results) -> Iterator[Part]:
         yield Part("", "", [_FIGURE], "top")
         yield _numbers(found, asked, many)
         yield _by_step(found)
-        yield _told(found, asked)
+        yield _told(found)
         said = f"Success in {len({row.of for row in found.where('success_in_arm')})} arms with common random numbers."
         yield Part("Arms", said, [_ARM, _arm_note(many)], "arms")
         margin = found.where("equivalence_margin")[0].value or 0.0
@@ -227,7 +227,7 @@ def _by_step(found: Results) -> Part:
     return Part("The effect by step", "Not measured in this study.", [Text(how, style="note")], "steps")
 
 
-def _told(found: Results, asked: Sequence[Estimate]) -> Part:
+def _told(found: Results) -> Part:
     """One trial in every arm: the first report that the arms change, and what the agent did then."""
     shown = [one for one in found.exhibits if one.section == "why"]
     agents = list(dict.fromkeys(one.agent for one in shown))
