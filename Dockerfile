@@ -39,15 +39,17 @@ ENV UV_COMPILE_BYTECODE=1 \
 # Packages change less often than the source: they have a layer of their own.
 WORKDIR /source
 COPY pyproject.toml uv.lock ./
+COPY robot/pyproject.toml robot/README.md robot/
 # A container without a robot needs none of the libraries of robots; they exist for few platforms.
 ARG NO_ROBOT="--no-extra fr3 --no-extra panda --no-extra realsense --no-extra wire"
-RUN uv sync --locked --no-install-project --all-extras $NO_ROBOT --group embedded
+RUN uv sync --locked --no-install-workspace --all-packages --all-extras $NO_ROBOT --group embedded
 
 # Releases are counted from git tags, which are not here: --build-arg VERSION=... states the version.
 ARG VERSION=""
 COPY LICENSE README.md ./
 COPY src src
-RUN SETUPTOOLS_SCM_PRETEND_VERSION="$VERSION" uv sync --locked --no-editable --all-extras $NO_ROBOT --group embedded \
+COPY robot/src robot/src
+RUN SETUPTOOLS_SCM_PRETEND_VERSION="$VERSION" uv sync --locked --no-editable --all-packages --all-extras $NO_ROBOT --group embedded \
     && install --directory --mode 1777 /studies
 
 # Any user will do (docker run --user): nothing is written outside /studies and /tmp.

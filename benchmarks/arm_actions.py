@@ -16,13 +16,13 @@ from dataclasses import dataclass, field
 
 import mujoco
 import numpy as np
+from lockprobe_robot.scene.scene import TIMESTEP
+from lockprobe_robot.twin import Twin
+from lockprobe_robot.twin_settings import TwinSettings
 
-from lockprobe.errors import BadValue, PlantFault
-from lockprobe.lockbox.box import Lockbox
-from lockprobe.lockbox.families import box
-from lockprobe.plants.scene.scene import TIMESTEP
-from lockprobe.plants.twin import Twin
-from lockprobe.plants.twin_settings import TwinSettings
+from lockprobe.boxes.box import Lockbox
+from lockprobe.boxes.families import box
+from lockprobe.foundation.errors import BadValue, PlantFault
 
 CONDITIONS = {
     "as it is": {},

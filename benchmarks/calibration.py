@@ -18,27 +18,27 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from scipy.spatial.transform import Rotation
-
-import lockprobe
-from lockprobe.errors import UserMistake
-from lockprobe.pictures.png import to_png
-from lockprobe.plants.calibration.calibrate import (
+from lockprobe_robot.calibration.calibrate import (
     FEWEST_TAGS,
     LEAST_TURN,
     calibrate,
     look_at_views,
     turned_degrees,
 )
-from lockprobe.plants.calibration.opencv import METHODS, tag_bits
-from lockprobe.plants.calibration.pose import Pose, angle_between, array_of, inverse
-from lockprobe.plants.calibration.views import VIEWS_FILE, read_views
-from lockprobe.plants.rendering.hand_camera import HandCamera
-from lockprobe.plants.scene.panel import PanelLayout, lay_out_panel
-from lockprobe.plants.scene.scene import build_scene
-from lockprobe.plants.scene.tag_layout import NUMBERS, TagLayout, board_checksum, place_tags
-from lockprobe.plants.scene.tag_prints import PAPER, add_tag_prints
-from lockprobe.plants.twin_settings import SceneSettings
+from lockprobe_robot.calibration.opencv import METHODS, tag_bits
+from lockprobe_robot.calibration.pose import Pose, angle_between, array_of, inverse
+from lockprobe_robot.calibration.views import VIEWS_FILE, read_views
+from lockprobe_robot.rendering.hand_camera import HandCamera
+from lockprobe_robot.scene.panel import PanelLayout, lay_out_panel
+from lockprobe_robot.scene.scene import build_scene
+from lockprobe_robot.scene.tag_layout import NUMBERS, TagLayout, board_checksum, place_tags
+from lockprobe_robot.scene.tag_prints import PAPER, add_tag_prints
+from lockprobe_robot.twin_settings import SceneSettings
+from scipy.spatial.transform import Rotation
+
+import lockprobe
+from lockprobe.foundation.errors import UserMistake
+from lockprobe.trial.pictures.png import to_png
 
 SIZE = (640, 480)
 ROBOT_MM, ROBOT_DEGREES = 0.2, 0.05

@@ -13,8 +13,8 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.analysis.clustered import clustered_proportion
-from lockprobe.analysis.proportions import proportion
+from lockprobe.statistics.clustered import clustered_proportion
+from lockprobe.statistics.proportions import proportion
 
 SHARES = (0.5, 0.9, 0.95, 0.98, 0.99)
 ALIKE = {"identical": 1.0, "half": 0.5, "independent": 0.0}

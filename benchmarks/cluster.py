@@ -22,7 +22,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
 from loopback_cluster import loopback_cluster
 
-from lockprobe.cluster import Cluster
+from lockprobe.foundation.cluster import Cluster
 from lockprobe.studies.journal import Journal, read_timings
 from lockprobe.studies.runner import Limits, run
 from lockprobe.studies.studyfile import study

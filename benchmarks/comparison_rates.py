@@ -20,11 +20,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.analysis.agent_comparison.pair import AgentComparison, compare, corrected
-from lockprobe.analysis.agent_comparison.paired import Sheet, sheets, sign_flip
-from lockprobe.analysis.proportions import ALPHA
-from lockprobe.audit.simulate import simulate_outcomes
-from lockprobe.audit.simulated_agents import Design, World
+from lockprobe.simulation.audit.simulate import simulate_outcomes
+from lockprobe.simulation.audit.simulated_agents import Design, World
+from lockprobe.statistics.agent_comparison.pair import AgentComparison, compare, corrected
+from lockprobe.statistics.agent_comparison.paired import Sheet, sheets, sign_flip
+from lockprobe.statistics.proportions import ALPHA
 
 FLAT = (0.5,) * 7
 PEAK = (0.23, 0.4, 0.53, 0.63, 0.67, 0.6, 0.5)

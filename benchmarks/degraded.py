@@ -14,14 +14,14 @@ import numpy as np
 
 from lockprobe.agents.strategies import RandomAgent
 from lockprobe.agents.viewer import Eyesight, Viewer
-from lockprobe.interventions.condition import flips
-from lockprobe.lockbox.families import box
-from lockprobe.pictures.frame import Frame
-from lockprobe.plan import Names, Plan
+from lockprobe.boxes.families import box
+from lockprobe.interventions.conditions import flips
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.record import Look, Moment, Percept, Task, Trial
 from lockprobe.studies.modality import shown
-from lockprobe.trial import play, stream_names
+from lockprobe.trial.loop import play, stream_names
+from lockprobe.trial.pictures.frame import Frame
+from lockprobe.trial.plan import Names, Plan
+from lockprobe.trial.record import Look, Moment, Percept, Task, Trial
 
 DOSES = {
     "blur": (0, 32, 48, 64, 96),

@@ -21,16 +21,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from lockprobe.analysis.inference.broken_trials import completed, worst_case_difference
-from lockprobe.analysis.inference.course import course
-from lockprobe.analysis.inference.difference import any_difference
-from lockprobe.analysis.inference.logrank import loop_onset_logrank
-from lockprobe.analysis.inference.ushape import corrected, two_lines
-from lockprobe.analysis.outcomes import points
-from lockprobe.analysis.proportions import ALPHA, proportion
-from lockprobe.audit.simulate import simulate_columns, simulate_outcomes
-from lockprobe.audit.simulated_agents import WORLDS, Design, World
-from lockprobe.seeds import generator
+from lockprobe.foundation.seeds import generator
+from lockprobe.simulation.audit.simulate import simulate_columns, simulate_outcomes
+from lockprobe.simulation.audit.simulated_agents import WORLDS, Design, World
+from lockprobe.statistics.inference.broken_trials import completed, worst_case_difference
+from lockprobe.statistics.inference.course import course
+from lockprobe.statistics.inference.difference import any_difference
+from lockprobe.statistics.inference.logrank import loop_onset_logrank
+from lockprobe.statistics.inference.ushape import corrected, two_lines
+from lockprobe.statistics.outcomes import points
+from lockprobe.statistics.proportions import ALPHA, proportion
 
 PERMUTATIONS = 400
 

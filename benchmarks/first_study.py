@@ -12,7 +12,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import lockprobe
-from lockprobe.analysis.proportions import proportion
+from lockprobe.statistics.proportions import proportion
 from lockprobe.studies.paper import LEARNER
 
 AGENTS = (LEARNER, "human-inspired")

@@ -12,7 +12,7 @@ import argparse
 import os
 import time
 
-from lockprobe.environment.single import LockboxEnv
+from lockprobe.interfaces.gymnasium.single import LockboxEnv
 
 SIZES = ((64, 64), (160, 120), (640, 480))
 

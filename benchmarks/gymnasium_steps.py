@@ -15,7 +15,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 
-from lockprobe.environment import ENVIRONMENT
+from lockprobe.interfaces.gymnasium import ENVIRONMENT
 
 FLIP = {"channel": "OutcomeFlip", "p": 0.2}
 OURS: dict[str, dict[str, Any]] = {

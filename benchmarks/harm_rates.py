@@ -17,14 +17,14 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.analysis.habit_baseline import Actions, blind_trials, played_out
-from lockprobe.analysis.inference.hazard import LoopEffect, loop_hazard
-from lockprobe.analysis.loops import onset_batch
-from lockprobe.analysis.null_models import chain_walks
-from lockprobe.analysis.proportions import ALPHA
-from lockprobe.audit.simulated_agents import P
-from lockprobe.lockbox.box import Lockbox
-from lockprobe.lockbox.families import box
+from lockprobe.boxes.box import Lockbox
+from lockprobe.boxes.families import box
+from lockprobe.simulation.audit.simulated_agents import P
+from lockprobe.statistics.habit_baseline import Actions, blind_trials, played_out
+from lockprobe.statistics.inference.hazard import LoopEffect, loop_hazard
+from lockprobe.statistics.loops import onset_batch
+from lockprobe.statistics.null_models import chain_walks
+from lockprobe.statistics.proportions import ALPHA
 
 BUDGET = 20
 

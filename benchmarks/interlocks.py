@@ -16,13 +16,13 @@ from dataclasses import dataclass, field
 
 import mujoco
 import numpy as np
+from lockprobe_robot.scene.mechanism import RESTING, Mechanism
+from lockprobe_robot.scene.scene import LockboxScene, build_scene
+from lockprobe_robot.twin_settings import SceneSettings
 
-from lockprobe.errors import BadValue
-from lockprobe.lockbox.box import Joint, JointKind, Lockbox
-from lockprobe.lockbox.layouts import LayoutName, places
-from lockprobe.plants.scene.mechanism import RESTING, Mechanism
-from lockprobe.plants.scene.scene import LockboxScene, build_scene
-from lockprobe.plants.twin_settings import SceneSettings
+from lockprobe.boxes.box import Joint, JointKind, Lockbox
+from lockprobe.boxes.layouts import LayoutName, places
+from lockprobe.foundation.errors import BadValue
 
 LAYOUTS: tuple[LayoutName, ...] = ("serial", "zigzag", "ngram", "grid", "scattered")
 KINDS: tuple[JointKind, ...] = ("prismatic", "revolute")

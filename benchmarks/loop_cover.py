@@ -14,7 +14,7 @@ from itertools import islice
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.analysis.loops import Rule, any_loop_batch, cover, kernels, measure
+from lockprobe.statistics.loops import Rule, any_loop_batch, cover, kernels, measure
 
 STEPS = 20
 ACTIONS = 4

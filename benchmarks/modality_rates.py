@@ -23,13 +23,13 @@ from dataclasses import replace
 import numpy as np
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.analysis.modalities import ModalityEffect, modality_effect
-from lockprobe.analysis.proportions import ALPHA, proportion
-from lockprobe.interventions.condition import flips
-from lockprobe.lockbox.families import box
-from lockprobe.record import Trial
+from lockprobe.boxes.families import box
+from lockprobe.interventions.conditions import flips
+from lockprobe.statistics.modalities import ModalityEffect, modality_effect
+from lockprobe.statistics.proportions import ALPHA, proportion
 from lockprobe.studies.play import play_timed
 from lockprobe.studies.study import Study
+from lockprobe.trial.record import Trial
 
 MODALITIES = ("rgb", "rgbd", "symbolic")
 

@@ -21,15 +21,15 @@ import gymnasium
 import numpy as np
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.interventions.condition import flips
-from lockprobe.lockbox.families import box
-from lockprobe.montecarlo.plain import play_plainly, policy_of, world_of
-from lockprobe.montecarlo.populations import Population, population
-from lockprobe.montecarlo.propagation import propagate
+from lockprobe.boxes.families import box
+from lockprobe.interventions.conditions import flips
 from lockprobe.plants.symbolic import SymbolicPlant
+from lockprobe.simulation.montecarlo.plain import play_plainly, policy_of, world_of
+from lockprobe.simulation.montecarlo.populations import Population, population
+from lockprobe.simulation.montecarlo.propagation import propagate
 from lockprobe.studies.modality import interventions_for
 from lockprobe.studies.study import Study
-from lockprobe.trial import play
+from lockprobe.trial.loop import play
 
 BUDGET = 20
 SOFTMAX = "cognitive:softmax-memory?failure=5&recent=2"

@@ -15,9 +15,9 @@ import argparse
 import numpy as np
 
 from lockprobe.agents.cognitive import SoftmaxMemory
-from lockprobe.analysis.published import LOOPS_AT_0, LOOPS_AT_40, SOLVED_AT_0, SOLVED_AT_40
 from lockprobe.interventions.flip import flip_of
-from lockprobe.montecarlo.populations import population
+from lockprobe.simulation.montecarlo.populations import population
+from lockprobe.statistics.published import LOOPS_AT_0, LOOPS_AT_40, SOLVED_AT_0, SOLVED_AT_40
 from lockprobe.studies.readings import ALL
 
 TRIALS = 1_000

@@ -28,19 +28,19 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.analysis.agent_comparison.pair import compare
-from lockprobe.analysis.agent_comparison.paired import Sheet, sign_flip
-from lockprobe.analysis.clustered import clustered_proportion, crossed_proportion, share_of
-from lockprobe.analysis.inference.difference import any_difference
-from lockprobe.analysis.inference.ushape import two_lines
-from lockprobe.analysis.outcomes import Outcomes
-from lockprobe.analysis.people import people
-from lockprobe.analysis.proportions import ALPHA
-from lockprobe.audit.simulate import simulate_outcomes
-from lockprobe.audit.simulated_agents import Design, World
-from lockprobe.doses import FLIP_RATE
-from lockprobe.record import Trial
+from lockprobe.simulation.audit.simulate import simulate_outcomes
+from lockprobe.simulation.audit.simulated_agents import Design, World
+from lockprobe.statistics.agent_comparison.pair import compare
+from lockprobe.statistics.agent_comparison.paired import Sheet, sign_flip
+from lockprobe.statistics.clustered import clustered_proportion, crossed_proportion, share_of
+from lockprobe.statistics.inference.difference import any_difference
+from lockprobe.statistics.inference.ushape import two_lines
+from lockprobe.statistics.outcomes import Outcomes
+from lockprobe.statistics.people import people
+from lockprobe.statistics.proportions import ALPHA
 from lockprobe.studies.single import run_trial
+from lockprobe.trial.doses import FLIP_RATE
+from lockprobe.trial.record import Trial
 
 LUCKS, P, BUDGET = 30, (0.0, 0.2, 0.4, 0.6), 20
 Array = NDArray[np.float64]

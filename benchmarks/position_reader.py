@@ -10,11 +10,11 @@ from __future__ import annotations
 import time
 
 import numpy as np
+from lockprobe_robot.hardware.camera import Shot
+from lockprobe_robot.hardware.position_reader import Unclear, read_positions
 
-from lockprobe.lockbox.families import box
+from lockprobe.boxes.families import box
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.plants.hardware.camera import Shot
-from lockprobe.plants.hardware.position_reader import Unclear, read_positions
 
 SEEDS, ATTEMPTS = 3, 6
 

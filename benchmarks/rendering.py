@@ -18,19 +18,19 @@ from pathlib import Path
 
 import mujoco
 import numpy as np
+from lockprobe_robot.fast_twin import FastTwin
+from lockprobe_robot.rendering.camera import PlantCamera
+from lockprobe_robot.rendering.choose_renderer import probe
+from lockprobe_robot.scene.mechanism import Mechanism
+from lockprobe_robot.scene.scene import LockboxScene, build_scene
+from lockprobe_robot.twin_settings import SceneSettings
 
 import lockprobe
-from lockprobe.errors import BadValue
+from lockprobe.foundation.errors import BadValue
 from lockprobe.interventions.camera import CameraChannel
-from lockprobe.pictures.frame import Frame
-from lockprobe.pictures.png import to_png
-from lockprobe.plants.fast_twin import FastTwin
-from lockprobe.plants.rendering.camera import PlantCamera
-from lockprobe.plants.rendering.choose_renderer import probe
-from lockprobe.plants.scene.mechanism import Mechanism
-from lockprobe.plants.scene.scene import LockboxScene, build_scene
-from lockprobe.plants.twin_settings import SceneSettings
-from lockprobe.record import Percept, Task
+from lockprobe.trial.pictures.frame import Frame
+from lockprobe.trial.pictures.png import to_png
+from lockprobe.trial.record import Percept, Task
 
 TOLERANCE = 0.002
 SIZE = (640, 480)

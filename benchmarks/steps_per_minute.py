@@ -25,12 +25,12 @@ import numpy as np
 from lockprobe.agents import weights
 from lockprobe.agents.engine import Engine
 from lockprobe.agents.prompt import conversation, parse_reply, reply_schema
-from lockprobe.record import Decision, Fact, Situation, Step
 from lockprobe.studies.journal import Journal
 from lockprobe.studies.play import play_timed
 from lockprobe.studies.runner import Limits, Silent, run
 from lockprobe.studies.study_options import StudyOptions
 from lockprobe.studies.studyfile import study
+from lockprobe.trial.record import Decision, Fact, Situation, Step
 
 
 class TimeIsUp(Exception):

@@ -15,13 +15,13 @@ import numpy as np
 
 from lockprobe.agents.strategies import RandomAgent
 from lockprobe.agents.viewer import Eyesight, Viewer
+from lockprobe.boxes.families import box
 from lockprobe.interventions.camera import CameraChannel, Depth
-from lockprobe.interventions.condition import flips
-from lockprobe.lockbox.families import box
-from lockprobe.plan import Names, Plan
+from lockprobe.interventions.conditions import flips
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.record import Decision, Percept, Situation, Trial
-from lockprobe.trial import play
+from lockprobe.trial.loop import play
+from lockprobe.trial.plan import Names, Plan
+from lockprobe.trial.record import Decision, Percept, Situation, Trial
 
 ACUITIES = (8, 9, 10, 11, 12, 14, 16, 20, 24, 32, 64)
 

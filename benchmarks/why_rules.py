@@ -5,8 +5,8 @@
 Both rules judge the same studies. Those of a world of known mechanism are drawn with replacement from a pool of blocks
 that the world has played, so that its arms share their luck; those of stated shares of success have independent luck.
 A study is right if its verdict is that of a large study, or that success changes by less than the margin where it
-does; it is wrong if its verdict asserts something false (:class:`lockprobe.montecarlo.verdicts.Mechanism`). A verdict
-that decides nothing is neither, nor is one that names one of two ways.
+does; it is wrong if its verdict asserts something false (:class:`lockprobe.simulation.montecarlo.verdicts.Mechanism`).
+A verdict that decides nothing is neither, nor is one that names one of two ways.
 
 The older rule has true reports, lies and retracted lies. It takes the difference that a retraction makes for what a lie
 says, and what remains of the effect for the form.
@@ -22,16 +22,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.analysis.agent_comparison.paired import Array, BlockMean
-from lockprobe.analysis.mechanism import MARGIN, Verdict, decide, mean_over_blocks
-from lockprobe.analysis.paired_proportions import equivalence
-from lockprobe.analysis.proportions import ALPHA
-from lockprobe.analysis.why_arms import ARMS
-from lockprobe.montecarlo.blocks import Played, played_blocks
-from lockprobe.montecarlo.propagation import propagate
-from lockprobe.montecarlo.verdicts import MECHANISMS, STATED, Mechanism, mechanism_of
-from lockprobe.parallel import Pool, Processes
-from lockprobe.seeds import generator
+from lockprobe.foundation.parallel import Pool, Processes
+from lockprobe.foundation.seeds import generator
+from lockprobe.simulation.montecarlo.blocks import Played, played_blocks
+from lockprobe.simulation.montecarlo.propagation import propagate
+from lockprobe.simulation.montecarlo.verdicts import MECHANISMS, STATED, Mechanism, mechanism_of
+from lockprobe.statistics.agent_comparison.paired import Array, BlockMean
+from lockprobe.statistics.mechanism import MARGIN, Verdict, decide, mean_over_blocks
+from lockprobe.statistics.paired_proportions import equivalence
+from lockprobe.statistics.proportions import ALPHA
+from lockprobe.statistics.why_arms import ARMS
 from lockprobe.studies.studyfile import study
 
 P = 0.4

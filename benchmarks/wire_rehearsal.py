@@ -1,6 +1,6 @@
 """Verdicts over the wire against the twin in this process, on boxes from the generator: the same random attempts.
 
-    uv run --extra wire python benchmarks/wire_rehearsal.py [--boxes 10] [--attempts 20] [--first 1]
+    uv run --all-packages --extra wire python benchmarks/wire_rehearsal.py [--boxes 10] [--attempts 20] [--first 1]
 
 Franka's client library drives a process that plays the robot with our arm and box. One attempt takes about 6 seconds of
 wall time. Prints every attempt that is not as the rules have it, and the late ticks on both sides.
@@ -10,9 +10,10 @@ from __future__ import annotations
 
 import argparse
 
-from lockprobe.errors import BadValue
-from lockprobe.lockbox.families import box
-from lockprobe.plants.hardware.rehearsal import rehearse
+from lockprobe_robot.hardware.rehearsal import rehearse
+
+from lockprobe.boxes.families import box
+from lockprobe.foundation.errors import BadValue
 
 
 def main() -> None:

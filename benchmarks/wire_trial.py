@@ -1,6 +1,6 @@
 """Whole trials over the wire against the symbolic box: the same agent, the same luck, step by step.
 
-    uv run --extra wire --extra realsense python benchmarks/wire_trial.py [--rung wire] [--truth camera] [--out wire]
+    uv run --all-packages --extra wire --extra realsense python benchmarks/wire_trial.py [--rung wire] [--out wire]
 
 One trial of ``human-inspired`` without false reports and one at a flip rate of 0.4. The trials over the wire
 are recorded in the directory; films of them: ``lockprobe replay DIR KEY --out film.gif``.
@@ -14,11 +14,11 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from lockprobe.interventions.condition import flips
-from lockprobe.lockbox.families import box
-from lockprobe.record import Step, Trial
+from lockprobe.boxes.families import box
+from lockprobe.interventions.conditions import flips
 from lockprobe.studies.runner import run_study
 from lockprobe.studies.study import Study
+from lockprobe.trial.record import Step, Trial
 
 
 def main() -> None:

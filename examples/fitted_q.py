@@ -18,10 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 from sklearn.ensemble import ExtraTreesRegressor
 
-import lockprobe.environment  # registers lockprobe/Lockbox-v0
+import lockprobe.interfaces.gymnasium  # registers lockprobe/Lockbox-v0
 from lockprobe import box as named_box
-from lockprobe.environment.learned_agent import LearnedAgent
-from lockprobe.lockbox.solve import optimum, random_success
+from lockprobe.boxes.solve import optimum, random_success
+from lockprobe.interfaces.gymnasium.learned_agent import LearnedAgent
 
 Array = NDArray[np.float64]
 Envs = gymnasium.vector.VectorEnv[Any, Any, Any]
@@ -35,7 +35,7 @@ DISCOUNT = 0.9
 def boxes(count: int, box: str = "chain-4", p: float = 0.0, *, shuffle: str = "never") -> Envs:
     """Many boxes at once, reports inverted with probability ``p``."""
     flip = {"channel": "OutcomeFlip", "p": p}
-    name = lockprobe.environment.ENVIRONMENT
+    name = lockprobe.interfaces.gymnasium.ENVIRONMENT
     return gymnasium.make_vec(name, num_envs=count, box=box, channels=[flip], shuffle=shuffle)
 
 

@@ -47,10 +47,10 @@ from inspect_robots.embodiment import PRIVILEGED_SUCCESS, RESETTABLE, SEEDABLE
 from numpy.typing import NDArray
 
 from lockprobe import Trial, UserMistake
-from lockprobe.analysis.loops import measure
-from lockprobe.environment import ENVIRONMENT
-from lockprobe.lockbox.families import find_box
-from lockprobe.lockbox.solve import random_success
+from lockprobe.boxes.families import find_box
+from lockprobe.boxes.solve import random_success
+from lockprobe.interfaces.gymnasium import ENVIRONMENT
+from lockprobe.statistics.loops import measure
 
 UNKNOWN = 0.5
 """Position of a joint whose report is missing, and of every joint where pictures are shown."""

@@ -15,9 +15,9 @@ from PIL import Image
 
 import lockprobe
 from lockprobe import Snapshot
-from lockprobe.lockbox.box import Lockbox
-from lockprobe.pictures.frame import Frame
+from lockprobe.boxes.box import Lockbox
 from lockprobe.plants.catalogue import resolve_plant
+from lockprobe.trial.pictures.frame import Frame
 
 
 def handles_toml(frame: Frame, names: Sequence[str]) -> str:

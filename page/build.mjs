@@ -1,5 +1,5 @@
 /**
- * Builds the participants' page into src/lockprobe/web/static: `npm ci && npm run build`.
+ * Builds the participants' page into src/lockprobe/people/web/static: `npm ci && npm run build`.
  *
  * What is built is committed, so nobody needs Node to install or run Lockprobe. `page.json` says of which sources it
  * was made; a test compares.

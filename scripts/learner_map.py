@@ -16,12 +16,12 @@ import matplotlib.pyplot as plt
 import numpy as np
 from scipy.stats import t
 
-from lockprobe.analysis.inference.ushape import two_lines
-from lockprobe.analysis.loops import onset_batch
-from lockprobe.learner.boxes import copies
-from lockprobe.learner.training import TrainingSettings, play, success, train
-from lockprobe.lockbox.families import box
-from lockprobe.seeds import generator
+from lockprobe.agents.network.boxes import copies
+from lockprobe.agents.network.training import TrainingSettings, play, success, train
+from lockprobe.boxes.families import box
+from lockprobe.foundation.seeds import generator
+from lockprobe.statistics.inference.ushape import two_lines
+from lockprobe.statistics.loops import onset_batch
 
 CHECKPOINTS = (1, 2, 5, 10, 20, 40, 160, 900)
 TEMPERATURES = (0.0, 1.0)

@@ -1,4 +1,4 @@
-"""Writes ``docs/modules.md``: every module of ``src/lockprobe`` with the first sentence of its docstring.
+"""Writes ``docs/modules.md``: every module of both distributions with the first sentence of its docstring.
 
     python scripts/list_modules.py [--check]
 
@@ -10,11 +10,12 @@ from __future__ import annotations
 import ast
 import re
 import sys
+from collections.abc import Iterator
 from itertools import groupby
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-SOURCE = ROOT / "src" / "lockprobe"
+SOURCES = (ROOT / "src" / "lockprobe", ROOT / "robot" / "src" / "lockprobe_robot")
 PAGE = ROOT / "docs" / "modules.md"
 
 HEAD = """# Modules
@@ -34,17 +35,17 @@ def first_sentence(path: Path) -> str:
 
 def page() -> str:
     """The whole page in Markdown."""
-    files = sorted(SOURCE.rglob("*.py"), key=lambda path: (path.parent.as_posix(), path.name))
-    parts = [HEAD]
+    return "".join([HEAD, *(part for source in SOURCES for part in _of_package(source))])
+
+
+def _of_package(source: Path) -> Iterator[str]:
+    files = sorted(source.rglob("*.py"), key=lambda path: (path.parent.as_posix(), path.name))
     for folder, inside in groupby(files, key=lambda path: path.parent):
-        modules = list(inside)
-        name = folder.relative_to(SOURCE).as_posix()
-        if folder != SOURCE:
-            parts.append(f"\n## {name}\n\n{first_sentence(folder / '__init__.py')}.\n")
-        rows = [path for path in modules if path.name not in ("__init__.py", "__main__.py")]
+        name = folder.relative_to(source.parent).as_posix()
+        yield f"\n## {name}\n\n{first_sentence(folder / '__init__.py')}.\n"
+        rows = [path for path in inside if path.name not in ("__init__.py", "__main__.py")]
         if rows:
-            parts.append("\n" + "".join(f"- `{path.name}`: {first_sentence(path)}\n" for path in rows))
-    return "".join(parts)
+            yield "\n" + "".join(f"- `{path.name}`: {first_sentence(path)}\n" for path in rows)
 
 
 def main() -> int:

@@ -7,7 +7,7 @@ import re
 from typing import TYPE_CHECKING, Any
 
 import lockprobe
-from lockprobe.cli import COMMANDS, build
+from lockprobe.cli import build, every_command
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -66,8 +66,8 @@ def pages() -> dict[str, str]:
 def _commands() -> Iterator[str]:
     import typer
 
-    group: Any = typer.main.get_command(build(COMMANDS))
-    for name in COMMANDS:
+    group: Any = typer.main.get_command(build(every_command()))
+    for name in every_command():
         command = group.commands[name]
         yield f"\n## lockprobe {name}\n{_described(command, f'lockprobe {name}')}"
         for part, inner in getattr(command, "commands", {}).items():

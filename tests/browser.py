@@ -26,11 +26,11 @@ from seated import diaries_of
 from lockprobe.agents.catalogue import resolve
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.texts import filled, read_words
-from lockprobe.pictures.picture import Picture
-from lockprobe.record import Percept, Situation, Task, Turn
+from lockprobe.people.web.serving import ServerOptions, opened
 from lockprobe.studies.single import run_trial
-from lockprobe.trial_json import trial_from_line
-from lockprobe.web.serving import ServerOptions, opened
+from lockprobe.trial.pictures.picture import Picture
+from lockprobe.trial.record import Percept, Situation, Task, Turn
+from lockprobe.trial.trial_json import trial_from_line
 
 BROWSERS = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome")
 """The first of these that is here is taken. The shell is the same engine without windows, at half the time."""

@@ -9,23 +9,24 @@ from pathlib import Path
 from typing import Any
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.analysis.condition_study import ConditionStudySummary, summarise_conditions
-from lockprobe.analysis.summary import summarise
-from lockprobe.errors import Boundary
-from lockprobe.interventions.condition import Condition, flips
+from lockprobe.boxes.box import bits
+from lockprobe.boxes.families import box
+from lockprobe.foundation.errors import Boundary
+from lockprobe.foundation.spec import group_of
+from lockprobe.foundation.storage.jsonl import with_checksum
+from lockprobe.interventions.conditions import flips
 from lockprobe.interventions.flip import FlipKind
-from lockprobe.lockbox.box import bits
-from lockprobe.lockbox.families import box
-from lockprobe.model_call import Call
-from lockprobe.plan import Plan
-from lockprobe.record import STATES, Decision, Fact, Outcome, Step, Trial, TrialError
-from lockprobe.spec import group_of
-from lockprobe.storage.jsonl import with_checksum
+from lockprobe.statistics.condition_study import ConditionStudySummary, summarise_conditions
+from lockprobe.statistics.summary import summarise
 from lockprobe.studies.journal import Journal, Timing
 from lockprobe.studies.play import play_timed
 from lockprobe.studies.study import Study
 from lockprobe.studies.study_design import design_of
-from lockprobe.trial_name import TrialName
+from lockprobe.trial.condition import Condition
+from lockprobe.trial.model_call import Call
+from lockprobe.trial.plan import Plan
+from lockprobe.trial.record import STATES, Decision, Fact, Outcome, Step, Trial, TrialError
+from lockprobe.trial.trial_name import TrialName
 
 SOLUTION = (3, 2, 1, 0)
 """Joints of chain-4 by place, in the order that solves it."""

@@ -3,7 +3,7 @@
 from typing import ClassVar
 
 from lockprobe.plants.symbolic import SymbolicPlant
-from lockprobe.record import Snapshot
+from lockprobe.trial.record import Snapshot
 
 __all__ = ["CLUMSY", "Clumsy"]
 

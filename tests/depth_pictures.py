@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from lockprobe.pictures.depth import HEIGHTS, from_millimetres, turbo
+from lockprobe.trial.pictures.depth import HEIGHTS, from_millimetres, turbo
 
 __all__ = ["decode", "depth_at"]
 

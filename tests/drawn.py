@@ -5,9 +5,9 @@ from importlib import import_module
 import numpy as np
 from matplotlib.collections import PathCollection, PolyCollection
 
-from lockprobe.record import STATES
 from lockprobe.report.sections import own_sections
-from lockprobe.rows import Course, Player
+from lockprobe.statistics.rows import Course, Player
+from lockprobe.trial.record import STATES
 
 
 def lines(axes):

@@ -3,7 +3,7 @@
 import numpy as np
 from depth_pictures import depth_at
 
-from lockprobe.pictures.picture import Picture
+from lockprobe.trial.pictures.picture import Picture
 
 WIDTH, HEIGHT = 320, 240
 HANDLES = tuple(((40.0 + 60 * i, 90.0 + 20 * (i % 2)), (40.0 + 60 * i, 140.0 + 20 * (i % 2))) for i in range(5))
@@ -46,14 +46,14 @@ def depths(positions, seed=1, *, noise=0.0):
 
 def coloured(positions, seed=1, **looks):
     """The picture as a file."""
-    from lockprobe.pictures.png import to_png
+    from lockprobe.trial.pictures.png import to_png
 
     return Picture(kind="rgb", png=to_png(board(positions, seed, **looks)))
 
 
 def grey(positions, seed=1, *, noise=0.0):
     """Depth in shades of grey, near is bright, black is no reading, as a file."""
-    from lockprobe.pictures.png import to_png
+    from lockprobe.trial.pictures.png import to_png
 
     depth = depths(positions, seed, noise=noise)
     shade = np.where(depth > 0, np.clip(255 * (0.8 - depth) / 0.3, 1, 255), 0)

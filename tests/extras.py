@@ -1,4 +1,4 @@
-"""Every extra alone, without installing anything: what is in neither the core nor the extra cannot be imported.
+"""Every extra of both distributions alone, without installing anything: what is in neither the core nor the extra cannot be imported.
 
 ``python tests/extras.py DIRECTORY`` imports the core once, then forks for every extra, plays the commands there and
 prints, as JSON, what each came to. DIRECTORY holds a study (``S``) and a file ``x.eval``.
@@ -16,6 +16,8 @@ from pathlib import Path
 
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
+
+from lockprobe.foundation import plugins
 
 SITE = {"cmeel_pth"}
 """What a package imports by itself when any interpreter starts, by a file in site-packages."""
@@ -50,6 +52,8 @@ NEEDS = {
 
 WITHIN = {
     "film": {"twin", "film"},
+    "calibrate": {"twin", "calibrate"},
+    "realsense": {"twin"},
     "mcp": {"web", "mcp"},
     "fr3": {"twin", "fr3"},
     "wire": {"twin", "fr3", "wire"},
@@ -57,15 +61,18 @@ WITHIN = {
 }
 """Extra -> the extras that it brings, where that is more than itself."""
 
-
-def project():
-    text = (Path(__file__).parents[1] / "pyproject.toml").read_text("utf-8")
-    return tomllib.loads(text)["project"]
+ROOT = Path(__file__).parents[1]
+PROJECTS = {
+    name: tomllib.loads((ROOT / folder / "pyproject.toml").read_text("utf-8"))["project"]
+    for name, folder in {"lockprobe": ".", "lockprobe-robot": "robot"}.items()
+}
+EXTRAS = {extra: f"{name}[{extra}]" for name, project in PROJECTS.items() for extra in project["optional-dependencies"]}
+"""Extra -> the requirement that installs it."""
 
 
 def distributions(requirements):
     """The names of what is installed with these requirements, with all that they require in turn."""
-    own, found, waiting = project()["optional-dependencies"], set(), [Requirement(one) for one in requirements]
+    found, waiting = set(), [Requirement(one) for one in requirements]
     done = set()
     while waiting:
         one = waiting.pop()
@@ -75,10 +82,12 @@ def distributions(requirements):
         if (name, extras) in done:
             continue
         done.add((name, extras))
-        if name == "lockprobe":
-            waiting += [Requirement(inner) for extra in extras for inner in own[extra]]
-            continue
         found.add(name)
+        if name in PROJECTS:
+            own = PROJECTS[name]
+            waiting += map(Requirement, own["dependencies"])
+            waiting += [Requirement(inner) for extra in extras for inner in own["optional-dependencies"][extra]]
+            continue
         with contextlib.suppress(PackageNotFoundError):
             inner = map(Requirement, requires(name) or ())
             waiting += [
@@ -101,10 +110,13 @@ class Only:
         self.allow(allowed)
 
     def allow(self, allowed):
+        self._allowed = allowed
         self.hidden = {top for top, names in self._known.items() if not names & allowed}
-        self.hidden -= {"lockprobe", *SITE, *sys.stdlib_module_names}
+        self.hidden -= {*SITE, *sys.stdlib_module_names}
+        plugins._points_on.cache_clear()
 
-    find_distributions = staticmethod(PathFinder.find_distributions)
+    def find_distributions(self, *context):
+        return [one for one in PathFinder.find_distributions(*context) if canonicalize_name(one.name) in self._allowed]
 
     def find_spec(self, name, path=None, target=None):
         return None if name.partition(".")[0] in self.hidden else PathFinder.find_spec(name, path, target)
@@ -134,20 +146,19 @@ def commands(extra):
 
 def main():
     os.chdir(sys.argv[1])
-    core = project()["dependencies"]
-    finder = Only(distributions(core))
+    finder = Only(distributions(["lockprobe"]))
     sys.meta_path[sys.meta_path.index(PathFinder)] = finder
     import lockprobe.cli
 
     lockprobe.cli.build(lockprobe.cli.COMMANDS)
-    for extra in ("", *project()["optional-dependencies"]):
+    for extra in ("", *EXTRAS):
         if extra == "providers":
             continue  # its commands are tried by the tests of the models, and it takes seconds to import
         sys.stdout.flush()
         if child := os.fork():
             os.waitpid(child, 0)
             continue
-        finder.allow(distributions([*core, *project()["optional-dependencies"].get(extra, ())]))
+        finder.allow(distributions([EXTRAS.get(extra, "lockprobe")]))
         for name in [name for name in sys.modules if name.partition(".")[0] in finder.hidden]:
             raise SystemExit(f"{name} was imported without its extra")
         print(json.dumps([extra, {command: came_to(command) for command in commands(extra)}]), flush=True)

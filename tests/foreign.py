@@ -12,11 +12,12 @@ from pathlib import Path
 from builders import play_study, write_study
 from strangers import WORKING
 
-from lockprobe.interventions.condition import Condition, Recorded, flips
+from lockprobe.boxes.families import box
+from lockprobe.interventions.conditions import flips
 from lockprobe.interventions.drop import Drop
-from lockprobe.lockbox.families import box
 from lockprobe.studies.study import Study
-from lockprobe.trial_json import trial_to_line
+from lockprobe.trial.condition import Condition, Recorded
+from lockprobe.trial.trial_json import trial_to_line
 
 MODULE = "canary"
 

@@ -278,7 +278,7 @@ if __name__ == "__main__":
     for name in OF_REPORTS:
         import_module(name)
     with suppress(ImportError):  # how finely the null of blind agents is simulated is no matter of commands
-        import_module("lockprobe.analysis.habit_baseline").SIMULATED = 2_000
+        import_module("lockprobe.statistics.habit_baseline").SIMULATED = 2_000
     gc.freeze()
     stem = _stem_of(*(socket.socket(fileno=int(number)) for number in sys.argv[1:]))
     if stem and (found := _asked_of(stem)):

@@ -22,8 +22,8 @@ import strangers
 from builders import play_study, played_by_people, write_study
 from placeholders import undrawn
 
-from lockprobe.report import write_report
-from lockprobe.rows import Curve, Estimate, Finding, Results
+from lockprobe.report.write import write_report
+from lockprobe.statistics.rows import Curve, Estimate, Finding, Results
 from lockprobe.studies.branch import FORKS, branching, play_forks
 from lockprobe.studies.journal import Journal, load
 from lockprobe.studies.studyfile import study
@@ -54,7 +54,7 @@ def one_rate_broken(under: Path, name: str, patch: pytest.MonkeyPatch) -> Path:
 
 
 def _broken(trial: Any) -> Any:
-    from lockprobe.record import TrialError
+    from lockprobe.trial.record import TrialError
 
     error = TrialError(boundary="reply", message="not one JSON object", step=4, replies=("{",))
     return replace(trial, steps=trial.steps[:3], ending="error", error=error, changed={}, changed_steps=0)

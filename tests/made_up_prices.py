@@ -5,10 +5,10 @@ from functools import cache
 import pytest
 
 from lockprobe.agents.llm.model_facts import OWN_FACTS
-from lockprobe.model_call import Call, Usage
 from lockprobe.studies.study_options import StudyOptions
 from lockprobe.studies.studyfile import study
-from lockprobe.trial_name import TrialName
+from lockprobe.trial.model_call import Call, Usage
+from lockprobe.trial.trial_name import TrialName
 
 PRICES = """
 [[model]]

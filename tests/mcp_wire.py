@@ -8,7 +8,7 @@ from contextlib import contextmanager
 
 import forked
 
-FIRST = "import lockprobe.cli.mcp, lockprobe.mcp_server.stdio, lockprobe.mcp_server.http"
+FIRST = "import lockprobe.cli.mcp, lockprobe.interfaces.mcp.stdio, lockprobe.interfaces.mcp.http"
 """What takes seconds to import, and is the same for every server."""
 
 HELLO = {

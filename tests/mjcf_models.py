@@ -3,9 +3,10 @@
 from dataclasses import replace
 from pathlib import Path
 
-from lockprobe.lockbox.box import Joint, Lockbox
-from lockprobe.lockbox.boxfile import read_box
-from lockprobe.plants.scene.mjcf import write_mjcf
+from lockprobe_robot.scene.mjcf import write_mjcf
+
+from lockprobe.boxes.box import Joint, Lockbox
+from lockprobe.boxes.boxfile import read_box
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 OWN = EXAMPLES / "own_box.xml"

@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from lockprobe_robot.twin_settings import SceneSettings
 from seen import PhotographedPlant
 
-from lockprobe.lockbox.box import Lockbox
-from lockprobe.pictures.frame import Camera, Frame
+from lockprobe.boxes.box import Lockbox
 from lockprobe.plants import catalogue
-from lockprobe.plants.twin_settings import SceneSettings
-from lockprobe.record import Snapshot
+from lockprobe.trial.pictures.frame import Camera, Frame
+from lockprobe.trial.record import Snapshot
 
 __all__ = ["PaintedPlant", "painted_twins"]
 

@@ -4,8 +4,8 @@ from contextlib import contextmanager
 
 import pytest
 
-from lockprobe.analysis import habit_baseline
 from lockprobe.report import report_files
+from lockprobe.statistics import habit_baseline
 
 __all__ = ["PLACEHOLDERS", "undrawn"]
 

@@ -6,7 +6,7 @@ Every edited line gets the checksum, and every record the identity, that it woul
 import json
 from pathlib import Path
 
-from lockprobe.storage.jsonl import with_checksum, without_checksum
+from lockprobe.foundation.storage.jsonl import with_checksum, without_checksum
 from lockprobe.studies.settings import read_study
 
 

@@ -10,8 +10,8 @@ import pytest
 from builders import study_of
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.interventions.condition import read_condition
-from lockprobe.lockbox.families import box
+from lockprobe.boxes.families import box
+from lockprobe.interventions.conditions import read_condition
 from lockprobe.people.diary import PEOPLE_DIRECTORY, Joined, read_diaries, read_diary
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.refusals import ActRefused
@@ -19,10 +19,10 @@ from lockprobe.people.responses import Act, Agree, Answer, Attempt, Next
 from lockprobe.people.scenes import Ask, Box, BoxPanel, Check, Consent
 from lockprobe.people.server_state import PageReply, ServerState
 from lockprobe.people.texts import read_words
-from lockprobe.pictures.picture import Picture
-from lockprobe.record import Decision, Percept, Situation, Task, Turn
 from lockprobe.studies.play import play_timed
 from lockprobe.studies.study import Study
+from lockprobe.trial.pictures.picture import Picture
+from lockprobe.trial.record import Decision, Percept, Situation, Task, Turn
 
 WORDS = read_words("en")
 

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from lockprobe.pictures.frame import Camera, Frame
 from lockprobe.plants.symbolic import SymbolicPlant
+from lockprobe.trial.pictures.frame import Camera, Frame
 
 CAMERA = Camera(
     width=8,

@@ -7,12 +7,12 @@ from types import SimpleNamespace
 import httpx
 from visitor import Visitor
 
-from lockprobe.interventions.condition import flips
-from lockprobe.lockbox.families import box
+from lockprobe.boxes.families import box
+from lockprobe.interventions.conditions import flips
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.texts import read_words
+from lockprobe.people.web.serving import ServerOptions, opened
 from lockprobe.studies.study import Study
-from lockprobe.web.serving import ServerOptions, opened
 
 STUDY = Study(
     name="flips",

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from lockprobe.analysis.outcomes import Outcomes
+from lockprobe.statistics.outcomes import Outcomes
 
 TRUTH = np.array([7, 12, 16, 19, 20, 18, 15]) / 30
 """A rise and a fall like the paper's."""

@@ -89,6 +89,16 @@ def show(found):
 
 QUIET = Section(name="strange.quiet", title="Told nothing", rows=shares, show=show, after="speed")
 
+def shout(words: str, times: int = 1):
+    """Print words in capitals."""
+    print(" ".join([words.upper()] * times))
+
+def seen(spec):
+    """A plant with a camera."""
+    from lockprobe.plants.catalogue import PlantSource
+    width = int(spec.options.get("width", 64))
+    return PlantSource(spec=str(spec), make=lambda box, labels, rng: Plain(box=box, labels=labels, rng=rng), picture_size=(width, 64))
+
 class Quits(First):
     """Ends the process when it is made."""
 
@@ -111,6 +121,8 @@ POINTS = {
     "measures": {"untold": "untold"},
     "plants": {"plain": "Plain"},
     "sections": {"quiet": "QUIET"},
+    "commands": {"shout": "shout"},
+    "plant_sources": {"seen": "seen"},
 }
 
 

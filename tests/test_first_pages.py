@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 import lockprobe
 from lockprobe.cli import build
-from lockprobe.formatting import percent
+from lockprobe.foundation.formatting import percent
 from lockprobe.studies.studyfile import study
 
 ROOT = Path(__file__).parents[1]

@@ -13,8 +13,8 @@ import strangers
 import typer
 from placeholders import undrawn
 
-from lockprobe.cli import COMMANDS, build, main
-from lockprobe.web import serving
+from lockprobe.cli import build, every_command, main
+from lockprobe.people.web import serving
 
 NOTHING_FOREIGN = {
     "chance", "detectors", "audit", "power", "readings", "learn", "play", "agents", "plants", "interventions", "doctor",
@@ -79,7 +79,7 @@ def leaves(command: object, above: tuple[str, ...] = ()) -> Iterator[str]:
 
 
 def test_every_command_has_its_row():
-    every = set(leaves(typer.main.get_command(build(COMMANDS))))
+    every = set(leaves(typer.main.get_command(build(every_command()))))
     assert every == NOTHING_FOREIGN | TAKING.keys(), "say what a new command takes from elsewhere"
     assert not NOTHING_FOREIGN & TAKING.keys()
 

@@ -23,16 +23,16 @@ def test_every_name_is_there_and_only_once_thought_of():
 
 
 def test_names_are_those_of_their_modules():
-    assert lockprobe.box is import_module("lockprobe.lockbox.families").find_box
-    assert lockprobe.Plant is import_module("lockprobe.protocols").Plant
-    assert lockprobe.tidy is import_module("lockprobe.export.tidy").tidy
+    assert lockprobe.box is import_module("lockprobe.boxes.families").find_box
+    assert lockprobe.Plant is import_module("lockprobe.trial.protocols").Plant
+    assert lockprobe.tidy is import_module("lockprobe.interfaces.export.tidy").tidy
 
 
 def test_the_door_is_quick():
     """Only what announces the environment is imported, and no class of it before it is asked for."""
     code = (
         "import sys, lockprobe; dir(lockprobe); "
-        "print(sorted({'numpy', 'pydantic', 'asyncio', 'importlib.metadata', 'lockprobe.record', 'lockprobe.trial'}"
+        "print(sorted({'numpy', 'pydantic', 'asyncio', 'importlib.metadata', 'lockprobe.trial.record', 'lockprobe.trial.loop'}"
         " & sys.modules.keys())); lockprobe.Joint; lockprobe.UserMistake; print('numpy' in sys.modules)"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
@@ -40,7 +40,7 @@ def test_the_door_is_quick():
 
 
 def test_a_box_is_had_by_name_path_or_object(tmp_path):
-    from lockprobe.lockbox.boxfile import toml_of
+    from lockprobe.boxes.boxfile import toml_of
 
     fork = lockprobe.box("fork")
     (tmp_path / "mine.toml").write_text(toml_of(fork), "utf-8")

@@ -13,8 +13,8 @@ from placeholders import undrawn
 from taking_part import take_part
 
 from lockprobe.cli import main
-from lockprobe.record import STATES
-from lockprobe.web import serving
+from lockprobe.people.web import serving
+from lockprobe.trial.record import STATES
 
 SETTINGS = ["flips", "--p", "0,0.3,0.6", "--repetitions", "2", "--trials", "4"]
 LOGS = ("study.json", "trials.jsonl", "timings.jsonl", "asked.jsonl", "calls.jsonl")

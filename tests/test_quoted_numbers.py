@@ -17,15 +17,15 @@ import pytest
 from scipy.stats import binom
 
 import lockprobe
-from lockprobe.analysis.chance import chance_level
-from lockprobe.analysis.proportions import proportion
+from lockprobe.boxes.difficulty import difficulty
+from lockprobe.boxes.families import box
+from lockprobe.boxes.layouts import permuted
+from lockprobe.boxes.solve import optimum, random_no_repeat_success, random_success
 from lockprobe.interventions.flip import DEFAULT
-from lockprobe.lockbox.difficulty import difficulty
-from lockprobe.lockbox.families import box
-from lockprobe.lockbox.layouts import permuted
-from lockprobe.lockbox.solve import optimum, random_no_repeat_success, random_success
-from lockprobe.montecarlo.excursions import lie_effects
-from lockprobe.montecarlo.propagation import propagate
+from lockprobe.simulation.montecarlo.excursions import lie_effects
+from lockprobe.simulation.montecarlo.propagation import propagate
+from lockprobe.statistics.chance import chance_level
+from lockprobe.statistics.proportions import proportion
 from lockprobe.studies.paper import LEARNER
 from lockprobe.studies.studyfile import study
 
@@ -205,8 +205,8 @@ QUOTED = [
      lambda: [pace(NEAREST)[0], dealt_pace(NEAREST)[0]]),
     ("docs/embedded-model.md", "r = -0.68, there -0.69; 95 % interval -{:.2f} to -{:.2f}, as if the 21 repetitions",
      lambda: [math.tanh(math.atanh(0.68) + side * 1.96 / math.sqrt(21 - 3)) for side in (1, -1)]),
-    ("docs/twin.md", "none leaked or jammed (95 % interval 0 to {:.3f} %)", lambda: [100 * proportion(0, 16_000).high]),
-    ("docs/twin.md", "was right 200 times ({:.1f} to 100 %)", lambda: [100 * proportion(200, 200).low]),
+    ("robot/docs/twin.md", "none leaked or jammed (95 % interval 0 to {:.3f} %)", lambda: [100 * proportion(0, 16_000).high]),
+    ("robot/docs/twin.md", "was right 200 times ({:.1f} to 100 %)", lambda: [100 * proportion(200, 200).low]),
     ("docs/embedded-model.md", "0 of 61 (95 % interval 0 to {:.0f} %)", lambda: [100 * proportion(0, 61).high]),
     ("docs/embedded-model.md", "of 10 in 30 is {:.0f} to {:.0f} %, of 15 it is {:.0f} to {:.0f} %",
      lambda: [100 * bound for count in (10, 15) for bound in both(count, 30)]),
@@ -245,8 +245,8 @@ QUOTED = [
      lambda: [100 * bound for count in (78, 27) for bound in both(count, 100)]),
     ("docs/cognitive-models.md", "it called 2 random ({:.0f} to {:.0f} %), and all 12",
      lambda: [100 * bound for bound in both(2, 12)]),
-    ("docs/twin.md", "For 0 of 4000 pushes the 95 % interval is 0 to {:.2f} %", lambda: [100 * both(0, 4000)[1]]),
-    ("docs/twin.md", "200 is {:.1f} to 100 % (95 % interval), 179 is {:.1f} to {:.1f} %, 142 is {:.1f} to {:.1f} %",
+    ("robot/docs/twin.md", "For 0 of 4000 pushes the 95 % interval is 0 to {:.2f} %", lambda: [100 * both(0, 4000)[1]]),
+    ("robot/docs/twin.md", "200 is {:.1f} to 100 % (95 % interval), 179 is {:.1f} to {:.1f} %, 142 is {:.1f} to {:.1f} %",
      lambda: [100 * bound for count in (200, 179, 142) for bound in both(count, 200)][:1]
      + [100 * bound for count in (179, 142) for bound in both(count, 200)]),
     ("docs/monte-carlo.md", "course.by(1) # {} steps, 80 % by step {}, all by step {}",
@@ -339,8 +339,8 @@ MEASURED = [
     ("docs/modalities.md", "`python benchmarks/viewer.py`", ["benchmarks/viewer.py"]),
     ("docs/modalities.md", "`benchmarks/modality_rates.py`", ["benchmarks/modality_rates.py"]),
     ("docs/modalities.md", "lockprobe run modalities --layout fixed", ["src/lockprobe/cli/run.py"]),
-    ("docs/twin.md", "`python benchmarks/interlocks.py`", ["benchmarks/interlocks.py"]),
-    ("docs/twin.md", "benchmarks/arm_actions.py", ["benchmarks/arm_actions.py"]),
+    ("robot/docs/twin.md", "`python benchmarks/interlocks.py`", ["benchmarks/interlocks.py"]),
+    ("robot/docs/twin.md", "benchmarks/arm_actions.py", ["benchmarks/arm_actions.py"]),
     ("docs/gymnasium.md", "benchmarks/gymnasium_steps.py", ["benchmarks/gymnasium_steps.py"]),
     (
         "docs/gymnasium.md",
@@ -348,9 +348,17 @@ MEASURED = [
         ["examples/fitted_q.py"],
     ),
     ("docs/models.md", "--max-steps 5 --estimate`", ["src/lockprobe/cli/run.py"]),
-    ("docs/cognitive-models.md", "`lockprobe.fit.recovery.recover_parameters(", ["src/lockprobe/fit/recovery.py"]),
-    ("docs/cognitive-models.md", "`lockprobe.fit.recovery.recover_models(", ["src/lockprobe/fit/recovery.py"]),
-    ("docs/cognitive-models.md", "recover_findings(sets=10, seed=7000)", ["src/lockprobe/fit/recovery.py"]),
+    (
+        "docs/cognitive-models.md",
+        "`lockprobe.simulation.fit.recovery.recover_parameters(",
+        ["src/lockprobe/simulation/fit/recovery.py"],
+    ),
+    (
+        "docs/cognitive-models.md",
+        "`lockprobe.simulation.fit.recovery.recover_models(",
+        ["src/lockprobe/simulation/fit/recovery.py"],
+    ),
+    ("docs/cognitive-models.md", "recover_findings(sets=10, seed=7000)", ["src/lockprobe/simulation/fit/recovery.py"]),
     (REPORT, "modality_rates.py --lapses 0.12 0.2 0.3", ["benchmarks/modality_rates.py"]),
     (
         "docs/embedded-model.md",

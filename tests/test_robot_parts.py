@@ -9,12 +9,13 @@ import pytest
 
 pytest.importorskip("mujoco")  # dimensions come from the scene
 
-from lockprobe.lockbox.families import box
-from lockprobe.plants.hardware.bounds import Bounds
-from lockprobe.plants.scene.bolts import case_depth
-from lockprobe.plants.scene.gates import gates_of
-from lockprobe.plants.scene.mounted_joint import KNOB_RADIUS, KNOB_TOP, LEVER, SLIDE, SWING
-from lockprobe.plants.scene.panel import lay_out_panel
+from lockprobe_robot.hardware.bounds import Bounds
+from lockprobe_robot.scene.bolts import case_depth
+from lockprobe_robot.scene.gates import gates_of
+from lockprobe_robot.scene.mounted_joint import KNOB_RADIUS, KNOB_TOP, LEVER, SLIDE, SWING
+from lockprobe_robot.scene.panel import lay_out_panel
+
+from lockprobe.boxes.families import box
 
 ROOT = Path(__file__).parents[1]
 PAGE = " ".join((ROOT / "docs" / "robot-parts.md").read_text("utf-8").split())

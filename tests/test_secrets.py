@@ -16,10 +16,10 @@ import pytest
 from provider_server import completion, failure, here, names, truthful
 
 from lockprobe.cli import main
-from lockprobe.errors import BadValue, ModelFault, ReplyFault
-from lockprobe.record import Decision
-from lockprobe.redaction import without_keys, without_secrets
+from lockprobe.foundation.errors import BadValue, ModelFault, ReplyFault
+from lockprobe.foundation.redaction import without_keys, without_secrets
 from lockprobe.studies.single import run_trial
+from lockprobe.trial.record import Decision
 
 KEY = "planted/key+0123456789"
 PASSWORD = "planted%password"
@@ -240,7 +240,7 @@ def test_nothing_that_is_written_or_printed_holds_a_secret(tmp_path, monkeypatch
 EVAL = """
 import sys
 import inspect_ai
-from lockprobe.evals.tasks import flips
+from lockprobe.interfaces.inspect.tasks import flips
 task = flips(p="0", trials=1, repetitions=1)
 (log,) = inspect_ai.eval(task, model="openai-api/fake/model", log_dir=sys.argv[1], display="plain")
 assert (log.status, len(log.samples)) == ("success", 1)

@@ -11,7 +11,7 @@ from browser import CHROMIUM, needs_a_browser
 from playwright.async_api import async_playwright
 
 import lockprobe
-from lockprobe.cli import COMMANDS
+from lockprobe.cli import every_command
 
 ROOT = Path(__file__).parents[1]
 NAVIGATION = make_site.navigation()
@@ -28,7 +28,11 @@ def test_every_page_is_in_the_navigation_once():
 def test_what_pages_link_to_is_part_of_the_site():
     staged = make_site.staged()
     assert {path for path in PATHS if path not in staged} == set()
-    assert {"docs/example-fig4.png", "docs/results.schema.json", "src/lockprobe/protocols.py"} <= staged.keys()
+    assert {
+        "docs/example-fig4.png",
+        "docs/results.schema.json",
+        "src/lockprobe/trial/protocols.py",
+    } <= staged.keys()
 
 
 def test_a_link_to_a_page_that_is_not_in_the_navigation_is_refused(monkeypatch):
@@ -63,7 +67,7 @@ def test_every_public_name_and_every_command_is_in_the_reference():
     listed = [name for names in site_reference.NAMES.values() for name in names.split()]
     assert sorted(listed) == sorted({*lockprobe.__all__} - {"__version__"})
     page = make_site.generated()["reference/commands.md"]
-    assert re.findall(r"^## lockprobe (\S+)$", page, re.MULTILINE) == [*COMMANDS]
+    assert re.findall(r"^## lockprobe (\S+)$", page, re.MULTILINE) == every_command()
     assert "| `--length <int range>` | Length of the trial in steps (20). [0&lt;=x&lt;=10000] |" in page
 
 

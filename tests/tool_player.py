@@ -2,8 +2,8 @@
 
 import re
 
-from lockprobe.record import Decision
-from lockprobe.storage.jsonl import without_checksum
+from lockprobe.foundation.storage.jsonl import without_checksum
+from lockprobe.trial.record import Decision
 
 SPEC = "python:tool_player:Scripted"
 AGENT = "mcp:scripted"

@@ -16,8 +16,8 @@ from wire import Gone, Wire
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.people.diary import Joined, read_diary
-from lockprobe.record import Decision, Percept, Situation, Task, Turn
 from lockprobe.studies.play import play_timed
+from lockprobe.trial.record import Decision, Percept, Situation, Task, Turn
 
 PATIENCE = 60.0
 """Seconds for which a visitor tries to reach a server that is gone."""

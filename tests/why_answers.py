@@ -1,13 +1,13 @@
 """Arms and answers of a study of controls, made by hand."""
 
-from lockprobe.analysis.agent_comparison.paired import BlockMean
-from lockprobe.analysis.mechanism import CONTRASTS, Decision
-from lockprobe.analysis.proportions import proportion
-from lockprobe.analysis.series import SeriesArm
-from lockprobe.analysis.why import ArmEffect, Why
-from lockprobe.analysis.why_arms import ARMS, ON_REQUEST, PARTS
-from lockprobe.interventions.condition import read_condition
-from lockprobe.spec import Spec
+from lockprobe.foundation.spec import Spec
+from lockprobe.interventions.conditions import read_condition
+from lockprobe.statistics.agent_comparison.paired import BlockMean
+from lockprobe.statistics.mechanism import CONTRASTS, Decision
+from lockprobe.statistics.proportions import proportion
+from lockprobe.statistics.series import SeriesArm
+from lockprobe.statistics.why import ArmEffect, Why
+from lockprobe.statistics.why_arms import ARMS, ON_REQUEST, PARTS
 
 TRUTH = {"truth": 30, "truth-truth": 30, "lie-truth": 30, "truth-lie": 30, "lie-lie": 30, "remark": 30}
 

@@ -16,23 +16,23 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from lockprobe.environment import announce
+from lockprobe.interfaces.gymnasium import announce
 
 if TYPE_CHECKING:
     from lockprobe.agents.policy import Policy
-    from lockprobe.errors import BadValue, LockprobeError, TrialFault, UserMistake
-    from lockprobe.export import tidy, trial_rows
-    from lockprobe.lockbox.box import Joint, Lockbox
-    from lockprobe.lockbox.families import find_box as box
-    from lockprobe.montecarlo import population, propagate
-    from lockprobe.protocols import Actuator, Agent, Channel, Memory, Plant, Prompt
-    from lockprobe.record import Decision, Percept, Situation, Snapshot, Step, Trial
+    from lockprobe.boxes.box import Joint, Lockbox
+    from lockprobe.boxes.families import find_box as box
+    from lockprobe.foundation.errors import BadValue, LockprobeError, TrialFault, UserMistake
+    from lockprobe.interfaces.export import tidy, trial_rows
     from lockprobe.report.results import results
+    from lockprobe.simulation.montecarlo import population, propagate
     from lockprobe.studies.journal import load
     from lockprobe.studies.runner import run_study
     from lockprobe.studies.single import run_trial
     from lockprobe.studies.study import Study
     from lockprobe.studies.studyfile import study
+    from lockprobe.trial.protocols import Actuator, Agent, Channel, Memory, Plant, Prompt
+    from lockprobe.trial.record import Decision, Percept, Situation, Snapshot, Step, Trial
 
 __all__ = [
     "Actuator",
@@ -70,23 +70,23 @@ __all__ = [
 
 _NAMES = {
     "agents.policy": "Policy",
-    "errors": "BadValue LockprobeError TrialFault UserMistake",
-    "export": "tidy tidy_rows trial_rows",
-    "lockbox.box": "Joint Lockbox",
-    "montecarlo": "population propagate",
-    "protocols": "Actuator Agent Channel Memory Plant Prompt",
-    "record": "Decision Percept Situation Snapshot Step Trial",
+    "boxes.box": "Joint Lockbox",
+    "foundation.errors": "BadValue LockprobeError TrialFault UserMistake",
+    "interfaces.export": "tidy tidy_rows trial_rows",
     "report.results": "results",
+    "simulation.montecarlo": "population propagate",
     "studies.journal": "load",
     "studies.runner": "run_study",
     "studies.single": "run_trial",
     "studies.study": "Study",
     "studies.studyfile": "study",
+    "trial.protocols": "Actuator Agent Channel Memory Plant Prompt",
+    "trial.record": "Decision Percept Situation Snapshot Step Trial",
 }
 """Module -> the public names that it has."""
 
 _HOMES = {name: f"lockprobe.{module}" for module, names in _NAMES.items() for name in names.split()}
-_HOMES["box"] = "lockprobe.lockbox.families:find_box"
+_HOMES["box"] = "lockprobe.boxes.families:find_box"
 """Public name -> its module, and its name there where that is another one."""
 
 

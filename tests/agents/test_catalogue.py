@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from lockprobe.agents.catalogue import description, known_specs, resolve
-from lockprobe.errors import BadValue, UnknownName
-from lockprobe.learner.network_file import SHIPPED, shipped
-from lockprobe.plugins import allow
+from lockprobe.agents.network.network_file import SHIPPED, shipped
+from lockprobe.foundation.errors import BadValue, UnknownName
+from lockprobe.foundation.plugins import allow
 
 
 @pytest.mark.parametrize("spec", ["random", "random-no-repeat", "round-robin", "human-inspired:target-first"])
@@ -95,7 +95,7 @@ def test_every_kind_of_agent_is_described():
 
 def test_your_own_class(tmp_path, monkeypatch):
     (tmp_path / "mine.py").write_text(
-        "from lockprobe.record import Decision\n"
+        "from lockprobe.trial.record import Decision\n"
         "class First:\n"
         "    facts = {}\n"
         "    async def decide(self, situation, rng):\n"

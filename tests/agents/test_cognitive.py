@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from lockprobe import population, propagate, run_trial
 from lockprobe.agents.cognitive import CHARACTERS, RandomMap, SoftmaxMemory
 from lockprobe.agents.policy import Told, View
-from lockprobe.lockbox.families import box
-from lockprobe.lockbox.solve import random_no_repeat_success, random_success
+from lockprobe.boxes.families import box
+from lockprobe.boxes.solve import random_no_repeat_success, random_success
 
 FOUR = View(joints=4, target=2)
 REPORTS = st.lists(st.tuples(st.integers(0, 3), st.booleans()), max_size=15)

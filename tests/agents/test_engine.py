@@ -6,7 +6,7 @@ import pytest
 
 from lockprobe.agents import weights
 from lockprobe.agents.engine import Engine
-from lockprobe.errors import BadFile, BadValue
+from lockprobe.foundation.errors import BadFile, BadValue
 
 PREFIX = "A lockbox has several joints. The target joint is: B."
 

@@ -5,7 +5,7 @@ import pytest
 from lockprobe.agents.cognitive import SoftmaxMemory
 from lockprobe.agents.hearing import Hears, Jolted
 from lockprobe.agents.policy import Told, View
-from lockprobe.errors import BadValue
+from lockprobe.foundation.errors import BadValue
 
 VIEW = View(joints=3, target=0)
 POLICY = SoftmaxMemory(failure=2, stay=1, closed=0.5)

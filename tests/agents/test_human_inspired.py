@@ -10,9 +10,9 @@ from lockprobe import propagate, run_trial
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.human_inspired import PRESETS, HumanInspired
 from lockprobe.agents.policy import Told, View
-from lockprobe.errors import BadValue
-from lockprobe.lockbox.families import box
-from lockprobe.lockbox.solve import random_curve
+from lockprobe.boxes.families import box
+from lockprobe.boxes.solve import random_curve
+from lockprobe.foundation.errors import BadValue
 
 
 def play(agent, n, p=0.0, **settings):

@@ -8,10 +8,10 @@ import pytest
 
 from lockprobe import run_trial
 from lockprobe.agents.ideal_observer import IdealObserver
-from lockprobe.errors import BadValue, UnknownName
-from lockprobe.lockbox.families import box
-from lockprobe.montecarlo.propagation import propagate
-from lockprobe.record import Decision, Percept, Situation, Task, Turn
+from lockprobe.boxes.families import box
+from lockprobe.foundation.errors import BadValue, UnknownName
+from lockprobe.simulation.montecarlo.propagation import propagate
+from lockprobe.trial.record import Decision, Percept, Situation, Task, Turn
 
 NAIVE = IdealObserver(noise="naive")
 

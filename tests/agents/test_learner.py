@@ -6,12 +6,12 @@ import pytest
 from lockprobe import run_trial
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.learner import Learner
+from lockprobe.agents.network.boxes import copies
+from lockprobe.agents.network.network_file import shipped
+from lockprobe.agents.network.training import play
 from lockprobe.agents.policy import Told, View
-from lockprobe.errors import BadFile, BadValue, UnknownName
-from lockprobe.learner.boxes import copies
-from lockprobe.learner.network_file import shipped
-from lockprobe.learner.training import play
-from lockprobe.lockbox.families import box
+from lockprobe.boxes.families import box
+from lockprobe.foundation.errors import BadFile, BadValue, UnknownName
 
 VIEW = View(joints=4, target=2)
 

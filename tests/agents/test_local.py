@@ -8,14 +8,14 @@ import pytest
 from lockprobe import load, run_trial
 from lockprobe.agents import local
 from lockprobe.agents.local import CONSTANT, UNASKED, LocalModel, read_options
-from lockprobe.errors import BadValue, UnknownName
-from lockprobe.lockbox.families import box
+from lockprobe.boxes.families import box
+from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.studies.journal import Journal
 from lockprobe.studies.play import play_timed
 from lockprobe.studies.runner import Limits, run
 from lockprobe.studies.study_options import StudyOptions
 from lockprobe.studies.studyfile import study
-from lockprobe.trial_json import trial_to_json
+from lockprobe.trial.trial_json import trial_to_json
 
 
 @pytest.fixture(scope="module")
@@ -64,7 +64,7 @@ def test_the_same_seed_gives_the_same_record_whatever_was_played_before(model, t
     assert trial_to_json(again) == trial_to_json(trial)
     script = (
         "from lockprobe import run_trial; from lockprobe.agents.local import LocalModel;"
-        "from lockprobe.trial_json import trial_to_json; import sys;"
+        "from lockprobe.trial.trial_json import trial_to_json; import sys;"
         f"t = run_trial(agent=LocalModel.from_spec('llm:local'), **{SHORT});"
         "sys.stdout.write(trial_to_json(t).decode())"
     )
@@ -179,7 +179,7 @@ def test_two_draws_per_step_whatever_the_answers_are(model):
             self.draws += 1
             return 0.5
 
-    from lockprobe.record import Percept, Situation, Task
+    from lockprobe.trial.record import Percept, Situation, Task
 
     rng = Counting()
     task = Task(joints=("A", "B"), target="A", budget=3)

@@ -4,7 +4,7 @@ import pytest
 
 from lockprobe.agents.loop_breakers import AnyFalsehood, FormByLength, LoopBreaker, Novelty, Sceptic
 from lockprobe.agents.policy import Told, View
-from lockprobe.errors import BadValue
+from lockprobe.foundation.errors import BadValue
 
 VIEW = View(joints=4, target=0)
 FALSE = Told(joint=1, moved=True)

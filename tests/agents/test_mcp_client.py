@@ -4,8 +4,8 @@ import pytest
 
 from lockprobe.agents.catalogue import recomputes, resolve
 from lockprobe.agents.mcp_client import check_client, client_spec
-from lockprobe.errors import BadValue
-from lockprobe.spec import group_of
+from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.spec import group_of
 
 
 @pytest.mark.parametrize("name", ["a", "claude-code", "gpt_5.1", "A" * 64])

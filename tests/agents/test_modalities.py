@@ -8,9 +8,9 @@ import pytest
 from lockprobe.agents.local import LocalModel
 from lockprobe.agents.modalities import refuse_pictures
 from lockprobe.agents.strategies import RandomAgent
-from lockprobe.errors import BadValue
-from lockprobe.pictures.picture import Picture
-from lockprobe.record import Percept, Situation, Task
+from lockprobe.foundation.errors import BadValue
+from lockprobe.trial.pictures.picture import Picture
+from lockprobe.trial.record import Percept, Situation, Task
 
 PICTURES = (Picture(kind="rgb", png=b"a box"),)
 SEEN = Situation(task=Task(joints=("A", "B"), target="B", budget=20), past=(), percept=Percept(pictures=PICTURES))

@@ -3,7 +3,7 @@
 import pytest
 
 from lockprobe.agents.model_access import Access
-from lockprobe.errors import BadValue
+from lockprobe.foundation.errors import BadValue
 
 
 @pytest.mark.parametrize(

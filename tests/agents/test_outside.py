@@ -7,9 +7,9 @@ import pytest
 
 from lockprobe.agents.outside import OutsideAgent
 from lockprobe.agents.prompt import example
-from lockprobe.briefing import Briefing
-from lockprobe.errors import ChannelFault
-from lockprobe.record import Decision
+from lockprobe.foundation.errors import ChannelFault
+from lockprobe.trial.briefing import Briefing
+from lockprobe.trial.record import Decision
 
 
 def test_a_decision_waits_until_it_is_said():

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from lockprobe import run_trial
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.policy import Told, draw, opened_after, pick, tell, view_of
-from lockprobe.record import Decision, Percept, Situation, Task, Turn
+from lockprobe.trial.record import Decision, Percept, Situation, Task, Turn
 
 POLICIES = (
     "random",

@@ -15,10 +15,10 @@ from lockprobe.agents.prompt import (
     repair,
     reply_schema,
 )
-from lockprobe.errors import ReplyFault
-from lockprobe.lockbox.families import box
-from lockprobe.pictures.picture import Picture
-from lockprobe.record import Decision, Percept, Situation, Task, Turn
+from lockprobe.boxes.families import box
+from lockprobe.foundation.errors import ReplyFault
+from lockprobe.trial.pictures.picture import Picture
+from lockprobe.trial.record import Decision, Percept, Situation, Task, Turn
 
 TASK = Task(joints=("C", "A", "D", "B"), target="D", budget=20)
 FIRST = Situation(task=TASK, past=(), percept=Percept(positions=(False,) * 4, text="At 1: none."))

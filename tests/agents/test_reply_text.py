@@ -6,7 +6,7 @@ import time
 import pytest
 
 from lockprobe.agents.reply_text import TIDIED, mark_in, object_in, plain_form, without_marks
-from lockprobe.errors import ReplyFault
+from lockprobe.foundation.errors import ReplyFault
 
 NAMES = ["last_action", "hypothesis", "joint"]
 FIELDS = {"last_action": "moved", "hypothesis": "B's lock", "joint": "B"}

@@ -3,8 +3,8 @@
 import pytest
 
 from lockprobe.agents.reply_values import values_in
-from lockprobe.errors import ReplyFault
-from lockprobe.record import Percept, Situation, Task
+from lockprobe.foundation.errors import ReplyFault
+from lockprobe.trial.record import Percept, Situation, Task
 
 TASK = Task(joints=("A", "B", "left slider"), target="B", budget=9)
 FIRST = Situation(task=TASK, past=(), percept=Percept())

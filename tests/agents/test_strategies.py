@@ -3,8 +3,8 @@
 import pytest
 
 from lockprobe import propagate, run_trial
-from lockprobe.lockbox.families import box
-from lockprobe.lockbox.solve import random_no_repeat_success, random_success
+from lockprobe.boxes.families import box
+from lockprobe.boxes.solve import random_no_repeat_success, random_success
 
 
 def play(agent, n, p=0.0, **settings):

@@ -12,17 +12,17 @@ from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.human_inspired import HumanInspired
 from lockprobe.agents.strategies import RandomAgent
 from lockprobe.agents.viewer import Eyesight, Viewer
-from lockprobe.errors import BadValue
-from lockprobe.interventions.condition import flips
-from lockprobe.lockbox.families import box
-from lockprobe.pictures import picture_reader
-from lockprobe.pictures.picture import Picture
-from lockprobe.pictures.png import to_png
-from lockprobe.plan import Names, Plan
+from lockprobe.boxes.families import box
+from lockprobe.foundation.errors import BadValue
+from lockprobe.interventions.conditions import flips
 from lockprobe.plants.symbolic import SymbolicPlant
-from lockprobe.record import Decision, Percept, Situation, Task, Turn
 from lockprobe.studies.single import run_trial
-from lockprobe.trial import play
+from lockprobe.trial.loop import play
+from lockprobe.trial.pictures import picture_reader
+from lockprobe.trial.pictures.picture import Picture
+from lockprobe.trial.pictures.png import to_png
+from lockprobe.trial.plan import Names, Plan
+from lockprobe.trial.record import Decision, Percept, Situation, Task, Turn
 
 TASK = Task(joints=("C", "A", "B"), target="B", budget=20)
 SPEC = "human-inspired:target-first"

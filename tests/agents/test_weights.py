@@ -9,7 +9,7 @@ from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 import pytest
 
 from lockprobe.agents import weights
-from lockprobe.errors import BadFile, Missing, UnknownName
+from lockprobe.foundation.errors import BadFile, Missing, UnknownName
 from lockprobe.studies.agent_names import named_agents
 
 CONTENT = b"GGUF" + bytes(3000)

@@ -10,7 +10,7 @@ from lockprobe import load
 from lockprobe.cli.run import run
 from lockprobe.cli.run_study import NO_VALID_TRIAL
 from lockprobe.cli.status import status
-from lockprobe.errors import BadValue
+from lockprobe.foundation.errors import BadValue
 
 SPEC = "llm:openai-api/fake/model?repairs=0"
 CELLS = [f"flips/llm:openai-api%2Ffake%2Fmodel?repairs=0/{one}" for one in ("truth", "flip?p=0.2")]

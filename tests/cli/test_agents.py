@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 
 from lockprobe.agents.llm.model_facts import OWN_FACTS, facts_of
 from lockprobe.cli.models import models
-from lockprobe.errors import BadValue
+from lockprobe.foundation.errors import BadValue
 
 
 @pytest.fixture(autouse=True)

@@ -6,9 +6,9 @@ from functools import cache, partial
 import pytest
 from typed import typed
 
-from lockprobe.montecarlo.interval_rates import interval_rates
-from lockprobe.montecarlo.verdicts import verdict_rates
-from lockprobe.prose.hypothesis_tests import QUESTIONS
+from lockprobe.report.prose.hypothesis_tests import QUESTIONS
+from lockprobe.simulation.montecarlo.interval_rates import interval_rates
+from lockprobe.simulation.montecarlo.verdicts import verdict_rates
 
 
 def test_an_audit_in_words():
@@ -39,8 +39,8 @@ def few(monkeypatch):
     """Audits play fewer blocks and forks than the thousands that they take by themselves."""
     played = partial(interval_rates, agents=(("random", 0.4), ("human-inspired", 0.1)), trials=20, forked=30)
     played = cache(played)  # the same audit in words and as JSON is played once
-    monkeypatch.setattr("lockprobe.montecarlo.interval_rates.interval_rates", played)
-    monkeypatch.setattr("lockprobe.montecarlo.verdicts.verdict_rates", partial(verdict_rates, pool=60))
+    monkeypatch.setattr("lockprobe.simulation.montecarlo.interval_rates.interval_rates", played)
+    monkeypatch.setattr("lockprobe.simulation.montecarlo.verdicts.verdict_rates", partial(verdict_rates, pool=60))
 
 
 def test_an_audit_of_verdicts(few, lockprobe):

@@ -11,12 +11,12 @@ import typer
 from typer.testing import CliRunner
 
 from lockprobe import load
+from lockprobe.boxes.boxfile import read_box
+from lockprobe.boxes.families import box, named_boxes
+from lockprobe.boxes.solve import optimal_plans, optimum
 from lockprobe.cli.box import app
 from lockprobe.cli.run import run
-from lockprobe.errors import BadFile, BadValue, UnknownName
-from lockprobe.lockbox.boxfile import read_box
-from lockprobe.lockbox.families import box, named_boxes
-from lockprobe.lockbox.solve import optimal_plans, optimum
+from lockprobe.foundation.errors import BadFile, BadValue, UnknownName
 
 
 def ask(*words):

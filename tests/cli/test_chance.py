@@ -6,9 +6,9 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from lockprobe.analysis.chance import chance_level
 from lockprobe.cli.chance import chance
-from lockprobe.errors import BadFile, BadValue, Conflict
+from lockprobe.foundation.errors import BadFile, BadValue, Conflict
+from lockprobe.statistics.chance import chance_level
 
 TRIALS = "ABCABCABC\nA B C D\n\nABDCABDDCBA\n"
 

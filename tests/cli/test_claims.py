@@ -8,7 +8,7 @@ from provider_server import truthful
 from lockprobe import load
 from lockprobe.cli.run import run
 from lockprobe.cli.status import status
-from lockprobe.errors import Missing
+from lockprobe.foundation.errors import Missing
 from lockprobe.studies.call_log import read_calls
 
 SPEC = "llm:openai-api/fake/model"

@@ -5,7 +5,7 @@ from contextlib import contextmanager
 
 import pytest
 
-from lockprobe.cluster import Cluster, Node
+from lockprobe.foundation.cluster import Cluster, Node
 
 
 class Here:

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 from builders import play_study, small_study, write_study
 
-from lockprobe.interventions.condition import read_condition
+from lockprobe.interventions.conditions import read_condition
 
 STUDY = small_study(agents=("cognitive:careful", "random"), p=(0.0, 0.3), repetitions=1)
 

@@ -6,9 +6,9 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from lockprobe.analysis.detectors import DETECTORS, as_table, comparison
 from lockprobe.cli.detectors import detectors
-from lockprobe.errors import BadFile
+from lockprobe.foundation.errors import BadFile
+from lockprobe.statistics.detectors import DETECTORS, as_table, comparison
 
 NAMES = [detector.name for detector in DETECTORS]
 

@@ -7,14 +7,14 @@ from rich.console import Console
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.cli.display import LiveDisplay, watch
-from lockprobe.model_call import Usage
-from lockprobe.record import Decision, Step
 from lockprobe.studies.budget import Budget
 from lockprobe.studies.call_log import read_calls
 from lockprobe.studies.journal import Journal
 from lockprobe.studies.spending import Ledger
 from lockprobe.studies.study_options import StudyOptions
 from lockprobe.studies.studyfile import study
+from lockprobe.trial.model_call import Usage
+from lockprobe.trial.record import Decision, Step
 
 
 def test_the_live_table_shows_what_was_spent(tmp_path):

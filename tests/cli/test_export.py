@@ -6,7 +6,7 @@ import stat
 import pytest
 from builders import small_study, write_study
 
-from lockprobe.export import table_files
+from lockprobe.interfaces.export import table_files
 
 STUDY = small_study(trials=1, repetitions=1)
 

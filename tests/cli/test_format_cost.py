@@ -3,11 +3,11 @@
 import pytest
 
 from lockprobe.cli.format_cost import about, estimate_lines, money, spent_in_words
-from lockprobe.model_call import Usage
 from lockprobe.studies.estimate import estimates
 from lockprobe.studies.spending import Spending
 from lockprobe.studies.study_options import StudyOptions
 from lockprobe.studies.studyfile import study
+from lockprobe.trial.model_call import Usage
 
 
 @pytest.mark.parametrize(

@@ -106,11 +106,11 @@ def test_help_says_the_default_of_every_option_that_takes_a_value(name):
 @pytest.mark.parametrize(
     ("arguments", "not_imported"),
     [
-        (["--help"], {"numpy", "pydantic", "lockprobe.record"}),
+        (["--help"], {"numpy", "pydantic", "lockprobe.trial.record"}),
         (["agents"], {"numpy", "asyncio", "scipy"}),
         (["loops", "--help"], {"numpy", "scipy"}),
-        (["box", "show"], {"scipy", "lockprobe.record", "lockprobe.lockbox.boxfile"}),
-        (["box", "list"], {"scipy", "lockprobe.record", "lockprobe.lockbox.boxfile"}),
+        (["box", "show"], {"scipy", "lockprobe.trial.record", "lockprobe.boxes.boxfile"}),
+        (["box", "list"], {"scipy", "lockprobe.trial.record", "lockprobe.boxes.boxfile"}),
     ],
 )
 def test_what_is_quick_imports_nothing_heavy(arguments, not_imported):

@@ -8,7 +8,7 @@ import pytest
 from builders import small_study, write_study
 from taking_part import take_part
 
-from lockprobe.storage.jsonl import with_checksum
+from lockprobe.foundation.storage.jsonl import with_checksum
 from lockprobe.studies.journal import load
 
 STUDY = small_study(trials=1, repetitions=1)

@@ -6,7 +6,7 @@ import shlex
 import pytest
 from forked import run
 
-from lockprobe.learner.network_file import load, shipped
+from lockprobe.agents.network.network_file import load, shipped
 
 
 def test_a_learner_is_trained_written_and_plays(tmp_path):

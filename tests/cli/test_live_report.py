@@ -6,10 +6,10 @@ from types import SimpleNamespace
 import pytest
 
 from lockprobe.agents.catalogue import resolve
+from lockprobe.boxes.families import box
 from lockprobe.cli import live_report
 from lockprobe.cli.live_report import FIRST_PAUSE, LiveReport
-from lockprobe.interventions.condition import flips
-from lockprobe.lockbox.families import box
+from lockprobe.interventions.conditions import flips
 from lockprobe.studies.journal import Journal
 from lockprobe.studies.runner import Silent, run
 from lockprobe.studies.study import Study

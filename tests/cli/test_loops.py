@@ -9,9 +9,9 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from lockprobe.analysis.loops import cover, longest_loop, onset
 from lockprobe.cli.loops import loops
-from lockprobe.errors import BadFile, BadValue
+from lockprobe.foundation.errors import BadFile, BadValue
+from lockprobe.statistics.loops import cover, longest_loop, onset
 
 
 def ask(*words, stdin=""):

@@ -13,9 +13,9 @@ pytest.importorskip("mcp")
 from mcp_wire import Wire, served
 from tool_player import Player
 
-from lockprobe.analysis.summary import summarise
 from lockprobe.cli.mcp import records_directory
-from lockprobe.mcp_server.http import HOST, PATH, TOKEN
+from lockprobe.interfaces.mcp.http import HOST, PATH, TOKEN
+from lockprobe.statistics.summary import summarise
 from lockprobe.studies.journal import load
 from lockprobe.studies.studyfile import study
 

@@ -6,7 +6,7 @@ import pytest
 import strangers
 from builders import small_study, write_study
 
-from lockprobe.analysis.measures import MEASURES, measured
+from lockprobe.statistics.measures import MEASURES, measured
 from lockprobe.studies.journal import load
 from lockprobe.studies.studyfile import study
 

@@ -13,13 +13,13 @@ import forked
 import pytest
 from typer.testing import CliRunner
 
+from lockprobe.boxes.families import box
+from lockprobe.boxes.solve import optimum
 from lockprobe.cli import build
 from lockprobe.cli.play import relabelled
-from lockprobe.errors import BadFile, BadValue, UnknownName
-from lockprobe.lockbox.families import box
-from lockprobe.lockbox.solve import optimum
+from lockprobe.foundation.errors import BadFile, BadValue, UnknownName
 from lockprobe.studies.single import run_trial
-from lockprobe.trial_json import trial_from_json
+from lockprobe.trial.trial_json import trial_from_json
 
 SEED = 3
 HUMAN = run_trial(agent="human-inspired", p=0.2, seed=SEED)

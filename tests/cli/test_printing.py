@@ -5,13 +5,13 @@ from contextlib import redirect_stdout
 
 import pytest
 
-from lockprobe.analysis.detectors.comparison import Row
-from lockprobe.audit.power import Needed
-from lockprobe.audit.rates import Rate
 from lockprobe.cli import audit, detectors, fit, power
 from lockprobe.cli.printing import new_table, print_table
-from lockprobe.fit import AgentFit, Predicted, RivalFit
-from lockprobe.montecarlo.condition_power import ConditionPower
+from lockprobe.simulation.audit.power import Needed
+from lockprobe.simulation.audit.rates import Rate
+from lockprobe.simulation.fit import AgentFit, Predicted, RivalFit
+from lockprobe.simulation.montecarlo.condition_power import ConditionPower
+from lockprobe.statistics.detectors.comparison import Row
 
 TESTS = ("greatest difference from the lowest dose, permutation", "order 2 by AIC and cross-validation, maximum inside")
 

@@ -7,8 +7,8 @@ import typer
 from typer.testing import CliRunner
 
 from lockprobe.cli.readings import readings
-from lockprobe.errors import BadValue
-from lockprobe.montecarlo.readings import FALSE_REPORTS, as_table, success_under
+from lockprobe.foundation.errors import BadValue
+from lockprobe.simulation.montecarlo.readings import FALSE_REPORTS, as_table, success_under
 
 
 def ask(*words):

@@ -5,18 +5,18 @@ import json
 
 import pytest
 from builders import make_trial, small_study, with_right_checksums, write_study
+from lockprobe_robot.film import files
 from painted import painted_twins
 from PIL import Image
 from typer.testing import CliRunner
 
+from lockprobe.boxes.families import box
 from lockprobe.cli import build
 from lockprobe.cli.replay import _story
-from lockprobe.environment.learned_agent import LearnedAgent
-from lockprobe.errors import BadFile, BadValue, Missing, PlantFault, UnknownName, UserMistake
-from lockprobe.export import tidy_rows
-from lockprobe.film import files
-from lockprobe.interventions.condition import flips
-from lockprobe.lockbox.families import box
+from lockprobe.foundation.errors import BadFile, BadValue, Missing, PlantFault, UnknownName, UserMistake
+from lockprobe.interfaces.export import tidy_rows
+from lockprobe.interfaces.gymnasium.learned_agent import LearnedAgent
+from lockprobe.interventions.conditions import flips
 from lockprobe.studies.journal import Journal
 from lockprobe.studies.picture_store import Album
 from lockprobe.studies.play import play_timed

@@ -21,8 +21,7 @@ from lockprobe.cli.format_cost import money
 from lockprobe.cli.progress import Plain
 from lockprobe.cli.run import run
 from lockprobe.cli.run_study import BROKE, BUDGET_REACHED
-from lockprobe.errors import BadValue
-from lockprobe.model_call import Usage
+from lockprobe.foundation.errors import BadValue
 from lockprobe.studies.budget import Budget
 from lockprobe.studies.call_log import read_calls
 from lockprobe.studies.journal import Journal
@@ -30,6 +29,7 @@ from lockprobe.studies.settings import read_study
 from lockprobe.studies.spending import Ledger
 from lockprobe.studies.study_options import StudyOptions
 from lockprobe.studies.studyfile import study
+from lockprobe.trial.model_call import Usage
 
 
 def test_pictures_are_played_and_reported(tmp_path):

@@ -16,7 +16,7 @@ from visitor import server
 
 from lockprobe.cli import build
 from lockprobe.cli.serve import EXAMPLE, _experiment, _planned, _study_and_people, _with_people
-from lockprobe.errors import BadFile, Conflict, UserMistake
+from lockprobe.foundation.errors import BadFile, Conflict, UserMistake
 from lockprobe.people.experiment import Experiment, read_experiment
 from lockprobe.people.texts import read_words
 from lockprobe.studies.settings import read_study

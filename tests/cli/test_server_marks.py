@@ -8,7 +8,7 @@ from provider_server import completion, truthful
 from lockprobe.cli.run import run
 from lockprobe.cli.server_marks import ENOUGH, ServerMarks
 from lockprobe.cli.status import status
-from lockprobe.model_call import Call
+from lockprobe.trial.model_call import Call
 
 SPEC = "llm:openai-api/fake/model"
 

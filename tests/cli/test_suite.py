@@ -7,13 +7,13 @@ import pytest
 from provider_server import counted
 
 from lockprobe.cli.run_study import BUDGET_REACHED
-from lockprobe.record import STATES
 from lockprobe.studies.budget import Budget
 from lockprobe.studies.call_log import read_calls
 from lockprobe.studies.journal import load
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.spending import Ledger
 from lockprobe.studies.suites import SUITES, suite_study
+from lockprobe.trial.record import STATES
 
 
 @pytest.fixture(autouse=True)

@@ -5,11 +5,11 @@ from builders import SOLUTION, call_of, make_trial
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.cli.tally import Tally, in_boundaries
-from lockprobe.model_call import Usage
 from lockprobe.studies.call_log import Calls
 from lockprobe.studies.spending import Ledger
 from lockprobe.studies.study_options import StudyOptions
 from lockprobe.studies.studyfile import study
+from lockprobe.trial.model_call import Usage
 
 
 def test_what_is_counted_names_conditions():

@@ -11,8 +11,8 @@ from typed import typed
 
 from lockprobe import run_study, study
 from lockprobe.agents.model_access import Access
+from lockprobe.foundation.storage.jsonl import whole_lines, with_checksum, without_checksum
 from lockprobe.report.verification import verify
-from lockprobe.storage.jsonl import whole_lines, with_checksum, without_checksum
 from lockprobe.studies.branch import FORKS, branching, play_forks
 from lockprobe.studies.journal import Journal, load
 from lockprobe.studies.runner import Limits

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lockprobe.errors import BadValue
+from lockprobe.foundation.errors import BadValue
 from lockprobe.interventions.burst import Burst
-from lockprobe.record import Moment, Percept, Task
+from lockprobe.trial.record import Moment, Percept, Task
 
 TRUTH = Percept(joint="A", outcome="blocked", positions=(False, False))
 TASK = Task(joints=("A", "B"), target="B", budget=20)

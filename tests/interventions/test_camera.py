@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from depth_pictures import decode
 
-from lockprobe.errors import BadValue
+from lockprobe.foundation.errors import BadValue
 from lockprobe.interventions.camera import CameraChannel
-from lockprobe.pictures.depth import Window
-from lockprobe.pictures.frame import Camera, Frame
-from lockprobe.pictures.png import from_png
-from lockprobe.record import Percept, Task
+from lockprobe.trial.pictures.depth import Window
+from lockprobe.trial.pictures.frame import Camera, Frame
+from lockprobe.trial.pictures.png import from_png
+from lockprobe.trial.record import Percept, Task
 
 TASK = Task(joints=("B", "A"), target="A", budget=20)
 PANEL = np.array([[1, 0, 0, 0], [0, -1, 0, 0], [0, 0, -1, 0.72], [0, 0, 0, 1.0]])

@@ -9,12 +9,13 @@ from pathlib import Path
 
 import pytest
 
-from lockprobe.errors import UserMistake
-from lockprobe.interventions.catalogue import interventions_of, place_of, shipped, spec_of
-from lockprobe.plugins import allow
-from lockprobe.spec import spec_name
+from lockprobe.foundation.errors import UserMistake
+from lockprobe.foundation.plugins import allow
+from lockprobe.foundation.spec import spec_name
+from lockprobe.interventions.catalogue import interventions_of, shipped
 from lockprobe.studies.single import run_trial
 from lockprobe.testing import check_intervention
+from lockprobe.trial.condition import place_of, spec_of
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]

@@ -2,11 +2,12 @@
 
 import pytest
 
-from lockprobe.errors import BadValue, UnknownName
-from lockprobe.interventions.condition import Condition, Recorded, distinct, flips, read_condition, sweep
+from lockprobe.foundation.errors import BadValue, UnknownName
+from lockprobe.interventions.conditions import distinct, flips, interventions_in, read_condition, sweep
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.nudge import Nudge
 from lockprobe.interventions.tremble import Tremble
+from lockprobe.trial.condition import Condition, Recorded
 
 
 def test_the_truth_is_the_empty_condition():
@@ -140,11 +141,11 @@ def test_settings_import_nothing_until_a_trial_is_played():
     assert (stranger.label, stranger.dose_names) == ("python:mine:Hush?x=1", (("x",),))
     assert stranger.doses == {"python:mine:Hush.x": 1.0}
     with pytest.raises(BadValue, match="what a file or a directory names is data, and is not run"):
-        stranger.made()
+        interventions_in(stranger)
     known = Condition(interventions=(Recorded(spec="tremble?p=0.1", doses=("p",)),))
     assert (known.is_recorded, read_condition("tremble?p=0.1").is_recorded) == (True, False)
     assert known == Condition(interventions=(Tremble(p=0.1),))
-    assert known.made() == (Tremble(p=0.1),)
+    assert interventions_in(known) == (Tremble(p=0.1),)
 
 
 def test_equal_conditions_stand_once_the_first_before():

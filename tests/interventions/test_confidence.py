@@ -5,12 +5,12 @@ from dataclasses import replace
 import pytest
 
 from lockprobe.agents.prompt import conversation, example, parse_reply, repair, reply_schema
-from lockprobe.briefing import Briefing
-from lockprobe.errors import BadValue, ReplyFault
+from lockprobe.foundation.errors import BadValue, ReplyFault
 from lockprobe.interventions.confidence import Confidence
-from lockprobe.record import Decision
 from lockprobe.studies.single import run_trial
-from lockprobe.trial_json import trial_from_json, trial_to_json
+from lockprobe.trial.briefing import Briefing
+from lockprobe.trial.record import Decision
+from lockprobe.trial.trial_json import trial_from_json, trial_to_json
 
 BRIEFING = Confidence().brief(Briefing(), (), example().task, None)
 LATER = replace(example(), briefing=BRIEFING)

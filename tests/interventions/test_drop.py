@@ -30,7 +30,7 @@ def test_a_strategy_goes_on_with_what_it_knows():
 
 
 def test_an_attempt_that_was_not_reported_cannot_be_misread():
-    from lockprobe.analysis.misinterpretation import trial_claims
+    from lockprobe.statistics.misinterpretation import trial_claims
 
     trial = run_trial(agent="human-inspired", condition="drop?p=0.5", seed=3)
     told = sum(step.told_moved is not None for step in trial.steps[:-1])

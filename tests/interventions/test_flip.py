@@ -9,13 +9,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lockprobe.analysis.loops import onset
-from lockprobe.errors import BadValue, UserMistake
-from lockprobe.interventions.catalogue import interventions_of, spec_of
+from lockprobe.foundation.errors import BadValue, UserMistake
+from lockprobe.interventions.catalogue import interventions_of
 from lockprobe.interventions.flip import READINGS, OutcomeFlip, flip_of
 from lockprobe.interventions.phantom import Phantom
-from lockprobe.record import STATES, Moment, Percept, Task
+from lockprobe.statistics.loops import onset
 from lockprobe.studies.single import run_trial
+from lockprobe.trial.condition import spec_of
+from lockprobe.trial.record import STATES, Moment, Percept, Task
 
 TASK = Task(joints=("A", "B", "C"), target="C", budget=20)
 TRUTH = Percept(joint="B", outcome="moved", positions=(False, True, False))

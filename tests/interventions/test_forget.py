@@ -2,9 +2,9 @@
 
 import itertools
 
+from lockprobe.foundation.seeds import trial_stream
 from lockprobe.interventions.forget import Forget
-from lockprobe.record import Decision, Percept, Turn
-from lockprobe.seeds import trial_stream
+from lockprobe.trial.record import Decision, Percept, Turn
 
 TURNS = tuple(Turn(percept=Percept(text=str(i)), decision=Decision(joint="A")) for i in range(19))
 

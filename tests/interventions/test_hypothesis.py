@@ -5,9 +5,9 @@ from dataclasses import replace
 import pytest
 
 from lockprobe.agents.prompt import conversation, example, instructions, parse_reply, repair, reply_schema
-from lockprobe.briefing import Briefing
-from lockprobe.errors import BadValue, ReplyFault
+from lockprobe.foundation.errors import BadValue, ReplyFault
 from lockprobe.interventions.hypothesis import Hypothesis
+from lockprobe.trial.briefing import Briefing
 
 
 def asked(ask):

@@ -3,11 +3,11 @@
 import pytest
 
 from lockprobe.agents.prompt import conversation
-from lockprobe.briefing import Briefing
 from lockprobe.interventions.nudge import NUDGE, loops_completed
 from lockprobe.interventions.remark import REMARK
-from lockprobe.record import Decision, Moment, Percept, Situation, Task, Turn
 from lockprobe.studies.single import run_trial
+from lockprobe.trial.briefing import Briefing
+from lockprobe.trial.record import Decision, Moment, Percept, Situation, Task, Turn
 
 
 def moments(chosen):

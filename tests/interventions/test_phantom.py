@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from lockprobe.errors import BadValue
+from lockprobe.foundation.errors import BadValue
 from lockprobe.interventions.phantom import Phantom
-from lockprobe.record import STATES, Moment, Percept, Task
 from lockprobe.studies.single import run_trial
+from lockprobe.trial.record import STATES, Moment, Percept, Task
 
 TASK = Task(joints=("A", "B", "C"), target="C", budget=20)
 TRUTH = Percept(joint="B", outcome="moved", positions=(False, True, False))

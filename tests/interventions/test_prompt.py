@@ -9,16 +9,17 @@ import pytest
 from provider_server import here, truthful, words
 
 from lockprobe.agents.prompt import FIELDS, INSTRUCTIONS, conversation, example
-from lockprobe.briefing import Briefing
-from lockprobe.errors import BadFile, BadValue, SettingsChanged, UserMistake
-from lockprobe.interventions.catalogue import interventions_of, spec_of
+from lockprobe.foundation.errors import BadFile, BadValue, SettingsChanged, UserMistake
+from lockprobe.interventions.catalogue import interventions_of
 from lockprobe.interventions.prompt import LARGEST_TEMPLATE, OwnPrompt
 from lockprobe.interventions.warn import Warn
-from lockprobe.report import write_report
+from lockprobe.report.write import write_report
 from lockprobe.studies.runner import run_study
 from lockprobe.studies.single import run_trial
 from lockprobe.studies.studyfile import study
-from lockprobe.trial_json import trial_from_json, trial_to_json
+from lockprobe.trial.briefing import Briefing
+from lockprobe.trial.condition import spec_of
+from lockprobe.trial.trial_json import trial_from_json, trial_to_json
 
 CURT = Path(__file__).with_name("curt.txt")
 LEAST = "{joints} {target} {reply}"
@@ -186,7 +187,7 @@ def test_two_prompts_are_two_conditions_of_one_study(tmp_path, monkeypatch):
     texts = sorted([one["text"] for one in trial.interventions] for trial in trials)  # they end in any order
     assert texts == [[], [f"Open it. {LEAST}"], [f"Please open the box. {LEAST}"]]
     assert len({trial.condition for trial in trials}) == 3
-    monkeypatch.setattr("lockprobe.figures.render", lambda figure, form: b"<svg/>")  # words are looked at here
+    monkeypatch.setattr("lockprobe.report.figures.render", lambda figure, form: b"<svg/>")  # words are looked at here
     page = write_report(tmp_path / "study").read_text()
     assert "curt.txt" in page
     assert "kind.txt" in page

@@ -2,7 +2,7 @@
 
 import pytest
 
-from lockprobe.errors import BadValue
+from lockprobe.foundation.errors import BadValue
 from lockprobe.interventions.nudge import NUDGE
 from lockprobe.interventions.remark import REMARK, Remark
 from lockprobe.studies.single import run_trial

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 from lockprobe.interventions.reword import SENTENCES, Reword, pattern_of
 from lockprobe.interventions.words import TextChannel
-from lockprobe.record import Percept, Task
 from lockprobe.studies.single import run_trial
-from lockprobe.trial_json import trial_to_json
+from lockprobe.trial.record import Percept, Task
+from lockprobe.trial.trial_json import trial_to_json
 
 TASK = Task(joints=("B", "A", "H"), target="A", budget=20)
 

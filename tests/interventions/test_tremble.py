@@ -4,11 +4,11 @@ from collections import Counter
 
 from scipy.stats import binomtest
 
+from lockprobe.foundation.seeds import trial_stream
 from lockprobe.interventions.tremble import Tremble
-from lockprobe.montecarlo import propagate
-from lockprobe.record import Task
-from lockprobe.seeds import trial_stream
+from lockprobe.simulation.montecarlo import propagate
 from lockprobe.studies.single import run_trial
+from lockprobe.trial.record import Task
 
 
 def test_another_joint_is_attempted_and_truthfully_reported():

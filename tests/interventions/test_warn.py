@@ -5,8 +5,8 @@ from dataclasses import replace
 import pytest
 
 from lockprobe.agents.prompt import conversation, example
-from lockprobe.briefing import Briefing
 from lockprobe.interventions.warn import Warn
+from lockprobe.trial.briefing import Briefing
 
 
 @pytest.mark.parametrize(("rate", "often"), [(None, "sometimes"), (0.4, "with probability 0.4")])

@@ -13,13 +13,13 @@ from hypothesis import strategies as st
 from lockprobe import run_trial
 from lockprobe.agents.cognitive import CHARACTERS
 from lockprobe.agents.human_inspired import PRESETS
-from lockprobe.errors import BadValue
-from lockprobe.interventions.condition import flips
+from lockprobe.boxes.families import box
+from lockprobe.boxes.layouts import places as places_of
+from lockprobe.foundation.errors import BadValue
+from lockprobe.interventions.conditions import flips
 from lockprobe.interventions.words import TextChannel, rows_of
-from lockprobe.lockbox.families import box
-from lockprobe.lockbox.layouts import places as places_of
-from lockprobe.plan import Names, Plan
-from lockprobe.record import Moment, Percept, Task
+from lockprobe.trial.plan import Names, Plan
+from lockprobe.trial.record import Moment, Percept, Task
 
 TASK = Task(joints=("B", "A"), target="A", budget=20)
 

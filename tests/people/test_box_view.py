@@ -7,12 +7,12 @@ import pytest
 from seated import people_study, percept_of, under
 from seen import PhotographedPlant
 
-from lockprobe.interventions.condition import flips
+from lockprobe.interventions.conditions import flips
 from lockprobe.people.box_view import box_to_show, panel_to_show, view_of_modality
 from lockprobe.people.experiment import Experiment
-from lockprobe.plan import Names
 from lockprobe.plants import catalogue
 from lockprobe.studies.paused_trial import PausedTrial
+from lockprobe.trial.plan import Names
 
 STUDY = people_study(layout="shuffled", flip="integrated", modalities=("symbolic",))
 PLAN = STUDY.plan("participant", STUDY.labelled("flip?p=0.4&others=kept + symbolic"), 1, 3)

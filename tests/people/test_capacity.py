@@ -3,7 +3,7 @@
 import pytest
 from seated import people_study, short
 
-from lockprobe.errors import UserMistake
+from lockprobe.foundation.errors import UserMistake
 from lockprobe.people.assignment import Given, assigned, boxes_each
 from lockprobe.people.capacity import capacity_of, check_capacity, trials_for, what_each_plays
 

@@ -6,7 +6,8 @@ import pytest
 from builders import small_study, with_right_checksums
 from taking_part import START, take_part
 
-from lockprobe.errors import BadFile
+from lockprobe.foundation.errors import BadFile
+from lockprobe.foundation.storage.jsonl import with_checksum, without_checksum
 from lockprobe.people.diary import (
     Broken,
     DiaryFile,
@@ -21,7 +22,6 @@ from lockprobe.people.diary import (
 )
 from lockprobe.people.journey import Journey
 from lockprobe.people.responses import Attempt, Next
-from lockprobe.storage.jsonl import with_checksum, without_checksum
 
 JOINED = Joined(
     identity="3f9a01bc",

@@ -3,7 +3,7 @@
 import pytest
 from pydantic import ValidationError
 
-from lockprobe.errors import BadFile
+from lockprobe.foundation.errors import BadFile
 from lockprobe.people.experiment import EXPERIMENT, Experiment, kept_experiment
 
 

@@ -4,8 +4,9 @@ from dataclasses import dataclass
 
 import pytest
 
-from lockprobe.interventions.condition import Condition, read_condition
+from lockprobe.interventions.conditions import read_condition
 from lockprobe.people.false_reports import can_be_false
+from lockprobe.trial.condition import Condition
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,7 @@
 
 import pytest
 
-from lockprobe.errors import BadFile
+from lockprobe.foundation.errors import BadFile
 from lockprobe.people.experiment import Experiment, read_experiment
 from lockprobe.people.file_errors import check_visible
 from lockprobe.people.texts import _TEXTS, read_words

@@ -6,11 +6,11 @@ import pytest
 from builders import play_study, small_study, write_study
 from taking_part import START, take_part
 
-from lockprobe.errors import BadFile
+from lockprobe.foundation.errors import BadFile
+from lockprobe.foundation.storage.jsonl import with_checksum
 from lockprobe.people.diary import read_diaries, without_identity, write_diaries
 from lockprobe.people.experiment import kept_experiment
 from lockprobe.people.import_diaries import DiaryImport
-from lockprobe.storage.jsonl import with_checksum
 from lockprobe.studies.journal import load
 
 STUDY = small_study(["participant"], p=[0.0, 0.4], trials=2)

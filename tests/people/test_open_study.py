@@ -22,8 +22,8 @@ from seated import (
     without_page,
 )
 
-from lockprobe.errors import BadFile, BadValue, DirectoryBusy, SettingsChanged, UserMistake
-from lockprobe.interventions.condition import Condition, flips, read_condition
+from lockprobe.foundation.errors import BadFile, BadValue, DirectoryBusy, SettingsChanged, UserMistake
+from lockprobe.interventions.conditions import flips, read_condition
 from lockprobe.people.diary import Did
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.open_study import LOG, words_to_read
@@ -34,6 +34,7 @@ from lockprobe.people.texts import TEXTS, read_words
 from lockprobe.studies.journal import Journal, LeftOut, Timing, left_out, load, read_timings
 from lockprobe.studies.runner import run_study
 from lockprobe.studies.settings import read_study
+from lockprobe.trial.condition import Condition
 
 STUDY = people_study()
 

@@ -6,12 +6,12 @@ import pytest
 from seated import people_study, short, under
 from seen import PhotographedPlant
 
-from lockprobe.errors import PlantFault
-from lockprobe.lockbox.families import box
+from lockprobe.boxes.families import box
+from lockprobe.foundation.errors import PlantFault
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.practice import example_box, examples_of, practice_plan
 from lockprobe.plants import catalogue
-from lockprobe.record import STATES
+from lockprobe.trial.record import STATES
 
 
 def test_the_practice_is_another_box_with_true_reports_for_everybody_the_same():

@@ -8,11 +8,11 @@ import pytest
 from pydantic import TypeAdapter, ValidationError
 from seated import opened, people_study, short, to_first
 
-from lockprobe.lockbox.families import box
+from lockprobe.boxes.families import box
 from lockprobe.people.responses import Act, Attempt
 from lockprobe.people.scenes import Box
-from lockprobe.plan import Names
 from lockprobe.studies.journal import load
+from lockprobe.trial.plan import Names
 
 
 def everything_sent(directory, study, joints) -> list[str]:

@@ -24,8 +24,7 @@ from seated import (
 )
 from seen import PhotographedPlant
 
-from lockprobe.errors import BadFile
-from lockprobe.interventions.condition import Condition
+from lockprobe.foundation.errors import BadFile
 from lockprobe.people.diary import Broken, Did
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.responses import Answer, Attempt, Next
@@ -33,6 +32,7 @@ from lockprobe.people.scenes import Ask, Box, Check, Debrief
 from lockprobe.plants import catalogue
 from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.studies.journal import Timing, left_out, load
+from lockprobe.trial.condition import Condition
 
 STUDY = people_study(max_steps=5)
 ASKING = {

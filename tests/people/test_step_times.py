@@ -6,7 +6,7 @@ import pytest
 from builders import small_study, with_right_checksums
 from taking_part import take_part
 
-from lockprobe.errors import BadFile
+from lockprobe.foundation.errors import BadFile
 from lockprobe.people.diary import read_diaries
 from lockprobe.people.step_times import acts_of_steps, key_of, times_of_steps
 from lockprobe.studies.journal import load

@@ -11,7 +11,7 @@ from lockprobe.people.journey import Journey, stations
 from lockprobe.people.practice import examples_of
 from lockprobe.people.responses import Attempt, Next
 from lockprobe.people.text_scenes import TextScenes
-from lockprobe.record import STATES
+from lockprobe.trial.record import STATES
 
 SLOTS = tuple(Slot(condition="truth", repetition=1, trial=n) for n in (1, 2))
 JOINED = Joined(identity="3f9a01bc", token="0" * 64, at=10.0, platform={}, slots=SLOTS, words="en 0")

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from pydantic import BaseModel
 
-from lockprobe.errors import BadFile, UnknownName
+from lockprobe.foundation.errors import BadFile, UnknownName
 from lockprobe.interventions.words import TextChannel
 from lockprobe.people.journey import fingerprint
 from lockprobe.people.texts import _TEXTS, LANGUAGES, example_on, filled, page_texts, read_words
-from lockprobe.record import Percept, Task
+from lockprobe.trial.record import Percept, Task
 
 
 def texts(part, path=()):

@@ -6,7 +6,7 @@ from contextlib import suppress
 
 import pytest
 
-from lockprobe.errors import BadFile
+from lockprobe.foundation.errors import BadFile
 from lockprobe.people.refusals import ActRefused
 from lockprobe.people.tokens import Tokens, mark_of
 

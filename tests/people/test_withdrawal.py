@@ -8,7 +8,7 @@ import pytest
 from builders import make_trial
 from seated import Clock, Player, diary_of, go_on, opened, people_study, short, take_part
 
-from lockprobe.errors import BadFile
+from lockprobe.foundation.errors import BadFile
 from lockprobe.people.refusals import ActRefused
 from lockprobe.people.responses import Agree, Attempt, Next
 from lockprobe.people.scenes import Box

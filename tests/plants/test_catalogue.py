@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from lockprobe_robot.rendering.choose_renderer import Probed
 
-from lockprobe.errors import BadValue, Missing, UnknownName
-from lockprobe.lockbox.families import box
+from lockprobe.boxes.families import box
+from lockprobe.foundation.errors import BadValue, Missing, UnknownName
 from lockprobe.plants.catalogue import PLANTS, known_plants, resolve_plant
-from lockprobe.plants.rendering.choose_renderer import Probed
 from lockprobe.plants.symbolic import SymbolicPlant
 
 
@@ -46,7 +46,7 @@ def test_a_wrong_spec_is_refused_in_one_line(spec, error, message):
 def test_a_plant_is_checked_before_a_study(name, monkeypatch):
     resolve_plant(name).check(box("chain-4"))
     gone = lambda renderer: Probed(name=renderer, ok=False, detail="gone")  # noqa: E731
-    monkeypatch.setattr("lockprobe.plants.rendering.choose_renderer.probe_one", gone)
+    monkeypatch.setattr("lockprobe_robot.rendering.choose_renderer.probe_one", gone)
     source = resolve_plant(f"{name}?renderer=osmesa")
     with pytest.raises(Missing, match="^renderer osmesa does not work here"):
         source.check(box("chain-4"))

@@ -11,8 +11,8 @@ from taking_part import take_part
 from tool_player import AGENT, Player
 
 from lockprobe import study
-from lockprobe.mcp_server.connection import Connection
-from lockprobe.mcp_server.session import CallRefused, SessionOptions, ToolSession
+from lockprobe.interfaces.mcp.connection import Connection
+from lockprobe.interfaces.mcp.session import CallRefused, SessionOptions, ToolSession
 from lockprobe.report.verification import verify
 from lockprobe.studies.merge import gather, source_of_directory
 

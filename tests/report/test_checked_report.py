@@ -10,8 +10,8 @@ from provider_server import Manner, here, truthful
 from lockprobe import run_study, study
 from lockprobe.agents.llm.model_facts import OWN_FACTS
 from lockprobe.agents.model_access import Access
-from lockprobe.report import write_report
 from lockprobe.report.verification import verify
+from lockprobe.report.write import write_report
 from lockprobe.studies.runner import Limits
 
 pytest.importorskip("inspect_ai")

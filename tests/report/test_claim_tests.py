@@ -2,8 +2,8 @@
 
 import pytest
 
-from lockprobe.analysis.summary import summarise
 from lockprobe.report.claim_tests import pattern, same_step, verdict_of
+from lockprobe.statistics.summary import summarise
 
 
 def test_a_step_outside_of_its_interval_is_not_compatible(modal):

@@ -5,13 +5,13 @@ from dataclasses import replace
 import pytest
 from builders import play_study, small_study
 
-from lockprobe.analysis.published import CORRELATION
-from lockprobe.analysis.summary import summarise
-from lockprobe.audit.simulate import simulate
-from lockprobe.audit.simulated_agents import WORLDS, Design
+from lockprobe.foundation.seeds import generator
 from lockprobe.report.claims import claim_rows
 from lockprobe.report.paper import CLAIMS, fisher_z
-from lockprobe.seeds import generator
+from lockprobe.simulation.audit.simulate import simulate
+from lockprobe.simulation.audit.simulated_agents import WORLDS, Design
+from lockprobe.statistics.published import CORRELATION
+from lockprobe.statistics.summary import summarise
 
 
 def rows_of(world, seed=1):

@@ -5,10 +5,10 @@ from dataclasses import replace
 import pytest
 from builders import play_study, small_study, write_study
 
-from lockprobe.analysis.proportions import proportion
-from lockprobe.errors import BadFile, UnknownName
-from lockprobe.interventions.condition import read_condition
+from lockprobe.foundation.errors import BadFile, UnknownName
+from lockprobe.interventions.conditions import read_condition
 from lockprobe.report.compare import compare_studies
+from lockprobe.statistics.proportions import proportion
 from lockprobe.studies.journal import load
 
 AGENTS = ("cognitive:careful", "random")

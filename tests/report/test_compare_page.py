@@ -7,7 +7,7 @@ import pytest
 from builders import play_study, small_study, write_study
 from captions import too_long
 
-from lockprobe.errors import BadFile
+from lockprobe.foundation.errors import BadFile
 from lockprobe.report.compare import compare_studies
 from lockprobe.report.compare_page import difference_table, study_table, success_table, write_comparison
 

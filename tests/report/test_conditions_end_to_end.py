@@ -7,11 +7,11 @@ from builders import write_study
 from captions import too_long
 from clumsy import CLUMSY
 
-from lockprobe.export import tidy_rows
-from lockprobe.fit.fitting import fit_agents
-from lockprobe.report import write_report
+from lockprobe.interfaces.export import tidy_rows
 from lockprobe.report.pages import figures_of, parts_of
-from lockprobe.rows import Results
+from lockprobe.report.write import write_report
+from lockprobe.simulation.fit.fitting import fit_agents
+from lockprobe.statistics.rows import Results
 from lockprobe.studies.journal import load
 from lockprobe.studies.studyfile import study
 

@@ -6,9 +6,9 @@ import pytest
 from builders import SOLUTION, make_trial
 
 from lockprobe.agents.llm.model_facts import Price
-from lockprobe.model_call import Usage
 from lockprobe.report import costs as counted_by
 from lockprobe.report.costs import cost_rows, price_asked
+from lockprobe.trial.model_call import Usage
 
 PRICE = Price(input=2.0, cached=1.0, output=10.0, batch=0.5, date="2026-01-02", source="the test")
 

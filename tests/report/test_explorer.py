@@ -9,9 +9,9 @@ from browser import CHEAP, CHROMIUM, needs_a_browser
 from builders import SOLUTION, make_trial, play_study, small_study, write_study
 
 from lockprobe import run_trial
-from lockprobe.lockbox.families import box
-from lockprobe.report import write_report
+from lockprobe.boxes.families import box
 from lockprobe.report.explorer import explorer_data
+from lockprobe.report.write import write_report
 from lockprobe.studies.paper import LEARNER
 from lockprobe.studies.study_options import StudyOptions
 from lockprobe.studies.studyfile import study

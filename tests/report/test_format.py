@@ -5,8 +5,8 @@ import io
 
 import pytest
 
+from lockprobe.foundation.terminal_text import printable
 from lockprobe.report.format import as_csv, as_tex
-from lockprobe.terminal_text import printable
 
 HOSTILE = "a\nb\x00\x1b\t\u202e\u2066\u2069c"
 

@@ -3,15 +3,15 @@
 import strangers
 from builders import play_study, small_study, write_study
 
-from lockprobe.analysis.measures import measured
-from lockprobe.formatting import NONE
-from lockprobe.report import write_report
+from lockprobe.foundation.formatting import NONE
 from lockprobe.report.installed_measures import measure_rows
 from lockprobe.report.opened import open_study
 from lockprobe.report.pages import tables_of
 from lockprobe.report.results import results
 from lockprobe.report.study_numbers import study_numbers
 from lockprobe.report.verification import verify
+from lockprobe.report.write import write_report
+from lockprobe.statistics.measures import measured
 
 STUDY = small_study(["random"], p=[0.0, 0.6], repetitions=1)
 POINTS = {"measures": {"untold": "untold", "hasty": "hasty", "breaks": "breaks"}}

@@ -6,10 +6,10 @@ import pytest
 from builders import write_study
 from clumsy import CLUMSY
 
-from lockprobe.report import write_report
 from lockprobe.report.compare import compare_studies
 from lockprobe.report.compare_page import difference_table
-from lockprobe.rows import Results
+from lockprobe.report.write import write_report
+from lockprobe.statistics.rows import Results
 from lockprobe.studies.studyfile import study
 
 AGENTS = ["cognitive:perseverant", "cognitive:careful", "human-inspired"]

@@ -9,7 +9,7 @@ import pytest
 from builders import make_trial, modality_study, play_study, played_by_people, small_study, write_study
 from captions import captions, too_long
 
-from lockprobe.report import write_report
+from lockprobe.report.write import write_report
 
 AGENT = "llm:x"
 

@@ -9,11 +9,11 @@ import pytest
 from builders import modality_study, write_study
 from captions import too_long
 
-from lockprobe.pictures.png import to_png
-from lockprobe.report import write_report
 from lockprobe.report.pages import tables_of
 from lockprobe.report.paper import CLAIMS
-from lockprobe.rows import Results
+from lockprobe.report.write import write_report
+from lockprobe.statistics.rows import Results
+from lockprobe.trial.pictures.png import to_png
 
 
 def reported(path):

@@ -2,8 +2,8 @@
 
 from dataclasses import replace
 
-from lockprobe.analysis.summary import summarise
 from lockprobe.report.claims import claim_rows
+from lockprobe.statistics.summary import summarise
 
 
 def by_measure(trials):

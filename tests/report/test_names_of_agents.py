@@ -6,11 +6,11 @@ from dataclasses import replace
 import pytest
 from builders import play_study, write_study
 
-from lockprobe.errors import ModelFault
-from lockprobe.export.tidy import tidy
+from lockprobe.foundation.errors import ModelFault
+from lockprobe.interfaces.export.tidy import tidy
 from lockprobe.report.results import results
 from lockprobe.studies.studyfile import study
-from lockprobe.trial import broken
+from lockprobe.trial.loop import broken
 
 SPEC = "human-inspired?lapse=0.125"
 

@@ -3,10 +3,10 @@
 import pytest
 from builders import write_study
 
-from lockprobe.report import write_report
 from lockprobe.report.pages import tables_of
 from lockprobe.report.results import results
-from lockprobe.rows import Results
+from lockprobe.report.write import write_report
+from lockprobe.statistics.rows import Results
 from lockprobe.studies.studyfile import study
 
 SMALL = {"agent": ["cognitive:perseverant", "human-inspired"], "trials": 8, "repetitions": 2, "seed": 5}

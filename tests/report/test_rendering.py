@@ -8,9 +8,9 @@ from types import SimpleNamespace
 import pytest
 from jinja2 import UndefinedError
 
-from lockprobe.figures.boxes import box_figure
-from lockprobe.figures.compose import render
-from lockprobe.lockbox.families import box
+from lockprobe.boxes.families import box
+from lockprobe.report.figures.boxes import box_figure
+from lockprobe.report.figures.compose import render
 from lockprobe.report.rendering import _breakable, compact_svg, image, rendered
 
 

@@ -16,7 +16,7 @@ from lockprobe.studies.branch import FORKS, branching, play_forks
 from lockprobe.studies.journal import Journal, load
 from lockprobe.studies.next_choice import write_choices
 from lockprobe.studies.play import play_timed
-from lockprobe.trial_name import ForkName, TrialName
+from lockprobe.trial.trial_name import ForkName, TrialName
 
 LOCAL = "llm:local"
 

@@ -8,14 +8,14 @@ import pytest
 from builders import make_trial, play_study, small_study, write_study
 from pydantic import BaseModel
 
-from lockprobe.errors import BadFile
-from lockprobe.report import write_report
+from lockprobe.foundation.errors import BadFile
 from lockprobe.report.explorer import explorer_data
 from lockprobe.report.opened import open_study
 from lockprobe.report.pages import page_of, tables_of
 from lockprobe.report.results import results
-from lockprobe.rows import Results
-from lockprobe.trial_json import trial_to_json
+from lockprobe.report.write import write_report
+from lockprobe.statistics.rows import Results
+from lockprobe.trial.trial_json import trial_to_json
 
 NUMBER = re.compile(r"(?<![\w.])\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![\w])")
 

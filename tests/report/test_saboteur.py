@@ -22,7 +22,7 @@ from lockprobe.report.verification import NOT_SHOWN, verify
 from lockprobe.studies.play import play_timed
 from lockprobe.studies.runner import Limits
 from lockprobe.studies.settings import read_study
-from lockprobe.trial_json import trial_to_json
+from lockprobe.trial.trial_json import trial_to_json
 
 pytest.importorskip("inspect_ai")
 MODEL = "llm:openai-api/fake/model?repairs=1&temperature=0.5"

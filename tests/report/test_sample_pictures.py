@@ -5,9 +5,9 @@ import base64
 import numpy as np
 from builders import make_trial
 
-from lockprobe.pictures.png import from_png, to_png
 from lockprobe.report.sample_pictures import embedded, pictures_shown, seen_facts
-from lockprobe.rows import Fact, Results
+from lockprobe.statistics.rows import Fact, Results
+from lockprobe.trial.pictures.png import from_png, to_png
 
 
 def saw(*files):

@@ -8,14 +8,14 @@ from dataclasses import replace
 import pytest
 from builders import write_study
 
-from lockprobe import sections
 from lockprobe.cli.report import report
+from lockprobe.foundation import sections
 from lockprobe.report import report_files, write_report
 from lockprobe.report.opened import open_study
 from lockprobe.report.parallel import one_thread
 from lockprobe.report.sections import audit, own_sections
 from lockprobe.report.verification import verify
-from lockprobe.rows import Results
+from lockprobe.statistics.rows import Results
 from lockprobe.studies.studyfile import study
 
 SAID = "broken on purpose"
@@ -45,7 +45,7 @@ def short(monkeypatch):
 
 
 def wrapped(monkeypatch, around):
-    """Every call of :func:`lockprobe.sections.section` goes through this function first."""
+    """Every call of :func:`lockprobe.foundation.sections.section` goes through this function first."""
     own_sections()  # imports their modules
     real = sections.section
     for module in [*sys.modules.values()]:

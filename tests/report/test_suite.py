@@ -9,14 +9,14 @@ from pathlib import Path
 import pytest
 from builders import play_study, write_study
 
-from lockprobe.analysis.suite_scores import LevelTrials, suite_score
-from lockprobe.errors import BadFile
-from lockprobe.formatting import NONE, bracketed, percent, share
-from lockprobe.lockbox.families import box
-from lockprobe.lockbox.solve import random_success
+from lockprobe.boxes.families import box
+from lockprobe.boxes.solve import random_success
+from lockprobe.foundation.errors import BadFile
+from lockprobe.foundation.formatting import NONE, bracketed, percent, share
 from lockprobe.report.suite import suite_results
 from lockprobe.report.suite_page import level_table, score_table, write_suite
 from lockprobe.report.suite_verification import verify_suite
+from lockprobe.statistics.suite_scores import LevelTrials, suite_score
 from lockprobe.studies.suites import SUITES, begin_suite, suite_studies
 
 SMALL = replace(SUITES["suite-1"], trials=3)

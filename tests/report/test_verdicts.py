@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 from builders import SOLUTION, make_trial, play_study, small_study
 
-from lockprobe.analysis.summary import summarise
-from lockprobe.record import Trial
 from lockprobe.report.claims import claim_rows
+from lockprobe.statistics.summary import summarise
+from lockprobe.trial.record import Trial
 
 PS = (0.0, 0.2, 0.4, 0.6)
 ONCE = (0, 0, 0, 1, 0, 0, 2, 0, 1, 1, 0, 1, 2, 0, 2, 1, 0, 2, 2, 1)

@@ -12,9 +12,9 @@ from typer.testing import CliRunner
 from lockprobe import run_study, study
 from lockprobe.agents.catalogue import recomputes
 from lockprobe.cli import build
-from lockprobe.report import write_report
+from lockprobe.foundation.storage.jsonl import with_checksum, without_checksum
 from lockprobe.report.verification import verify
-from lockprobe.storage.jsonl import with_checksum, without_checksum
+from lockprobe.report.write import write_report
 
 
 @pytest.fixture(scope="module")

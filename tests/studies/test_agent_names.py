@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 from builders import play_study, write_study
 
-from lockprobe.errors import BadFile, BadValue, SettingsChanged
+from lockprobe.foundation.errors import BadFile, BadValue, SettingsChanged
 from lockprobe.studies.agent_names import named_agents
 from lockprobe.studies.directory import read_settings
 from lockprobe.studies.merge import gather, source_of_directory
@@ -15,7 +15,7 @@ from lockprobe.studies.runner import run_study
 from lockprobe.studies.settings import read_study, study_from
 from lockprobe.studies.study_options import read_options_file
 from lockprobe.studies.studyfile import study
-from lockprobe.trial_json import trial_from_json, trial_to_json
+from lockprobe.trial.trial_json import trial_from_json, trial_to_json
 
 SPEC = "human-inspired?lapse=0.1"
 

@@ -7,16 +7,16 @@ import pytest
 from provider_server import here
 
 from lockprobe.agents.model_access import Access
-from lockprobe.errors import BadValue, Conflict
-from lockprobe.lockbox.families import box
-from lockprobe.lockbox.layouts import locking_pairs, neighbours
-from lockprobe.plan import Names
+from lockprobe.boxes.families import box
+from lockprobe.boxes.layouts import locking_pairs, neighbours
+from lockprobe.foundation.errors import BadValue, Conflict
 from lockprobe.report.verification import verify
 from lockprobe.studies.journal import load
 from lockprobe.studies.runner import Limits, run_study
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.studyfile import study
 from lockprobe.testing.provider import replying, words
+from lockprobe.trial.plan import Names
 
 ONE_BY_ONE = {
     "modality": "symbolic?tell=state&form=json",

@@ -2,7 +2,7 @@
 
 import pytest
 
-from lockprobe.errors import BadFile
+from lockprobe.foundation.errors import BadFile
 from lockprobe.studies.attempt_log import AttemptLog
 from lockprobe.studies.paused_trial import RecordedAttempt
 

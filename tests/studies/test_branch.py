@@ -6,18 +6,18 @@ from dataclasses import replace
 import pytest
 from builders import make_trial
 
-from lockprobe.analysis.branch import branch_effects
-from lockprobe.analysis.why_arms import CROSSED
-from lockprobe.errors import BadValue, UnknownName
+from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.interventions.flip import OutcomeFlip
-from lockprobe.montecarlo.excursions import one_lie
-from lockprobe.montecarlo.propagation import propagate
-from lockprobe.record import TrialError
+from lockprobe.simulation.montecarlo.excursions import one_lie
+from lockprobe.simulation.montecarlo.propagation import propagate
+from lockprobe.statistics.branch import branch_effects
+from lockprobe.statistics.why_arms import CROSSED
 from lockprobe.studies.branch import FORKS, TOLD, arm_interventions, branching, play_forks
 from lockprobe.studies.journal import Journal, load
 from lockprobe.studies.runner import run_study
 from lockprobe.studies.studyfile import study
-from lockprobe.told_outcome import flipped
+from lockprobe.trial.record import TrialError
+from lockprobe.trial.told_outcome import flipped
 
 ASKED = {"p": [0.0, 0.4], "trials": 6, "repetitions": 1}
 

@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 from made_up_prices import CHEAP, DEAR, FREE, call, plan, planned, prices, usage
 
 from lockprobe.agents.llm.model_facts import Price
-from lockprobe.errors import BadValue, BudgetReached
-from lockprobe.model_call import BROKEN_OFF, Usage
+from lockprobe.foundation.errors import BadValue, BudgetReached
 from lockprobe.studies.budget import Budget
 from lockprobe.studies.call_log import Calls, read_calls
 from lockprobe.studies.spending import Ledger, price_of
+from lockprobe.trial.model_call import BROKEN_OFF, Usage
 
 __all__ = ["prices"]
 

@@ -7,11 +7,11 @@ from dataclasses import replace
 import pytest
 from builders import SOLUTION, call_of, make_trial, small_study
 
-from lockprobe.errors import BadFile
-from lockprobe.model_call import BROKEN_OFF, Usage
-from lockprobe.storage.jsonl import with_checksum, without_checksum
+from lockprobe.foundation.errors import BadFile
+from lockprobe.foundation.storage.jsonl import with_checksum, without_checksum
 from lockprobe.studies.call_log import ASKED, CALLS, Calls, read_calls, unanswered
 from lockprobe.studies.journal import Journal, Timing
+from lockprobe.trial.model_call import BROKEN_OFF, Usage
 
 STUDY = small_study(["llm:a/b"], p=(0.0,))
 PLAN, OTHER = list(STUDY.plans("llm:a/b"))[:2]

@@ -8,10 +8,10 @@ from contextlib import closing
 import pytest
 from builders import call_of, make_trial
 
-from lockprobe.errors import BadFile, DirectoryBusy
+from lockprobe.foundation.errors import BadFile, DirectoryBusy
+from lockprobe.foundation.storage.jsonl import LineFile
 from lockprobe.people.diary import DiaryFile, Did, Joined, read_diary
 from lockprobe.people.responses import Next
-from lockprobe.storage.jsonl import LineFile
 from lockprobe.studies.call_log import ASKED, CALLS, read_calls
 from lockprobe.studies.journal import Journal, Timing, load
 from lockprobe.studies.study_options import StudyOptions

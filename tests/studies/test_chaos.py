@@ -10,7 +10,7 @@ import pytest
 from provider_server import ENDS, HTTP_FAULTS, REPLY_FAULTS, Manner, here, mixed, truthful
 
 from lockprobe.agents.model_access import Access
-from lockprobe.errors import Missing
+from lockprobe.foundation.errors import Missing
 from lockprobe.studies.call_log import read_calls
 from lockprobe.studies.journal import Journal, load
 from lockprobe.studies.runner import Limits, run

@@ -5,13 +5,13 @@ from contextlib import contextmanager
 import pytest
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.cluster import Lost
-from lockprobe.errors import Missing
+from lockprobe.foundation.cluster import Lost
+from lockprobe.foundation.errors import Missing
 from lockprobe.studies.cluster_trials import can_travel
 from lockprobe.studies.journal import Journal, load, read_timings
 from lockprobe.studies.runner import Limits, Silent, run
 from lockprobe.studies.studyfile import study
-from lockprobe.trial_json import trial_to_line
+from lockprobe.trial.trial_json import trial_to_line
 
 SMALL = {"p": [0, 0.4], "trials": 3, "repetitions": 1}
 
@@ -94,7 +94,7 @@ def mine(tmp_path, monkeypatch):
     """A module of a user: an agent that may pay, and an intervention."""
     (tmp_path / "of_mine.py").write_text(
         "from lockprobe.interventions.drop import Drop\n"
-        "from lockprobe.record import Decision\n"
+        "from lockprobe.trial.record import Decision\n"
         "class Silence(Drop):\n    name = 'silence'\n"
         "class Mine:\n    facts = {}\n    async def decide(self, situation, rng):\n"
         "        return Decision(joint=situation.task.labels[0])\n"

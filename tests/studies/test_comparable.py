@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 from builders import modality_study, small_study, study_of
 
-from lockprobe.errors import BadFile, BadValue
-from lockprobe.interventions.condition import read_condition
-from lockprobe.lockbox.families import box
+from lockprobe.boxes.families import box
+from lockprobe.foundation.errors import BadFile, BadValue
+from lockprobe.interventions.conditions import read_condition
 from lockprobe.studies.comparable import check_comparable, families, shared_names
 
 FLIPS = small_study()

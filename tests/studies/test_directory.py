@@ -6,13 +6,14 @@ from datetime import datetime
 import pytest
 from builders import make_trial, small_study, write_study
 
-from lockprobe.errors import BadFile, SettingsChanged, UserMistake
-from lockprobe.interventions.condition import Condition, flips
-from lockprobe.lockbox.families import box
+from lockprobe.boxes.families import box
+from lockprobe.foundation.errors import BadFile, SettingsChanged, UserMistake
+from lockprobe.interventions.conditions import flips
 from lockprobe.studies.directory import added_agents, read_settings
 from lockprobe.studies.journal import Journal, load
 from lockprobe.studies.runner import Silent, run, run_study
 from lockprobe.studies.settings import read_study
+from lockprobe.trial.condition import Condition
 
 STUDY = small_study(["random"], p=[0.0, 0.4], repetitions=1, trials=2)
 CANNOT_START = replace(STUDY, agents=("random", "llm:gguf:none.gguf"))

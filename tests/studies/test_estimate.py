@@ -9,8 +9,7 @@ from builders import SOLUTION, call_of, make_trial
 from provider_server import here, joints, names, truthful
 
 from lockprobe.agents.llm.model_facts import OWN_FACTS
-from lockprobe.lockbox.solve import random_curve
-from lockprobe.model_call import Usage
+from lockprobe.boxes.solve import random_curve
 from lockprobe.studies.call_log import read_calls
 from lockprobe.studies.estimate import estimates
 from lockprobe.studies.request_sizes import SMALLEST_CACHED
@@ -18,6 +17,7 @@ from lockprobe.studies.runner import run_study
 from lockprobe.studies.spending import Ledger
 from lockprobe.studies.study_options import StudyOptions
 from lockprobe.studies.studyfile import study
+from lockprobe.trial.model_call import Usage
 
 SPEC = "llm:openai-api/fake/model"
 FACTS = """

@@ -12,7 +12,7 @@ from killed import KILLS, ended, settled, start
 from provider_server import Manner, account, elsewhere
 
 from lockprobe.agents.model_access import Access
-from lockprobe.errors import BudgetReached
+from lockprobe.foundation.errors import BudgetReached
 from lockprobe.studies.branch import FORKS, branching, play_forks
 from lockprobe.studies.budget import Budget
 from lockprobe.studies.call_log import CALLS, read_calls, unanswered

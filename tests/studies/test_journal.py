@@ -14,9 +14,9 @@ import forked
 import pytest
 from builders import SOLUTION, call_of, make_trial, small_study, write_study
 
-from lockprobe.errors import BadFile, DirectoryBusy, SettingsChanged
-from lockprobe.interventions.condition import flips
-from lockprobe.storage.jsonl import LineFile, with_checksum
+from lockprobe.foundation.errors import BadFile, DirectoryBusy, SettingsChanged
+from lockprobe.foundation.storage.jsonl import LineFile, with_checksum
+from lockprobe.interventions.conditions import flips
 from lockprobe.studies.call_log import ASKED, CALLS, read_calls
 from lockprobe.studies.directory import read_settings
 from lockprobe.studies.journal import Journal, LeftOut, Timing, left_out, load, read_timings, rewritten, without

@@ -17,8 +17,8 @@ from killed import KILLS, ended, settled, start
 from provider_server import Manner, account, elsewhere
 
 from lockprobe.agents.model_access import Access
-from lockprobe.errors import BadFile
-from lockprobe.storage.jsonl import with_checksum
+from lockprobe.foundation.errors import BadFile
+from lockprobe.foundation.storage.jsonl import with_checksum
 from lockprobe.studies.call_log import ASKED, CALLS, read_calls, unanswered
 from lockprobe.studies.journal import Journal, left_out, load
 from lockprobe.studies.runner import Limits, run_study
@@ -124,8 +124,8 @@ run_study(study(StudyOptions(**json.loads(request))), directory)
 PAID = """
 import os
 from dataclasses import replace
-from lockprobe.model_call import Call, Usage
-from lockprobe.record import Decision
+from lockprobe.trial.model_call import Call, Usage
+from lockprobe.trial.record import Decision
 class Agent:
     facts = {"model": "paid"}
     def with_calls(self, key, book):
@@ -177,7 +177,7 @@ def test_killed_while_writing_a_line_about_a_call(tmp_path, monkeypatch, name, a
 # Plays a study where no file can grow beyond so many bytes, as on a full disk.
 FULL = """
 import json, resource, sys
-from lockprobe.errors import UserMistake
+from lockprobe.foundation.errors import UserMistake
 from lockprobe.studies.runner import run_study
 from lockprobe.studies.studyfile import StudyOptions, study
 most = int(sys.argv[2])

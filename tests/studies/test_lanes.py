@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from lockprobe.errors import BudgetReached, Missing
+from lockprobe.foundation.errors import BudgetReached, Missing
 from lockprobe.studies.lanes import play_in_lanes
 
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from builders import play_study
 
-from lockprobe.analysis.inference.battery import infer
-from lockprobe.analysis.outcomes import outcomes
-from lockprobe.interventions.condition import flips
+from lockprobe.interventions.conditions import flips
+from lockprobe.statistics.inference.battery import infer
+from lockprobe.statistics.outcomes import outcomes
 from lockprobe.studies.study_options import SHIPPED
 from lockprobe.studies.studyfile import study
 

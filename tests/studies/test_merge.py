@@ -6,15 +6,15 @@ import pytest
 from builders import call_of, make_trial, play_study, small_study, with_right_checksums, write_study
 from taking_part import take_part
 
-from lockprobe.errors import BadFile, BadValue, DirectoryBusy
-from lockprobe.interventions.condition import flips
-from lockprobe.pictures.picture import Picture
+from lockprobe.foundation.errors import BadFile, BadValue, DirectoryBusy
+from lockprobe.interventions.conditions import flips
 from lockprobe.studies.call_log import Calls, read_calls
 from lockprobe.studies.directory import read_settings
 from lockprobe.studies.journal import Journal, load, read_timings
 from lockprobe.studies.merge import gather, source_of_directory
 from lockprobe.studies.runner import run_study
 from lockprobe.studies.settings import read_study
+from lockprobe.trial.pictures.picture import Picture
 
 ALL = small_study(p=[0.0, 0.4], trials=2)
 

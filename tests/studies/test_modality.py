@@ -4,14 +4,15 @@ import re
 
 import pytest
 
-from lockprobe.errors import BadValue, Missing, UnknownName
+from lockprobe.foundation.errors import BadValue, Missing, UnknownName
 from lockprobe.interventions.camera import CameraChannel
-from lockprobe.interventions.condition import Condition, flips
+from lockprobe.interventions.conditions import flips
 from lockprobe.interventions.delay import Delay
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.words import TextChannel
 from lockprobe.studies import modality
 from lockprobe.studies.modality import check_distinct, interventions_for, is_pictured, refuse_blind, shown, taken_in
+from lockprobe.trial.condition import Condition
 
 
 def test_reports_are_flipped_and_put_into_words():

@@ -2,7 +2,7 @@
 
 import pytest
 
-from lockprobe.errors import BadFile
+from lockprobe.foundation.errors import BadFile
 from lockprobe.studies.branch import FORKS, branching, play_forks
 from lockprobe.studies.journal import Journal, load
 from lockprobe.studies.next_choice import next_choices, read_choices, write_choices

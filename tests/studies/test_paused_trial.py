@@ -8,8 +8,8 @@ from seated import as_played, people_study, without_page
 from seen import PhotographedPlant
 
 from lockprobe.agents.participant import participant_spec
-from lockprobe.errors import BadFile, BadValue
-from lockprobe.interventions.condition import flips
+from lockprobe.foundation.errors import BadFile, BadValue
+from lockprobe.interventions.conditions import flips
 from lockprobe.plants import catalogue
 from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.studies.paused_trial import PausedTrial, RecordedAttempt

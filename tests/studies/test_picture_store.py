@@ -4,9 +4,9 @@ import multiprocessing
 
 import pytest
 
-from lockprobe.errors import BadFile
-from lockprobe.pictures.picture import Picture
+from lockprobe.foundation.errors import BadFile
 from lockprobe.studies.picture_store import ALBUM, Album, read_picture
+from lockprobe.trial.pictures.picture import Picture
 
 ONE, TWO = Picture(kind="rgb", png=b"one"), Picture(kind="depth16", png=b"two", shown=False)
 

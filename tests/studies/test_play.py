@@ -7,18 +7,18 @@ from typing import ClassVar
 
 import numpy as np
 import pytest
+from lockprobe_robot.twin_settings import SceneSettings
 from seen import PhotographedPlant
 
 from lockprobe import run_trial
-from lockprobe.errors import BadValue, Missing, PlantFault
-from lockprobe.pictures.frame import Camera, Frame
+from lockprobe.foundation.errors import BadValue, Missing, PlantFault
 from lockprobe.plants.catalogue import PlantSource
 from lockprobe.plants.symbolic import SymbolicPlant
-from lockprobe.plants.twin_settings import SceneSettings
-from lockprobe.record import Decision
 from lockprobe.studies import play
 from lockprobe.studies.study_options import StudyOptions
 from lockprobe.studies.studyfile import study
+from lockprobe.trial.pictures.frame import Camera, Frame
+from lockprobe.trial.record import Decision
 
 HANDLES = np.array([[[0.1 * i - 0.15, -0.05, 0.05], [0.1 * i - 0.15, 0.05, 0.05]] for i in range(4)])
 PANEL = np.diag([1.0, -1.0, -1.0, 1.0])
@@ -50,7 +50,7 @@ class Eye:
         self.seen = []
 
     async def decide(self, situation, rng):
-        from lockprobe.pictures.png import from_png
+        from lockprobe.trial.pictures.png import from_png
 
         percept = situation.percept
         assert percept.look is None

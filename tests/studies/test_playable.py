@@ -4,11 +4,12 @@ from dataclasses import dataclass
 
 import pytest
 
-from lockprobe.errors import BadValue
-from lockprobe.interventions.catalogue import place_of, shipped
-from lockprobe.interventions.condition import Condition, read_condition
+from lockprobe.foundation.errors import BadValue
+from lockprobe.interventions.catalogue import shipped
+from lockprobe.interventions.conditions import read_condition
 from lockprobe.studies.playable import CLIENT, PERSON, check_playable
 from lockprobe.studies.studyfile import study
+from lockprobe.trial.condition import Condition, place_of
 
 EVERYBODY = [
     "flip?p=0.4", "flip?p=0.4&only=moved", "tremble?p=0.1", "force?at=4", "drop?p=0.2", "delay?lag=2", "burst?p=0.4",

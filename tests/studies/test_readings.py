@@ -2,7 +2,8 @@
 
 import pytest
 
-from lockprobe.errors import BadValue
+from lockprobe.foundation.errors import BadValue
+from lockprobe.interventions.conditions import interventions_in
 from lockprobe.studies.paper import FULL, SHORT
 from lockprobe.studies.readings import ALL, readings_of
 from lockprobe.studies.settings import study_from
@@ -25,7 +26,7 @@ def test_words_name_readings_and_all_are_the_two_by_two():
         "truth", "flip?p=0.4", "flip?p=0.4&others=kept", "flip?p=0.4&inverts=position",
         "flip?p=0.4&inverts=position&others=kept",
     ]  # fmt: skip
-    assert [one.made()[0].reading for one in planned.conditions[1:]] == [
+    assert [interventions_in(one)[0].reading for one in planned.conditions[1:]] == [
         "re-observed outcome noise", "integrated outcome noise", "memoryless state noise", "latched state noise",
     ]  # fmt: skip
     assert len(ALL) == 4

@@ -7,14 +7,14 @@ from dataclasses import replace
 import pytest
 from builders import make_trial, small_study, write_study
 
-from lockprobe.errors import BadFile, BadValue
-from lockprobe.interventions.condition import flips, read_condition
-from lockprobe.lockbox.families import box
-from lockprobe.storage.jsonl import with_checksum
+from lockprobe.boxes.families import box
+from lockprobe.foundation.errors import BadFile, BadValue
+from lockprobe.foundation.storage.jsonl import with_checksum
+from lockprobe.interventions.conditions import flips, read_condition
 from lockprobe.studies.journal import left_out, load
 from lockprobe.studies.records import read_records
 from lockprobe.studies.runner import run_study
-from lockprobe.trial_json import trial_from_json, trial_from_line, trial_to_json, trial_to_line
+from lockprobe.trial.trial_json import trial_from_json, trial_from_line, trial_to_json, trial_to_line
 
 STUDY = small_study(["random"], p=[0.0, 0.4], repetitions=1, trials=2)
 

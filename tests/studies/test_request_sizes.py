@@ -10,12 +10,12 @@ from lockprobe.agents.llm.model_facts import ModelFacts
 from lockprobe.agents.llm.settings import ModelSettings
 from lockprobe.agents.llm.token_bounds import at_most, tokens
 from lockprobe.agents.prompt import conversation
-from lockprobe.record import Situation
 from lockprobe.studies.request_sizes import HYPOTHESIS, PromptSizes, made_up_steps, reply
 from lockprobe.studies.single import run_trial
 from lockprobe.studies.study_options import StudyOptions
 from lockprobe.studies.studyfile import study
 from lockprobe.testing import joints, replying, words
+from lockprobe.trial.record import Situation
 
 CURT = Path(__file__).parents[1] / "interventions" / "curt.txt"
 

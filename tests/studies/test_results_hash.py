@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from lockprobe import run_study, study
-from lockprobe.errors import BadValue
+from lockprobe.foundation.errors import BadValue
 from lockprobe.report.verification import verify
 from lockprobe.studies.records import load
 from lockprobe.studies.results_hash import StudyHashes, check_hash, results_hash

@@ -15,8 +15,16 @@ from provider_server import Manner, failure, here, truthful
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.model_access import Access
-from lockprobe.errors import AgentsGivenUp, BadFile, BadValue, BudgetReached, Missing, SettingsChanged, UserMistake
-from lockprobe.plugins import allow
+from lockprobe.foundation.errors import (
+    AgentsGivenUp,
+    BadFile,
+    BadValue,
+    BudgetReached,
+    Missing,
+    SettingsChanged,
+    UserMistake,
+)
+from lockprobe.foundation.plugins import allow
 from lockprobe.studies import play, runner
 from lockprobe.studies.call_log import Calls, read_calls
 from lockprobe.studies.journal import Journal, Timing, left_out, load
@@ -75,7 +83,7 @@ def test_an_agent_plays_the_same_beside_others_and_alone(tmp_path):
 
 
 AGENT = """
-from lockprobe.record import Decision
+from lockprobe.trial.record import Decision
 class Mine:
     facts = {"model": "a"}
     async def decide(self, situation, rng):
@@ -132,7 +140,7 @@ def test_it_is_watched(tmp_path):
 
 
 def test_what_cannot_be_had_is_said_before_the_first_trial(tmp_path):
-    from lockprobe.errors import BadFile
+    from lockprobe.foundation.errors import BadFile
 
     with pytest.raises(BadFile, match="none.gguf"):
         played(tmp_path, agent=["random", "llm:gguf:none.gguf"], trials=1)
@@ -226,7 +234,7 @@ class Raises:
 class Unclosed:
     facts = {}
     async def decide(self, situation, rng):
-        from lockprobe.record import Decision
+        from lockprobe.trial.record import Decision
         return Decision(joint=situation.task.joints[0])
     async def aclose(self):
         raise RuntimeError("stays open")

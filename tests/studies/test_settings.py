@@ -7,11 +7,11 @@ from pathlib import Path
 import pytest
 from builders import modality_study, play_study, small_study, write_study
 
-from lockprobe.errors import BadFile, BadValue
-from lockprobe.record import STATES
+from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.studies.settings import read_study, study_from
 from lockprobe.studies.study_options import StudyOptions
 from lockprobe.studies.studyfile import study
+from lockprobe.trial.record import STATES
 
 
 @pytest.fixture

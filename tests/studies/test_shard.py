@@ -5,7 +5,7 @@ from builders import small_study
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lockprobe.errors import BadValue
+from lockprobe.foundation.errors import BadValue
 from lockprobe.studies.shard import Shard
 
 

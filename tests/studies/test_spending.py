@@ -6,14 +6,14 @@ from prefixes import repeated_prefix
 
 from lockprobe.agents.llm.token_bounds import tokens
 from lockprobe.agents.prompt import Message, conversation, repair
-from lockprobe.errors import ReplyFault
-from lockprobe.model_call import BROKEN_OFF
-from lockprobe.record import Situation
+from lockprobe.foundation.errors import ReplyFault
 from lockprobe.studies.budget import Budget
 from lockprobe.studies.request_sizes import HYPOTHESIS, made_up_steps, reply
 from lockprobe.studies.spending import Ledger, dollars, most_dollars, price_of
 from lockprobe.studies.study_options import StudyOptions
 from lockprobe.studies.studyfile import study
+from lockprobe.trial.model_call import BROKEN_OFF
+from lockprobe.trial.record import Situation
 
 __all__ = ["prices"]
 

@@ -4,11 +4,10 @@ import json
 
 import pytest
 
-from lockprobe.beliefs.structures import interlocks
-from lockprobe.errors import BadFile, BadValue, UnknownName
-from lockprobe.lockbox.families import box
-from lockprobe.lockbox.solve import optimum, random_success
-from lockprobe.record import STATES
+from lockprobe.boxes.beliefs.structures import interlocks
+from lockprobe.boxes.families import box
+from lockprobe.boxes.solve import optimum, random_success
+from lockprobe.foundation.errors import BadFile, BadValue, UnknownName
 from lockprobe.studies.study_options import SUITE_NAMES
 from lockprobe.studies.suites import (
     SUITES,
@@ -19,6 +18,7 @@ from lockprobe.studies.suites import (
     suite_studies,
     suite_study,
 )
+from lockprobe.trial.record import STATES
 
 SUITE = SUITES["suite-1"]
 

@@ -11,15 +11,15 @@ import pytest
 from pydantic import ValidationError
 
 import lockprobe
-from lockprobe.errors import BadValue, UnknownName
-from lockprobe.interventions.condition import Condition
+from lockprobe.boxes.boxfile import toml_of
+from lockprobe.boxes.families import box
+from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.interventions.tremble import Tremble
-from lockprobe.lockbox.boxfile import toml_of
-from lockprobe.lockbox.families import box
 from lockprobe.studies.single import run_trial
 from lockprobe.studies.study_options import StudyOptions
 from lockprobe.studies.studyfile import study, trial_study
 from lockprobe.studies.trial_options import TrialOptions, trial_options
+from lockprobe.trial.condition import Condition
 
 OF_TRIALS = {"repetition", "trial", "pictures"}
 OF_STUDIES = {

@@ -3,8 +3,8 @@
 import pytest
 
 import lockprobe
-from lockprobe.analysis.why_arms import ARMS, CROSSED, PARTS
-from lockprobe.errors import BadValue, UserMistake
+from lockprobe.foundation.errors import BadValue, UserMistake
+from lockprobe.statistics.why_arms import ARMS, CROSSED, PARTS
 from lockprobe.studies.studyfile import study
 from lockprobe.studies.why import AGENTS, EXTENT
 

@@ -4,14 +4,14 @@ import os
 
 import pytest
 
-from lockprobe.errors import Missing, UserMistake
+from lockprobe.foundation.errors import Missing, UserMistake
 from lockprobe.studies.study_options import StudyOptions
 from lockprobe.studies.studyfile import study
 from lockprobe.studies.workers import play_in_workers
 
 AGENTS = """
 import os
-from lockprobe.record import Decision
+from lockprobe.trial.record import Decision
 class Mortal:
     facts = {}
     async def decide(self, situation, rng):
@@ -37,8 +37,8 @@ def played(plans, workers):
 
 
 def targets(plans):
-    from lockprobe.errors import ModelFault
-    from lockprobe.trial import broken
+    from lockprobe.foundation.errors import ModelFault
+    from lockprobe.trial.loop import broken
 
     return {plan.key: broken(plan, ModelFault("")).labels[0] for plan in plans}
 

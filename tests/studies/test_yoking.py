@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from lockprobe.errors import BadValue, TrialFault
+from lockprobe.foundation.errors import BadValue, TrialFault
 from lockprobe.interventions.yoked import Yoked
 from lockprobe.report.verification import verify
 from lockprobe.studies.branch import Branching
@@ -13,7 +13,7 @@ from lockprobe.studies.runner import run, run_study
 from lockprobe.studies.single import run_trial
 from lockprobe.studies.studyfile import study
 from lockprobe.studies.yoking import as_recorded, bound, is_yoked
-from lockprobe.told_outcome import flipped
+from lockprobe.trial.told_outcome import flipped
 
 LOOPING, YOKED = "flip?p=0.8&while=looping", "yoked?p=0.8&how=looping"
 STUDY = study(
@@ -79,7 +79,7 @@ def test_a_trial_waits_for_one_that_broke(directory):
 
 
 def _fault(trial):
-    from lockprobe.record import TrialError
+    from lockprobe.trial.record import TrialError
 
     return TrialError(boundary="model", step=3, message="down")
 

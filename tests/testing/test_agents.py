@@ -6,8 +6,8 @@ from types import MappingProxyType
 import pytest
 
 from lockprobe.agents.strategies import RandomAgent
-from lockprobe.record import Decision
 from lockprobe.testing import ScriptedAgent, check_agent
+from lockprobe.trial.record import Decision
 
 
 @pytest.mark.parametrize("agent", ["random", "human-inspired", "cognitive:perseverant", ScriptedAgent(joints=(0, 2))])

@@ -5,7 +5,7 @@ from itertools import count
 
 import pytest
 
-from lockprobe.lockbox.families import box, named_boxes
+from lockprobe.boxes.families import box, named_boxes
 from lockprobe.testing import check_box
 
 CHAIN = box("chain-4")

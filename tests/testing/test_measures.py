@@ -4,8 +4,8 @@ from itertools import count
 
 import pytest
 
-from lockprobe.analysis.measures import MEASURES
-from lockprobe.errors import BadValue, UserMistake
+from lockprobe.foundation.errors import BadValue, UserMistake
+from lockprobe.statistics.measures import MEASURES
 from lockprobe.testing import check_measure
 
 

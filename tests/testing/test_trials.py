@@ -2,12 +2,12 @@
 
 import pytest
 
-from lockprobe.errors import BadValue
+from lockprobe.foundation.errors import BadValue
 from lockprobe.interventions.tremble import Tremble
 from lockprobe.studies.single import run_trial
 from lockprobe.testing import ScriptedAgent, make_trial, play_trials
 from lockprobe.testing.records import check_facts
-from lockprobe.trial_json import trial_from_json, trial_to_json
+from lockprobe.trial.trial_json import trial_from_json, trial_to_json
 
 
 def test_a_trial_attempts_what_it_is_told_as_the_box_reacts():

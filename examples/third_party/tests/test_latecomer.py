@@ -11,7 +11,7 @@ from latecomer.silence import SECTION
 from latecomer.untold import untold
 
 import lockprobe
-from lockprobe.analysis.measures import measured
+from lockprobe.statistics.measures import measured
 from lockprobe.testing import check_agent, check_box, check_measure, check_plant, make_trial, play_trials
 
 AGENTS = ("human-inspired", "cognitive:perseverant")
@@ -90,6 +90,7 @@ def test_a_sweep_over_the_lag_is_reported_with_all_of_them(tmp_path):
     shares, means = ([row.value for row in found.where(name)] for name in ("latecomer.untold_share", "measures.untold"))
     assert shares == pytest.approx(means)
     assert shares[0] == 0 < shares[1] < shares[2]
+    assert command("lateness", str(out)).split()[::2] == ["late?lag=1", "late?lag=2", "truth"]
     command("report", str(out))
     assert (out / "figures" / "latecomer.silence.svg").exists()
     assert len((out / "tables" / "latecomer.silence-by-condition.csv").read_text().splitlines()) == 7

@@ -31,11 +31,11 @@ from lockprobe.agents.participant import check_participant
 from lockprobe.agents.strategies import RandomAgent, RandomNoRepeat, RoundRobin
 from lockprobe.agents.viewer import Eyesight, Viewer
 from lockprobe.agents.worlds import WORLDS
-from lockprobe.errors import BadValue, UnknownName, UserMistake
-from lockprobe.plugins import Plugin, find_plugin, has_methods, plugin_names
-from lockprobe.protocols import Agent
-from lockprobe.spec import MCP, PEOPLE, Spec, spec_kind, with_options
-from lockprobe.terminal_text import printable
+from lockprobe.foundation.errors import BadValue, UnknownName, UserMistake
+from lockprobe.foundation.plugins import Plugin, find_plugin, has_methods, plugin_names
+from lockprobe.foundation.spec import MCP, PEOPLE, Spec, spec_kind, with_options
+from lockprobe.foundation.terminal_text import printable
+from lockprobe.trial.protocols import Agent
 
 __all__ = ["AgentSource", "Engine", "description", "is_strategy", "known_specs", "recomputes", "resolve"]
 
@@ -92,7 +92,7 @@ class AgentSource:
         engine: What its computing time depends on.
         senses: What it can perceive. A user's class counts as able to see, and has to refuse pictures itself if it
             cannot: planning a study or reading a record runs no code of a user.
-        make: Builds the agent; may load a model, and may raise :class:`lockprobe.errors.UserMistake`.
+        make: Builds the agent; may load a model, and may raise :class:`lockprobe.foundation.errors.UserMistake`.
         check: Checks cheaply whether ``make`` can work, with the same errors.
     """
 

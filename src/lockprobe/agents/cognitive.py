@@ -1,7 +1,7 @@
 """Simple mechanisms that may explain an agent: a softmax over a fading memory, and a random map.
 
 They are models in the statistical sense: each gives every choice a probability, so that it can be played, and fitted to
-the trials of anyone (:mod:`lockprobe.fit`). Both look at what is told, never at the truth.
+the trials of anyone (:mod:`lockprobe.simulation.fit`). Both look at what is told, never at the truth.
 """
 
 from __future__ import annotations
@@ -12,9 +12,9 @@ from dataclasses import asdict, dataclass, fields
 from typing import ClassVar, Literal
 
 from lockprobe.agents.policy import Policy, Told, View, evenly, opened_after
-from lockprobe.errors import BadValue
-from lockprobe.record import Fact
-from lockprobe.validation import check_probability
+from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.validation import check_probability
+from lockprobe.trial.record import Fact
 
 __all__ = ["CHARACTERS", "MODELS", "Habits", "RandomMap", "SoftmaxMemory", "Traces"]
 

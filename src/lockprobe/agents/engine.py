@@ -20,8 +20,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from lockprobe.errors import BadFile, BadValue, Missing, ModelFault
-from lockprobe.record import Fact
+from lockprobe.foundation.errors import BadFile, BadValue, Missing, ModelFault
+from lockprobe.trial.record import Fact
 
 os.environ.setdefault("OMP_WAIT_POLICY", "passive")  # else the threads' barriers spin, and two workers crawl
 

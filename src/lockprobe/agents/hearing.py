@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal, get_args
 
 from lockprobe.agents.policy import Policy, Told, View, evenly
-from lockprobe.record import Fact
-from lockprobe.validation import check_choice
+from lockprobe.foundation.validation import check_choice
+from lockprobe.trial.record import Fact
 
 __all__ = ["Hears", "Jolt", "Jolted"]
 

@@ -23,8 +23,8 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Literal
 
 from lockprobe.agents.policy import Policy, Told, View, evenly, opened_after, pick
-from lockprobe.record import Fact
-from lockprobe.validation import check_probability
+from lockprobe.foundation.validation import check_probability
+from lockprobe.trial.record import Fact
 
 if TYPE_CHECKING:
     import numpy as np

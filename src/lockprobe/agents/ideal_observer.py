@@ -2,7 +2,7 @@
 
 It shows how much information reports contain. It is ideal only under its prior and noise model: told the
 truth, ``noise=naive`` needs 8.5 steps on ``chain-4`` under ``prior=single-parent``, 5.5 if it knows that the box is a
-chain (``prior=chains``). Beliefs and plans are :mod:`lockprobe.beliefs`.
+chain (``prior=chains``). Beliefs and plans are :mod:`lockprobe.boxes.beliefs`.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ from typing import ClassVar
 import numpy as np
 
 from lockprobe.agents.policy import Policy, Told, View, draw, told_outcome
-from lockprobe.beliefs.exact import planner
-from lockprobe.beliefs.planning import PlanGoal, best_joints
-from lockprobe.beliefs.posterior import Belief, KnownReading, ReportedAttempt, begin, noise_model, update
-from lockprobe.beliefs.structures import PRIORS, interlocks
-from lockprobe.errors import UnknownName
-from lockprobe.record import Decision, Fact, Outcome, Situation
-from lockprobe.spec import with_options
+from lockprobe.boxes.beliefs.exact import planner
+from lockprobe.boxes.beliefs.planning import PlanGoal, best_joints
+from lockprobe.boxes.beliefs.posterior import Belief, KnownReading, ReportedAttempt, begin, noise_model, update
+from lockprobe.boxes.beliefs.structures import PRIORS, interlocks
+from lockprobe.foundation.errors import UnknownName
+from lockprobe.foundation.spec import with_options
+from lockprobe.trial.record import Decision, Fact, Outcome, Situation
 
 __all__ = ["IdealObserver"]
 
@@ -35,7 +35,7 @@ class IdealObserver(Policy[Belief]):
     It claims the more probable outcome of its last action.
 
     Attributes:
-        prior: The interlocks that it considers possible: :mod:`lockprobe.beliefs.structures`.
+        prior: The interlocks that it considers possible: :mod:`lockprobe.boxes.beliefs.structures`.
         noise: ``naive`` (reports are true), ``aware`` (how often they are false is inferred) or a flip probability.
         plan: ``steps``: fewest expected steps. ``information``: most expected bits about the interlock, and fewest
             expected steps once the interlock is known or no attempt is informative.
@@ -65,7 +65,7 @@ class IdealObserver(Policy[Belief]):
         """The agent with the options of a spec.
 
         Raises:
-            UserMistake: As :func:`lockprobe.spec.with_options` and the class.
+            UserMistake: As :func:`lockprobe.foundation.spec.with_options` and the class.
         """
         return with_options(cls, "ideal-observer", options)
 

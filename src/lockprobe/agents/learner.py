@@ -1,4 +1,4 @@
-"""The agent ``learner:NAME``: a small network that the project trains itself (:mod:`lockprobe.learner`)."""
+"""The agent ``learner:NAME``: a small network that the project trains itself (:mod:`lockprobe.agents.network`)."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
+from lockprobe.agents.network.network import encoded
+from lockprobe.agents.network.network_file import SHIPPED, Learned, load, shipped
 from lockprobe.agents.policy import Policy, Told, View, opened_after
-from lockprobe.errors import BadValue
-from lockprobe.learner.network import encoded
-from lockprobe.learner.network_file import SHIPPED, Learned, load, shipped
-from lockprobe.record import Fact
-from lockprobe.spec import arguments_from
+from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.spec import arguments_from
+from lockprobe.trial.record import Fact
 
 __all__ = ["Learner", "Recurrent"]
 

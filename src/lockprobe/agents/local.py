@@ -17,10 +17,10 @@ from lockprobe.agents import weights
 from lockprobe.agents.modalities import refuse_pictures
 from lockprobe.agents.policy import draw
 from lockprobe.agents.prompt import example, fingerprint
-from lockprobe.errors import BadValue, Conflict, ModelFault, UnknownName
-from lockprobe.record import Decision, Fact, Outcome, Situation, Turn
-from lockprobe.spec import Spec
-from lockprobe.validation import check_choice
+from lockprobe.foundation.errors import BadValue, Conflict, ModelFault, UnknownName
+from lockprobe.foundation.spec import Spec
+from lockprobe.foundation.validation import check_choice
+from lockprobe.trial.record import Decision, Fact, Outcome, Situation, Turn
 
 if TYPE_CHECKING:
     from lockprobe.agents.engine import Engine

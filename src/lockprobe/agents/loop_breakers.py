@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from lockprobe.agents.policy import Policy, Told, View, evenly
-from lockprobe.errors import BadValue
+from lockprobe.foundation.errors import BadValue
 
 __all__ = ["AnyFalsehood", "FormByLength", "LoopBreaker", "Novelty", "Round", "Sceptic"]
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import re
 
-from lockprobe.errors import BadValue
-from lockprobe.spec import MCP
+from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.spec import MCP
 
 __all__ = ["SAME_IN_ALL_TRIALS", "check_client", "client_spec"]
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Literal
 
-from lockprobe.errors import BadValue
-from lockprobe.record import Percept
+from lockprobe.foundation.errors import BadValue
+from lockprobe.trial.record import Percept
 
 __all__ = ["Senses", "refuse_pictures"]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from lockprobe.errors import BadValue
+from lockprobe.foundation.errors import BadValue
 
 __all__ = ["Access"]
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from lockprobe.errors import ChannelFault
-from lockprobe.record import Decision, Fact, Outcome, Situation
+from lockprobe.foundation.errors import ChannelFault
+from lockprobe.trial.record import Decision, Fact, Outcome, Situation
 
 if TYPE_CHECKING:
     import asyncio

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import re
 
-from lockprobe.errors import BadValue
-from lockprobe.spec import PEOPLE
+from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.spec import PEOPLE
 
 __all__ = ["check_participant", "participant_spec"]
 

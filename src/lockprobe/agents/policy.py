@@ -2,8 +2,8 @@
 
 A policy begins with a memory, updates it with every report, and derives a probability for each joint. The memory is a
 hashable value, so the same policy can be played here step by step, propagated exactly or sampled by the thousand
-(:mod:`lockprobe.montecarlo`), and fitted (:mod:`lockprobe.fit`). Joints are indices into ``Task.joints``, the order in
-which they are listed.
+(:mod:`lockprobe.simulation.montecarlo`), and fitted (:mod:`lockprobe.simulation.fit`). Joints are indices into
+``Task.joints``, the order in which they are listed.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, Generic, NamedTuple, TypeVar
 
 from lockprobe.agents.modalities import refuse_pictures
-from lockprobe.record import Decision, Fact, Outcome, Percept, Situation, Task, Turn
+from lockprobe.trial.record import Decision, Fact, Outcome, Percept, Situation, Task, Turn
 
 if TYPE_CHECKING:
     import numpy as np
@@ -139,7 +139,7 @@ def draw(probabilities: Sequence[float], rng: np.random.Generator) -> int:
 
 
 class Policy(Generic[Memory]):
-    """A rule with a memory. As an :class:`lockprobe.protocols.Agent` it recomputes its memory from the situation.
+    """A rule with a memory. As an :class:`lockprobe.trial.protocols.Agent` it recomputes its memory from the situation.
 
     It caches its last recall, so that the time of a trial is linear in its steps. The cache is used only if the
     situation continues the cached one, so it never changes a decision.

@@ -16,10 +16,10 @@ from typing import Literal, NamedTuple
 
 from lockprobe.agents.reply_text import object_in, without_marks
 from lockprobe.agents.reply_values import values_in
-from lockprobe.briefing import Briefing
-from lockprobe.errors import BadValue, RefusalFault, ReplyFault, UnknownName
-from lockprobe.pictures.picture import Picture, PictureKind
-from lockprobe.record import Decision, Percept, Situation, Task, Turn
+from lockprobe.foundation.errors import BadValue, RefusalFault, ReplyFault, UnknownName
+from lockprobe.trial.briefing import Briefing
+from lockprobe.trial.pictures.picture import Picture, PictureKind
+from lockprobe.trial.record import Decision, Percept, Situation, Task, Turn
 
 __all__ = [
     "FIELDS",
@@ -254,7 +254,7 @@ def parse_reply(text: str, situation: Situation, stop: str = "stop") -> Decision
     Args:
         text: The raw reply.
         situation: The situation that it is about.
-        stop: Why it stopped, as :attr:`lockprobe.model_call.Call.stop` has it.
+        stop: Why it stopped, as :attr:`lockprobe.trial.model_call.Call.stop` has it.
 
     Raises:
         RefusalFault: If it stopped because the model or its provider refused, with the words of the refusal.

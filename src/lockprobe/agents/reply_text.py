@@ -14,7 +14,7 @@ import unicodedata
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Literal, NamedTuple
 
-from lockprobe.errors import ReplyFault
+from lockprobe.foundation.errors import ReplyFault
 
 __all__ = ["TIDIED", "FoundObject", "Tidied", "mark_in", "object_in", "plain_form", "without_marks"]
 

@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 from lockprobe.agents.reply_text import plain_form
-from lockprobe.errors import ReplyFault
-from lockprobe.record import Outcome, Situation
+from lockprobe.foundation.errors import ReplyFault
+from lockprobe.trial.record import Outcome, Situation
 
 __all__ = ["CLAIMS", "Values", "values_in"]
 

@@ -1,6 +1,6 @@
 """The agent ``viewer``: it reads joint positions from pictures and lets a strategy decide.
 
-It turns its readings of every picture (:mod:`lockprobe.pictures.picture_reader`) into the reports of a symbolic
+It turns its readings of every picture (:mod:`lockprobe.trial.pictures.picture_reader`) into the reports of a symbolic
 observation, and claims of its last action what it saw. Misreadings come from the pictures alone; it draws no random
 numbers. Without pictures it acts as the strategy and claims what it was told.
 
@@ -14,15 +14,15 @@ from dataclasses import asdict, dataclass, field, replace
 from typing import TYPE_CHECKING, TypeVar
 
 from lockprobe.agents.policy import told_outcome
-from lockprobe.errors import BadValue
-from lockprobe.protocols import Agent
-from lockprobe.record import Decision, Fact, Outcome, Percept, Situation, Task
+from lockprobe.foundation.errors import BadValue
+from lockprobe.trial.protocols import Agent
+from lockprobe.trial.record import Decision, Fact, Outcome, Percept, Situation, Task
 
 if TYPE_CHECKING:
     import numpy as np
 
-    from lockprobe.pictures.picture import Picture
-    from lockprobe.pictures.picture_reader import Handles
+    from lockprobe.trial.pictures.picture import Picture
+    from lockprobe.trial.pictures.picture_reader import Handles
 
 Key = TypeVar("Key", bound=Hashable)
 Value = TypeVar("Value")
@@ -124,14 +124,14 @@ class Viewer:
 
     def _acuity(self, percept: Percept) -> int:
         """The acuity for a trial whose first picture this is."""
-        from lockprobe.pictures.picture_reader import needed_acuity
+        from lockprobe.trial.pictures.picture_reader import needed_acuity
 
         shown = _shown(percept)
         key = (tuple(picture.name for picture in shown), percept.handles)
         return _remembered(self._needed, key, lambda: needed_acuity(shown, percept.handles, LEAST_ACUITY))
 
     def _evidence(self, percept: Percept, acuity: int) -> tuple[float, ...]:
-        from lockprobe.pictures.picture_reader import evidence
+        from lockprobe.trial.pictures.picture_reader import evidence
 
         shown = _shown(percept)
         key = (tuple(picture.name for picture in shown), percept.handles, acuity)

@@ -14,10 +14,10 @@ from functools import lru_cache
 from pathlib import Path
 from typing import BinaryIO
 
-from lockprobe.errors import BadFile, Missing, UnknownName
-from lockprobe.inputs import check_regular
-from lockprobe.spec import Spec
-from lockprobe.storage.atomic_file import atomic_file, write_file
+from lockprobe.foundation.errors import BadFile, Missing, UnknownName
+from lockprobe.foundation.inputs import check_regular
+from lockprobe.foundation.spec import Spec
+from lockprobe.foundation.storage.atomic_file import atomic_file, write_file
 
 __all__ = [
     "EMBEDDED",

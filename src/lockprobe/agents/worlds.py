@@ -16,9 +16,9 @@ from lockprobe.agents.human_inspired import HumanInspired
 from lockprobe.agents.loop_breakers import AnyFalsehood, FormByLength, LoopBreaker, Novelty, Sceptic
 from lockprobe.agents.policy import Policy, Told, View, evenly
 from lockprobe.agents.strategies import RandomNoRepeat
-from lockprobe.errors import BadValue
-from lockprobe.record import Fact
-from lockprobe.validation import check_probability
+from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.validation import check_probability
+from lockprobe.trial.record import Fact
 
 __all__ = ["WORLDS", "Believer", "Failures", "Half", "Halves", "LostHalf", "LostPair"]
 

@@ -13,12 +13,12 @@ from contextlib import contextmanager, nullcontext
 from importlib import import_module
 from inspect import getdoc
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from typer import Typer
 
-__all__ = ["COMMANDS", "STUDIES", "build", "main", "overview"]
+__all__ = ["COMMANDS", "STUDIES", "build", "every_command", "main", "overview"]
 
 COMMANDS = {
     "run": ("run", "run", "Play a study, or resume it, and write its report."),
@@ -44,13 +44,15 @@ COMMANDS = {
     "box": ("box", "app", "List, show, solve and generate boxes."),
     "agents": ("agents", "agents", "List the agents."),
     "plants": ("agents", "plants", "List the plants: rules, a simulated box, a robot."),
-    "rig": ("rig", "app", "Prepare a robot: tags, calibrate, check, rehearse, dry-run."),
     "interventions": ("agents", "interventions", "List the interventions at each place of the loop."),
     "measures": ("measures", "measures", "List the measures of a trial, or a study's means of them."),
     "models": ("models", "models", "List the language models on this machine."),
     "doctor": ("doctor", "doctor", "Check what works on this machine."),
 }
 """Name of a command -> (module, function or group in it, help)."""
+
+_OF_ROBOT = ("rig",)
+"""Commands that lockprobe-robot adds."""
 
 
 _COMPLETING = "_LOCKPROBE_COMPLETE"
@@ -63,14 +65,26 @@ STUDIES = ("flips", "modalities", "why", "mechanisms.toml")
 """Studies that a user may type by mistake where a command belongs."""
 
 
+def every_command() -> list[str]:
+    """The names of all commands: Lockprobe's, and those that installed packages add (``lockprobe.commands``)."""
+    from lockprobe.foundation.plugins import find_plugin, plugin_names
+
+    robot = [name for name in _OF_ROBOT if find_plugin("command", name) is not None]
+    return [*COMMANDS, *robot, *(name for name in plugin_names("command") if name not in COMMANDS)]
+
+
 def build(names: Iterable[str]) -> Typer:
-    """The ``lockprobe`` command with these subcommands; only their modules are imported."""
+    """The ``lockprobe`` command with these subcommands; only their modules are imported.
+
+    Raises:
+        Missing: If one is of lockprobe-robot, which is not installed.
+        UserMistake: If one is of a package that breaks.
+    """
     from typer import Typer
 
     app = _without_subcommands()
     for name in names:
-        module, attribute, text = COMMANDS[name]
-        found = getattr(import_module(f"lockprobe.cli.{module}"), attribute)
+        found, text = _subcommand(name)
         if isinstance(found, Typer):
             app.add_typer(found, name=name, help=text)
         else:
@@ -78,10 +92,35 @@ def build(names: Iterable[str]) -> Typer:
     return app
 
 
+def _subcommand(name: str) -> tuple[Any, str]:
+    """A subcommand, a function or a group, with its help in one line."""
+    if name in COMMANDS:
+        module, attribute, text = COMMANDS[name]
+        return getattr(import_module(f"lockprobe.cli.{module}"), attribute), text
+    from typer import Typer
+
+    from lockprobe.foundation.errors import BadValue, Missing
+    from lockprobe.foundation.plugins import find_plugin
+
+    if (plugin := find_plugin("command", name)) is None:
+        raise Missing(f"commands such as {name} need the package lockprobe-robot", "pip install 'lockprobe[twin]'")
+    found = plugin.load()
+    if not isinstance(found, Typer) and not callable(found):
+        raise BadValue("command", name, "a function or a Typer application")
+    said = found.info.help if isinstance(found, Typer) else getdoc(found)
+    return found, (said or "").partition("\n")[0].replace("``", "")
+
+
 def overview() -> Typer:
-    """The ``lockprobe`` command with the names and help of all subcommands; none of their modules is imported."""
+    """The ``lockprobe`` command with the names and help of all subcommands; no module of Lockprobe's is imported."""
+    from lockprobe.foundation.errors import UserMistake
+
     app = _without_subcommands()
-    for name, (_, _, text) in COMMANDS.items():
+    for name in every_command():
+        try:
+            text = COMMANDS[name][2] if name in COMMANDS else _subcommand(name)[1]
+        except UserMistake as mistake:
+            text = f"Cannot be used. {mistake}"
         app.command(name, help=text)(lambda: None)
     return app
 
@@ -131,7 +170,7 @@ def _run_command() -> int | None:
     import typer
     from typer.exceptions import TyperException
 
-    from lockprobe.errors import UserMistake
+    from lockprobe.foundation.errors import UserMistake
 
     _writable_streams()
     asked = sys.argv[1] if len(sys.argv) > 1 else ""
@@ -171,8 +210,10 @@ def _one_thread() -> Iterator[None]:
 def _command_for(asked: str) -> Typer:
     """The ``lockprobe`` command with only the modules that this command line needs; completion needs all."""
     if _COMPLETING in os.environ:
-        return build(COMMANDS)
-    return build([asked]) if asked in COMMANDS else overview()
+        return build(every_command())
+    if asked in COMMANDS or asked in _OF_ROBOT or (asked and not asked.startswith("-") and asked in every_command()):
+        return build([asked])
+    return overview()
 
 
 def _status(returned: object) -> int | None:
@@ -181,14 +222,14 @@ def _status(returned: object) -> int | None:
 
 def _error_text(message: str, asked: str) -> str:
     """The error message for a wrong command line, in plain words."""
-    from lockprobe.validation import plain
+    from lockprobe.foundation.validation import plain
 
-    if message.startswith("No such command") and asked in COMMANDS:  # a group has no such command
-        group = getattr(import_module(f"lockprobe.cli.{COMMANDS[asked][0]}"), COMMANDS[asked][1])
+    if message.startswith("No such command") and asked in every_command():  # a group has no such command
+        group = _subcommand(asked)[0]
         known = ", ".join(str(one.name or one.callback.__name__) for one in group.registered_commands)
         return f"{message.rstrip('.')} of lockprobe {asked}; there are {known}"
     if message.startswith("No such command"):
-        meant = next(iter(difflib.get_close_matches(asked, [*COMMANDS, *STUDIES], n=1)), "")
+        meant = next(iter(difflib.get_close_matches(asked, [*every_command(), *STUDIES], n=1)), "")
         if asked in STUDIES or asked.endswith(".toml"):
             meant = asked
         command = f"lockprobe run {meant}" if meant in STUDIES or meant.endswith(".toml") else meant
@@ -210,7 +251,7 @@ def _writable_streams() -> None:
 
 def _complain(message: str, to_copy: Sequence[str] = ()) -> int:
     if message:
-        from lockprobe.terminal_text import printable
+        from lockprobe.foundation.terminal_text import printable
 
         for line in ("lockprobe: " + " ".join(message.split()), *to_copy):
             print(printable(line), file=sys.stderr)

@@ -8,8 +8,8 @@ from typing import Annotated
 
 import typer
 
-from lockprobe.plugins import Kind, listed_plugins
-from lockprobe.spec import options_of
+from lockprobe.foundation.plugins import Kind, listed_plugins
+from lockprobe.foundation.spec import options_of
 
 __all__ = ["AsJson", "agents", "interventions", "list_all", "plants"]
 
@@ -32,7 +32,8 @@ def plants(json: AsJson = False) -> None:
 
 def interventions(json: AsJson = False) -> None:
     """List the interventions by their place in the loop: told, asked, remembered, done."""
-    from lockprobe.interventions.catalogue import PLACES, packaged, place_of, shipped
+    from lockprobe.interventions.catalogue import packaged, shipped
+    from lockprobe.trial.condition import PLACES, place_of
 
     found = [(name, kind, "", "") for name, kind in shipped().items()]
     found += [(row.name, row.found, row.package, row.what) for row in packaged()]
@@ -57,7 +58,8 @@ def list_all(kind: Kind, known: Mapping[str, str], width: int, *, json: bool, pa
     """
     rows: list[dict[str, object]] = [{"spec": spec, "what": what} for spec, what in known.items()]
     if packaged:
-        rows += [{"spec": row.name, "what": row.what} | _of(row.package) for row in listed_plugins(kind, known)]
+        added = listed_plugins(kind, known) + (listed_plugins("plant source", known) if kind == "plant" else [])
+        rows += [{"spec": row.name, "what": row.what} | _of(row.package) for row in added]
     for row in rows:
         _print_row(row, f"{row['spec']:{width}}", json=json)
 

@@ -10,17 +10,17 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
-from lockprobe.audit.many_agents import MANY_AGENTS, SentenceRate, sentence_data, sentence_rates
-from lockprobe.audit.rates import COMPARISON, Rate, as_data, measure
-from lockprobe.audit.simulated_agents import WORLDS, World, world
 from lockprobe.cli import options
 from lockprobe.cli.cluster import reached
 from lockprobe.cli.power import AsJson, Seed, Workers, print_verdicts, processes, whole_numbers
 from lockprobe.cli.printing import new_table, plain_console, print_table, time_left
-from lockprobe.errors import BadValue, Conflict, UnknownName
-from lockprobe.parallel import Pool
-from lockprobe.prose.hypothesis_tests import QUESTIONS
-from lockprobe.spec import Spec
+from lockprobe.foundation.errors import BadValue, Conflict, UnknownName
+from lockprobe.foundation.parallel import Pool
+from lockprobe.foundation.spec import Spec
+from lockprobe.report.prose.hypothesis_tests import QUESTIONS
+from lockprobe.simulation.audit.many_agents import MANY_AGENTS, SentenceRate, sentence_data, sentence_rates
+from lockprobe.simulation.audit.rates import COMPARISON, Rate, as_data, measure
+from lockprobe.simulation.audit.simulated_agents import WORLDS, World, world
 
 __all__ = ["audit"]
 
@@ -116,7 +116,7 @@ def _print_sentences(rates: Sequence[SentenceRate]) -> None:
 def _audit_why(
     names: list[str] | None, studies: int, blocks: list[int], seed: int, workers: Pool, *, json: bool
 ) -> None:
-    from lockprobe.montecarlo.verdicts import MECHANISMS, verdict_rates
+    from lockprobe.simulation.montecarlo.verdicts import MECHANISMS, verdict_rates
 
     known = {Spec.parse(name).name: name for name in MECHANISMS}
     for name in names or ():
@@ -134,7 +134,7 @@ def _audit_why(
 
 
 def _audit_lie(names: list[str] | None, studies: int, seed: int, workers: Pool, *, json: bool) -> None:
-    from lockprobe.montecarlo.interval_rates import AUDITED, interval_rates
+    from lockprobe.simulation.montecarlo.interval_rates import AUDITED, interval_rates
 
     if names:
         agents = ", ".join(name for name, _ in AUDITED)

@@ -13,21 +13,22 @@ from typing import Annotated, Literal
 
 import typer
 
-from lockprobe.errors import BadFile, BadValue, UserMistake
-from lockprobe.inputs import read_input
-from lockprobe.lockbox.box import Lockbox
-from lockprobe.lockbox.difficulty import Difficulty, depths, difficulty, undone
-from lockprobe.lockbox.families import DEFAULT_BOX, box, find_box, named_boxes, sized
-from lockprobe.lockbox.generate import InitialName, Recipe, RefusedRecipe
-from lockprobe.lockbox.generate import generate as make
-from lockprobe.lockbox.layouts import LayoutName
-from lockprobe.lockbox.sketch import ascii_only, interlock_lines, panel_lines
-from lockprobe.lockbox.solve import optimal_plans, optimum, random_no_repeat_success, random_success
-from lockprobe.lockbox.state_space import space_of
-from lockprobe.lockbox.structures import FAMILIES
-from lockprobe.plugins import listed_plugins
-from lockprobe.storage.atomic_file import write_file
-from lockprobe.storage.links import refuse_links
+from lockprobe.boxes.box import Lockbox
+from lockprobe.boxes.difficulty import Difficulty, depths, difficulty, undone
+from lockprobe.boxes.families import DEFAULT_BOX, box, find_box, named_boxes, sized
+from lockprobe.boxes.generate import InitialName, Recipe, RefusedRecipe
+from lockprobe.boxes.generate import generate as make
+from lockprobe.boxes.layouts import LayoutName
+from lockprobe.boxes.sketch import ascii_only, interlock_lines, panel_lines
+from lockprobe.boxes.solve import optimal_plans, optimum, random_no_repeat_success, random_success
+from lockprobe.boxes.state_space import space_of
+from lockprobe.boxes.structures import FAMILIES
+from lockprobe.cli.robot_tools import robot_tool
+from lockprobe.foundation.errors import BadFile, BadValue, UserMistake
+from lockprobe.foundation.inputs import read_input
+from lockprobe.foundation.plugins import listed_plugins
+from lockprobe.foundation.storage.atomic_file import write_file
+from lockprobe.foundation.storage.links import refuse_links
 
 __all__ = ["app", "generate", "list_boxes", "show", "solve"]
 
@@ -192,7 +193,7 @@ def _tell(box: Lockbox, seed: int, file: Path | None, *, json: bool) -> None:
 
 def _write(box: Lockbox, directory: Path) -> Path:
     """Write the box to a file named after it; refuse to replace a file with other content."""
-    from lockprobe.lockbox.boxfile import toml_of
+    from lockprobe.boxes.boxfile import toml_of
 
     refuse_links(directory)
     directory.mkdir(parents=True, exist_ok=True)
@@ -206,13 +207,7 @@ def _write(box: Lockbox, directory: Path) -> Path:
 def _draw(box: Lockbox, out: Path) -> None:
     form: Literal["svg", "png"]
     if out.suffix == ".xml":
-        from lockprobe.plan import LABELS
-        from lockprobe.plants.simulation import require_mujoco
-
-        require_mujoco()
-        from lockprobe.plants.scene.mjcf import write_mjcf
-
-        write_mjcf(box, out, labels=tuple(LABELS[: len(box.joints)]))
+        robot_tool("box-model", "MuJoCo models of boxes")(box, out)
         return
     if out.suffix == ".svg":
         form = "svg"
@@ -220,33 +215,18 @@ def _draw(box: Lockbox, out: Path) -> None:
         form = "png"
     else:
         raise BadValue("--out", str(out), "a file name that ends in .svg, .png or .xml")
-    from lockprobe.figures import render
-    from lockprobe.figures.boxes import box_figure
+    from lockprobe.report.figures import render
+    from lockprobe.report.figures.boxes import box_figure
 
     write_file(out, render(box_figure(box), form))
 
 
 def _draw_template(box: Lockbox, out: Path) -> None:
-    """Write a drilling template, and warn if it is larger than A3."""
-    form: Literal["svg", "pdf"]
-    if out.suffix == ".svg":
-        form = "svg"
-    elif out.suffix == ".pdf":
-        form = "pdf"
-    else:
+    """Write a drilling template, and pass on its warning."""
+    if out.suffix not in (".svg", ".pdf"):
         raise BadValue("--out", str(out), "a file name that ends in .svg or .pdf, with --scale")
-    from lockprobe.figures.drilling_template import drilling_template, exceeds_a3
-    from lockprobe.figures.true_scale import true_scale_file
-    from lockprobe.plan import LABELS
-    from lockprobe.plants.scene.panel import lay_out_panel
-    from lockprobe.plants.scene.tag_layout import place_tags
-
-    panel = lay_out_panel(box)
-    figure = drilling_template(panel, LABELS[: len(box.joints)], place_tags(panel), box.name)
-    write_file(out, true_scale_file(figure, form))
-    if exceeds_a3(panel):
-        width, height = (1000 * side for side in panel.size)
-        print(f"{out}: the board of {width:g} x {height:g} mm with its margins is larger than A3", file=sys.stderr)
+    if warning := robot_tool("box-template", "drilling templates")(box, out):
+        print(f"{out}: {warning}", file=sys.stderr)
 
 
 def _print(lines: Iterable[str]) -> None:

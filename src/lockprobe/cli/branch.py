@@ -14,8 +14,6 @@ from rich.markup import escape
 
 from lockprobe.agents.catalogue import AgentSource
 from lockprobe.agents.model_access import Access
-from lockprobe.analysis.branch import BranchEffect, branch_effects
-from lockprobe.analysis.rules import RuleBreaks, rule_breaks
 from lockprobe.cli import options
 from lockprobe.cli.display import watch
 from lockprobe.cli.format_cost import money
@@ -23,10 +21,12 @@ from lockprobe.cli.printing import new_table, print_table
 from lockprobe.cli.progress import Plain
 from lockprobe.cli.run_study import BROKE, BUDGET_REACHED
 from lockprobe.cli.tally import count
-from lockprobe.errors import AgentsGivenUp, BudgetReached, UserMistake
-from lockprobe.formatting import p_cell, percent
-from lockprobe.prose.branch import found_said, size_said, value_said
-from lockprobe.record import Step, Trial
+from lockprobe.foundation.errors import AgentsGivenUp, BudgetReached, UserMistake
+from lockprobe.foundation.formatting import p_cell, percent
+from lockprobe.foundation.terminal_text import printable
+from lockprobe.report.prose.branch import found_said, size_said, value_said
+from lockprobe.statistics.branch import BranchEffect, branch_effects
+from lockprobe.statistics.rules import RuleBreaks, rule_breaks
 from lockprobe.studies.branch import FORKS, Branching, branching, play_forks
 from lockprobe.studies.budget import Budget
 from lockprobe.studies.fork_costs import fork_costs
@@ -35,7 +35,7 @@ from lockprobe.studies.next_choice import write_choices
 from lockprobe.studies.runner import Limits
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.study import Study
-from lockprobe.terminal_text import printable
+from lockprobe.trial.record import Step, Trial
 
 __all__ = ["branch"]
 

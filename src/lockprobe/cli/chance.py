@@ -8,10 +8,10 @@ from typing import Annotated
 
 import typer
 
-from lockprobe.analysis.chance import chance_level
-from lockprobe.analysis.null_models import TrialNull, expected_loop_rate
 from lockprobe.cli.sequences import MOST_ACTIONS, check_actions, read_sequences
-from lockprobe.errors import BadFile, BadValue, Conflict
+from lockprobe.foundation.errors import BadFile, BadValue, Conflict
+from lockprobe.statistics.chance import chance_level
+from lockprobe.statistics.null_models import TrialNull, expected_loop_rate
 
 __all__ = ["chance"]
 

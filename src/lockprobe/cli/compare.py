@@ -11,8 +11,8 @@ import typer
 
 from lockprobe.cli.export import refuse_study_file
 from lockprobe.cli.printing import new_table, print_table
-from lockprobe.sections import LeftOutSection, without
-from lockprobe.terminal_text import printable
+from lockprobe.foundation.sections import LeftOutSection, without
+from lockprobe.foundation.terminal_text import printable
 
 if TYPE_CHECKING:
     from lockprobe.report.compare import Comparison
@@ -58,8 +58,8 @@ def compare(directories: Directories, agent: Agents = None, out: Out = PAGE, jso
 
 
 def _print(found: Comparison) -> None:
-    from lockprobe.prose.study_comparison import leading
     from lockprobe.report.compare_page import difference_table, success_table
+    from lockprobe.report.prose.study_comparison import leading
 
     print(printable(found.said))
     for one in found.studies:

@@ -10,9 +10,9 @@ from typing import Annotated
 
 import typer
 
-from lockprobe.analysis.detectors import DETECTORS, Row, as_table, comparison, flags, microseconds, score
 from lockprobe.cli.printing import new_table, print_table
 from lockprobe.cli.sequences import MOST_ACTIONS, check_actions, numbered_sequences
+from lockprobe.statistics.detectors import DETECTORS, Row, as_table, comparison, flags, microseconds, score
 
 __all__ = ["detectors"]
 

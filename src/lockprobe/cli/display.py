@@ -18,10 +18,9 @@ from rich.text import Text
 from lockprobe.agents.catalogue import AgentSource
 from lockprobe.cli.format_cost import estimate_facts, spent_facts
 from lockprobe.cli.progress import Plain, invalid_in_words, told
-from lockprobe.errors import BudgetReached, UserMistake
-from lockprobe.model_call import Call
-from lockprobe.record import Step, Trial
-from lockprobe.sections import LeftOutSection
+from lockprobe.foundation.errors import BudgetReached, UserMistake
+from lockprobe.foundation.sections import LeftOutSection
+from lockprobe.foundation.terminal_text import printable
 from lockprobe.studies.budget import Budget
 from lockprobe.studies.estimate import Estimate
 from lockprobe.studies.journal import Journal, Timing
@@ -29,7 +28,8 @@ from lockprobe.studies.results_hash import StudyHashes
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.study import Study
 from lockprobe.studies.valid_conditions import Invalid
-from lockprobe.terminal_text import printable
+from lockprobe.trial.model_call import Call
+from lockprobe.trial.record import Step, Trial
 
 __all__ = ["Attended", "JsonLines", "LiveDisplay", "watch"]
 

@@ -14,10 +14,9 @@ from typing import Annotated
 import typer
 
 from lockprobe.agents import weights
-from lockprobe.errors import UserMistake
-from lockprobe.install import advice
-from lockprobe.plants.rendering.choose_renderer import VARIABLE, decide, probe
-from lockprobe.plants.simulation import require_mujoco
+from lockprobe.cli.robot_tools import robot_tool
+from lockprobe.foundation.errors import UserMistake
+from lockprobe.foundation.install import advice
 
 __all__ = ["Finding", "doctor", "examine"]
 
@@ -45,9 +44,7 @@ def examine() -> Iterator[Finding]:
     yield _package("inspect_ai", "inspect-ai", "hosted models", "pip install 'lockprobe[providers]'")
     yield _package("starlette", "starlette", "participants' page", "pip install 'lockprobe[web]'")
     yield _package("mcp", "mcp", "agents with tools", "pip install 'lockprobe[mcp]'")
-    yield _physical()
-    if importlib.util.find_spec("mujoco") is not None:
-        yield from _renderers()
+    yield from _physical()
 
 
 def _runtime() -> Finding:
@@ -61,31 +58,13 @@ def _runtime() -> Finding:
     return Finding(what=what, ok=True, detail=f"xllamacpp {importlib.metadata.version('xllamacpp')}")
 
 
-def _renderers() -> Iterator[Finding]:
-    """Each renderer of pictures, and the one that is used."""
-    probed = probe()
-    for one in probed:
-        yield Finding(
-            what=f"renderer {one.name}", ok=one.ok, detail=one.detail or "works everywhere, slower than OpenGL"
-        )
+def _physical() -> Iterator[Finding]:
     try:
-        taken = decide()
+        examined: Iterator[Finding] = robot_tool("doctor", "physical boxes")()
     except UserMistake as mistake:
-        yield Finding(what="renderer taken", ok=False, detail=str(mistake))
+        yield Finding(what="physical lockbox", ok=False, detail=str(mistake))
         return
-    why = f"as {VARIABLE} says" if os.environ.get(VARIABLE) else "the first that works"
-    yield Finding(
-        what="renderer taken", ok=True, detail=f"{taken}, {why}; renderer=... in a plant's spec takes another"
-    )
-
-
-def _physical() -> Finding:
-    what = "physical lockbox"
-    try:
-        require_mujoco()
-    except UserMistake as mistake:
-        return Finding(what=what, ok=False, detail=str(mistake))
-    return Finding(what=what, ok=True, detail=f"mujoco {importlib.metadata.version('mujoco')}")
+    yield from examined
 
 
 def _embedded() -> Finding:

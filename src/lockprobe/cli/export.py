@@ -9,12 +9,12 @@ from typing import Annotated, Literal
 
 import typer
 
-from lockprobe.errors import BadFile, BadValue, Conflict
-from lockprobe.export.hub_dataset import write_hub_dataset
-from lockprobe.export.send_traces import endpoints_of, send_traces
-from lockprobe.export.table_files import Rows, TableName, rows_of, write_rows, write_table
-from lockprobe.export.traces import EPOCH, requests, write_traces
-from lockprobe.export.write_dataset import write_dataset
+from lockprobe.foundation.errors import BadFile, BadValue, Conflict
+from lockprobe.interfaces.export.hub_dataset import write_hub_dataset
+from lockprobe.interfaces.export.send_traces import endpoints_of, send_traces
+from lockprobe.interfaces.export.table_files import Rows, TableName, rows_of, write_rows, write_table
+from lockprobe.interfaces.export.traces import EPOCH, requests, write_traces
+from lockprobe.interfaces.export.write_dataset import write_dataset
 from lockprobe.people.diary import PEOPLE_DIRECTORY, read_diaries
 from lockprobe.people.step_times import times_of_steps
 from lockprobe.studies.call_log import ASKED, CALLS, read_calls
@@ -154,7 +154,7 @@ def _nanoseconds(start: str) -> int:
 
 
 def _write_logs(directory: Path, out: Path) -> list[Path]:
-    from lockprobe.evals.write_log import write_logs
+    from lockprobe.interfaces.inspect.write_log import write_logs
 
     seconds = {timing.key: timing.seconds for timing in read_timings(directory)}
     return write_logs(load(directory), read_study(directory), out, pictures=directory / ALBUM, seconds=seconds)

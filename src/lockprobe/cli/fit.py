@@ -15,19 +15,19 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from lockprobe.boxes.box import Lockbox
+from lockprobe.boxes.families import box
 from lockprobe.cli.export import refuse_study_file
 from lockprobe.cli.printing import new_table, print_table
-from lockprobe.errors import UserMistake
-from lockprobe.fit import RIVALS, AgentFit, FitReport, Parameter, RivalFit, fit_agents
-from lockprobe.fit.model_comparison import Tell
-from lockprobe.formatting import percent
-from lockprobe.lockbox.box import Lockbox
-from lockprobe.lockbox.families import box
-from lockprobe.prose.model_fit import CAUTION, finding, fit_row
-from lockprobe.storage.atomic_file import atomic_file
+from lockprobe.foundation.errors import UserMistake
+from lockprobe.foundation.formatting import percent
+from lockprobe.foundation.storage.atomic_file import atomic_file
+from lockprobe.foundation.terminal_text import printable
+from lockprobe.report.prose.model_fit import CAUTION, finding, fit_row
+from lockprobe.simulation.fit import RIVALS, AgentFit, FitReport, Parameter, RivalFit, fit_agents
+from lockprobe.simulation.fit.model_comparison import Tell
 from lockprobe.studies.journal import load
 from lockprobe.studies.settings import read_study
-from lockprobe.terminal_text import printable
 
 __all__ = ["fit"]
 

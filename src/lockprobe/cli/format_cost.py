@@ -8,16 +8,16 @@ from dataclasses import asdict
 from pathlib import Path
 
 from lockprobe.agents.llm.model_facts import OWN_FACTS, Price, price_lines
-from lockprobe.inputs import is_there
-from lockprobe.model_call import Usage
-from lockprobe.spec import Spec
+from lockprobe.foundation.inputs import is_there
+from lockprobe.foundation.spec import Spec
+from lockprobe.foundation.terminal_text import printable
 from lockprobe.studies.call_log import read_calls
 from lockprobe.studies.estimate import Estimate, estimates, together
 from lockprobe.studies.journal import load
 from lockprobe.studies.spending import Spending, hosted
 from lockprobe.studies.spending import dollars as in_words
 from lockprobe.studies.study import Study
-from lockprobe.terminal_text import printable
+from lockprobe.trial.model_call import Usage
 
 __all__ = [
     "about",

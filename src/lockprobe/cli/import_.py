@@ -9,11 +9,11 @@ from typing import Annotated
 
 import typer
 
-from lockprobe.errors import BadFile, BadValue
-from lockprobe.export.read_dataset import is_dataset, source_of_dataset
+from lockprobe.foundation.errors import BadFile, BadValue
+from lockprobe.foundation.terminal_text import printable
+from lockprobe.interfaces.export.read_dataset import is_dataset, source_of_dataset
 from lockprobe.people.import_diaries import DiaryImport
 from lockprobe.studies.merge import MergeSource, gather, source_of_directory
-from lockprobe.terminal_text import printable
 
 __all__ = ["take"]
 
@@ -69,7 +69,7 @@ def _sources(path: Path, directory: Path) -> list[MergeSource]:
         return [source_of_directory(path)]
     if is_dataset(path):
         return [source_of_dataset(path)]
-    from lockprobe.evals.read_log import log_files, read_log
+    from lockprobe.interfaces.inspect.read_log import log_files, read_log
 
     if not (files := log_files(path)):
         raise BadFile(path, "not a study directory, a directory of Inspect logs or a dataset of people's trials")

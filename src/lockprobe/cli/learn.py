@@ -10,14 +10,14 @@ from typing import Annotated
 
 import typer
 
+from lockprobe.agents.network.network import HIDDEN
+from lockprobe.agents.network.network_file import load, save
+from lockprobe.agents.network.training import SCHEDULE, TrainingSettings, success, train
+from lockprobe.boxes.families import box as find_box
 from lockprobe.cli.printing import time_left
-from lockprobe.errors import BadFile
-from lockprobe.formatting import percent
-from lockprobe.learner.network import HIDDEN
-from lockprobe.learner.network_file import load, save
-from lockprobe.learner.training import SCHEDULE, TrainingSettings, success, train
-from lockprobe.lockbox.families import box as find_box
-from lockprobe.terminal_text import printable
+from lockprobe.foundation.errors import BadFile
+from lockprobe.foundation.formatting import percent
+from lockprobe.foundation.terminal_text import printable
 
 __all__ = ["learn"]
 

@@ -10,11 +10,11 @@ import time
 from pathlib import Path
 
 from lockprobe.agents.catalogue import AgentSource
-from lockprobe.errors import UserMistake
-from lockprobe.record import Step, Trial
+from lockprobe.foundation.errors import UserMistake
 from lockprobe.studies.journal import Journal, Timing
 from lockprobe.studies.runner import Observer
 from lockprobe.studies.study import Study
+from lockprobe.trial.record import Step, Trial
 
 __all__ = ["LiveReport"]
 

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from lockprobe.analysis.loops.choices import Rule, Solver
-from lockprobe.errors import BadFile, BadValue
-from lockprobe.terminal_text import printable
+from lockprobe.foundation.errors import BadFile, BadValue
+from lockprobe.foundation.terminal_text import printable
+from lockprobe.statistics.loops.choices import Rule, Solver
 
 if TYPE_CHECKING:
-    from lockprobe.analysis.loops import LoopCover
+    from lockprobe.statistics.loops import LoopCover
 
 __all__ = ["loops"]
 
@@ -28,8 +28,8 @@ def loops(
     min_length: Annotated[int, typer.Option(min=1, help="Shortest loop in actions.")] = 3,
 ) -> None:
     """Find action loops in sequences, one sequence per line (paper, Sec. 3.3)."""
-    from lockprobe.analysis.loops import cover, longest_loop, onset
     from lockprobe.cli.sequences import numbered_sequences
+    from lockprobe.statistics.loops import cover, longest_loop, onset
 
     for number, sequence in numbered_sequences(file):
         try:

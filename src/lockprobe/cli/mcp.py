@@ -17,14 +17,14 @@ import typer
 
 from lockprobe.agents.mcp_client import client_spec
 from lockprobe.cli import options
-from lockprobe.errors import BadValue, Conflict, Missing
-from lockprobe.mcp_server.isolation import Isolation, check_isolation, client_of_stdio, named_client
-from lockprobe.mcp_server.session import SessionOptions, ToolSession
+from lockprobe.foundation.errors import BadValue, Conflict, Missing
+from lockprobe.foundation.terminal_text import printable
+from lockprobe.interfaces.mcp.isolation import Isolation, check_isolation, client_of_stdio, named_client
+from lockprobe.interfaces.mcp.session import SessionOptions, ToolSession
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.study import Study
 from lockprobe.studies.study_options import StudyOptions, read_options_file
 from lockprobe.studies.studyfile import study
-from lockprobe.terminal_text import printable
 
 __all__ = ["mcp", "records_directory"]
 
@@ -96,8 +96,8 @@ def _token() -> str:
     Raises:
         BadValue: If the token from the environment is too easy to guess.
     """
-    from lockprobe.http_server.listening import check_token
-    from lockprobe.mcp_server.http import TOKEN
+    from lockprobe.foundation.http_server.listening import check_token
+    from lockprobe.interfaces.mcp.http import TOKEN
 
     if own := os.environ.get(TOKEN, ""):
         check_token(TOKEN, own)
@@ -114,19 +114,19 @@ async def _serve(
         )
         print(printable(said), file=sys.stderr, flush=True)  # and not where the records lie: a client may read this
         if given.transport == "stdio":
-            from lockprobe.mcp_server.stdio import serve_stdio
+            from lockprobe.interfaces.mcp.stdio import serve_stdio
 
             await serve_stdio(session)
             return
-        from lockprobe.http_server.listening import listen
-        from lockprobe.mcp_server.http import HOST, serve_http
+        from lockprobe.foundation.http_server.listening import listen
+        from lockprobe.interfaces.mcp.http import HOST, serve_http
 
         with listen(HOST, port) as listening:
             await serve_http(session, listening, token, lambda url: _announce(url, token, directory, json=json))
 
 
 def _announce(url: str, token: str, directory: Path, *, json: bool) -> None:
-    from lockprobe.mcp_server.http import TOKEN
+    from lockprobe.interfaces.mcp.http import TOKEN
 
     if json:
         print(jsonlib.dumps({"url": url, "token": token, "directory": str(directory)}), flush=True)

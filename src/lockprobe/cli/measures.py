@@ -15,12 +15,12 @@ from rich.markup import escape
 
 from lockprobe.cli.agents import AsJson, list_all
 from lockprobe.cli.printing import new_table, print_table
-from lockprobe.errors import UserMistake
-from lockprobe.record import Trial
-from lockprobe.terminal_text import printable
+from lockprobe.foundation.errors import UserMistake
+from lockprobe.foundation.terminal_text import printable
+from lockprobe.trial.record import Trial
 
 if TYPE_CHECKING:
-    from lockprobe.analysis.measures import Measured
+    from lockprobe.statistics.measures import Measured
 
 __all__ = ["measures"]
 
@@ -39,8 +39,8 @@ def measures(
 
     Without --measure these are all measures: those of Lockprobe and those of installed packages.
     """
-    from lockprobe.analysis.measures import MEASURES, find_measure
-    from lockprobe.plugins import plugin_names
+    from lockprobe.foundation.plugins import plugin_names
+    from lockprobe.statistics.measures import MEASURES, find_measure
 
     if directory is None:
         known = {one.name: one.what for one in map(find_measure, measure or MEASURES)}
@@ -73,7 +73,7 @@ def _measured(cells: _Cells, name: str) -> list[Measured]:
     Raises:
         UserMistake: If there is none of this name, or it breaks.
     """
-    from lockprobe.analysis.measures import find_measure, measured
+    from lockprobe.statistics.measures import find_measure, measured
 
     chosen = find_measure(name)
     return [row for trials in cells.values() for row in measured(trials, [chosen])]

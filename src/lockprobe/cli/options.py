@@ -10,10 +10,10 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_typ
 
 import typer
 
-from lockprobe.errors import BadValue
+from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.plugins import allow
+from lockprobe.foundation.spec import spec_kind
 from lockprobe.interventions.flip import FlipKind
-from lockprobe.plugins import allow
-from lockprobe.spec import spec_kind
 from lockprobe.studies.study_options import StudyOptions, parse_p
 
 __all__ = [

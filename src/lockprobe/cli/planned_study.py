@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from lockprobe.errors import BadFile, BadValue
+from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.plants.catalogue import with_camera
 from lockprobe.studies.directory import SETTINGS
 from lockprobe.studies.settings import read_study

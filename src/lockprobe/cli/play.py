@@ -21,23 +21,23 @@ import numpy as np
 import typer
 
 from lockprobe.agents.participant import participant_spec
+from lockprobe.boxes.box import LayoutKind, Lockbox, Shuffle
+from lockprobe.boxes.families import DEFAULT_BOX
+from lockprobe.boxes.sketch import interlock_lines, panel_lines
+from lockprobe.boxes.solve import optimum, random_curve
 from lockprobe.cli.printing import Screen
-from lockprobe.errors import BadFile, BadValue, LockprobeError
-from lockprobe.inputs import check_regular
+from lockprobe.foundation.errors import BadFile, BadValue, LockprobeError
+from lockprobe.foundation.inputs import check_regular
+from lockprobe.foundation.storage.jsonl import LineFile
+from lockprobe.foundation.storage.links import refuse_links
 from lockprobe.interventions.flip import DEFAULT, FlipKind
-from lockprobe.lockbox.box import LayoutKind, Lockbox, Shuffle
-from lockprobe.lockbox.families import DEFAULT_BOX
-from lockprobe.lockbox.sketch import interlock_lines, panel_lines
-from lockprobe.lockbox.solve import optimum, random_curve
-from lockprobe.plan import Names, Plan
-from lockprobe.record import Decision, Fact, Outcome, Percept, Situation, Task, Trial
-from lockprobe.storage.jsonl import LineFile
-from lockprobe.storage.links import refuse_links
 from lockprobe.studies.play import play_timed
 from lockprobe.studies.single import run_trial
 from lockprobe.studies.studyfile import trial_study
 from lockprobe.studies.trial_options import TrialOptions
-from lockprobe.trial_json import trial_to_json
+from lockprobe.trial.plan import Names, Plan
+from lockprobe.trial.record import Decision, Fact, Outcome, Percept, Situation, Task, Trial
+from lockprobe.trial.trial_json import trial_to_json
 
 __all__ = ["Ended", "Keys", "Left", "Person", "ViewKind", "play", "relabelled", "tell"]
 

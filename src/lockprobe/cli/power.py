@@ -11,19 +11,19 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.markup import escape
 
-from lockprobe.analysis.mechanism import MARGIN
-from lockprobe.audit.power import TRIALS, Needed, default_worlds, stated_world
-from lockprobe.audit.power import power as measure_power
-from lockprobe.audit.simulated_agents import WORLDS, P, World
 from lockprobe.cli.printing import new_table, plain_console, print_table, time_left
-from lockprobe.errors import BadValue, Conflict
-from lockprobe.parallel import Processes
+from lockprobe.foundation.errors import BadValue, Conflict
+from lockprobe.foundation.parallel import Processes
+from lockprobe.foundation.terminal_text import printable
+from lockprobe.simulation.audit.power import TRIALS, Needed, default_worlds, stated_world
+from lockprobe.simulation.audit.power import power as measure_power
+from lockprobe.simulation.audit.simulated_agents import WORLDS, P, World
+from lockprobe.statistics.mechanism import MARGIN
 from lockprobe.studies.study_options import parse_p
-from lockprobe.terminal_text import printable
 
 if TYPE_CHECKING:
-    from lockprobe.montecarlo.condition_power import ConditionPower
-    from lockprobe.montecarlo.verdicts import VerdictRates
+    from lockprobe.simulation.montecarlo.condition_power import ConditionPower
+    from lockprobe.simulation.montecarlo.verdicts import VerdictRates
 
 __all__ = ["AsJson", "Seed", "Workers", "power", "print_verdicts", "processes", "whole_numbers"]
 
@@ -118,7 +118,7 @@ def _power_of_conditions(
     *,
     json: bool,
 ) -> None:
-    from lockprobe.montecarlo.condition_power import condition_power
+    from lockprobe.simulation.montecarlo.condition_power import condition_power
     from lockprobe.studies.studyfile import study
 
     given = {name: value for name, value in asked.items() if value not in (None, [])}
@@ -173,7 +173,7 @@ def _print_conditions(found: Sequence[ConditionPower], target: float, shared: fl
 
 
 def _power_why(success: str | None, sizes: Sequence[int], studies: int, seed: int, *, json: bool) -> None:
-    from lockprobe.montecarlo.verdicts import STATED, stated_rates
+    from lockprobe.simulation.montecarlo.verdicts import STATED, stated_rates
 
     effects = STATED if success is None else {"as stated": _numbers("success", success)}
     rates = [

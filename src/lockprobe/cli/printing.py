@@ -11,8 +11,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from lockprobe.lockbox.sketch import ascii_only
-from lockprobe.terminal_text import printable
+from lockprobe.boxes.sketch import ascii_only
+from lockprobe.foundation.terminal_text import printable
 
 __all__ = ["Screen", "fit_columns", "new_table", "plain_console", "print_table", "time_left"]
 

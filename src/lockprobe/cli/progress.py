@@ -7,15 +7,14 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from lockprobe.agents.catalogue import AgentSource, is_strategy, resolve
-from lockprobe.analysis.why_arms import CROSSED
 from lockprobe.cli.format_cost import estimate_lines, money, spent_in_words
 from lockprobe.cli.server_marks import ServerMarks
 from lockprobe.cli.tally import Tally, count
-from lockprobe.errors import BudgetReached, UserMistake
-from lockprobe.model_call import Call
+from lockprobe.foundation.errors import BudgetReached, UserMistake
+from lockprobe.foundation.sections import LeftOutSection, without
+from lockprobe.foundation.terminal_text import printable
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.record import Step, Trial
-from lockprobe.sections import LeftOutSection, without
+from lockprobe.statistics.why_arms import CROSSED
 from lockprobe.studies.budget import Budget
 from lockprobe.studies.call_log import read_calls
 from lockprobe.studies.estimate import Estimate, estimates
@@ -27,7 +26,8 @@ from lockprobe.studies.settings import read_study
 from lockprobe.studies.spending import Ledger, hosted
 from lockprobe.studies.study import Study
 from lockprobe.studies.valid_conditions import Invalid
-from lockprobe.terminal_text import printable
+from lockprobe.trial.model_call import Call
+from lockprobe.trial.record import Step, Trial
 
 __all__ = [
     "Plain",
@@ -87,11 +87,9 @@ def _of_the_plant(study: Study, owed: int) -> list[str]:
     if not study.simulated:
         left_out = "Plant: symbolic, which has no camera: pictures are left out (--plant fast-twin has one)"
         return [left_out] if study.name == "modalities" else []
-    said, settings = f"Plant: {study.plant}", resolve_plant(study.plant).settings
-    if study.has_pictures and owed and settings is not None:
-        from lockprobe.plants.rendering.choose_renderer import chosen_renderer
-
-        said += f"; pictures by {chosen_renderer(settings.renderer)}"
+    said, source = f"Plant: {study.plant}", resolve_plant(study.plant)
+    if study.has_pictures and owed and source.picture_size is not None:
+        said += f"; pictures by {source.renderer()}"
     robot = "; the paper's robot is --plant twin" if study.name == "modalities" and study.plant == ROBOT else ""
     return [said + robot]
 

@@ -13,9 +13,9 @@ from typing import Annotated
 import typer
 from rich.markup import escape
 
+from lockprobe.boxes.families import DEFAULT_BOX
 from lockprobe.cli.printing import new_table, plain_console, print_table
-from lockprobe.lockbox.families import DEFAULT_BOX
-from lockprobe.montecarlo.readings import (
+from lockprobe.simulation.montecarlo.readings import (
     AGENTS,
     FALSE_REPORTS,
     P,

@@ -6,21 +6,21 @@ import json as json_
 import sys
 import time
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-from lockprobe.errors import BadValue, TrialFault, UnknownName, UserMistake
-from lockprobe.film.agent_view import film_seen
-from lockprobe.film.replay import FASTEST, STAND_IN, Film, film_trial, plan_of
-from lockprobe.record import Trial
+from lockprobe.cli.robot_tools import robot_tool
+from lockprobe.foundation.errors import BadValue, TrialFault, UnknownName, UserMistake
+from lockprobe.foundation.terminal_text import printable
 from lockprobe.studies.journal import load
-from lockprobe.studies.settings import read_study
-from lockprobe.terminal_text import printable
+from lockprobe.trial.record import Trial
 
 __all__ = ["replay"]
 
 _MEGABYTE = 1_000_000
+
+_FASTEST = 16
 
 _PATIENCE = 2.0
 """Seconds between two lines of progress."""
@@ -36,7 +36,7 @@ def replay(
     seen: Annotated[
         bool, typer.Option("--seen", help="Film the pictures that the agent saw, from the study's directory.")
     ] = False,
-    speed: Annotated[int, typer.Option(min=1, max=FASTEST, help="Playback speed of a robot.")] = 1,
+    speed: Annotated[int, typer.Option(min=1, max=_FASTEST, help="Playback speed of a robot.")] = 1,
     json: Annotated[bool, typer.Option("--json", help="One JSON object per step, or one for the film.")] = False,
 ) -> None:
     """Show a finished trial step by step, truth and report, or with --out as a film."""
@@ -51,17 +51,13 @@ def replay(
         for line in _story(trial, json=json):
             print(printable(line))
         return
-    if seen:
-        film = film_seen(trial, directory / "pictures", out)
-    else:
-        study = read_study(directory)
-        try:
-            film = film_trial(trial, plan_of(study, trial), out, speed=speed, tell=_Progress())
-        except TrialFault as fault:
-            raise UserMistake(f"no film: the trial breaks when it is played again ({fault})") from None
-        if film.plant == STAND_IN != study.plant:
-            why = "The trial was played without physics" if study.plant == "symbolic" else f"{study.plant} has no film"
-            print(f"{why}; the film shows a fast-twin of the same box.", file=sys.stderr)
+    make_film = robot_tool("film", "films")
+    try:
+        film = make_film(directory, trial, out, seen=seen, speed=speed, tell=_Progress())
+    except TrialFault as fault:
+        raise UserMistake(f"no film: the trial breaks when it is played again ({fault})") from None
+    if film.note:
+        print(printable(film.note), file=sys.stderr)
     _announce(film, trial, json=json)
 
 
@@ -77,7 +73,7 @@ class _Progress:
             self._last = now
 
 
-def _announce(film: Film, trial: Trial, *, json: bool) -> None:
+def _announce(film: Any, trial: Trial, *, json: bool) -> None:
     size = sum(part.stat().st_size for part in (film.path.iterdir() if film.path.is_dir() else (film.path,)))
     facts: dict[str, object] = {
         "film": str(film.path),

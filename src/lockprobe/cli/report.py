@@ -13,10 +13,10 @@ import typer
 from lockprobe.cli import options
 from lockprobe.cli.cluster import reached
 from lockprobe.cli.watch_report import owed_trials, watch_report
-from lockprobe.errors import BadValue
-from lockprobe.parallel import Pool
-from lockprobe.report import write_report
-from lockprobe.sections import LeftOutSection, without
+from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.parallel import Pool
+from lockprobe.foundation.sections import LeftOutSection, without
+from lockprobe.report.write import write_report
 from lockprobe.studies.suites import is_suite
 
 __all__ = ["report"]

@@ -17,7 +17,7 @@ import typer
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.model_access import Access
 from lockprobe.cli import options
-from lockprobe.errors import BadValue, UnknownName
+from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.studies.agent_names import named_agents
 from lockprobe.studies.study_options import SHIPPED, STUDIES, SUITE_NAMES
 

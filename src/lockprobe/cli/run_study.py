@@ -12,9 +12,9 @@ from lockprobe.cli.display import watch
 from lockprobe.cli.format_cost import money
 from lockprobe.cli.live_report import LiveReport
 from lockprobe.cli.progress import Plain, foreign_in_words
-from lockprobe.errors import AgentsGivenUp, BadValue, BudgetReached
-from lockprobe.plan import Plan
-from lockprobe.sections import LeftOutSection
+from lockprobe.foundation.errors import AgentsGivenUp, BadValue, BudgetReached
+from lockprobe.foundation.sections import LeftOutSection
+from lockprobe.foundation.terminal_text import printable
 from lockprobe.studies.budget import Budget
 from lockprobe.studies.journal import Journal
 from lockprobe.studies.runner import Limits, owe_anew
@@ -22,7 +22,7 @@ from lockprobe.studies.runner import run as play_trials
 from lockprobe.studies.shard import Shard
 from lockprobe.studies.study import Study
 from lockprobe.studies.valid_conditions import invalid_conditions
-from lockprobe.terminal_text import printable
+from lockprobe.trial.plan import Plan
 
 __all__ = ["BROKE", "BUDGET_REACHED", "NO_VALID_TRIAL", "allowed_budget", "play_study"]
 
@@ -130,7 +130,7 @@ def _failure(planned: Study, journal: Journal, observer: Plain) -> int:
 
 
 def _report(directory: Path, limits: Limits, left_out: list[LeftOutSection]) -> Path:
-    from lockprobe.report import write_report  # a second of imports, which the first trials need not wait for
+    from lockprobe.report.write import write_report  # a second of imports, which the first trials need not wait for
 
     tell = partial(print, "Report:", file=sys.stderr)
     return write_report(directory, tell=tell, left_out=left_out.append, processes=2, elsewhere=limits.cluster)

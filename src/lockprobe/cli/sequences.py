@@ -7,9 +7,9 @@ import sys
 from contextlib import nullcontext
 from pathlib import Path
 
-from lockprobe.analysis.loops import parse_sequence
-from lockprobe.errors import BadFile, BadValue
-from lockprobe.inputs import LARGEST_INPUT
+from lockprobe.foundation.errors import BadFile, BadValue
+from lockprobe.foundation.inputs import LARGEST_INPUT
+from lockprobe.statistics.loops import parse_sequence
 
 __all__ = ["MOST_ACTIONS", "check_actions", "numbered_sequences", "read_sequences"]
 

@@ -14,10 +14,12 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from lockprobe.cli import options
-from lockprobe.errors import BadFile, BadValue, Conflict, Missing
-from lockprobe.export.downloads import downloads
-from lockprobe.inputs import read_input
-from lockprobe.interventions.condition import flips
+from lockprobe.foundation.errors import BadFile, BadValue, Conflict, Missing
+from lockprobe.foundation.inputs import read_input
+from lockprobe.foundation.spec import PEOPLE
+from lockprobe.foundation.storage.atomic_file import write_file
+from lockprobe.interfaces.export.downloads import downloads
+from lockprobe.interventions.conditions import flips
 from lockprobe.people.assignment import conditions_of
 from lockprobe.people.capacity import check_capacity, trials_for, what_each_plays
 from lockprobe.people.consent import CODE
@@ -25,15 +27,13 @@ from lockprobe.people.diary import read_diaries
 from lockprobe.people.experiment import Experiment, experiment_with, kept_experiment, read_experiment
 from lockprobe.people.open_study import words_to_read
 from lockprobe.people.texts import LANGUAGES, Words, read_words, words_file
-from lockprobe.spec import PEOPLE
-from lockprobe.storage.atomic_file import write_file
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.study import Study
 from lockprobe.studies.study_options import STUDIES, StudyOptions, read_options_file
 from lockprobe.studies.studyfile import study
 
 if TYPE_CHECKING:
-    from lockprobe.web.serving import RunningServer
+    from lockprobe.people.web.serving import RunningServer
 
 __all__ = ["EXAMPLE", "serve"]
 
@@ -143,10 +143,10 @@ def _serve(planned: Study, directory: Path, experiment: Experiment, door: Mappin
     for package in ("starlette", "uvicorn"):
         if find_spec(package) is None:
             raise Missing(f"lockprobe serve needs the package {package}", "pip install 'lockprobe[web]'")
-    from lockprobe.web.address import ADMIN_TOKEN
-    from lockprobe.web.admin import AdminPage
-    from lockprobe.web.serving import ServerOptions
-    from lockprobe.web.serving import serve as until_stopped
+    from lockprobe.people.web.address import ADMIN_TOKEN
+    from lockprobe.people.web.admin import AdminPage
+    from lockprobe.people.web.serving import ServerOptions
+    from lockprobe.people.web.serving import serve as until_stopped
 
     words = words_to_read(directory, experiment)
     token = os.environ.get(ADMIN_TOKEN) or None

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 
 from lockprobe.agents.reply_text import mark_in, without_marks
-from lockprobe.model_call import Call
+from lockprobe.trial.model_call import Call
 
 __all__ = ["ServerMarks"]
 

@@ -15,8 +15,7 @@ from lockprobe.agents.reply_text import TIDIED
 from lockprobe.cli.format_cost import money, share, spent_facts
 from lockprobe.cli.progress import foreign_in_words, invalid_in_words
 from lockprobe.cli.tally import count, in_boundaries
-from lockprobe.model_call import BROKEN_OFF, Call
-from lockprobe.record import Trial
+from lockprobe.foundation.terminal_text import printable
 from lockprobe.studies.branch import FORKS, read_forks
 from lockprobe.studies.call_log import read_calls, unanswered
 from lockprobe.studies.directory import added_agents
@@ -29,7 +28,8 @@ from lockprobe.studies.spending import Ledger, Spending, total
 from lockprobe.studies.study import Study
 from lockprobe.studies.suites import is_suite, read_suite, suite_directories
 from lockprobe.studies.valid_conditions import Invalid, invalid_conditions
-from lockprobe.terminal_text import printable
+from lockprobe.trial.model_call import BROKEN_OFF, Call
+from lockprobe.trial.record import Trial
 
 __all__ = ["status"]
 

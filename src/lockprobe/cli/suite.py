@@ -14,8 +14,9 @@ from lockprobe.cli.format_cost import print_estimates
 from lockprobe.cli.printing import new_table, print_table
 from lockprobe.cli.progress import results_line, settings_line
 from lockprobe.cli.run_study import BUDGET_REACHED, allowed_budget, play_study
-from lockprobe.errors import BadValue, Conflict
-from lockprobe.sections import LeftOutSection, without
+from lockprobe.foundation.errors import BadValue, Conflict
+from lockprobe.foundation.sections import LeftOutSection, without
+from lockprobe.foundation.terminal_text import printable
 from lockprobe.studies import paper
 from lockprobe.studies.agent_names import joined_agents
 from lockprobe.studies.call_log import read_calls
@@ -26,7 +27,6 @@ from lockprobe.studies.settings import read_study
 from lockprobe.studies.spending import Ledger
 from lockprobe.studies.study import Study
 from lockprobe.studies.suites import Suite, begin_suite, is_suite, suite_directories, suite_studies
-from lockprobe.terminal_text import printable
 
 if TYPE_CHECKING:
     from lockprobe.report.suite import SuiteResults

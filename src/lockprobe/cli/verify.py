@@ -10,9 +10,9 @@ from typing import Annotated
 import typer
 
 from lockprobe.cli.printing import time_left
+from lockprobe.foundation.terminal_text import printable
 from lockprobe.studies.results_hash import check_hash
 from lockprobe.studies.suites import is_suite
-from lockprobe.terminal_text import printable
 
 __all__ = ["verify"]
 

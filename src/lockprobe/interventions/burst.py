@@ -7,10 +7,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from lockprobe.errors import BadValue
+from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.validation import check_probability
 from lockprobe.interventions.flip import OutcomeFlip
-from lockprobe.record import Moment, Percept, Task
-from lockprobe.validation import check_probability
+from lockprobe.trial.record import Moment, Percept, Task
 
 __all__ = ["Burst"]
 

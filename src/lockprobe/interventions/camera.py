@@ -11,19 +11,19 @@ from typing import ClassVar, Literal, get_args
 
 import numpy as np
 
-from lockprobe.errors import BadValue
-from lockprobe.pictures.degrading import Damage, degraded
-from lockprobe.pictures.depth import DepthKind, Window, encode, from_millimetres, legend, to_millimetres
-from lockprobe.pictures.frame import Frame
-from lockprobe.pictures.picture import Picture
-from lockprobe.pictures.png import to_png
-from lockprobe.record import Moment, Percept, Task
-from lockprobe.validation import check_choice
+from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.validation import check_choice
+from lockprobe.trial.pictures.degrading import Damage, degraded
+from lockprobe.trial.pictures.depth import DepthKind, Window, encode, from_millimetres, legend, to_millimetres
+from lockprobe.trial.pictures.frame import Frame
+from lockprobe.trial.pictures.picture import Picture
+from lockprobe.trial.pictures.png import to_png
+from lockprobe.trial.record import Moment, Percept, Task
 
 __all__ = ["CameraChannel", "Depth"]
 
 Depth = Literal["none", DepthKind]
-"""How depth is shown, if at all; :mod:`lockprobe.pictures.depth` describes the kinds."""
+"""How depth is shown, if at all; :mod:`lockprobe.trial.pictures.depth` describes the kinds."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

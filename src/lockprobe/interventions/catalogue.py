@@ -14,18 +14,13 @@ from dataclasses import is_dataclass
 from functools import cache
 from typing import Any, TypeVar
 
-from lockprobe.errors import BadValue, UnknownName
-from lockprobe.plugins import Listed, find_plugin, listed_plugins, plugin_name_of, plugin_names
-from lockprobe.protocols import Intervention
-from lockprobe.spec import Spec, in_words, options_of, split_specs, with_options
+from lockprobe.foundation.errors import BadValue, UnknownName
+from lockprobe.foundation.plugins import Listed, find_plugin, listed_plugins, plugin_names
+from lockprobe.foundation.spec import Spec, split_specs, with_options
+from lockprobe.trial.condition import TRUTH, place_of
+from lockprobe.trial.protocols import Intervention
 
-__all__ = ["PLACES", "TRUTH", "interventions_of", "kinds", "packaged", "place_of", "shipped", "spec_of", "with_words"]
-
-PLACES = {"told": "perceive", "asked": "brief", "remembered": "recall", "done": "act"}
-"""Where an intervention can act -> the method by which it does, of the Protocols in :mod:`lockprobe.protocols`."""
-
-TRUTH = "truth"
-"""The condition in which nothing acts."""
+__all__ = ["interventions_of", "kinds", "packaged", "shipped", "with_words"]
 
 One = TypeVar("One")
 
@@ -68,39 +63,6 @@ def interventions_of(spec: str) -> tuple[Intervention, ...]:
     if spec.strip() in ("", TRUTH):
         return ()
     return tuple(_made(Spec.parse(part, "intervention")) for part in split_specs(spec))
-
-
-def spec_of(intervention: Intervention) -> str:
-    """The spec of an intervention for :func:`interventions_of`: its doses, and all options not at their defaults.
-
-    Options that others imply (``implied``) are left out, so that equal interventions have equal specs.
-
-    >>> [spec_of(one) for one in interventions_of("flip?keep=1 + nudge")]
-    ['flip?p=0&others=kept', 'nudge']
-    """
-    kind: Any = type(intervention)
-    known = {named: name for name, named in shipped().items()}
-    name = known.get(kind) or plugin_name_of("intervention", kind)
-    implied: tuple[str, ...] = getattr(intervention, "implied", ())
-    options = {
-        option.name: in_words(getattr(intervention, option.field))
-        for option in options_of(kind)
-        if option.field not in implied
-        and (option.field in getattr(kind, "doses", ()) or getattr(intervention, option.field) != option.default)
-    }
-    return str(Spec.parse(name, "intervention").adding(options))
-
-
-def place_of(kind: type[Any]) -> str:
-    """The place of the loop, of four, at which a class of interventions acts.
-
-    Raises:
-        BadValue: If that is none of them, or more than one.
-    """
-    found = [place for place, method in PLACES.items() if callable(getattr(kind, method, None))]
-    if len(found) != 1:
-        raise BadValue("intervention", kind.__name__, f"exactly one of {', '.join(PLACES.values())}")
-    return found[0]
 
 
 def with_words(interventions: Sequence[One], words: One) -> tuple[One, ...]:

@@ -7,10 +7,10 @@ from typing import ClassVar, Literal, get_args
 
 import numpy as np
 
+from lockprobe.foundation.validation import check_choice, check_probability
 from lockprobe.interventions.flip import Inverts, OutcomeFlip
 from lockprobe.interventions.luck import check_steps, hits
-from lockprobe.record import Moment, Percept, Task
-from lockprobe.validation import check_choice, check_probability
+from lockprobe.trial.record import Moment, Percept, Task
 
 __all__ = ["Correction", "Says"]
 

@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from lockprobe.interventions.luck import AtRandomSteps, hits
-from lockprobe.record import Moment, Percept, Task
+from lockprobe.trial.record import Moment, Percept, Task
 
 __all__ = ["Drop"]
 

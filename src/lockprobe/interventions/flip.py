@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar, Literal, get_args
 
-from lockprobe.errors import BadValue
+from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.validation import check_choice, check_probability
 from lockprobe.interventions.survival import survival
-from lockprobe.record import Moment, Outcome, Percept, Task
-from lockprobe.validation import check_choice, check_probability
+from lockprobe.trial.record import Moment, Outcome, Percept, Task
 
 if TYPE_CHECKING:  # the options of a study rest on this module, and their help needs no arithmetic
     import numpy as np

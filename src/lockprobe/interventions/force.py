@@ -7,8 +7,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from lockprobe.errors import BadValue
-from lockprobe.record import Moment, Task
+from lockprobe.foundation.errors import BadValue
+from lockprobe.trial.record import Moment, Task
 
 __all__ = ["Force"]
 

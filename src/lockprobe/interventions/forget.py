@@ -7,8 +7,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from lockprobe.record import Task, Turn
-from lockprobe.validation import check_probability
+from lockprobe.foundation.validation import check_probability
+from lockprobe.trial.record import Task, Turn
 
 __all__ = ["Forget"]
 

@@ -7,8 +7,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from lockprobe.errors import BadValue
-from lockprobe.record import Task, Turn
+from lockprobe.foundation.errors import BadValue
+from lockprobe.trial.record import Task, Turn
 
 __all__ = ["History"]
 

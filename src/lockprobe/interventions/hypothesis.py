@@ -7,9 +7,9 @@ from typing import ClassVar, get_args
 
 import numpy as np
 
-from lockprobe.briefing import Ask, Briefing
-from lockprobe.record import Moment, Task
-from lockprobe.validation import check_choice
+from lockprobe.foundation.validation import check_choice
+from lockprobe.trial.briefing import Ask, Briefing
+from lockprobe.trial.record import Moment, Task
 
 __all__ = ["Hypothesis"]
 

@@ -7,9 +7,9 @@ from typing import ClassVar, Literal, get_args
 
 import numpy as np
 
-from lockprobe.errors import BadValue
+from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.validation import check_choice, check_probability
 from lockprobe.interventions.flip import OutcomeFlip
-from lockprobe.validation import check_choice, check_probability
 
 __all__ = ["AtRandomSteps", "Luck", "check_steps", "hits", "within"]
 

@@ -7,10 +7,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from lockprobe.analysis.loops import onset
-from lockprobe.briefing import Briefing
-from lockprobe.errors import BadValue
-from lockprobe.record import Moment, Task
+from lockprobe.foundation.errors import BadValue
+from lockprobe.statistics.loops import onset
+from lockprobe.trial.briefing import Briefing
+from lockprobe.trial.record import Moment, Task
 
 __all__ = ["Nudge", "loops_completed"]
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar
 
+from lockprobe.foundation.validation import check_probability
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.survival import survival
-from lockprobe.record import Moment, Percept, Task
-from lockprobe.validation import check_probability
+from lockprobe.trial.record import Moment, Percept, Task
 
 if TYPE_CHECKING:
     import numpy as np

@@ -10,10 +10,10 @@ from typing import ClassVar
 import numpy as np
 
 from lockprobe.agents.prompt import check_template
-from lockprobe.briefing import Briefing
-from lockprobe.errors import BadFile, BadValue
-from lockprobe.inputs import read_input
-from lockprobe.record import Moment, Task
+from lockprobe.foundation.errors import BadFile, BadValue
+from lockprobe.foundation.inputs import read_input
+from lockprobe.trial.briefing import Briefing
+from lockprobe.trial.record import Moment, Task
 
 __all__ = ["LARGEST_TEMPLATE", "OwnPrompt"]
 

@@ -7,10 +7,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from lockprobe.briefing import Briefing
-from lockprobe.errors import BadValue
+from lockprobe.foundation.errors import BadValue
 from lockprobe.interventions.nudge import loops_completed
-from lockprobe.record import Moment, Task
+from lockprobe.trial.briefing import Briefing
+from lockprobe.trial.record import Moment, Task
 
 __all__ = ["Remark"]
 

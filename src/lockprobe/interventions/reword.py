@@ -8,8 +8,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from lockprobe.record import Moment, Percept, Task
-from lockprobe.validation import check_probability
+from lockprobe.foundation.validation import check_probability
+from lockprobe.trial.record import Moment, Percept, Task
 
 __all__ = ["SENTENCES", "Reword", "pattern_of"]
 

@@ -7,9 +7,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from lockprobe.briefing import Briefing
-from lockprobe.record import Moment, Task
-from lockprobe.validation import check_probability
+from lockprobe.foundation.validation import check_probability
+from lockprobe.trial.briefing import Briefing
+from lockprobe.trial.record import Moment, Task
 
 __all__ = ["Warn"]
 

@@ -10,8 +10,8 @@ from typing import ClassVar, Literal, get_args
 
 import numpy as np
 
-from lockprobe.record import Moment, Percept, Task
-from lockprobe.validation import check_choice
+from lockprobe.foundation.validation import check_choice
+from lockprobe.trial.record import Moment, Percept, Task
 
 __all__ = ["CORRECTION", "Form", "Tell", "TextChannel", "rows_of"]
 

@@ -17,10 +17,10 @@ from functools import lru_cache
 
 import numpy as np
 
+from lockprobe.foundation.seeds import generator
+from lockprobe.foundation.spec import PEOPLE
 from lockprobe.people.diary import Slot
 from lockprobe.people.experiment import Experiment
-from lockprobe.seeds import generator
-from lockprobe.spec import PEOPLE
 from lockprobe.studies.study import Study
 
 __all__ = ["Cell", "Given", "assigned", "boxes_each", "conditions_of", "williams"]
@@ -46,8 +46,8 @@ def conditions_of(study: Study) -> tuple[Cell, ...]:
 def boxes_each(study: Study, experiment: Experiment) -> int:
     """How many boxes a participant plays while enough are left: at most one per repetition and trial.
 
-    >>> from lockprobe.interventions.condition import flips
-    >>> from lockprobe.lockbox.families import box
+    >>> from lockprobe.interventions.conditions import flips
+    >>> from lockprobe.boxes.families import box
     >>> conditions = flips((0.0, 0.4))
     >>> study = Study(
     ...     name="flips", agents=("participant",), box=box("chain-4"), conditions=conditions, trials=5, repetitions=1

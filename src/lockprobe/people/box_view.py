@@ -11,10 +11,10 @@ from typing import Literal
 from lockprobe.interventions.words import TextChannel
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.scenes import Box, BoxJoint, BoxPanel, PastStep
-from lockprobe.pictures.picture import Picture
-from lockprobe.plan import Names, Plan
-from lockprobe.record import Percept, Situation, Task
 from lockprobe.studies.modality import is_pictured, shown
+from lockprobe.trial.pictures.picture import Picture
+from lockprobe.trial.plan import Names, Plan
+from lockprobe.trial.record import Percept, Situation, Task
 
 __all__ = ["View", "box_to_show", "is_asked", "panel_to_show", "view_of_modality"]
 

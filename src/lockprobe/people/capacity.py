@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import ceil
 
-from lockprobe.errors import UserMistake
+from lockprobe.foundation.errors import UserMistake
 from lockprobe.people.assignment import boxes_each, conditions_of, williams
 from lockprobe.people.experiment import Experiment
 from lockprobe.studies.study import Study

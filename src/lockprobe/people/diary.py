@@ -17,17 +17,17 @@ from typing import Annotated, Literal
 from pydantic import Field, TypeAdapter, ValidationError
 
 from lockprobe.agents.participant import check_participant, participant_spec
-from lockprobe.errors import BadFile, BadValue
+from lockprobe.foundation.errors import BadFile, BadValue
+from lockprobe.foundation.spec import PEOPLE
+from lockprobe.foundation.storage.atomic_file import sync_directory, write_private
+from lockprobe.foundation.storage.jsonl import LineFile, state_of, whole_lines, with_checksum, without_checksum
+from lockprobe.foundation.storage.links import make_directory
 from lockprobe.people.responses import Act, Attempt
 from lockprobe.people.scenes import StrictModel
-from lockprobe.plan import Plan
-from lockprobe.record import Ending
-from lockprobe.spec import PEOPLE
-from lockprobe.storage.atomic_file import sync_directory, write_private
-from lockprobe.storage.jsonl import LineFile, state_of, whole_lines, with_checksum, without_checksum
-from lockprobe.storage.links import make_directory
 from lockprobe.studies.directory import PEOPLE_DIRECTORY
 from lockprobe.studies.study import Study
+from lockprobe.trial.plan import Plan
+from lockprobe.trial.record import Ending
 
 __all__ = [
     "PEOPLE_DIRECTORY",

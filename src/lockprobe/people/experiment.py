@@ -26,8 +26,8 @@ from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from lockprobe.errors import BadFile, UserMistake
-from lockprobe.inputs import is_there, parse_json, read_input, read_toml
+from lockprobe.foundation.errors import BadFile, UserMistake
+from lockprobe.foundation.inputs import is_there, parse_json, read_input, read_toml
 from lockprobe.people.diary import PEOPLE_DIRECTORY
 from lockprobe.people.file_errors import check_visible, first_error
 

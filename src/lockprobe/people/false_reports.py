@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from lockprobe.doses import modality_doses
-from lockprobe.interventions.condition import Condition
-from lockprobe.spec import Spec
+from lockprobe.foundation.spec import Spec
+from lockprobe.trial.condition import Condition
+from lockprobe.trial.doses import modality_doses
 
 __all__ = ["can_be_false"]
 
@@ -17,7 +17,7 @@ def can_be_false(condition: Condition) -> bool:
 
     Interventions count unless they are known never to do that, so those of other packages do; a dose of 0 does nothing.
 
-    >>> from lockprobe.interventions.condition import read_condition
+    >>> from lockprobe.interventions.conditions import read_condition
     >>> [can_be_false(read_condition(spec)) for spec in ("flip?p=0.4 + nudge", "flip?p=0 + nudge", "rgb?p=0.4")]
     [True, False, True]
     """

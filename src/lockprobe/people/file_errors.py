@@ -9,7 +9,7 @@ from typing import get_args
 
 from pydantic import BaseModel, ValidationError
 
-from lockprobe.errors import BadValue, UnknownName
+from lockprobe.foundation.errors import BadValue, UnknownName
 
 __all__ = ["check_visible", "first_error"]
 

@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-from lockprobe.errors import BadFile
-from lockprobe.inputs import read_input
+from lockprobe.foundation.errors import BadFile
+from lockprobe.foundation.inputs import read_input
+from lockprobe.foundation.storage.atomic_file import write_private
 from lockprobe.people.diary import PEOPLE_DIRECTORY, Diary, read_diaries, write_diaries
 from lockprobe.people.experiment import EXPERIMENT
 from lockprobe.people.journey import Journey
 from lockprobe.people.texts import TEXTS
-from lockprobe.record import Trial
-from lockprobe.storage.atomic_file import write_private
 from lockprobe.studies.settings import read_study
+from lockprobe.trial.record import Trial
 
 __all__ = ["DiaryImport"]
 

@@ -14,7 +14,7 @@ from lockprobe.people.diary import Broken, Diary, Did, Entry, Joined, Released, 
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.responses import Act, Agree
 from lockprobe.people.texts import Words
-from lockprobe.record import Ending
+from lockprobe.trial.record import Ending
 
 __all__ = ["Journey", "Station", "fingerprint", "stations"]
 

@@ -13,8 +13,10 @@ from contextlib import asynccontextmanager, contextmanager, nullcontext, suppres
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from lockprobe.errors import BadFile, BadValue, SettingsChanged
-from lockprobe.inputs import read_input
+from lockprobe.foundation.errors import BadFile, BadValue, SettingsChanged
+from lockprobe.foundation.inputs import read_input
+from lockprobe.foundation.spec import PEOPLE, spec_name
+from lockprobe.foundation.storage.atomic_file import remove_file, write_private
 from lockprobe.people.assignment import boxes_each
 from lockprobe.people.diary import PEOPLE_DIRECTORY, read_diaries
 from lockprobe.people.experiment import EXPERIMENT, SECRET, Experiment, kept_experiment
@@ -24,17 +26,15 @@ from lockprobe.people.text_scenes import TextScenes
 from lockprobe.people.texts import LANGUAGES, TEXTS, Words, read_words, words_file
 from lockprobe.people.tokens import TOKENS
 from lockprobe.people.withdrawal import finish_withdrawal, put
-from lockprobe.plan import Plan
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.spec import PEOPLE, spec_name
-from lockprobe.storage.atomic_file import remove_file, write_private
 from lockprobe.studies.directory import write_settings
 from lockprobe.studies.journal import Journal
 from lockprobe.studies.play import own_thread
 from lockprobe.studies.playable import PERSON, check_playable
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.study import Study
-from lockprobe.trial import Executor, here
+from lockprobe.trial.loop import Executor, here
+from lockprobe.trial.plan import Plan
 
 __all__ = ["LOG", "OpenStudy", "open_study", "words_to_read"]
 

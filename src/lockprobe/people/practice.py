@@ -6,19 +6,19 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import NamedTuple
 
-from lockprobe.doses import modality_doses
-from lockprobe.interventions.condition import Condition
-from lockprobe.lockbox.box import Joint, JointKind, Lockbox
-from lockprobe.lockbox.families import box as named_box
+from lockprobe.boxes.box import Joint, JointKind, Lockbox
+from lockprobe.boxes.families import box as named_box
+from lockprobe.foundation.seeds import integer_seed
+from lockprobe.foundation.spec import PEOPLE
 from lockprobe.people.box_view import panel_to_show
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.scenes import BoxPanel
-from lockprobe.plan import Names, Plan
-from lockprobe.seeds import integer_seed
-from lockprobe.spec import PEOPLE
 from lockprobe.studies.paused_trial import PausedTrial
 from lockprobe.studies.study import Study
-from lockprobe.trial import Executor, here
+from lockprobe.trial.condition import Condition
+from lockprobe.trial.doses import modality_doses
+from lockprobe.trial.loop import Executor, here
+from lockprobe.trial.plan import Names, Plan
 
 __all__ = ["ExamplePanels", "example_box", "examples_of", "practice_plan", "true_modality"]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from lockprobe.errors import LockprobeError
+from lockprobe.foundation.errors import LockprobeError
 
 __all__ = ["ActRefused", "Code"]
 

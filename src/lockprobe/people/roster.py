@@ -7,13 +7,13 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import takewhile
 
-from lockprobe.errors import BadFile
+from lockprobe.foundation.errors import BadFile
+from lockprobe.foundation.spec import PEOPLE, group_of
 from lockprobe.people.assignment import Given, assigned, boxes_each, conditions_of
 from lockprobe.people.diary import Broken, Did, Entry, Released, Slot, diary_path, read_diaries
 from lockprobe.people.open_study import OpenStudy
 from lockprobe.people.session import Session
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.spec import PEOPLE, group_of
 
 __all__ = ["Roster"]
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AsyncExitStack
 from pathlib import Path
 
-from lockprobe.errors import BadFile, BadValue
+from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.people.box_view import box_to_show, is_asked, view_of_modality
 from lockprobe.people.diary import Broken, Diary, DiaryFile, Did, Entry, Released, diary_path
 from lockprobe.people.journey import Journey, stations
@@ -15,11 +15,11 @@ from lockprobe.people.open_study import OpenStudy
 from lockprobe.people.refusals import ActRefused
 from lockprobe.people.responses import Act, Answer, Attempt, Next, fits
 from lockprobe.people.scenes import Ask, Check, InstructionPage, Scene, TrialOver
-from lockprobe.plan import Plan
-from lockprobe.record import Fact, Trial
 from lockprobe.studies.journal import Timing
 from lockprobe.studies.paused_trial import PausedTrial, RecordedAttempt
 from lockprobe.studies.picture_store import ALBUM
+from lockprobe.trial.plan import Plan
+from lockprobe.trial.record import Fact, Trial
 
 __all__ = ["Session"]
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-from lockprobe.errors import BadFile
+from lockprobe.foundation.errors import BadFile
 from lockprobe.people.diary import Diary, Did, diary_path
 from lockprobe.people.responses import Attempt
-from lockprobe.record import Trial
 from lockprobe.studies.study import Study
+from lockprobe.trial.record import Trial
 
 __all__ = ["acts_of_steps", "key_of", "times_of_steps"]
 

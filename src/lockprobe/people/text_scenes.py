@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Literal
 
+from lockprobe.foundation.spec import PEOPLE
 from lockprobe.people.diary import Joined
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.false_reports import can_be_false
@@ -12,7 +13,6 @@ from lockprobe.people.journey import Journey, Station
 from lockprobe.people.practice import ExamplePanels, true_modality
 from lockprobe.people.scenes import Ask, Check, Closed, Consent, Debrief, Example, InstructionPage, TrialOver
 from lockprobe.people.texts import Longer, Words, example_on, filled
-from lockprobe.spec import PEOPLE
 from lockprobe.studies.study import Study
 
 __all__ = ["TextScenes"]

@@ -8,8 +8,8 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
-from lockprobe.errors import BadFile, UnknownName
-from lockprobe.inputs import read_toml
+from lockprobe.foundation.errors import BadFile, UnknownName
+from lockprobe.foundation.inputs import read_toml
 from lockprobe.people.file_errors import check_visible, first_error
 
 __all__ = ["LANGUAGES", "TEXTS", "Longer", "Words", "example_on", "filled", "page_texts", "read_words", "words_file"]

@@ -9,9 +9,9 @@ import hmac
 import secrets
 from pathlib import Path
 
-from lockprobe.errors import BadFile
+from lockprobe.foundation.errors import BadFile
+from lockprobe.foundation.storage.atomic_file import write_private
 from lockprobe.people.refusals import ActRefused
-from lockprobe.storage.atomic_file import write_private
 
 __all__ = ["TOKENS", "Tokens", "mark_of"]
 

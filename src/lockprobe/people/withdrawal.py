@@ -9,10 +9,10 @@ import json
 from pathlib import Path
 
 from lockprobe.agents.participant import check_participant, participant_spec
-from lockprobe.errors import BadFile, BadValue
-from lockprobe.inputs import parse_json, read_input
+from lockprobe.foundation.errors import BadFile, BadValue
+from lockprobe.foundation.inputs import parse_json, read_input
+from lockprobe.foundation.storage.atomic_file import remove_file, sync_directory, write_private
 from lockprobe.people.diary import PEOPLE_DIRECTORY
-from lockprobe.storage.atomic_file import remove_file, sync_directory, write_private
 from lockprobe.studies.journal import Journal
 
 __all__ = ["finish_withdrawal", "note_withdrawal", "put", "withdrawing", "withdrawn"]

@@ -1,94 +1,61 @@
 """The plant ``manual``: a person moves the joint that the agent names, and says what happened.
 
-The truth is the person's answer, or with ``manual?camera=FOLDER`` the reading of a picture. The person sees the agent's
-label and the name of the joint in the box. The plant needs a terminal, so its trials are played in this process, one at
-a time.
+The truth is the person's answer, or what a :class:`Sight` reads from a picture (``manual?camera=FOLDER`` of
+lockprobe-robot). The person sees the agent's label and the name of the joint in the box. The plant needs a terminal, so
+its trials are played in this process, one at a time.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from pathlib import Path
+from typing import Protocol
 
-from lockprobe.errors import BadValue, PlantFault
-from lockprobe.lockbox.box import Configuration, Lockbox, bits
-from lockprobe.pictures.frame import Frame
-from lockprobe.plants.hardware.camera import FolderCamera, HardwareCamera, Shot, check_shot
-from lockprobe.plants.hardware.driver_call import call_driver
-from lockprobe.plants.hardware.position_reader import (
-    HANDLES_FILE,
-    ImageHandles,
-    Unclear,
-    read_handles,
-    read_positions,
-)
-from lockprobe.plants.operator import ENTER, Operator, TerminalOperator, ask_to_begin
-from lockprobe.record import Fact, Snapshot
+from lockprobe.boxes.box import Configuration, Lockbox, bits
+from lockprobe.foundation.errors import PlantFault
+from lockprobe.plants.operator import ENTER, Operator, ask_to_begin
+from lockprobe.trial.pictures.frame import Frame
+from lockprobe.trial.record import Fact, Snapshot
 
-__all__ = ["Manual", "ManualSettings", "check_manual", "make_manual"]
-
-WEBCAM = "webcam"
+__all__ = ["Manual", "Seen", "Sight"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ManualSettings:
-    """The options of ``manual``.
+class Seen:
+    """What a picture shows.
 
     Attributes:
-        camera: A folder in which pictures are saved, or ``webcam``; empty for a person who types what happened.
-        handles: The file with the places of handles in pictures; by default ``handles.toml``, in the folder or, with
-            a webcam, in the working directory.
-        device: Number of the webcam.
-
-    Raises:
-        BadValue: If an option has no effect in this combination.
+        configuration: The positions of the joints, in panel order.
+        look: Returns the picture as a frame.
     """
 
-    camera: str = ""
-    handles: str = ""
-    device: int = 0
+    configuration: Configuration
+    look: Callable[[], Frame]
 
-    def __post_init__(self) -> None:
-        if self.handles and not self.camera:
-            raise BadValue("handles", self.handles, "camera=FOLDER or camera=webcam with it")
-        if not 0 <= self.device <= 63:
-            raise BadValue("device", self.device, "a whole number from 0 to 63")
+
+class Sight(Protocol):
+    """Reads the positions of the joints from pictures, in the place of the person's answer."""
 
     @property
-    def handles_file(self) -> Path:
-        """Path of the file with the places of handles."""
-        if self.handles:
-            return Path(self.handles)
-        return Path(HANDLES_FILE) if self.camera == WEBCAM else Path(self.camera) / HANDLES_FILE
+    def facts(self) -> Mapping[str, Fact]:
+        """Facts for the record, such as the kind of camera."""
+        ...
 
-    def open_camera(self) -> HardwareCamera:
-        """Open the camera.
+    def read(self, names: tuple[str, ...]) -> Seen:
+        """Take a new picture and read it.
+
+        Args:
+            names: The joints in panel order, for the message.
 
         Raises:
-            UserMistake: If it is missing.
+            PlantFault: If there is no new picture, or it shows no clear position of a joint. The person is asked for
+                another one.
         """
-        if self.camera == WEBCAM:
-            from lockprobe.plants.hardware.webcam import Webcam
+        ...
 
-            return Webcam(self.device)
-        return FolderCamera(self.camera)
-
-
-def make_manual(settings: ManualSettings, box: Lockbox, labels: tuple[str, ...]) -> Manual:
-    """The plant for one trial, with the terminal as its operator.
-
-    Raises:
-        UserMistake: If there is no camera, or its file of handles does not fit the box.
-    """
-    handles = read_handles(settings.handles_file, box) if settings.camera else None
-    camera = settings.open_camera() if settings.camera else None
-    return Manual(box, labels=labels, operator=TerminalOperator(), camera=camera, handles=handles)
-
-
-def check_manual(settings: ManualSettings, box: Lockbox) -> None:
-    """Check the camera and its file of handles before the first trial. Raises as :func:`make_manual`."""
-    make_manual(settings, box, box.names).close()
+    def close(self) -> None:
+        """Release the camera."""
+        ...
 
 
 class Manual:
@@ -100,8 +67,7 @@ class Manual:
         box: The box. Its rules only detect typing errors; they decide no outcome.
         labels: Labels of the joints, in panel order.
         operator: The person.
-        camera: Takes the picture that tells the truth; None if the person tells it.
-        handles: The places of the handles in its pictures; required with a camera, else None.
+        sight: Reads the truth from pictures; None if the person tells it.
     """
 
     def __init__(
@@ -110,21 +76,17 @@ class Manual:
         *,
         labels: tuple[str, ...],
         operator: Operator,
-        camera: HardwareCamera | None = None,
-        handles: ImageHandles | None = None,
+        sight: Sight | None = None,
     ) -> None:
-        assert (camera is None) == (handles is None)
-        self._box, self._operator, self._camera, self._handles = box, operator, camera, handles
+        self._box, self._operator, self._sight = box, operator, sight
         self._called = [f"{label} ({name})" for label, name in zip(labels, box.names, strict=True)]
         self._configuration: Configuration | None = None
-        self._shot: Shot | None = None
+        self._seen: Seen | None = None
 
     @property
     def facts(self) -> Mapping[str, Fact]:
         """The source of the truth."""
-        if self._camera is None:
-            return {"truth": "person"}
-        return {"truth": "camera", **getattr(self._camera, "facts", {})}
+        return {"truth": "person"} if self._sight is None else {"truth": "camera", **self._sight.facts}
 
     def observe(self) -> Snapshot:
         """The truth now; before the first attempt the person is asked to set the box up.
@@ -147,7 +109,7 @@ class Manual:
         before = self._configuration
         assert before is not None
         ends = f"from {before[joint]:d} to {not before[joint]:d}"
-        if self._camera is None:
+        if self._sight is None:
             after = self._typed(joint, before, ends)
         else:
             after = self._photographed(
@@ -167,22 +129,21 @@ class Manual:
             configuration=after,
             joint=joint,
             outcome="moved" if after[joint] != before[joint] else "blocked",
-            sensed={"truth": "person" if self._camera is None else "camera", "as_rules": obeyed},
+            sensed={"truth": "person" if self._sight is None else "camera", "as_rules": obeyed},
             look=self._look(),
         )
 
     def close(self) -> None:
         """Release the camera."""
-        release = getattr(self._camera, "close", None)
-        if release is not None:
-            release()
+        if self._sight is not None:
+            self._sight.close()
 
     def _set_up(self) -> None:
         """Ask the person to set the initial configuration, and verify it."""
         initial = self._box.initial
         stand = ", ".join(f"{called} at {at:d}" for called, at in zip(self._called, initial, strict=True))
         self._operator.tell(f"New trial of {self._box.name}. Set the joints: {stand}.")
-        if self._camera is None:
+        if self._sight is None:
             ask_to_begin(self._operator)
         else:
             self._photographed("Take a picture, then press Enter; q to stop:", self._wrongly_set, begin=True)
@@ -211,28 +172,23 @@ class Manual:
         self, question: str, complaint: Callable[[Configuration], str], *, begin: bool = False
     ) -> Configuration:
         """Ask for a picture until one can be read and passes the check."""
-        assert self._camera is not None
-        assert self._handles is not None
+        assert self._sight is not None
         while True:
             if begin:
                 ask_to_begin(self._operator, question)
             else:
                 self._operator.ask(question, (ENTER,))
             try:
-                shot = check_shot(call_driver("the camera", self._camera.grab), self._handles.size)
-                seen = read_positions(shot, self._handles.places, tuple(self._called))
-            except (PlantFault, Unclear) as fault:
+                seen = self._sight.read(tuple(self._called))
+            except PlantFault as fault:
                 self._operator.tell(f"{fault}.")
                 continue
-            if wrong := complaint(seen):
+            if wrong := complaint(seen.configuration):
                 self._operator.tell(wrong)
                 continue
-            self._shot = shot
-            return seen
+            self._seen = seen
+            return seen.configuration
 
     def _look(self) -> Callable[[], Frame] | None:
         """A function that returns the picture of this moment."""
-        if self._shot is None or self._handles is None:
-            return None
-        handles, shot = self._handles, self._shot
-        return lambda: handles.frame(shot)
+        return None if self._seen is None else self._seen.look

@@ -6,9 +6,9 @@ import sys
 from collections.abc import Sequence
 from typing import Protocol
 
-from lockprobe.errors import PlantFault, UserMistake
-from lockprobe.interrupts import interruptible
-from lockprobe.terminal_text import printable
+from lockprobe.foundation.errors import PlantFault, UserMistake
+from lockprobe.foundation.interrupts import interruptible
+from lockprobe.foundation.terminal_text import printable
 
 __all__ = ["ENTER", "ConsentingOperator", "Operator", "OperatorStopped", "TerminalOperator", "ask_to_begin"]
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import ClassVar
 
-from lockprobe.lockbox.box import Lockbox
-from lockprobe.record import Fact, Snapshot
+from lockprobe.boxes.box import Lockbox
+from lockprobe.trial.record import Fact, Snapshot
 
 __all__ = ["SymbolicPlant"]
 

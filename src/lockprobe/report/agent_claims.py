@@ -9,28 +9,8 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
-from lockprobe.analysis.condition import ConditionSummary
-from lockprobe.analysis.inference.difference import DifferenceAt
-from lockprobe.analysis.inference.logrank import holm
-from lockprobe.analysis.inference.ushape import Line
-from lockprobe.analysis.misinterpretation import Misinterpretations
-from lockprobe.analysis.proportions import ALPHA, Difference, Proportion, difference, proportion, ratio
-from lockprobe.analysis.published import (
-    CORRELATION,
-    CORRELATION_POINTS,
-    LOOPS_AT_0,
-    LOOPS_AT_40,
-    PEAK,
-    REFERENCE,
-    REFERENCE_STEPS,
-    SOLVED_AT_0,
-    SOLVED_AT_40,
-    TABLE1,
-    MisreadRate,
-)
-from lockprobe.analysis.summary import AgentSummary
-from lockprobe.formatting import bracketed, minus
-from lockprobe.formatting import p_value as p_value_said
+from lockprobe.foundation.formatting import bracketed, minus
+from lockprobe.foundation.formatting import p_value as p_value_said
 from lockprobe.report.claim_tests import (
     NOT_MEASURED,
     ClaimFinding,
@@ -49,6 +29,26 @@ from lockprobe.report.claim_tests import (
     verdict_of,
 )
 from lockprobe.report.format import share_cell
+from lockprobe.statistics.condition import ConditionSummary
+from lockprobe.statistics.inference.difference import DifferenceAt
+from lockprobe.statistics.inference.logrank import holm
+from lockprobe.statistics.inference.ushape import Line
+from lockprobe.statistics.misinterpretation import Misinterpretations
+from lockprobe.statistics.proportions import ALPHA, Difference, Proportion, difference, proportion, ratio
+from lockprobe.statistics.published import (
+    CORRELATION,
+    CORRELATION_POINTS,
+    LOOPS_AT_0,
+    LOOPS_AT_40,
+    PEAK,
+    REFERENCE,
+    REFERENCE_STEPS,
+    SOLVED_AT_0,
+    SOLVED_AT_40,
+    TABLE1,
+    MisreadRate,
+)
+from lockprobe.statistics.summary import AgentSummary
 
 __all__ = ["AGENT_MEASURES", "misread_measure"]
 
@@ -241,7 +241,7 @@ def _versus_chance(name: str, what: str, test: str, sign: int) -> ClaimMeasure:
     """Actions of a kind against chance.
 
     Args:
-        name: The attribute of :class:`~lockprobe.analysis.persistence.Persistence`.
+        name: The attribute of :class:`~lockprobe.statistics.persistence.Persistence`.
         what: What these actions do.
         test: Name of the test on record.
         sign: Of the difference that the claim expects.

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from lockprobe.analysis.published import PEAK
-from lockprobe.rows import Course
-from lockprobe.spec import PEOPLE
+from lockprobe.foundation.spec import PEOPLE
+from lockprobe.statistics.published import PEAK
+from lockprobe.statistics.rows import Course
 
 __all__ = ["best_dose_said", "fit_said", "model_said", "paper_rates", "wilson_said"]
 

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 
+from lockprobe.foundation.spec import MCP, spec_kind
 from lockprobe.people.diary import Diary
 from lockprobe.people.responses import Attempt
 from lockprobe.people.step_times import key_of
-from lockprobe.record import Trial
 from lockprobe.report.check import Check, also, check_of
 from lockprobe.report.opened import OpenedStudy
-from lockprobe.spec import MCP, spec_kind
 from lockprobe.studies.attempt_log import AttemptLog
 from lockprobe.studies.paused_trial import RecordedAttempt
+from lockprobe.trial.record import Trial
 
 __all__ = ["attempts_check"]
 

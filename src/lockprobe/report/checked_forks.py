@@ -8,9 +8,7 @@ from pathlib import Path
 
 from lockprobe.agents.catalogue import recomputes, resolve
 from lockprobe.agents.policy import Policy
-from lockprobe.errors import UserMistake
-from lockprobe.plan import Plan
-from lockprobe.record import Trial
+from lockprobe.foundation.errors import UserMistake
 from lockprobe.report.check import Check, check_of
 from lockprobe.report.checked_replies import CallEvidence, replies_check
 from lockprobe.report.opened import OpenedStudy
@@ -18,7 +16,9 @@ from lockprobe.report.replayed_trials import Replay, ReplayedTrial
 from lockprobe.studies.branch import FORKS, fork_plan
 from lockprobe.studies.next_choice import next_choice
 from lockprobe.studies.settings import read_study
-from lockprobe.trial_name import ForkName
+from lockprobe.trial.plan import Plan
+from lockprobe.trial.record import Trial
+from lockprobe.trial.trial_name import ForkName
 
 __all__ = ["fork_checks"]
 

@@ -9,18 +9,18 @@ from itertools import pairwise
 from pathlib import Path
 
 from lockprobe.agents.llm.settings import read_settings
-from lockprobe.errors import UserMistake
-from lockprobe.model_call import Call
-from lockprobe.plan import Plan
-from lockprobe.record import Trial
+from lockprobe.foundation.errors import UserMistake
+from lockprobe.foundation.spec import Spec
+from lockprobe.foundation.storage.jsonl import whole_lines
 from lockprobe.report.check import Check, also, check_of
 from lockprobe.report.replayed_trials import ReplayedTrial, is_hosted
-from lockprobe.spec import Spec
-from lockprobe.storage.jsonl import whole_lines
 from lockprobe.studies.call_log import kept_replies, read_asked, read_calls, unanswered
 from lockprobe.studies.directory import RECORDS
 from lockprobe.studies.merge import lasting_facts
-from lockprobe.trial_json import trial_from_line
+from lockprobe.trial.model_call import Call
+from lockprobe.trial.plan import Plan
+from lockprobe.trial.record import Trial
+from lockprobe.trial.trial_json import trial_from_line
 
 __all__ = ["CallEvidence", "agent_check", "replies_check"]
 

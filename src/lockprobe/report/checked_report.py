@@ -13,16 +13,16 @@ from typing import Any
 from pydantic import ValidationError
 
 from lockprobe.agents.llm.model_facts import facts_of
-from lockprobe.errors import BadFile, LockprobeError, UserMistake
-from lockprobe.inputs import read_input
+from lockprobe.foundation.errors import BadFile, LockprobeError, UserMistake
+from lockprobe.foundation.inputs import read_input
+from lockprobe.foundation.sections import LeftOutSection
 from lockprobe.report.check import Check, check_of
 from lockprobe.report.costs import prices_of
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.package_parts import without_packages
 from lockprobe.report.parallel import one_thread, shared, uncollected
 from lockprobe.report.replayed_trials import is_hosted
-from lockprobe.rows import MEASURES, Results, Row
-from lockprobe.sections import LeftOutSection
+from lockprobe.statistics.rows import MEASURES, Results, Row
 from lockprobe.studies.branch import FORKS
 from lockprobe.studies.directory import RECORDS
 

@@ -7,15 +7,15 @@ from collections.abc import Callable, Sequence
 from statistics import NormalDist
 from typing import Literal
 
-from lockprobe.analysis.clustered import ClusteredProportion
-from lockprobe.analysis.condition import ConditionSummary
-from lockprobe.analysis.inference.verdict import Question
-from lockprobe.analysis.proportions import ALPHA, Difference, Proportion, difference
-from lockprobe.analysis.summary import AgentSummary
-from lockprobe.audit.rates import false_positives
-from lockprobe.formatting import minus
-from lockprobe.prose.hypothesis_tests import effect_said
+from lockprobe.foundation.formatting import minus
 from lockprobe.report.paper import counted_share
+from lockprobe.report.prose.hypothesis_tests import effect_said
+from lockprobe.simulation.audit.rates import false_positives
+from lockprobe.statistics.clustered import ClusteredProportion
+from lockprobe.statistics.condition import ConditionSummary
+from lockprobe.statistics.inference.verdict import Question
+from lockprobe.statistics.proportions import ALPHA, Difference, Proportion, difference
+from lockprobe.statistics.summary import AgentSummary
 
 __all__ = [
     "NOT_MEASURED",

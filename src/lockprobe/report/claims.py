@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from lockprobe.analysis.summary import AgentSummary, StudySummary
+from lockprobe.foundation.spec import spec_kind, spec_name
 from lockprobe.report.agent_claims import AGENT_MEASURES, misread_measure
 from lockprobe.report.claim_tests import NOT_MEASURED, ClaimFinding
 from lockprobe.report.modality_claims import MODALITY_MEASURES, agents_shown
 from lockprobe.report.paper import CLAIMS, PaperClaim
-from lockprobe.spec import spec_kind, spec_name
+from lockprobe.statistics.summary import AgentSummary, StudySummary
 
 __all__ = ["claim_rows"]
 

@@ -8,20 +8,20 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from lockprobe.analysis.agent_comparison.across_studies import Sample, Side, StudyDifference, study_differences
-from lockprobe.analysis.clustered import share_of
-from lockprobe.analysis.outcomes import outcomes
-from lockprobe.analysis.proportions import Proportion
-from lockprobe.analysis.rules import rule_breaks, together
-from lockprobe.analysis.summary import is_reference
-from lockprobe.errors import BadFile, UnknownName
-from lockprobe.prose.robot import not_judged
-from lockprobe.prose.study_comparison import comparison_of_studies_said
-from lockprobe.prose.subject import Subject
-from lockprobe.record import Trial
+from lockprobe.foundation.errors import BadFile, UnknownName
 from lockprobe.report.opened import OpenedStudy, open_study
 from lockprobe.report.plain_json import plain_json
+from lockprobe.report.prose.robot import not_judged
+from lockprobe.report.prose.study_comparison import comparison_of_studies_said
+from lockprobe.report.prose.subject import Subject
+from lockprobe.statistics.agent_comparison.across_studies import Sample, Side, StudyDifference, study_differences
+from lockprobe.statistics.clustered import share_of
+from lockprobe.statistics.outcomes import outcomes
+from lockprobe.statistics.proportions import Proportion
+from lockprobe.statistics.rules import rule_breaks, together
+from lockprobe.statistics.summary import is_reference
 from lockprobe.studies.comparable import check_comparable, families, shared_names
+from lockprobe.trial.record import Trial
 
 __all__ = ["ComparedStudy", "Comparison", "SuccessRow", "compare_studies"]
 

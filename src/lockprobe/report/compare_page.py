@@ -6,17 +6,17 @@ from collections.abc import Callable, Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
 
-from lockprobe.analysis.agent_comparison.across_studies import Side, StudyDifference
-from lockprobe.errors import BadFile
-from lockprobe.formatting import NONE, bracketed, p_cell
-from lockprobe.prose.study_comparison import leading
+from lockprobe.foundation.errors import BadFile
+from lockprobe.foundation.formatting import NONE, bracketed, p_cell
+from lockprobe.foundation.sections import LeftOutSection, leaving_out, section
+from lockprobe.foundation.storage.atomic_file import write_file
 from lockprobe.report.compare import Comparison
 from lockprobe.report.format import DETECTED, TextTable, share_cell
 from lockprobe.report.pages import NOT_JUDGED
+from lockprobe.report.prose.study_comparison import leading
 from lockprobe.report.rendering import image, rendered
 from lockprobe.report.section import Caption
-from lockprobe.sections import LeftOutSection, leaving_out, section
-from lockprobe.storage.atomic_file import write_file
+from lockprobe.statistics.agent_comparison.across_studies import Side, StudyDifference
 
 __all__ = ["difference_table", "study_table", "success_table", "write_comparison"]
 
@@ -87,8 +87,8 @@ def _page(comparison: Comparison, missing: Sequence[LeftOutSection]) -> str:
 
 def _picture(found: Sequence[StudyDifference], names: Mapping[Side, str]) -> dict[str, bytes]:
     """The figure of differences between studies as PNG and SVG."""
-    from lockprobe import figures
-    from lockprobe.figures.differences import comparison_drawing
+    from lockprobe.report import figures
+    from lockprobe.report.figures.differences import comparison_drawing
 
     return figures.files(comparison_drawing(found, names))
 

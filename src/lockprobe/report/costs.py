@@ -11,9 +11,9 @@ from typing import Any
 from pydantic import TypeAdapter
 
 from lockprobe.agents.llm.model_facts import Price, facts_of
-from lockprobe.model_call import Usage
-from lockprobe.record import Trial
-from lockprobe.rows import Estimate, Fact, Results
+from lockprobe.statistics.rows import Estimate, Fact, Results
+from lockprobe.trial.model_call import Usage
+from lockprobe.trial.record import Trial
 
 __all__ = ["Prices", "cost_rows", "price_asked", "price_facts", "price_of", "prices_of"]
 

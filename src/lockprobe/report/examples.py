@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from lockprobe.analysis.behaviour import has_loop, loop_coverage
-from lockprobe.analysis.loops import cover
-from lockprobe.analysis.misinterpretation import claims
-from lockprobe.analysis.summary import AgentSummary, StudySummary
-from lockprobe.record import Trial
-from lockprobe.rows import Exhibit, ExhibitStep
+from lockprobe.statistics.behaviour import has_loop, loop_coverage
+from lockprobe.statistics.loops import cover
+from lockprobe.statistics.misinterpretation import claims
+from lockprobe.statistics.rows import Exhibit, ExhibitStep
+from lockprobe.statistics.summary import AgentSummary, StudySummary
+from lockprobe.trial.record import Trial
 
 __all__ = ["examples", "exhibit", "loop_letters"]
 

@@ -15,9 +15,9 @@ from functools import cache
 from importlib.resources import files
 from typing import Any
 
-from lockprobe.record import Step, Trial
+from lockprobe.foundation.terminal_text import printable
 from lockprobe.report.examples import loop_letters
-from lockprobe.terminal_text import printable
+from lockprobe.trial.record import Step, Trial
 
 __all__ = ["explorer_data", "script", "script_hash"]
 

@@ -7,10 +7,10 @@ import io
 import re
 from collections.abc import Sequence
 
-from lockprobe.analysis.clustered import ClusteredProportion
-from lockprobe.analysis.proportions import Proportion
-from lockprobe.formatting import share
-from lockprobe.terminal_text import printable
+from lockprobe.foundation.formatting import share
+from lockprobe.foundation.terminal_text import printable
+from lockprobe.statistics.clustered import ClusteredProportion
+from lockprobe.statistics.proportions import Proportion
 
 __all__ = ["DETECTED", "EVERY", "TextTable", "as_csv", "as_tex", "share_cell"]
 

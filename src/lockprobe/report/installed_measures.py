@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from lockprobe.analysis.measures import find_measure, measured
-from lockprobe.errors import UserMistake
-from lockprobe.plugins import find_plugin, plugin_names
+from lockprobe.foundation.errors import UserMistake
+from lockprobe.foundation.plugins import find_plugin, plugin_names
 from lockprobe.report.study_numbers import PlayedCell, StudyNumbers
-from lockprobe.rows import MEASURES, Fact, Row
+from lockprobe.statistics.measures import find_measure, measured
+from lockprobe.statistics.rows import MEASURES, Fact, Row
 
 __all__ = ["measure_rows"]
 

@@ -9,13 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterator, Mapping
 from itertools import pairwise
 
-from lockprobe.analysis.curves import SuccessCurve
-from lockprobe.analysis.inference.logrank import holm
-from lockprobe.analysis.modalities import ModalityEffect, spoken
-from lockprobe.analysis.proportions import ALPHA
-from lockprobe.analysis.published import MODALITY, STEPS_TO_80
-from lockprobe.analysis.summary import AgentSummary, StudySummary
-from lockprobe.record import PLAIN_WORDS, STATES
+from lockprobe.foundation.spec import spec_kind
 from lockprobe.report.claim_tests import (
     NOT_MEASURED,
     ClaimFinding,
@@ -26,7 +20,13 @@ from lockprobe.report.claim_tests import (
     same_step,
     verdict_of,
 )
-from lockprobe.spec import spec_kind
+from lockprobe.statistics.curves import SuccessCurve
+from lockprobe.statistics.inference.logrank import holm
+from lockprobe.statistics.modalities import ModalityEffect, spoken
+from lockprobe.statistics.proportions import ALPHA
+from lockprobe.statistics.published import MODALITY, STEPS_TO_80
+from lockprobe.statistics.summary import AgentSummary, StudySummary
+from lockprobe.trial.record import PLAIN_WORDS, STATES
 
 __all__ = ["MODALITY_MEASURES", "agents_shown"]
 

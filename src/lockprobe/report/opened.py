@@ -7,18 +7,18 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from lockprobe.foundation.sections import LeftOutSection
 from lockprobe.people.diary import Diary, read_diaries
 from lockprobe.people.withdrawal import withdrawn
-from lockprobe.record import Trial
 from lockprobe.report.costs import Prices
-from lockprobe.rows import Row
-from lockprobe.sections import LeftOutSection
+from lockprobe.statistics.rows import Row
 from lockprobe.studies.branch import read_forks
 from lockprobe.studies.directory import SETTINGS, read_settings
 from lockprobe.studies.next_choice import read_choices
 from lockprobe.studies.records import LeftOut, read_records
 from lockprobe.studies.settings import study_from
 from lockprobe.studies.study import Study
+from lockprobe.trial.record import Trial
 
 __all__ = ["OpenedStudy", "open_study"]
 

@@ -1,6 +1,6 @@
 """The claims of the paper as data: each claim as a quotation, with a reanalysis of its counts.
 
-Counts are those of :mod:`lockprobe.analysis.published`.
+Counts are those of :mod:`lockprobe.statistics.published`.
 """
 
 from __future__ import annotations
@@ -8,8 +8,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from lockprobe.analysis.proportions import Proportion, Z, difference, proportion, ratio
-from lockprobe.analysis.published import (
+from lockprobe.foundation.formatting import minus
+from lockprobe.statistics.proportions import Proportion, Z, difference, proportion, ratio
+from lockprobe.statistics.published import (
     CORRELATION,
     LOOPS_AT_0,
     LOOPS_AT_40,
@@ -19,7 +20,6 @@ from lockprobe.analysis.published import (
     SOLVED_AT_40,
     TABLE1,
 )
-from lockprobe.formatting import minus
 
 __all__ = ["CLAIMS", "PaperClaim", "counted_share", "fisher_z"]
 

@@ -20,7 +20,7 @@ from typing import TypeVar
 
 from threadpoolctl import threadpool_limits
 
-from lockprobe.parallel import Each, Pool
+from lockprobe.foundation.parallel import Each, Pool
 
 __all__ = ["LARGE", "one_thread", "shared", "uncollected"]
 

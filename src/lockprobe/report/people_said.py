@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-from lockprobe.analysis.modalities import spoken
-from lockprobe.analysis.people import People
-from lockprobe.analysis.relative_steps import RelativeSteps
-from lockprobe.formatting import interval, percent, share
+from lockprobe.foundation.formatting import interval, percent, share
 from lockprobe.people.progress import Flow
+from lockprobe.statistics.modalities import spoken
+from lockprobe.statistics.people import People
+from lockprobe.statistics.relative_steps import RelativeSteps
 
 __all__ = ["compared_said", "conditions_said", "flow_said", "limits_said", "opened_said", "steps_said"]
 

@@ -7,7 +7,7 @@ import re
 from functools import cache
 from typing import Any
 
-from lockprobe.terminal_text import printable
+from lockprobe.foundation.terminal_text import printable
 
 __all__ = ["compact_svg", "image", "rendered"]
 

@@ -15,18 +15,18 @@ from typing import Literal
 import numpy as np
 
 from lockprobe.agents.catalogue import recomputes, resolve
-from lockprobe.errors import ModelFault, UserMistake
-from lockprobe.model_call import Call, Usage
-from lockprobe.plan import Plan
+from lockprobe.foundation.errors import ModelFault, UserMistake
+from lockprobe.foundation.plugins import plugin_names
+from lockprobe.foundation.spec import MCP, PEOPLE, Spec, spec_kind, spec_name
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.plugins import plugin_names
-from lockprobe.protocols import Agent, CallBook
-from lockprobe.record import Decision, Fact, Situation, Step, Trial
 from lockprobe.report.unplayed_replies import other_replies
-from lockprobe.spec import MCP, PEOPLE, Spec, spec_kind, spec_name
 from lockprobe.studies.call_log import KeptReplies
 from lockprobe.studies.play import play_timed
-from lockprobe.trial_json import trial_to_json
+from lockprobe.trial.model_call import Call, Usage
+from lockprobe.trial.plan import Plan
+from lockprobe.trial.protocols import Agent, CallBook
+from lockprobe.trial.record import Decision, Fact, Situation, Step, Trial
+from lockprobe.trial.trial_json import trial_to_json
 
 __all__ = ["UNPLAYED", "AgentKind", "Replay", "ReplayedTrial", "is_foreign", "is_hosted", "kind_of"]
 
@@ -116,7 +116,8 @@ class Replay:
 
 def is_foreign(kind: Literal["plant", "intervention"], spec: str) -> bool:
     """Whether a spec names code of a user or of another package."""
-    return spec_kind(spec) == "python" or spec_name(spec) in plugin_names(kind)
+    added = {*plugin_names(kind), *(plugin_names("plant source") if kind == "plant" else ())}
+    return spec_kind(spec) == "python" or spec_name(spec) in added
 
 
 def _compared(plan: Plan, trial: Trial, found: ReplayedTrial, agent: Agent) -> ReplayedTrial:

@@ -13,7 +13,8 @@ from dataclasses import replace
 from functools import partial
 from importlib import import_module
 
-from lockprobe.parallel import Each
+from lockprobe.foundation.parallel import Each
+from lockprobe.foundation.sections import LeftOutSection, collecting, leaving_out, of_package, section
 from lockprobe.report.explorer import explorer_data
 from lockprobe.report.format import as_csv, as_tex
 from lockprobe.report.opened import OpenedStudy
@@ -23,8 +24,7 @@ from lockprobe.report.sample_pictures import embedded
 from lockprobe.report.section import Caption, Figure
 from lockprobe.report.sections import all_sections
 from lockprobe.report.study_numbers import study_numbers
-from lockprobe.rows import Results
-from lockprobe.sections import LeftOutSection, collecting, leaving_out, of_package, section
+from lockprobe.statistics.rows import Results
 
 __all__ = ["File", "drawn_figure", "report_files", "results_text"]
 
@@ -109,7 +109,7 @@ def drawn_figure(found: Results, figure: Figure) -> dict[str, bytes] | None:
     """A figure in all its forms; None if there is nothing to draw."""
     if not figure.applies(found):
         return None
-    from lockprobe.figures import files
+    from lockprobe.report.figures import files
 
     module, _, function = figure.draw.partition(":")
     made = getattr(import_module(module), function)(found, *figure.arguments)

@@ -7,14 +7,14 @@ from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 
-from lockprobe.analysis.summary import StudySummary
+from lockprobe.foundation.sections import LeftOutSection, leaving_out, of_package, section
 from lockprobe.report.opened import OpenedStudy, open_study
 from lockprobe.report.parallel import one_thread
 from lockprobe.report.section import Section
 from lockprobe.report.sections import all_sections
 from lockprobe.report.sections.overview import without_answer
 from lockprobe.report.study_numbers import StudyNumbers, study_numbers
-from lockprobe.rows import (
+from lockprobe.statistics.rows import (
     Condition,
     Curve,
     Design,
@@ -27,7 +27,7 @@ from lockprobe.rows import (
     Results,
     Row,
 )
-from lockprobe.sections import LeftOutSection, leaving_out, of_package, section
+from lockprobe.statistics.summary import StudySummary
 from lockprobe.studies.results_hash import results_hash
 from lockprobe.studies.study_design import design_of
 

@@ -6,12 +6,12 @@ import base64
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from lockprobe.errors import BadFile, BadValue, Missing
-from lockprobe.pictures.picture import PICTURE_NAME, PictureKind
-from lockprobe.pictures.png import from_png, to_png
-from lockprobe.record import Trial
-from lockprobe.rows import Fact, Results
+from lockprobe.foundation.errors import BadFile, BadValue, Missing
+from lockprobe.statistics.rows import Fact, Results
 from lockprobe.studies.picture_store import read_picture
+from lockprobe.trial.pictures.picture import PICTURE_NAME, PictureKind
+from lockprobe.trial.pictures.png import from_png, to_png
+from lockprobe.trial.record import Trial
 
 __all__ = ["ABOUT", "KINDS", "embedded", "pictures_shown", "seen_facts"]
 

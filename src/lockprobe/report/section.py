@@ -12,7 +12,7 @@ from typing import ClassVar
 
 from lockprobe.report.format import TextTable
 from lockprobe.report.study_numbers import StudyNumbers
-from lockprobe.rows import Exhibit, Results, Row
+from lockprobe.statistics.rows import Exhibit, Results, Row
 
 __all__ = [
     "Beside",

@@ -9,27 +9,27 @@ from functools import cached_property
 from itertools import product
 from typing import Any
 
-from lockprobe.analysis.branch import BranchEffect, branch_effects
-from lockprobe.analysis.clustered import ClusteredProportion
-from lockprobe.analysis.condition import ConditionSummary
-from lockprobe.analysis.condition_study import ConditionStudySummary, dose_series, summarise_conditions
-from lockprobe.analysis.people import People, people
-from lockprobe.analysis.proportions import Proportion
-from lockprobe.analysis.rules import RuleBreaks, together
-from lockprobe.analysis.series import Series
-from lockprobe.analysis.summary import AgentSummary, StudySummary, check_trials, summarise
-from lockprobe.errors import BadFile, BadValue
-from lockprobe.interventions.condition import Condition
-from lockprobe.parallel import Each
-from lockprobe.prose.robot import not_judged
-from lockprobe.prose.section_answers import section_answers
-from lockprobe.record import Trial
+from lockprobe.foundation.errors import BadFile, BadValue
+from lockprobe.foundation.parallel import Each
+from lockprobe.foundation.sections import collecting, section
 from lockprobe.report.opened import OpenedStudy
-from lockprobe.rows import Curve, Estimate, Finding
-from lockprobe.sections import collecting, section
+from lockprobe.report.prose.robot import not_judged
+from lockprobe.report.prose.section_answers import section_answers
+from lockprobe.statistics.branch import BranchEffect, branch_effects
+from lockprobe.statistics.clustered import ClusteredProportion
+from lockprobe.statistics.condition import ConditionSummary
+from lockprobe.statistics.condition_study import ConditionStudySummary, dose_series, summarise_conditions
+from lockprobe.statistics.people import People, people
+from lockprobe.statistics.proportions import Proportion
+from lockprobe.statistics.rows import Curve, Estimate, Finding
+from lockprobe.statistics.rules import RuleBreaks, together
+from lockprobe.statistics.series import Series
+from lockprobe.statistics.summary import AgentSummary, StudySummary, check_trials, summarise
 from lockprobe.studies.directory import RECORDS
 from lockprobe.studies.study import Study
 from lockprobe.studies.study_design import design_of
+from lockprobe.trial.condition import Condition
+from lockprobe.trial.record import Trial
 
 __all__ = ["PlayedCell", "StudyNumbers", "share_rows", "study_numbers"]
 

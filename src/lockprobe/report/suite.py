@@ -8,15 +8,15 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from lockprobe.analysis.modalities import spoken
-from lockprobe.analysis.outcomes import outcomes
-from lockprobe.analysis.suite_ranks import possible_ranks
-from lockprobe.analysis.suite_scores import LevelTrials, SuiteScore, suite_score
-from lockprobe.lockbox.families import box
-from lockprobe.lockbox.solve import optimum, random_success
+from lockprobe.boxes.families import box
+from lockprobe.boxes.solve import optimum, random_success
+from lockprobe.foundation.sections import LeftOutSection, leaving_out, of_whom, section
 from lockprobe.report.opened import OpenedStudy, open_study
 from lockprobe.report.plain_json import plain_json
-from lockprobe.sections import LeftOutSection, leaving_out, of_whom, section
+from lockprobe.statistics.modalities import spoken
+from lockprobe.statistics.outcomes import outcomes
+from lockprobe.statistics.suite_ranks import possible_ranks
+from lockprobe.statistics.suite_scores import LevelTrials, SuiteScore, suite_score
 from lockprobe.studies import paper
 from lockprobe.studies.results_hash import records_digest
 from lockprobe.studies.suites import Suite, read_suite, suite_directories

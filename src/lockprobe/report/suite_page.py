@@ -8,16 +8,16 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from lockprobe.analysis.suite_scores import Rational, Score, SuiteScore
-from lockprobe.errors import BadFile
-from lockprobe.formatting import NONE, bracketed, percent, share
-from lockprobe.prose.suite import ranks_said, suite_said
+from lockprobe.foundation.errors import BadFile
+from lockprobe.foundation.formatting import NONE, bracketed, percent, share
+from lockprobe.foundation.sections import LeftOutSection, leaving_out, section
+from lockprobe.foundation.storage.atomic_file import write_files
 from lockprobe.report.format import TextTable, share_cell
+from lockprobe.report.prose.suite import ranks_said, suite_said
 from lockprobe.report.rendering import image, rendered
 from lockprobe.report.section import Caption
 from lockprobe.report.suite import SuiteResults
-from lockprobe.sections import LeftOutSection, leaving_out, section
-from lockprobe.storage.atomic_file import write_files
+from lockprobe.statistics.suite_scores import Rational, Score, SuiteScore
 from lockprobe.studies.suites import SCORES
 
 __all__ = ["PAGE", "level_table", "score_table", "suite_page", "write_suite"]
@@ -87,8 +87,8 @@ def _page(found: SuiteResults) -> str:
 
 def _picture(entries: Sequence[tuple[str, SuiteScore]]) -> dict[str, bytes]:
     """The figure of the scores of a suite as PNG and SVG."""
-    from lockprobe import figures
-    from lockprobe.figures.suite import suite_drawing
+    from lockprobe.report import figures
+    from lockprobe.report.figures.suite import suite_drawing
 
     return figures.files(suite_drawing(entries))
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
-from lockprobe.errors import LockprobeError
+from lockprobe.foundation.errors import LockprobeError
 from lockprobe.report.check import Check, check_of
 from lockprobe.report.checked_report import check_file, check_page
 from lockprobe.report.suite import suite_results

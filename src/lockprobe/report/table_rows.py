@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from lockprobe.formatting import NONE, bracketed, minus, percent, share
-from lockprobe.prose.doses import at_dose
-from lockprobe.prose.subject import Subject
+from lockprobe.foundation.formatting import NONE, bracketed, minus, percent, share
 from lockprobe.report.format import EVERY
-from lockprobe.rows import Cell, Estimate, Results
+from lockprobe.report.prose.doses import at_dose
+from lockprobe.report.prose.subject import Subject
+from lockprobe.statistics.rows import Cell, Estimate, Results
 
 __all__ = [
     "at_lowest",

@@ -11,9 +11,9 @@ from collections.abc import Sequence
 
 from lockprobe.agents.reply_text import object_in
 from lockprobe.agents.reply_values import values_in
-from lockprobe.errors import ReplyFault
-from lockprobe.model_call import Call
-from lockprobe.record import Decision, Percept, Situation, Task, Trial
+from lockprobe.foundation.errors import ReplyFault
+from lockprobe.trial.model_call import Call
+from lockprobe.trial.record import Decision, Percept, Situation, Task, Trial
 
 __all__ = ["other_replies", "other_words"]
 

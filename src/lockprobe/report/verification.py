@@ -14,14 +14,12 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from lockprobe.errors import BadValue, LockprobeError, UserMistake
-from lockprobe.inputs import read_input
+from lockprobe.foundation.errors import BadValue, LockprobeError, UserMistake
+from lockprobe.foundation.inputs import read_input
+from lockprobe.foundation.plugins import no_foreign_code
+from lockprobe.foundation.storage.jsonl import whole_lines, without_checksum
 from lockprobe.interventions.catalogue import interventions_of
-from lockprobe.interventions.condition import Condition
 from lockprobe.people.step_times import times_of_steps
-from lockprobe.pictures.picture import Picture
-from lockprobe.plan import Plan
-from lockprobe.plugins import no_foreign_code
 from lockprobe.report.check import Check, also, check_of
 from lockprobe.report.checked_attempts import attempts_check
 from lockprobe.report.checked_forks import fork_checks
@@ -30,7 +28,6 @@ from lockprobe.report.checked_report import report_checks
 from lockprobe.report.opened import OpenedStudy, open_study
 from lockprobe.report.replayed_trials import UNPLAYED, Replay, ReplayedTrial, is_foreign
 from lockprobe.report.unplayed_replies import other_words
-from lockprobe.storage.jsonl import whole_lines, without_checksum
 from lockprobe.studies.branch import FORKS
 from lockprobe.studies.call_log import ASKED, CALLS
 from lockprobe.studies.directory import ATTEMPTS, PEOPLE_DIRECTORY, RECORDS, added_agents
@@ -38,6 +35,9 @@ from lockprobe.studies.journal import read_timings
 from lockprobe.studies.picture_store import ALBUM
 from lockprobe.studies.results_hash import results_hash
 from lockprobe.studies.yoking import bound
+from lockprobe.trial.condition import Condition
+from lockprobe.trial.pictures.picture import Picture
+from lockprobe.trial.plan import Plan
 
 __all__ = ["NOT_SHOWN", "Check", "hash_check", "verify"]
 

@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from lockprobe.parallel import Pool
+from lockprobe.foundation.parallel import Pool
+from lockprobe.foundation.sections import LeftOutSection
+from lockprobe.foundation.storage.atomic_file import remove_file, write_file
+from lockprobe.foundation.storage.links import make_directory
 from lockprobe.report.parallel import one_thread, shared, uncollected
-from lockprobe.sections import LeftOutSection
-from lockprobe.storage.atomic_file import remove_file, write_file
-from lockprobe.storage.links import make_directory
 
 __all__ = ["write_report"]
 
-_PRELOADED = ("lockprobe.report.report_files", "lockprobe.figures")
+_PRELOADED = ("lockprobe.report.report_files", "lockprobe.report.figures")
 """What every process of a large report needs, and takes more than a second to import."""
 
 

@@ -6,9 +6,9 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.weights import portable
-from lockprobe.errors import BadValue, UserMistake
-from lockprobe.spec import PEOPLE, named_spec
-from lockprobe.terminal_text import printable
+from lockprobe.foundation.errors import BadValue, UserMistake
+from lockprobe.foundation.spec import PEOPLE, named_spec
+from lockprobe.foundation.terminal_text import printable
 
 __all__ = ["LONGEST_LABEL", "check_names", "joined_agents", "named_agents", "short"]
 

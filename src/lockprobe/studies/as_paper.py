@@ -6,12 +6,12 @@ study are ordinary settings, so the same options one by one make the same study.
 
 from __future__ import annotations
 
-from lockprobe.errors import Conflict
+from lockprobe.foundation.errors import Conflict
 from lockprobe.plants.catalogue import PlantSource
-from lockprobe.record import STRUCTURED
 from lockprobe.studies import paper
 from lockprobe.studies.modality import is_pictured
 from lockprobe.studies.study_options import StudyOptions
+from lockprobe.trial.record import STRUCTURED
 
 __all__ = ["as_paper"]
 

@@ -13,12 +13,12 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
-from lockprobe.errors import BadFile, BadValue
-from lockprobe.record import Outcome
-from lockprobe.storage.atomic_file import sync_directory
-from lockprobe.storage.jsonl import LineFile, whole_lines, with_checksum, without_checksum
+from lockprobe.foundation.errors import BadFile, BadValue
+from lockprobe.foundation.storage.atomic_file import sync_directory
+from lockprobe.foundation.storage.jsonl import LineFile, whole_lines, with_checksum, without_checksum
 from lockprobe.studies.directory import ATTEMPTS
 from lockprobe.studies.paused_trial import RecordedAttempt
+from lockprobe.trial.record import Outcome
 
 __all__ = ["AttemptLog"]
 

@@ -12,17 +12,14 @@ from functools import lru_cache
 from pathlib import Path
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.analysis.branch import TRUTH, check_rule, fork_steps
-from lockprobe.errors import BadValue, UnknownName
-from lockprobe.inputs import is_there
+from lockprobe.foundation.errors import BadValue, UnknownName
+from lockprobe.foundation.inputs import is_there
+from lockprobe.foundation.spec import MCP, PEOPLE, spec_kind
 from lockprobe.interventions.catalogue import interventions_of
-from lockprobe.interventions.condition import Condition
+from lockprobe.interventions.conditions import interventions_in
 from lockprobe.interventions.correction import Correction
 from lockprobe.interventions.flip import OutcomeFlip
-from lockprobe.plan import Fork, Plan
-from lockprobe.protocols import Intervention
-from lockprobe.record import Trial
-from lockprobe.spec import MCP, PEOPLE, spec_kind
+from lockprobe.statistics.branch import TRUTH, check_rule, fork_steps
 from lockprobe.studies.call_log import read_calls
 from lockprobe.studies.directory import RECORDS
 from lockprobe.studies.journal import Journal
@@ -31,8 +28,12 @@ from lockprobe.studies.records import load
 from lockprobe.studies.runner import Limits, Observer, run
 from lockprobe.studies.study import Study
 from lockprobe.studies.yoking import as_recorded
-from lockprobe.told_outcome import flipped
-from lockprobe.trial_name import ForkName
+from lockprobe.trial.condition import Condition
+from lockprobe.trial.plan import Fork, Plan
+from lockprobe.trial.protocols import Intervention
+from lockprobe.trial.record import Trial
+from lockprobe.trial.told_outcome import flipped
+from lockprobe.trial.trial_name import ForkName
 
 __all__ = [
     "ACTS",
@@ -98,7 +99,7 @@ class Branching:
     Attributes:
         study: The study.
         trials: Its trials to fork, by key.
-        at: Fork points: rules for :func:`lockprobe.analysis.branch.fork_steps`.
+        at: Fork points: rules for :func:`lockprobe.statistics.branch.fork_steps`.
         arms: Names of the arms (what is told or done), ``truth`` first.
         truthful: Whether all later reports are true.
         times: Continuations per arm.
@@ -165,7 +166,7 @@ def _condition(study: Study, trial: Trial) -> Condition:
 def _changed(condition: Condition, arm: str, at: int, label: str) -> tuple[tuple[Intervention, ...], Condition]:
     """The interventions of an arm, and the condition that includes them."""
     acting = arm_interventions(arm, at, condition, label)
-    interventions = (*condition.made(), *acting)
+    interventions = (*interventions_in(condition), *acting)
     return acting, Condition(interventions=interventions, modality=condition.modality, name=f"fork: {arm}")
 
 
@@ -194,7 +195,7 @@ def arm_interventions(arm: str, at: int, condition: Condition, label: str = "") 
     if is_pictured(condition.modality) and arm in TOLD and arm not in _PICTURED:
         raise BadValue("told", arm, f"{', '.join(_PICTURED)} with {condition.modality}: a picture cannot be {arm}")
     spec = (TOLD.get(arm) or ACTS.get(kind, "")).format(at=at, after=at + 1, joint=label)
-    flips = [one for one in condition.made() if isinstance(one, OutcomeFlip)]
+    flips = [one for one in interventions_in(condition) if isinstance(one, OutcomeFlip)]
     like = flips[0] if flips else OutcomeFlip()
     if like.others == "noisy":
         like = replace(like, others="fresh")  # a lie is on the attempted joint, not on all of them
@@ -255,7 +256,7 @@ def branching(
             if joint and joint not in known:
                 raise BadValue("act", arm, f"force= with one of {', '.join(known)}")
             acting = arm_interventions(arm, 1, condition)
-            shown = replace(condition, interventions=(*condition.made(), *acting), name="")
+            shown = replace(condition, interventions=(*interventions_in(condition), *acting), name="")
             interventions_for(shown)
     return Branching(study=study, trials=forked, at=tuple(at), arms=arms, truthful=truthful, times=times, left=left)
 

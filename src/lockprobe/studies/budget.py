@@ -11,13 +11,13 @@ from collections.abc import Iterable
 from itertools import takewhile
 
 from lockprobe.agents.llm.model_facts import OWN_FACTS, Price, price_lines
-from lockprobe.errors import BadValue, BudgetReached
-from lockprobe.model_call import Call, Usage
-from lockprobe.plan import Plan
-from lockprobe.spec import Spec
+from lockprobe.foundation.errors import BadValue, BudgetReached
+from lockprobe.foundation.spec import Spec
 from lockprobe.studies.spending import hosted, most_dollars, price_of, unknown_dollars
 from lockprobe.studies.study import Study
 from lockprobe.studies.trial_costs import TrialCosts
+from lockprobe.trial.model_call import Call, Usage
+from lockprobe.trial.plan import Plan
 
 __all__ = ["Budget"]
 

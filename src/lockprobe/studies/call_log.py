@@ -18,12 +18,12 @@ from pathlib import Path
 
 from pydantic import TypeAdapter, ValidationError
 
-from lockprobe.errors import BadFile, BadValue, Missing
-from lockprobe.inputs import is_there
-from lockprobe.model_call import BROKEN_OFF, Call, Usage
-from lockprobe.plan import Plan
-from lockprobe.storage.jsonl import LineFile, whole_lines, with_checksum, without_checksum
+from lockprobe.foundation.errors import BadFile, BadValue, Missing
+from lockprobe.foundation.inputs import is_there
+from lockprobe.foundation.storage.jsonl import LineFile, whole_lines, with_checksum, without_checksum
 from lockprobe.studies.budget import Budget
+from lockprobe.trial.model_call import BROKEN_OFF, Call, Usage
+from lockprobe.trial.plan import Plan
 
 __all__ = ["ASKED", "CALLS", "Calls", "KeptReplies", "kept_replies", "read_asked", "read_calls", "unanswered"]
 

@@ -13,18 +13,19 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from lockprobe.agents.catalogue import AgentSource, resolve
-from lockprobe.cluster import Cluster, Lost
-from lockprobe.errors import ModelFault, PlantFault
-from lockprobe.pictures.picture import Picture
-from lockprobe.plan import Plan
-from lockprobe.plugins import find_plugin
-from lockprobe.record import Step, Trial
-from lockprobe.spec import Spec
+from lockprobe.foundation.cluster import Cluster, Lost
+from lockprobe.foundation.errors import ModelFault, PlantFault
+from lockprobe.foundation.plugins import find_plugin
+from lockprobe.foundation.spec import Spec
+from lockprobe.interventions.conditions import interventions_in
 from lockprobe.studies.journal import Timing
 from lockprobe.studies.picture_store import Album
 from lockprobe.studies.play import play_timed
 from lockprobe.studies.study import Study
-from lockprobe.trial import broken
+from lockprobe.trial.loop import broken
+from lockprobe.trial.pictures.picture import Picture
+from lockprobe.trial.plan import Plan
+from lockprobe.trial.record import Step, Trial
 
 __all__ = ["can_travel", "play_on_cluster"]
 
@@ -39,7 +40,7 @@ def can_travel(study: Study, source: AgentSource) -> bool:
         study: The study.
         source: The agent.
     """
-    changes = [type(change) for one in study.conditions for change in one.made()]
+    changes = [type(change) for one in study.conditions for change in interventions_in(one)]
     return (
         source.engine in ("inline", "process")
         and find_plugin("agent", source.spec) is None

@@ -12,15 +12,15 @@ from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
 
-from lockprobe.analysis.design import Design
-from lockprobe.doses import OF_PLAIN_FLIPS, modality_doses
-from lockprobe.errors import BadFile, BadValue
-from lockprobe.interventions.condition import Condition, Recorded
+from lockprobe.foundation.errors import BadFile, BadValue
+from lockprobe.foundation.spec import Spec, spec_name
 from lockprobe.interventions.prompt import OwnPrompt
-from lockprobe.rows.design import axis_key
-from lockprobe.spec import Spec, spec_name
+from lockprobe.statistics.design import Design
+from lockprobe.statistics.rows.design import axis_key
 from lockprobe.studies.study import Study, flip_axis
 from lockprobe.studies.study_design import arms_of
+from lockprobe.trial.condition import Condition, Recorded
+from lockprobe.trial.doses import OF_PLAIN_FLIPS, modality_doses
 
 __all__ = ["SharedCondition", "check_comparable", "families", "shared_names"]
 

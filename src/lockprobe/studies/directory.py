@@ -16,16 +16,16 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from lockprobe.errors import BadFile, DirectoryBusy, SettingsChanged
-from lockprobe.inputs import parse_json, read_input
-from lockprobe.interventions.catalogue import TRUTH
-from lockprobe.record import STATES
-from lockprobe.storage.atomic_file import write_file
-from lockprobe.storage.links import refuse_links
+from lockprobe.foundation.errors import BadFile, DirectoryBusy, SettingsChanged
+from lockprobe.foundation.inputs import parse_json, read_input
+from lockprobe.foundation.storage.atomic_file import write_file
+from lockprobe.foundation.storage.links import refuse_links
 from lockprobe.studies.agent_names import joined_agents
 from lockprobe.studies.call_log import ASKED, CALLS
 from lockprobe.studies.settings_hash import in_no_order
 from lockprobe.studies.study import Study
+from lockprobe.trial.condition import TRUTH
+from lockprobe.trial.record import STATES
 
 __all__ = [
     "ATTEMPTS",

@@ -14,12 +14,12 @@ from dataclasses import dataclass, replace
 
 from lockprobe.agents.llm.model_facts import ModelFacts, Price, facts_of
 from lockprobe.agents.llm.settings import ModelSettings, read_settings
-from lockprobe.lockbox.solve import random_curve
-from lockprobe.model_call import Call, Usage
-from lockprobe.record import Trial
+from lockprobe.boxes.solve import random_curve
 from lockprobe.studies.request_sizes import PromptSizes, Request
 from lockprobe.studies.spending import hosted, most_dollars
 from lockprobe.studies.study import Study
+from lockprobe.trial.model_call import Call, Usage
+from lockprobe.trial.record import Trial
 
 __all__ = ["Estimate", "assumed_output", "estimates", "together"]
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from lockprobe.analysis.idle import steps_changed
-from lockprobe.record import Trial
+from lockprobe.statistics.idle import steps_changed
 from lockprobe.studies.study import Study
+from lockprobe.trial.record import Trial
 
 __all__ = ["idle_conditions"]
 

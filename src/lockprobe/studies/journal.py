@@ -26,17 +26,17 @@ from typing import Annotated
 
 from pydantic import Field, TypeAdapter, ValidationError
 
-from lockprobe.errors import BadFile, DirectoryBusy
-from lockprobe.inputs import is_there
-from lockprobe.model_call import Count, Seconds
-from lockprobe.record import Trial
-from lockprobe.storage.atomic_file import Replacement, remove_file, sync_directory, write_file
-from lockprobe.storage.jsonl import LineFile, rescued_files, whole_lines
+from lockprobe.foundation.errors import BadFile, DirectoryBusy
+from lockprobe.foundation.inputs import is_there
+from lockprobe.foundation.storage.atomic_file import Replacement, remove_file, sync_directory, write_file
+from lockprobe.foundation.storage.jsonl import LineFile, rescued_files, whole_lines
 from lockprobe.studies.call_log import Calls
 from lockprobe.studies.directory import RECORDS, TIMINGS, StudyDirectory, claim
 from lockprobe.studies.records import LeftOut, left_out, load, read_records
 from lockprobe.studies.study import Study
-from lockprobe.trial_json import trial_to_line
+from lockprobe.trial.model_call import Count, Seconds
+from lockprobe.trial.record import Trial
+from lockprobe.trial.trial_json import trial_to_line
 
 __all__ = ["Journal", "LeftOut", "Timing", "left_out", "load", "read_timings", "rewritten", "without"]
 

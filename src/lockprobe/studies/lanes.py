@@ -6,11 +6,11 @@ import asyncio
 from collections import deque
 from collections.abc import Awaitable, Callable, Sequence
 
-from lockprobe.errors import BudgetReached
-from lockprobe.plan import Plan
-from lockprobe.record import Trial
+from lockprobe.foundation.errors import BudgetReached
 from lockprobe.studies.call_log import Calls
 from lockprobe.studies.journal import Timing
+from lockprobe.trial.plan import Plan
+from lockprobe.trial.record import Trial
 
 __all__ = ["play_in_lanes"]
 

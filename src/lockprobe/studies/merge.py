@@ -14,12 +14,9 @@ from pathlib import Path
 
 from lockprobe.agents.mcp_client import SAME_IN_ALL_TRIALS
 from lockprobe.agents.participant import check_participant
-from lockprobe.errors import BadFile, BadValue, UserMistake
-from lockprobe.inputs import read_input
-from lockprobe.model_call import Call
-from lockprobe.pictures.picture import Picture
-from lockprobe.record import Fact, Trial
-from lockprobe.spec import MCP, spec_kind
+from lockprobe.foundation.errors import BadFile, BadValue, UserMistake
+from lockprobe.foundation.inputs import read_input
+from lockprobe.foundation.spec import MCP, spec_kind
 from lockprobe.studies.attempt_log import AttemptLog
 from lockprobe.studies.call_log import read_calls
 from lockprobe.studies.directory import told_apart, write_settings
@@ -28,6 +25,9 @@ from lockprobe.studies.paused_trial import RecordedAttempt
 from lockprobe.studies.picture_store import ALBUM, Album
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.study import Study
+from lockprobe.trial.model_call import Call
+from lockprobe.trial.pictures.picture import Picture
+from lockprobe.trial.record import Fact, Trial
 
 __all__ = ["Gathered", "MergeSource", "gather", "lasting_facts", "source_of_directory"]
 

@@ -13,15 +13,16 @@ from functools import lru_cache
 from typing import NoReturn
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.errors import BadValue, Missing, UnknownName, UserMistake
+from lockprobe.foundation.errors import BadValue, Missing, UnknownName, UserMistake
+from lockprobe.foundation.spec import Spec, spec_name, with_options
 from lockprobe.interventions.camera import CameraChannel
 from lockprobe.interventions.catalogue import with_words
-from lockprobe.interventions.condition import MODALITIES, Condition, tells_positions
+from lockprobe.interventions.conditions import MODALITIES, interventions_in, tells_positions
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.words import TextChannel
 from lockprobe.plants.catalogue import PlantSource
-from lockprobe.protocols import Intervention
-from lockprobe.spec import Spec, spec_name, with_options
+from lockprobe.trial.condition import Condition
+from lockprobe.trial.protocols import Intervention
 
 __all__ = [
     "MODALITIES",
@@ -125,7 +126,7 @@ def interventions_for(condition: Condition) -> tuple[Intervention, ...]:
         UserMistake: If an intervention is not here, or what is flipped cannot be shown.
     """
     channel, own = _read(condition.modality)
-    acting = condition.made()
+    acting = interventions_in(condition)
     flips = [one for one in acting if isinstance(one, OutcomeFlip)]
     if own and any(one.p for one in flips):
         rates = [one.p for one in flips]

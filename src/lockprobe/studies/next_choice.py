@@ -15,15 +15,15 @@ from pydantic import FiniteFloat, TypeAdapter, ValidationError
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.policy import Policy
-from lockprobe.errors import BadFile, ModelFault
-from lockprobe.inputs import read_input
-from lockprobe.plan import Names, Plan
+from lockprobe.foundation.errors import BadFile, ModelFault
+from lockprobe.foundation.inputs import read_input
+from lockprobe.foundation.storage.atomic_file import write_file
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.record import Decision, Fact, Situation
-from lockprobe.storage.atomic_file import write_file
 from lockprobe.studies.branch import FORKS, Branching
 from lockprobe.studies.modality import interventions_for
-from lockprobe.trial import play
+from lockprobe.trial.loop import play
+from lockprobe.trial.plan import Names, Plan
+from lockprobe.trial.record import Decision, Fact, Situation
 
 if TYPE_CHECKING:
     import numpy as np

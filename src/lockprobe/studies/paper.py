@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from lockprobe.lockbox.box import LayoutKind
-from lockprobe.lockbox.families import DEFAULT_BOX
-from lockprobe.record import STATES, STRUCTURED
+from lockprobe.boxes.box import LayoutKind
+from lockprobe.boxes.families import DEFAULT_BOX
 from lockprobe.studies.study import Study
+from lockprobe.trial.record import STATES, STRUCTURED
 
 __all__ = [
     "FULL",

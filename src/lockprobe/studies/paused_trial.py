@@ -12,13 +12,13 @@ from pathlib import Path
 from typing import NamedTuple
 
 from lockprobe.agents.outside import OutsideAgent
-from lockprobe.errors import BadValue
-from lockprobe.plan import Plan
-from lockprobe.record import Fact, Outcome, Situation, Step, Trial
+from lockprobe.foundation.errors import BadValue
 from lockprobe.studies.journal import Timing
 from lockprobe.studies.picture_store import Album
 from lockprobe.studies.play import play_timed
-from lockprobe.trial import Executor, here
+from lockprobe.trial.loop import Executor, here
+from lockprobe.trial.plan import Plan
+from lockprobe.trial.record import Fact, Outcome, Situation, Step, Trial
 
 __all__ = ["PausedTrial", "RecordedAttempt"]
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from lockprobe.errors import BadFile
-from lockprobe.inputs import read_input
-from lockprobe.pictures.picture import Picture
-from lockprobe.storage.atomic_file import write_file
-from lockprobe.storage.links import make_directory
+from lockprobe.foundation.errors import BadFile
+from lockprobe.foundation.inputs import read_input
+from lockprobe.foundation.storage.atomic_file import write_file
+from lockprobe.foundation.storage.links import make_directory
+from lockprobe.trial.pictures.picture import Picture
 
 __all__ = ["ALBUM", "Album", "read_picture"]
 

@@ -9,17 +9,17 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from typing import TypeVar
 
-from lockprobe.cpu import cpu_model
-from lockprobe.errors import BrokenPlugin, LockprobeError
-from lockprobe.pictures.picture import Picture
-from lockprobe.plan import Names, Plan
+from lockprobe.foundation.cpu import cpu_model
+from lockprobe.foundation.errors import BrokenPlugin, LockprobeError
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.protocols import Agent, Calling, Plant
-from lockprobe.record import Fact, Snapshot, Step, Trial
 from lockprobe.studies.call_log import Calls
 from lockprobe.studies.journal import Timing
 from lockprobe.studies.modality import interventions_for
-from lockprobe.trial import Executor, here, play
+from lockprobe.trial.loop import Executor, here, play
+from lockprobe.trial.pictures.picture import Picture
+from lockprobe.trial.plan import Names, Plan
+from lockprobe.trial.protocols import Agent, Calling, Plant
+from lockprobe.trial.record import Fact, Snapshot, Step, Trial
 
 __all__ = ["closed_in_one_line", "own_thread", "play_timed"]
 

@@ -8,12 +8,13 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from lockprobe.errors import BadValue
-from lockprobe.interventions.catalogue import place_of, shipped, spec_of
-from lockprobe.interventions.condition import Condition
+from lockprobe.foundation.errors import BadValue
+from lockprobe.interventions.catalogue import shipped
+from lockprobe.interventions.conditions import interventions_in
 from lockprobe.interventions.yoked import Yoked
-from lockprobe.protocols import Intervention
 from lockprobe.studies.modality import is_pictured
+from lockprobe.trial.condition import Condition, place_of, spec_of
+from lockprobe.trial.protocols import Intervention
 
 __all__ = ["CLIENT", "PERSON", "Outside", "check_playable"]
 
@@ -61,7 +62,7 @@ def check_playable(conditions: Iterable[Condition], by: Outside) -> None:
         UserMistake: If an intervention is not here.
     """
     for condition in conditions:
-        for one in condition.made():
+        for one in interventions_in(condition):
             if expected := _instead(one, condition, by):
                 raise BadValue("condition", spec_of(one), expected)
 

@@ -15,13 +15,13 @@ from itertools import groupby, pairwise
 from typing import NamedTuple
 
 from lockprobe.agents.prompt import Message, conversation, reply_schema
-from lockprobe.briefing import Briefing
 from lockprobe.interventions.camera import CameraChannel
-from lockprobe.pictures.picture import Picture, PictureKind
-from lockprobe.plan import Names, Plan
-from lockprobe.record import Decision, Moment, Percept, Situation, Snapshot, Turn
 from lockprobe.studies.modality import shown
 from lockprobe.studies.study import Study
+from lockprobe.trial.briefing import Briefing
+from lockprobe.trial.pictures.picture import Picture, PictureKind
+from lockprobe.trial.plan import Names, Plan
+from lockprobe.trial.record import Decision, Moment, Percept, Situation, Snapshot, Turn
 
 __all__ = ["Passage", "prompt_parts", "side_by_side"]
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from lockprobe.errors import BadValue
-from lockprobe.interventions.condition import Condition, flips
+from lockprobe.foundation.errors import BadValue
+from lockprobe.interventions.conditions import flips
 from lockprobe.interventions.drop import Drop
 from lockprobe.interventions.flip import DEFAULT, FlipKind
 from lockprobe.studies import paper
+from lockprobe.trial.condition import Condition
 
 __all__ = ["conditions_for_strategies", "flips_of_readings", "readings_of"]
 

@@ -9,14 +9,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from lockprobe.errors import BadFile, BadValue
-from lockprobe.inputs import check_regular
-from lockprobe.record import Trial
-from lockprobe.storage.jsonl import whole_lines
+from lockprobe.foundation.errors import BadFile, BadValue
+from lockprobe.foundation.inputs import check_regular
+from lockprobe.foundation.storage.jsonl import whole_lines
 from lockprobe.studies.directory import RECORDS, SETTINGS, read_settings
 from lockprobe.studies.settings import study_from
 from lockprobe.studies.study import Study
-from lockprobe.trial_json import trial_from_line
+from lockprobe.trial.record import Trial
+from lockprobe.trial.trial_json import trial_from_line
 
 __all__ = ["LeftOut", "left_out", "load", "read_records"]
 

@@ -14,16 +14,16 @@ from lockprobe.agents.llm.model_facts import ModelFacts
 from lockprobe.agents.llm.settings import ModelSettings
 from lockprobe.agents.llm.token_bounds import at_most, tokens
 from lockprobe.agents.prompt import Message, conversation, reply_schema
-from lockprobe.briefing import Briefing
 from lockprobe.interventions.camera import CameraChannel
-from lockprobe.model_call import Usage
-from lockprobe.pictures.picture import Picture, PictureKind
-from lockprobe.plan import Names, Plan
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.protocols import Channel, Intervention, Memory, Prompt
-from lockprobe.record import Decision, Moment, Percept, Situation, Task, Turn
 from lockprobe.studies.modality import interventions_for
-from lockprobe.trial import streams_of
+from lockprobe.trial.briefing import Briefing
+from lockprobe.trial.loop import streams_of
+from lockprobe.trial.model_call import Usage
+from lockprobe.trial.pictures.picture import Picture, PictureKind
+from lockprobe.trial.plan import Names, Plan
+from lockprobe.trial.protocols import Channel, Intervention, Memory, Prompt
+from lockprobe.trial.record import Decision, Moment, Percept, Situation, Task, Turn
 
 __all__ = ["HYPOTHESIS", "SMALLEST_CACHED", "PromptSizes", "Request", "made_up_steps", "reply"]
 
@@ -128,14 +128,13 @@ class PromptSizes:
 
 def _tiles(plan: Plan) -> int:
     """Tiles of 512 x 512 pixels that cover a picture. Models' known token counts are for four tiles, hence scaling."""
-    size = resolve_plant(plan.plant).settings
-    return 4 if size is None else min(4, ceil(size.width / 512) * ceil(size.height / 512))
+    width, height = resolve_plant(plan.plant).picture_size or (1024, 1024)
+    return min(4, ceil(width / 512) * ceil(height / 512))
 
 
 def _head(plan: Plan) -> bytes:
     """The header of a plant's picture file, which holds the size."""
-    size = resolve_plant(plan.plant).settings
-    sides = (1, 1) if size is None else (size.width, size.height)
+    sides = resolve_plant(plan.plant).picture_size or (1, 1)
     return b"\x89PNG\r\n\x1a\n\0\0\0\x0dIHDR" + b"".join(side.to_bytes(4, "big") for side in sides)
 
 

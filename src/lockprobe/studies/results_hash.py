@@ -14,13 +14,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
 
-from lockprobe.errors import BadValue
-from lockprobe.record import Trial
+from lockprobe.foundation.errors import BadValue
 from lockprobe.studies.records import load
 from lockprobe.studies.settings import read_study
 from lockprobe.studies.study import Study
 from lockprobe.studies.suites import Suite, suite_directories
-from lockprobe.trial_json import trial_to_json
+from lockprobe.trial.record import Trial
+from lockprobe.trial.trial_json import trial_to_json
 
 __all__ = ["StudyHashes", "check_hash", "hash_of_parts", "hashes_of_suite", "records_digest", "results_hash"]
 

@@ -1,6 +1,6 @@
 """Runs a study: plays the trials that its journal still owes, and resumes where an earlier run stopped.
 
-All agents share one path: plans that the journal still owes -> :func:`lockprobe.trial.play` -> journal. Only the
+All agents share one path: plans that the journal still owes -> :func:`lockprobe.trial.loop.play` -> journal. Only the
 concurrency differs. Strategies play in this process, one trial after the other. Trials of hosted models are open at the
 same time, because they wait for a provider. Local models and simulated plants need a processor, so they play in worker
 processes (:mod:`lockprobe.studies.workers`), or on a cluster (:mod:`lockprobe.studies.cluster_trials`). If somebody
@@ -24,8 +24,8 @@ from typing import Protocol
 
 from lockprobe.agents.catalogue import AgentSource, resolve
 from lockprobe.agents.model_access import Access
-from lockprobe.cluster import Cluster
-from lockprobe.errors import (
+from lockprobe.foundation.cluster import Cluster
+from lockprobe.foundation.errors import (
     FINAL,
     AgentsGivenUp,
     BadFile,
@@ -34,12 +34,8 @@ from lockprobe.errors import (
     SettingsChanged,
     UserMistake,
 )
-from lockprobe.interrupts import interruptible
-from lockprobe.model_call import OWED_ANEW, Call
-from lockprobe.plan import Plan
+from lockprobe.foundation.interrupts import interruptible
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.protocols import Agent, Closable
-from lockprobe.record import Fact, Step, Trial
 from lockprobe.studies.call_log import Calls, read_calls
 from lockprobe.studies.cluster_trials import can_travel, play_on_cluster
 from lockprobe.studies.journal import Journal, Timing, load, read_timings
@@ -49,7 +45,11 @@ from lockprobe.studies.play import closed_in_one_line, own_thread, play_timed
 from lockprobe.studies.study import Study
 from lockprobe.studies.workers import play_in_workers
 from lockprobe.studies.yoking import bound, is_yoked
-from lockprobe.trial import here
+from lockprobe.trial.loop import here
+from lockprobe.trial.model_call import OWED_ANEW, Call
+from lockprobe.trial.plan import Plan
+from lockprobe.trial.protocols import Agent, Closable
+from lockprobe.trial.record import Fact, Step, Trial
 
 __all__ = ["Limits", "Observer", "Silent", "owe_anew", "run", "run_study"]
 

@@ -9,14 +9,14 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from lockprobe.errors import BadFile, BadValue, UserMistake
+from lockprobe.boxes.boxfile import box_from_data
+from lockprobe.foundation.errors import BadFile, BadValue, UserMistake
+from lockprobe.foundation.spec import Spec, spec_name, split_specs
+from lockprobe.foundation.validation import plain
 from lockprobe.interventions.catalogue import shipped
-from lockprobe.interventions.condition import Condition, Recorded
-from lockprobe.lockbox.boxfile import box_from_data
-from lockprobe.spec import Spec, spec_name, split_specs
 from lockprobe.studies.directory import read_settings
 from lockprobe.studies.study import LARGEST_SEED, Study
-from lockprobe.validation import plain
+from lockprobe.trial.condition import Condition, Recorded
 
 __all__ = ["LONGEST_SPEC", "read_study", "study_from"]
 

@@ -7,7 +7,7 @@ import re
 from dataclasses import dataclass
 from typing import Self
 
-from lockprobe.errors import BadValue
+from lockprobe.foundation.errors import BadValue
 
 __all__ = ["Shard"]
 

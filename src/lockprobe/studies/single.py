@@ -9,18 +9,18 @@ from pathlib import Path
 from typing import Unpack, get_type_hints
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.errors import BadValue
-from lockprobe.plan import Plan
+from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.spec import MCP, PEOPLE, spec_kind
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.protocols import Agent, Closable
-from lockprobe.record import Trial
-from lockprobe.spec import MCP, PEOPLE, spec_kind
 from lockprobe.studies import paper
 from lockprobe.studies.modality import refuse_blind, taken_in
 from lockprobe.studies.picture_store import Album
 from lockprobe.studies.play import play_timed
 from lockprobe.studies.studyfile import trial_study
 from lockprobe.studies.trial_options import TrialOptions
+from lockprobe.trial.plan import Plan
+from lockprobe.trial.protocols import Agent, Closable
+from lockprobe.trial.record import Trial
 
 __all__ = ["run_trial"]
 

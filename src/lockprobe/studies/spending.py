@@ -14,9 +14,9 @@ from typing import Any
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.llm.model_facts import Price, facts_of
-from lockprobe.model_call import Call, Usage
-from lockprobe.spec import Spec
+from lockprobe.foundation.spec import Spec
 from lockprobe.studies.study import Study
+from lockprobe.trial.model_call import Call, Usage
 
 __all__ = [
     "Ledger",

@@ -8,23 +8,24 @@ from itertools import pairwise
 from typing import get_args
 
 from lockprobe.agents.catalogue import is_strategy
-from lockprobe.briefing import Ask
-from lockprobe.doses import DOSES_SAID, can_be_fitted
-from lockprobe.errors import BadValue, UnknownName
-from lockprobe.interventions.condition import Condition, tells_positions
+from lockprobe.boxes.box import LayoutKind, Lockbox, Shuffle
+from lockprobe.boxes.layouts import redealt
+from lockprobe.foundation.errors import BadValue, UnknownName
+from lockprobe.foundation.seeds import study_stream, trial_stream
+from lockprobe.foundation.spec import PEOPLE, Spec, spec_name
+from lockprobe.foundation.validation import check_choice
+from lockprobe.interventions.conditions import flip_alone, tells_positions
 from lockprobe.interventions.flip import OutcomeFlip
-from lockprobe.lockbox.box import LayoutKind, Lockbox, Shuffle
-from lockprobe.lockbox.layouts import redealt
-from lockprobe.plan import Plan
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.record import Trial
-from lockprobe.seeds import study_stream, trial_stream
-from lockprobe.spec import PEOPLE, Spec, spec_name
 from lockprobe.studies.agent_names import check_names
 from lockprobe.studies.modality import check_shown, is_pictured, refuse_blind, taken_in
 from lockprobe.studies.playable import PERSON, check_playable
 from lockprobe.studies.settings_hash import hash_of, in_no_order, sorted_text
-from lockprobe.validation import check_choice
+from lockprobe.trial.briefing import Ask
+from lockprobe.trial.condition import Condition
+from lockprobe.trial.doses import DOSES_SAID, can_be_fitted
+from lockprobe.trial.plan import Plan
+from lockprobe.trial.record import Trial
 
 __all__ = ["LARGEST_SEED", "Study", "flip_axis"]
 
@@ -42,8 +43,8 @@ class Study:
         name: ``flips``, ``modalities``, or a name that the experimenter gives it.
         agents: Agent specs, in the order in which they play.
         box: The box.
-        conditions: Each once: flip rates, as :func:`lockprobe.interventions.condition.flips` makes them, or any others.
-            An agent that reads reports plays those only that tell.
+        conditions: Each once: flip rates, as :func:`lockprobe.interventions.conditions.flips` makes them, or any
+            others. An agent that reads reports plays those only that tell.
         repetitions: Times the whole is repeated; the paper's flip study has 3.
         trials: Trials per repetition and condition; the paper has 10.
         strategy_trials: The same for strategies and learners (:func:`lockprobe.agents.catalogue.is_strategy`), which
@@ -54,7 +55,7 @@ class Study:
         shuffle: How often labels and their listing are drawn: in every ``trial``, once for the ``study``, or ``never``.
         plant: What is acted on, as its spec.
         layout: ``fixed``, the box's own; ``dealt``, another one for all trials; or ``shuffled``, a new one in every
-            trial (:func:`lockprobe.lockbox.layouts.redealt`), the same under every condition and for every agent.
+            trial (:func:`lockprobe.boxes.layouts.redealt`), the same under every condition and for every agent.
         flip_axis: Those of its conditions that differ in flip rate and modality alone, the truth among them: flips of
             one kind, each rate once in each modality.
         assessment: Whether agents are asked what their last action did. Asking may change behaviour.
@@ -421,13 +422,15 @@ def flip_axis(conditions: Sequence[Condition]) -> tuple[Condition, ...]:
     reading = _reading(flips)
     found: dict[tuple[str, float | None], Condition] = {}
     for one in flips:
-        if not one.specs or (one.flip is not None and one.flip.at_rate(0) == reading):
+        if not one.specs or ((flip := flip_alone(one)) is not None and flip.at_rate(0) == reading):
             found.setdefault((one.modality, one.p), one)
     return tuple(found.values())
 
 
 def _reading(flips: Sequence[Condition]) -> OutcomeFlip:
-    return next((one.flip.at_rate(0) for one in flips if one.specs and one.flip is not None), OutcomeFlip())
+    return next(
+        (flip.at_rate(0) for one in flips if one.specs and (flip := flip_alone(one)) is not None), OutcomeFlip()
+    )
 
 
 def _settings_of(condition: Condition) -> dict[str, object]:

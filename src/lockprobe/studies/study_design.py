@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from lockprobe.analysis.design import Design
-from lockprobe.analysis.series import SeriesArm
-from lockprobe.doses import modality_doses
-from lockprobe.interventions.condition import Condition
-from lockprobe.spec import Spec, spec_name
+from lockprobe.foundation.spec import Spec, spec_name
+from lockprobe.statistics.design import Design
+from lockprobe.statistics.series import SeriesArm
 from lockprobe.studies.study import Study
+from lockprobe.trial.condition import Condition
+from lockprobe.trial.doses import modality_doses
 
 __all__ = ["arms_of", "design_of"]
 

@@ -23,15 +23,15 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, InstanceOf, ValidationError
 
-from lockprobe.briefing import Ask
-from lockprobe.errors import BadFile, BadValue, UnknownName
-from lockprobe.inputs import read_toml
+from lockprobe.boxes.box import LayoutKind, Lockbox, Shuffle
+from lockprobe.foundation.errors import BadFile, BadValue, UnknownName
+from lockprobe.foundation.inputs import read_toml
+from lockprobe.foundation.plugins import refuse_python
+from lockprobe.foundation.spec import named_spec
+from lockprobe.foundation.validation import plain
 from lockprobe.interventions.flip import FlipKind
-from lockprobe.lockbox.box import LayoutKind, Lockbox, Shuffle
-from lockprobe.plugins import refuse_python
-from lockprobe.spec import named_spec
 from lockprobe.studies.agent_names import named_agents
-from lockprobe.validation import plain
+from lockprobe.trial.briefing import Ask
 
 __all__ = [
     "SHIPPED",

@@ -11,28 +11,17 @@ from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
 from lockprobe.agents.catalogue import is_strategy, resolve
-from lockprobe.doses import DOSES_SAID, can_be_fitted, modality_doses
-from lockprobe.errors import BadValue, UnknownName, UserMistake
-from lockprobe.interventions.catalogue import TRUTH, shipped
-from lockprobe.interventions.condition import (
-    Condition,
-    blind,
-    distinct,
-    flips,
-    read_condition,
-    says_modality,
-    sweep,
-)
+from lockprobe.boxes.box import Lockbox
+from lockprobe.boxes.boxfile import box_from_data
+from lockprobe.boxes.check import fault_of
+from lockprobe.boxes.families import find_box
+from lockprobe.foundation.errors import BadValue, UnknownName, UserMistake
+from lockprobe.foundation.plugins import allow
+from lockprobe.foundation.spec import Spec, spec_name
+from lockprobe.interventions.catalogue import shipped
+from lockprobe.interventions.conditions import blind, distinct, flips, read_condition, says_modality, sweep
 from lockprobe.interventions.flip import DEFAULT, FlipKind, OutcomeFlip, flip_of
-from lockprobe.lockbox.box import Lockbox
-from lockprobe.lockbox.boxfile import box_from_data
-from lockprobe.lockbox.check import fault_of
-from lockprobe.lockbox.families import find_box
 from lockprobe.plants.catalogue import PlantSource, resolve_plant
-from lockprobe.plugins import allow
-from lockprobe.protocols import Intervention
-from lockprobe.record import STATES
-from lockprobe.spec import Spec, spec_name
 from lockprobe.studies import paper
 from lockprobe.studies.agent_names import named_agents
 from lockprobe.studies.as_paper import as_paper
@@ -44,6 +33,10 @@ from lockprobe.studies.study_options import SHIPPED, STUDIES, StudyOptions, read
 from lockprobe.studies.trial_options import trial_options
 from lockprobe.studies.why import AGENTS, EXTENT, arm_conditions
 from lockprobe.studies.yoking import check_sources
+from lockprobe.trial.condition import TRUTH, Condition
+from lockprobe.trial.doses import DOSES_SAID, can_be_fitted, modality_doses
+from lockprobe.trial.protocols import Intervention
+from lockprobe.trial.record import STATES
 
 __all__ = ["study", "trial_study"]
 

@@ -16,19 +16,19 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.errors import BadFile, BadValue, UnknownName
-from lockprobe.inputs import parse_json, read_input
-from lockprobe.interventions.condition import flips
+from lockprobe.boxes.families import box
+from lockprobe.foundation.errors import BadFile, BadValue, UnknownName
+from lockprobe.foundation.inputs import parse_json, read_input
+from lockprobe.foundation.spec import PEOPLE
+from lockprobe.foundation.storage.atomic_file import write_file
+from lockprobe.foundation.storage.links import refuse_links
+from lockprobe.interventions.conditions import flips
 from lockprobe.interventions.flip import DEFAULT
-from lockprobe.lockbox.families import box
-from lockprobe.record import STATES
-from lockprobe.spec import PEOPLE
-from lockprobe.storage.atomic_file import write_file
-from lockprobe.storage.links import refuse_links
 from lockprobe.studies import paper
 from lockprobe.studies.agent_names import named_agents
 from lockprobe.studies.directory import SETTINGS
 from lockprobe.studies.study import Study
+from lockprobe.trial.record import STATES
 
 __all__ = [
     "SCORES",

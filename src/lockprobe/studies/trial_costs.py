@@ -7,12 +7,12 @@ from itertools import accumulate
 
 from lockprobe.agents.llm.model_facts import Price, facts_of
 from lockprobe.agents.llm.settings import read_settings
-from lockprobe.model_call import Call, Usage
-from lockprobe.plan import Plan
 from lockprobe.studies.estimate import assumed_output
 from lockprobe.studies.request_sizes import PromptSizes
 from lockprobe.studies.spending import most_dollars
 from lockprobe.studies.study import Study
+from lockprobe.trial.model_call import Call, Usage
+from lockprobe.trial.plan import Plan
 
 __all__ = ["TrialCosts"]
 

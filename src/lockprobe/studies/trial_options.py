@@ -8,14 +8,14 @@ from typing import Any, TypedDict
 
 from pydantic import ValidationError
 
-from lockprobe.briefing import Ask
-from lockprobe.errors import BadValue, UnknownName
-from lockprobe.interventions.condition import Condition
+from lockprobe.boxes.box import LayoutKind, Lockbox, Shuffle
+from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.interventions.flip import FlipKind
-from lockprobe.lockbox.box import LayoutKind, Lockbox, Shuffle
-from lockprobe.protocols import Agent, Intervention
 from lockprobe.studies.study import LIMITS
 from lockprobe.studies.study_options import StudyOptions, refusal_of
+from lockprobe.trial.briefing import Ask
+from lockprobe.trial.condition import Condition
+from lockprobe.trial.protocols import Agent, Intervention
 
 __all__ = ["TrialOptions", "trial_options"]
 
@@ -27,7 +27,7 @@ class TrialOptions(TypedDict, total=False):
     :class:`lockprobe.studies.study_options.StudyOptions`; without them a trial is that of a study of flips.
 
     Attributes:
-        agent: Agent spec, or an object with the :class:`lockprobe.protocols.Agent` protocol (human-inspired).
+        agent: Agent spec, or an object with the :class:`lockprobe.trial.protocols.Agent` protocol (human-inspired).
         p: Flip rate, [0, 1] (0).
         condition: What acts in the trial: specs with plus signs between (``tremble?p=0.1 + nudge``), interventions, or
             a condition; ``lockprobe interventions`` lists them. A flip rate is put in front of it.

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from lockprobe.record import Trial, TrialError
 from lockprobe.studies.study import Study
+from lockprobe.trial.record import Trial, TrialError
 
 __all__ = ["Invalid", "invalid_conditions"]
 

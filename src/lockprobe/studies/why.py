@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from lockprobe.analysis.why_arms import ARMS, PARTS
-from lockprobe.errors import BadValue
-from lockprobe.interventions.condition import Condition, read_condition
+from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.spec import spec_name
+from lockprobe.interventions.conditions import read_condition
 from lockprobe.interventions.flip import OutcomeFlip
-from lockprobe.spec import spec_name
+from lockprobe.statistics.why_arms import ARMS, PARTS
 from lockprobe.studies.paper import Extent
+from lockprobe.trial.condition import Condition
 
 __all__ = ["AGENTS", "EXTENT", "arm_conditions"]
 

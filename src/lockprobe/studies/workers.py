@@ -18,14 +18,14 @@ from pathlib import Path
 from typing import cast
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.errors import Missing, ModelFault, PlantFault, UserMistake
-from lockprobe.plan import Plan
-from lockprobe.plugins import allow, allowed
-from lockprobe.record import Step, Trial
+from lockprobe.foundation.errors import Missing, ModelFault, PlantFault, UserMistake
+from lockprobe.foundation.plugins import allow, allowed
 from lockprobe.studies.journal import Timing
 from lockprobe.studies.picture_store import Album
 from lockprobe.studies.play import play_timed
-from lockprobe.trial import broken
+from lockprobe.trial.loop import broken
+from lockprobe.trial.plan import Plan
+from lockprobe.trial.record import Step, Trial
 
 __all__ = ["play_in_workers"]
 

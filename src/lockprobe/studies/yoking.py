@@ -11,14 +11,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from lockprobe.errors import BadValue
-from lockprobe.interventions.condition import Condition
+from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.spec import Spec
+from lockprobe.interventions.conditions import interventions_in
 from lockprobe.interventions.yoked import Yoked
-from lockprobe.plan import Plan
-from lockprobe.record import Trial
-from lockprobe.spec import Spec
 from lockprobe.studies.study import Study
-from lockprobe.told_outcome import flipped
+from lockprobe.trial.condition import Condition
+from lockprobe.trial.plan import Plan
+from lockprobe.trial.record import Trial
+from lockprobe.trial.told_outcome import flipped
 
 __all__ = ["as_recorded", "bound", "check_sources", "is_yoked"]
 
@@ -98,7 +99,7 @@ def as_recorded(plan: Plan, trial: Trial) -> Plan:
 
 
 def _with_steps(plan: Plan, steps: tuple[int, ...]) -> Plan:
-    made = plan.condition.made()
+    made = interventions_in(plan.condition)
     acting = (
         replace(one, at=steps or (0,)) if isinstance(one, Yoked) and one.how == "looping" else one for one in made
     )

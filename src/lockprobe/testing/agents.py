@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.lockbox.box import Lockbox
-from lockprobe.plugins import allow
-from lockprobe.protocols import Agent
-from lockprobe.record import Decision, Fact, Situation, Trial
+from lockprobe.boxes.box import Lockbox
+from lockprobe.foundation.plugins import allow
 from lockprobe.studies.modality import is_pictured
 from lockprobe.studies.single import run_trial
 from lockprobe.testing.records import check_facts, check_record
+from lockprobe.trial.protocols import Agent
+from lockprobe.trial.record import Decision, Fact, Situation, Trial
 
 if TYPE_CHECKING:
     import numpy as np

@@ -6,11 +6,11 @@ import json
 from collections.abc import Callable
 from pathlib import Path
 
-from lockprobe.errors import UserMistake
-from lockprobe.lockbox.box import Lockbox
-from lockprobe.lockbox.boxfile import box_from_data, toml_of
-from lockprobe.lockbox.check import fault_of
-from lockprobe.lockbox.families import find_box
+from lockprobe.boxes.box import Lockbox
+from lockprobe.boxes.boxfile import box_from_data, toml_of
+from lockprobe.boxes.check import fault_of
+from lockprobe.boxes.families import find_box
+from lockprobe.foundation.errors import UserMistake
 from lockprobe.testing.records import check_record
 from lockprobe.testing.trials import play_trials
 

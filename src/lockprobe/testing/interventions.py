@@ -9,14 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from lockprobe.interventions.catalogue import PLACES, interventions_of, place_of, spec_of
-from lockprobe.plugins import allow
-from lockprobe.protocols import Intervention
-from lockprobe.record import STATES, Percept, Trial
-from lockprobe.spec import settings_of
+from lockprobe.foundation.plugins import allow
+from lockprobe.foundation.spec import settings_of
+from lockprobe.interventions.catalogue import interventions_of
 from lockprobe.studies.modality import shown
 from lockprobe.studies.single import run_trial
-from lockprobe.trial_json import trial_to_json
+from lockprobe.trial.condition import PLACES, place_of, spec_of
+from lockprobe.trial.protocols import Intervention
+from lockprobe.trial.record import STATES, Percept, Trial
+from lockprobe.trial.trial_json import trial_to_json
 
 __all__ = ["check_intervention"]
 

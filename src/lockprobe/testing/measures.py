@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from lockprobe.analysis.measures import Measure, find_measure, measured
-from lockprobe.record import Trial
+from lockprobe.statistics.measures import Measure, find_measure, measured
 from lockprobe.testing.trials import make_trial, play_trials
-from lockprobe.trial_json import trial_to_json
+from lockprobe.trial.record import Trial
+from lockprobe.trial.trial_json import trial_to_json
 
 __all__ = ["check_measure"]
 

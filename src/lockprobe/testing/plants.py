@@ -7,14 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
-from lockprobe.lockbox.box import Lockbox
-from lockprobe.lockbox.families import find_box
-from lockprobe.plan import LABELS
+from lockprobe.boxes.box import Lockbox
+from lockprobe.boxes.families import find_box
+from lockprobe.foundation.plugins import allow
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.plugins import allow
-from lockprobe.protocols import Plant
 from lockprobe.studies.single import run_trial
 from lockprobe.testing.records import check_facts, check_record
+from lockprobe.trial.plan import LABELS
+from lockprobe.trial.protocols import Plant
 
 __all__ = ["check_plant"]
 

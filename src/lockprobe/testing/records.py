@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 
-from lockprobe.record import Trial
-from lockprobe.trial_json import trial_from_json, trial_to_json
+from lockprobe.trial.record import Trial
+from lockprobe.trial.trial_json import trial_from_json, trial_to_json
 
 __all__ = ["check_facts", "check_record"]
 

@@ -14,7 +14,7 @@ from lockprobe.report.results import results_of
 from lockprobe.report.section import Figure, Section
 from lockprobe.report.sections import checked_section, own_sections
 from lockprobe.report.study_numbers import StudyNumbers, study_numbers
-from lockprobe.rows import Results
+from lockprobe.statistics.rows import Results
 from lockprobe.studies.runner import run_study
 from lockprobe.studies.studyfile import study
 

@@ -7,14 +7,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from lockprobe.errors import BadValue
+from lockprobe.boxes.box import Lockbox
+from lockprobe.boxes.families import DEFAULT_BOX, find_box
+from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.validation import check_whole
 from lockprobe.interventions.flip import OutcomeFlip
-from lockprobe.lockbox.box import Lockbox
-from lockprobe.lockbox.families import DEFAULT_BOX, find_box
-from lockprobe.protocols import Agent, Intervention
-from lockprobe.record import Decision, Fact, Moment, Outcome, Percept, Situation, Task, Trial
 from lockprobe.studies.single import run_trial
-from lockprobe.validation import check_whole
+from lockprobe.trial.protocols import Agent, Intervention
+from lockprobe.trial.record import Decision, Fact, Moment, Outcome, Percept, Situation, Task, Trial
 
 if TYPE_CHECKING:
     import numpy as np

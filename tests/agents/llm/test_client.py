@@ -17,7 +17,7 @@ from provider_server import Manner, completion, failure, here
 from lockprobe.agents.llm.settings import ModelSettings
 from lockprobe.agents.model_access import Access
 from lockprobe.agents.prompt import Message
-from lockprobe.errors import ModelFault
+from lockprobe.foundation.errors import ModelFault
 
 lines = pytest.importorskip("lockprobe.agents.llm.client")
 MODEL = "openai-api/fake/model"

@@ -5,7 +5,7 @@ import os
 import pytest
 
 from lockprobe.agents.model_access import Access
-from lockprobe.errors import BadValue, Missing
+from lockprobe.foundation.errors import BadValue, Missing
 
 opening = pytest.importorskip("lockprobe.agents.llm.connect")
 MODEL = "openai-api/fake/model"

@@ -14,13 +14,10 @@ from lockprobe.agents.llm.model_facts import ModelFacts
 from lockprobe.agents.llm.settings import ModelSettings
 from lockprobe.agents.model_access import Access
 from lockprobe.agents.prompt import Message, picture_fingerprint
-from lockprobe.errors import BadValue, Missing, SettingsChanged, UnknownName
-from lockprobe.interventions.condition import flips
+from lockprobe.boxes.families import box
+from lockprobe.foundation.errors import BadValue, Missing, SettingsChanged, UnknownName
+from lockprobe.interventions.conditions import flips
 from lockprobe.interventions.words import TextChannel
-from lockprobe.lockbox.families import box
-from lockprobe.model_call import Usage
-from lockprobe.pictures.picture import Picture
-from lockprobe.plan import Plan
 from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.report.verification import verify
 from lockprobe.studies.call_log import read_calls
@@ -28,7 +25,10 @@ from lockprobe.studies.journal import Journal, load
 from lockprobe.studies.runner import Limits, run
 from lockprobe.studies.study_options import StudyOptions
 from lockprobe.studies.studyfile import study
-from lockprobe.trial import play
+from lockprobe.trial.loop import play
+from lockprobe.trial.model_call import Usage
+from lockprobe.trial.pictures.picture import Picture
+from lockprobe.trial.plan import Plan
 
 llm = pytest.importorskip("lockprobe.agents.llm.model")
 SPEC = "llm:openai-api/fake/model"

@@ -7,8 +7,8 @@ import pytest
 
 from lockprobe.agents.llm.model_facts import OWN_FACTS, SHIPPED, ModelFacts, Price, facts_of, read_facts
 from lockprobe.agents.llm.settings import ModelSettings
-from lockprobe.errors import BadFile
-from lockprobe.model_call import Usage
+from lockprobe.foundation.errors import BadFile
+from lockprobe.trial.model_call import Usage
 
 PRICE = '{ input = 2.0, cached = 0.5, output = 8.0, date = "2026-01-02", source = "a list" }'
 

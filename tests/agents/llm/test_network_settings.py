@@ -7,7 +7,7 @@ import pytest
 
 from lockprobe.agents.llm import network_settings
 from lockprobe.agents.llm.network_settings import check_certificates, check_key, check_proxies
-from lockprobe.errors import BadValue, Missing
+from lockprobe.foundation.errors import BadValue, Missing
 
 VARIABLES = [
     "HTTP_PROXY", "HTTPS_PROXY", "ALL_PROXY", "NO_PROXY", "SSL_CERT_FILE", "SSL_CERT_DIR", "REQUESTS_CA_BUNDLE",

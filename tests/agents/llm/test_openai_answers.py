@@ -10,7 +10,7 @@ from provider_server import Manner, completion, here
 from lockprobe.agents.llm.settings import ModelSettings
 from lockprobe.agents.model_access import Access
 from lockprobe.agents.prompt import REFUSED, Message
-from lockprobe.errors import ModelFault
+from lockprobe.foundation.errors import ModelFault
 
 lines = pytest.importorskip("lockprobe.agents.llm.client")
 answers = pytest.importorskip("lockprobe.agents.llm.openai_answers")

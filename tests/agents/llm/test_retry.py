@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import pytest
 
 from lockprobe.agents.model_access import Access
-from lockprobe.errors import BudgetReached, ModelFault
+from lockprobe.foundation.errors import BudgetReached, ModelFault
 
 patience = pytest.importorskip("lockprobe.agents.llm.retry")
 

@@ -8,7 +8,7 @@ from provider_server import here, truthful, words
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.llm.model_facts import OWN_FACTS, ModelFacts, facts_of
 from lockprobe.agents.llm.settings import MOST_PLAIN, MOST_REASONED, ModelSettings, read_settings
-from lockprobe.errors import BadValue, UnknownName
+from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.plants.catalogue import known_plants
 from lockprobe.studies.journal import load
 from lockprobe.studies.runner import run_study

@@ -13,9 +13,9 @@ from lockprobe.agents.llm.model_facts import ModelFacts
 from lockprobe.agents.llm.settings import ModelSettings
 from lockprobe.agents.llm.token_bounds import MOST_OUTPUT, MOST_PER_PICTURE, at_most, tokens
 from lockprobe.agents.prompt import Message, conversation, example, repair, reply_schema
-from lockprobe.errors import ReplyFault
-from lockprobe.pictures.picture import Picture
-from lockprobe.record import Decision, Percept, Situation, Task, Turn
+from lockprobe.foundation.errors import ReplyFault
+from lockprobe.trial.pictures.picture import Picture
+from lockprobe.trial.record import Decision, Percept, Situation, Task, Turn
 
 KNOWN = ModelFacts(known=True, most_output=16_384)
 ASKED = Message(role="user", text="What now?")

@@ -6,8 +6,8 @@ import re
 import pytest
 
 import lockprobe
-from lockprobe.analysis.why_arms import ARMS
 from lockprobe.interventions.distract import ASIDES
+from lockprobe.statistics.why_arms import ARMS
 from lockprobe.studies.studyfile import study
 from lockprobe.testing.provider import ScriptedProvider, words
 

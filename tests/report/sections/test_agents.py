@@ -6,12 +6,12 @@ import clumsy
 import pytest
 from builders import make_trial, play_study, small_study, write_study
 
-from lockprobe.plugins import allow
-from lockprobe.record import TrialError
+from lockprobe.foundation.plugins import allow
 from lockprobe.report.opened import open_study
 from lockprobe.report.pages import page_of
 from lockprobe.report.results import results_of
 from lockprobe.report.study_numbers import study_numbers
+from lockprobe.trial.record import TrialError
 
 
 def found_in(path, planned, trials=None):

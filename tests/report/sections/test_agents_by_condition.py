@@ -5,7 +5,7 @@ from itertools import product
 import pytest
 from builders import write_study
 
-from lockprobe.figures.differences import by_condition
+from lockprobe.report.figures.differences import by_condition
 from lockprobe.report.pages import tables_of
 from lockprobe.report.results import results
 from lockprobe.report.sections.agents_by_condition import SECTIONS

@@ -7,10 +7,7 @@ from builders import SOLUTION, make_trial, small_study, write_study
 from captions import too_long
 
 from lockprobe.agents.llm.model_facts import Price
-from lockprobe.analysis import habit_baseline
-from lockprobe.formatting import NONE
-from lockprobe.model_call import Usage
-from lockprobe.record import STATES
+from lockprobe.foundation.formatting import NONE
 from lockprobe.report import costs
 from lockprobe.report.costs import prices_of
 from lockprobe.report.opened import open_study
@@ -18,7 +15,10 @@ from lockprobe.report.pages import page_of, tables_of
 from lockprobe.report.results import results_of
 from lockprobe.report.sections import agents_compared, leaderboard
 from lockprobe.report.study_numbers import study_numbers
-from lockprobe.rows import Estimate
+from lockprobe.statistics import habit_baseline
+from lockprobe.statistics.rows import Estimate
+from lockprobe.trial.model_call import Usage
+from lockprobe.trial.record import STATES
 
 P = (0.0, 0.4)
 SOLVED = {"llm:acme/one": (9, 8), "llm:acme/two": (3, 10), "random": (2, 2), "round-robin": (10, 10)}

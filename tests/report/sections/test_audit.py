@@ -6,12 +6,12 @@ from html import unescape
 import pytest
 from builders import small_study, write_study
 
-from lockprobe.audit.rates import measured, shipped
-from lockprobe.prose.hypothesis_tests import QUESTIONS
 from lockprobe.report.opened import open_study
 from lockprobe.report.pages import page_of, parts_of
+from lockprobe.report.prose.hypothesis_tests import QUESTIONS
 from lockprobe.report.results import results_of
 from lockprobe.report.study_numbers import study_numbers
+from lockprobe.simulation.audit.rates import measured, shipped
 
 
 @pytest.fixture(scope="module")

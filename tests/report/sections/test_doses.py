@@ -7,8 +7,8 @@ from builders import write_study
 from captions import too_long
 from drawn import bars
 
-from lockprobe.figures.loops import loops_by_dose
-from lockprobe.figures.success_by_flip_rate import success_by_dose
+from lockprobe.report.figures.loops import loops_by_dose
+from lockprobe.report.figures.success_by_flip_rate import success_by_dose
 from lockprobe.report.opened import open_study
 from lockprobe.report.pages import page_of
 from lockprobe.report.results import results_of

@@ -2,10 +2,10 @@
 
 from builders import SOLUTION, make_trial, modality_study, small_study, study_of, write_study
 
-from lockprobe.lockbox.families import box
-from lockprobe.prose.loops import LOOP_DEFINITION
+from lockprobe.boxes.families import box
 from lockprobe.report.opened import open_study
 from lockprobe.report.pages import page_of
+from lockprobe.report.prose.loops import LOOP_DEFINITION
 from lockprobe.report.results import results_of
 from lockprobe.report.study_numbers import study_numbers
 from lockprobe.studies.studyfile import study

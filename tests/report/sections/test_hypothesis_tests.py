@@ -7,14 +7,14 @@ from typing import get_args
 import pytest
 from builders import small_study, write_study
 
-from lockprobe.analysis.inference.verdict import Question
-from lockprobe.audit.rates import false_positives, measured
-from lockprobe.prose.hypothesis_tests import asked, limits_said, unit_of_effect
 from lockprobe.report.opened import open_study
 from lockprobe.report.pages import page_of
+from lockprobe.report.prose.hypothesis_tests import asked, limits_said, unit_of_effect
 from lockprobe.report.results import results_of
 from lockprobe.report.sections.course_rows import RULE
 from lockprobe.report.study_numbers import study_numbers
+from lockprobe.simulation.audit.rates import false_positives, measured
+from lockprobe.statistics.inference.verdict import Question
 
 AGENTS = ("cognitive:perseverant", "human-inspired", "random")
 

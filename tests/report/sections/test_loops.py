@@ -3,13 +3,13 @@
 import pytest
 from builders import make_trial, small_study, write_study
 
-from lockprobe.analysis.detectors import DETECTORS
-from lockprobe.prose.loops import LOOP_DEFINITION
 from lockprobe.report.opened import open_study
 from lockprobe.report.pages import page_of, tables_of
+from lockprobe.report.prose.loops import LOOP_DEFINITION
 from lockprobe.report.results import results_of
 from lockprobe.report.sections import loops
 from lockprobe.report.study_numbers import study_numbers
+from lockprobe.statistics.detectors import DETECTORS
 
 STARS = "Hollow stars"
 

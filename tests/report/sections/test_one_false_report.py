@@ -5,13 +5,13 @@ import re
 import pytest
 from builders import small_study, write_study
 
-from lockprobe.prose.subject import Subject
 from lockprobe.report.opened import open_study
 from lockprobe.report.pages import page_of, tables_of
+from lockprobe.report.prose.subject import Subject
 from lockprobe.report.results import results_of
 from lockprobe.report.sections.one_false_report import effects_on
 from lockprobe.report.study_numbers import study_numbers
-from lockprobe.rows import Estimate, Finding
+from lockprobe.statistics.rows import Estimate, Finding
 from lockprobe.studies.studyfile import study
 from lockprobe.testing import play_trials
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from builders import small_study, write_study
 
-from lockprobe.lockbox.families import box
+from lockprobe.boxes.families import box
 from lockprobe.report.opened import open_study
 from lockprobe.report.pages import page_of, tables_of
 from lockprobe.report.results import results_of

@@ -6,19 +6,19 @@ from dataclasses import replace
 import pytest
 from builders import SOLUTION, make_trial, play_study, small_study, study_of, write_study
 
-from lockprobe.analysis.effects import effects
-from lockprobe.formatting import percent, share
-from lockprobe.lockbox.families import box
-from lockprobe.record import TrialError
+from lockprobe.boxes.families import box
+from lockprobe.foundation.formatting import percent, share
 from lockprobe.report.opened import open_study
 from lockprobe.report.pages import page_of
 from lockprobe.report.rendering import image
 from lockprobe.report.results import results_of
 from lockprobe.report.sections.overview import SECTIONS, _condition_numbers, without_answer
 from lockprobe.report.study_numbers import study_numbers
-from lockprobe.rows import LeftOut
+from lockprobe.statistics.effects import effects
+from lockprobe.statistics.rows import LeftOut
 from lockprobe.studies.studyfile import study
 from lockprobe.testing import make_trial as trial_of
+from lockprobe.trial.record import TrialError
 
 UNSOLVED = (0, 1, 0, 1)
 

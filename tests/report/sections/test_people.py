@@ -12,19 +12,19 @@ from captions import too_long
 from seated import under
 from taking_part import take_part
 
-from lockprobe.analysis.people import people
-from lockprobe.formatting import NONE
+from lockprobe.foundation.formatting import NONE
+from lockprobe.foundation.plugins import allow
 from lockprobe.people.progress import Flow
 from lockprobe.people.withdrawal import put
-from lockprobe.plugins import allow
-from lockprobe.record import TrialError
 from lockprobe.report.opened import open_study
 from lockprobe.report.pages import page_of, tables_of
 from lockprobe.report.people_said import conditions_said, flow_said
 from lockprobe.report.results import results_of
 from lockprobe.report.study_numbers import study_numbers
+from lockprobe.statistics.people import people
 from lockprobe.studies.journal import load
 from lockprobe.studies.runner import run_study
+from lockprobe.trial.record import TrialError
 
 STUDY = small_study(("participant", "random", "round-robin"), (0.0, 0.4), 2, 5)
 PLAYED = 14

@@ -6,14 +6,14 @@ import pytest
 from builders import play_study, write_study
 
 from lockprobe.agents.llm.model_facts import Price
-from lockprobe.figures.readings import readings as drawn
-from lockprobe.model_call import Usage
 from lockprobe.report import costs as counted_by
+from lockprobe.report.figures.readings import readings as drawn
 from lockprobe.report.pages import tables_of
 from lockprobe.report.results import results
 from lockprobe.report.sections.readings import SECTIONS
 from lockprobe.studies.records import load
 from lockprobe.studies.studyfile import study
+from lockprobe.trial.model_call import Usage
 
 AGENT, BLIND = "cognitive:perseverant", "random"
 KEPT = "flip?p=0.4&others=kept"

@@ -9,14 +9,14 @@ from builders import SOLUTION, make_trial, play_study, small_study, write_study
 from clumsy import CLUMSY
 from drawn import bars
 
-from lockprobe.figures.success_by_flip_rate import fig4_corrected
-from lockprobe.formatting import percent
-from lockprobe.record import TrialError
+from lockprobe.foundation.formatting import percent
+from lockprobe.report.figures.success_by_flip_rate import fig4_corrected
 from lockprobe.report.opened import open_study
 from lockprobe.report.pages import page_of, tables_of
 from lockprobe.report.results import results_of
 from lockprobe.report.study_numbers import study_numbers
 from lockprobe.studies.studyfile import study
+from lockprobe.trial.record import TrialError
 
 AGENTS = ("cognitive:perseverant", "human-inspired", "random")
 RATES = (0.0, 0.2, 0.4, 0.6)

@@ -7,12 +7,12 @@ import pytest
 from builders import SOLUTION, make_trial, play_study, write_study
 from captions import too_long
 
-from lockprobe.analysis.mechanism import CONTRASTS
-from lockprobe.analysis.why_arms import ARMS, PARTS, PLANNED
 from lockprobe.report.opened import open_study
 from lockprobe.report.pages import page_of, parts_of, tables_of
 from lockprobe.report.results import results_of
 from lockprobe.report.study_numbers import study_numbers
+from lockprobe.statistics.mechanism import CONTRASTS
+from lockprobe.statistics.why_arms import ARMS, PARTS, PLANNED
 from lockprobe.studies.journal import load
 from lockprobe.studies.studyfile import study
 

@@ -2,7 +2,7 @@
 
 from latecomer.untold import untold
 from lockprobe.report.section import Caption, Figure, Part, Section, Table
-from lockprobe.rows import Finding
+from lockprobe.statistics.rows import Finding
 
 NAME, SHARE = "latecomer.silence", "latecomer.untold_share"
 

@@ -12,8 +12,8 @@ from typing import Any, Literal
 
 from lockprobe.agents.llm.retry import Declined, Tries, fault
 from lockprobe.agents.prompt import REFUSED
-from lockprobe.errors import needing
-from lockprobe.model_call import Usage
+from lockprobe.foundation.errors import needing
+from lockprobe.trial.model_call import Usage
 
 with needing("hosted models", "providers"):
     from inspect_ai.model import ChatCompletionChoice, ModelOutput, StopDetails

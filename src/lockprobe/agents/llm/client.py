@@ -22,10 +22,10 @@ from lockprobe.agents.llm.retry import Again, Declined, Judgement, with_retries
 from lockprobe.agents.llm.settings import ModelSettings
 from lockprobe.agents.model_access import Access
 from lockprobe.agents.prompt import Message
-from lockprobe.errors import needing
-from lockprobe.model_call import Usage
-from lockprobe.redaction import without_keys
-from lockprobe.terminal_text import printable
+from lockprobe.foundation.errors import needing
+from lockprobe.foundation.redaction import without_keys
+from lockprobe.foundation.terminal_text import printable
+from lockprobe.trial.model_call import Usage
 
 with needing("hosted models", "providers"):
     import inspect_ai
@@ -61,7 +61,7 @@ class ModelReply:
 
     Attributes:
         text: The reply.
-        stop: Why the model stopped, as :attr:`lockprobe.model_call.Call.stop` has it.
+        stop: Why the model stopped, as :attr:`lockprobe.trial.model_call.Call.stop` has it.
         served: The model that answered, as the provider names it.
         usage: What it cost, with what the provider counted for failed attempts.
         seconds: Wall time, retries included.

@@ -15,7 +15,7 @@ from lockprobe.agents.llm.network_settings import check_certificates, check_key,
 from lockprobe.agents.llm.openai_answers import check_answers
 from lockprobe.agents.llm.openai_fast_path import use_fast_path
 from lockprobe.agents.model_access import Access
-from lockprobe.errors import BadValue, Missing, UserMistake, needing
+from lockprobe.foundation.errors import BadValue, Missing, UserMistake, needing
 
 with needing("hosted models", "providers"):
     from inspect_ai.model import BatchConfig, GenerateConfig, Model, get_model

@@ -6,7 +6,7 @@ pinned. ``tests/agents/llm/test_inspect_internals.py`` says what each is for and
 
 from __future__ import annotations
 
-from lockprobe.errors import needing
+from lockprobe.foundation.errors import needing
 
 with needing("hosted models", "providers"):
     from inspect_ai._util.error import PrerequisiteError

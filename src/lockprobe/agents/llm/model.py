@@ -35,10 +35,10 @@ from lockprobe.agents.prompt import (
     spoken,
 )
 from lockprobe.agents.reply_text import without_marks
-from lockprobe.errors import ModelFault, RefusalFault, ReplyFault
-from lockprobe.model_call import BROKEN_OFF, Call, Usage
-from lockprobe.protocols import CallBook
-from lockprobe.record import Decision, Fact, Situation
+from lockprobe.foundation.errors import ModelFault, RefusalFault, ReplyFault
+from lockprobe.trial.model_call import BROKEN_OFF, Call, Usage
+from lockprobe.trial.protocols import CallBook
+from lockprobe.trial.record import Decision, Fact, Situation
 
 __all__ = ["Ask", "HostedModel", "ReplayedModel", "check", "decided", "model_facts"]
 
@@ -88,7 +88,7 @@ class HostedModel:
     The spec holds the model's name in Inspect AI, and options: ``openai/gpt-4o?images=4``.
 
     Attributes:
-        unseeded: Its luck is the provider's; see :class:`lockprobe.protocols.Agent`.
+        unseeded: Its luck is the provider's; see :class:`lockprobe.trial.protocols.Agent`.
         facts: As :func:`model_facts` has them.
     """
 

@@ -17,11 +17,11 @@ from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import AfterValidator, BeforeValidator, Field, TypeAdapter, ValidationError
 
-from lockprobe.errors import BadFile
-from lockprobe.inputs import read_toml
-from lockprobe.model_call import Usage
-from lockprobe.terminal_text import printable
-from lockprobe.validation import plain
+from lockprobe.foundation.errors import BadFile
+from lockprobe.foundation.inputs import read_toml
+from lockprobe.foundation.terminal_text import printable
+from lockprobe.foundation.validation import plain
+from lockprobe.trial.model_call import Usage
 
 __all__ = ["OWN_FACTS", "Entry", "ModelFacts", "Price", "Sampling", "Schema", "facts_of", "price_lines", "read_facts"]
 

@@ -13,7 +13,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from urllib.parse import urlsplit
 
-from lockprobe.errors import BadValue, Missing
+from lockprobe.foundation.errors import BadValue, Missing
 
 __all__ = ["check_certificates", "check_key", "check_proxies", "is_url"]
 

@@ -18,7 +18,7 @@ from pydantic import BaseModel
 from lockprobe.agents.llm.answer import kind_of_stop
 from lockprobe.agents.llm.retry import Declined
 from lockprobe.agents.prompt import REFUSED
-from lockprobe.model_call import Usage
+from lockprobe.trial.model_call import Usage
 
 try:
     from openai import APIStatusError, AsyncOpenAI, BadRequestError

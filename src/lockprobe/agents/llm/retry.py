@@ -20,9 +20,9 @@ from dataclasses import asdict, replace
 from typing import NamedTuple, Protocol, TypeVar
 
 from lockprobe.agents.model_access import Access
-from lockprobe.errors import LockprobeError, ModelFault, needing
-from lockprobe.model_call import Usage
-from lockprobe.redaction import without_secrets
+from lockprobe.foundation.errors import LockprobeError, ModelFault, needing
+from lockprobe.foundation.redaction import without_secrets
+from lockprobe.trial.model_call import Usage
 
 with needing("hosted models", "providers"):
     from tenacity import AsyncRetrying, RetryCallState, stop_after_attempt, wait_random

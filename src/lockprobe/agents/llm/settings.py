@@ -6,9 +6,9 @@ from dataclasses import dataclass, fields
 from typing import Literal, get_args
 
 from lockprobe.agents.llm.model_facts import Effort, ModelFacts, Schema, facts_of
-from lockprobe.errors import BadValue, Conflict
-from lockprobe.record import Fact
-from lockprobe.spec import Spec, with_options
+from lockprobe.foundation.errors import BadValue, Conflict
+from lockprobe.foundation.spec import Spec, with_options
+from lockprobe.trial.record import Fact
 
 __all__ = ["MOST_PLAIN", "MOST_REASONED", "ModelSettings", "read_settings"]
 

@@ -8,7 +8,7 @@ from math import ceil
 from lockprobe.agents.llm.model_facts import ModelFacts
 from lockprobe.agents.llm.settings import ModelSettings
 from lockprobe.agents.prompt import Message
-from lockprobe.model_call import Usage
+from lockprobe.trial.model_call import Usage
 
 __all__ = ["at_most", "tokens"]
 

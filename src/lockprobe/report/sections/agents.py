@@ -6,12 +6,12 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
-from lockprobe import record
 from lockprobe.agents.reply_text import TIDIED
-from lockprobe.record import Decision, Trial
 from lockprobe.report.section import Part, Section, Template
 from lockprobe.report.study_numbers import StudyNumbers
-from lockprobe.rows import Estimate, Fact, Results, Row
+from lockprobe.statistics.rows import Estimate, Fact, Results, Row
+from lockprobe.trial import record
+from lockprobe.trial.record import Decision, Trial
 
 __all__ = ["SECTIONS"]
 

@@ -6,16 +6,16 @@ from collections.abc import Iterator, Sequence
 
 from markupsafe import Markup
 
-from lockprobe.analysis.agents_by_condition import ComparisonUnder
-from lockprobe.formatting import capital, p_cell
-from lockprobe.interventions.condition import Condition
-from lockprobe.prose.subject import Subject
+from lockprobe.foundation.formatting import capital, p_cell
 from lockprobe.report.format import DETECTED, TextTable
+from lockprobe.report.prose.subject import Subject
 from lockprobe.report.section import Caption, Figure, Folded, Note, Part, Section, Table, Text
 from lockprobe.report.sections.agents_compared import FAMILIES, at_one_condition, change_at, labels
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.report.table_rows import points_cell, steps_cell
-from lockprobe.rows import Estimate, Finding, Results, Row
+from lockprobe.statistics.agents_by_condition import ComparisonUnder
+from lockprobe.statistics.rows import Estimate, Finding, Results, Row
+from lockprobe.trial.condition import Condition
 
 __all__ = ["SECTIONS"]
 
@@ -156,7 +156,7 @@ _FIGURE = Figure(
     "agents-by-condition",
     "Differences between two agents under each condition, and in how much the condition changes them",
     _caption,
-    draw="lockprobe.figures.differences:by_condition",
+    draw="lockprobe.report.figures.differences:by_condition",
 )
 
 

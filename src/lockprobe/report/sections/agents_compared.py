@@ -5,20 +5,20 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from lockprobe.analysis.agent_comparison.interaction import InteractionAt
-from lockprobe.analysis.agent_comparison.pair import AgentComparison, ComparisonAt
-from lockprobe.analysis.agent_comparison.paired import BlockMean
-from lockprobe.analysis.axis import FLIPS
-from lockprobe.analysis.proportions import Paired
-from lockprobe.formatting import NONE, p_cell, percent
-from lockprobe.prose.agent_comparison import comparison_said
+from lockprobe.foundation.formatting import NONE, p_cell, percent
+from lockprobe.foundation.spec import PEOPLE
 from lockprobe.report.format import EVERY, TextTable
+from lockprobe.report.prose.agent_comparison import comparison_said
 from lockprobe.report.section import Block, Caption, Figure, Folded, Heading, Note, Part, Section, Table, Text
 from lockprobe.report.sections.leaderboard import leaderboard_blocks
 from lockprobe.report.study_numbers import PlayedCell, StudyNumbers
 from lockprobe.report.table_rows import over_rates, points_cell, steps_cell
-from lockprobe.rows import Estimate, Finding, Results, Row
-from lockprobe.spec import PEOPLE
+from lockprobe.statistics.agent_comparison.interaction import InteractionAt
+from lockprobe.statistics.agent_comparison.pair import AgentComparison, ComparisonAt
+from lockprobe.statistics.agent_comparison.paired import BlockMean
+from lockprobe.statistics.axis import FLIPS
+from lockprobe.statistics.proportions import Paired
+from lockprobe.statistics.rows import Estimate, Finding, Results, Row
 
 __all__ = ["FAMILIES", "SECTIONS", "at_one_condition", "change_at", "labels"]
 
@@ -253,7 +253,7 @@ _SIDE_BY_SIDE = Figure(
     "side-by-side",
     "Paired differences between agents in success and in the effect of false reports",
     _caption,
-    draw="lockprobe.figures.differences:side_by_side",
+    draw="lockprobe.report.figures.differences:side_by_side",
 )
 
 

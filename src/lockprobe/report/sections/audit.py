@@ -7,10 +7,10 @@ from typing import Any
 
 from markupsafe import Markup
 
-from lockprobe.audit.rates import shipped
-from lockprobe.prose.hypothesis_tests import QUESTIONS
+from lockprobe.report.prose.hypothesis_tests import QUESTIONS
 from lockprobe.report.section import Cells, Note, Part, Section, Template, Text
-from lockprobe.rows import Results
+from lockprobe.simulation.audit.rates import shipped
+from lockprobe.statistics.rows import Results
 
 __all__ = ["SECTIONS"]
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from lockprobe.record import Trial
+from lockprobe.foundation.spec import Spec
 from lockprobe.report.section import Part, Section, Template
 from lockprobe.report.study_numbers import StudyNumbers
-from lockprobe.rows import Estimate, Fact, Results, Row
-from lockprobe.spec import Spec
+from lockprobe.statistics.rows import Estimate, Fact, Results, Row
+from lockprobe.trial.record import Trial
 
 __all__ = ["SECTIONS"]
 

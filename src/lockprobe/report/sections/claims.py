@@ -6,18 +6,18 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from lockprobe.analysis.factors import READING_FACTORS
-from lockprobe.analysis.summary import StudySummary
-from lockprobe.formatting import bracketed, p_cell
-from lockprobe.prose.readings import false_reports
+from lockprobe.foundation.formatting import bracketed, p_cell
 from lockprobe.report.claim_tests import ClaimFinding
 from lockprobe.report.claims import claim_rows
 from lockprobe.report.format import TextTable
 from lockprobe.report.pages import NOT_JUDGED
 from lockprobe.report.paper import CLAIMS, PaperClaim
+from lockprobe.report.prose.readings import false_reports
 from lockprobe.report.section import Part, Section, Table, Template
 from lockprobe.report.study_numbers import StudyNumbers
-from lockprobe.rows import Estimate, Finding, Results, Row, axis_key
+from lockprobe.statistics.factors import READING_FACTORS
+from lockprobe.statistics.rows import Estimate, Finding, Results, Row, axis_key
+from lockprobe.statistics.summary import StudySummary
 
 __all__ = ["SECTIONS"]
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from lockprobe.formatting import NONE, minus, percent
+from lockprobe.foundation.formatting import NONE, minus, percent
 from lockprobe.report.captions import wilson_said
 from lockprobe.report.format import TextTable
 from lockprobe.report.installed_measures import measure_rows
 from lockprobe.report.section import Block, Heading, Note, Part, Section, Table
 from lockprobe.report.study_numbers import PlayedCell, StudyNumbers
 from lockprobe.report.table_rows import chance_cell, share_of_row, value_cell
-from lockprobe.rows import MEASURES, Cell, Estimate, Results, Row
+from lockprobe.statistics.rows import MEASURES, Cell, Estimate, Results, Row
 
 __all__ = ["SECTIONS"]
 

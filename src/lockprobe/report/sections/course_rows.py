@@ -10,20 +10,20 @@ from dataclasses import dataclass
 from itertools import chain
 from typing import Any
 
-from lockprobe.analysis.axis import AGENT
-from lockprobe.analysis.inference.difference import DifferenceAt
-from lockprobe.analysis.inference.logrank import EventComparison, EventGroup, LogRanks
-from lockprobe.analysis.inference.trend import TrendFit
-from lockprobe.analysis.inference.ushape import TwoLines
-from lockprobe.analysis.inference.verdict import TestResult
-from lockprobe.analysis.proportions import Proportion
-from lockprobe.analysis.reference import Reference
-from lockprobe.analysis.summary import AgentSummary
-from lockprobe.interventions.condition import Condition
-from lockprobe.prose.hypothesis_tests import limits_said, unit_of_effect, why_missing
-from lockprobe.prose.success import course_said
+from lockprobe.report.prose.hypothesis_tests import limits_said, unit_of_effect, why_missing
+from lockprobe.report.prose.success import course_said
 from lockprobe.report.study_numbers import share_rows
-from lockprobe.rows import Curve, Estimate, Fact, Row
+from lockprobe.statistics.axis import AGENT
+from lockprobe.statistics.inference.difference import DifferenceAt
+from lockprobe.statistics.inference.logrank import EventComparison, EventGroup, LogRanks
+from lockprobe.statistics.inference.trend import TrendFit
+from lockprobe.statistics.inference.ushape import TwoLines
+from lockprobe.statistics.inference.verdict import TestResult
+from lockprobe.statistics.proportions import Proportion
+from lockprobe.statistics.reference import Reference
+from lockprobe.statistics.rows import Curve, Estimate, Fact, Row
+from lockprobe.statistics.summary import AgentSummary
+from lockprobe.trial.condition import Condition
 
 __all__ = [
     "CONTROL",

@@ -5,20 +5,20 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from lockprobe.analysis.axis import FLIPS, Axis
-from lockprobe.formatting import capital
-from lockprobe.prose.hypothesis_tests import conclusions
-from lockprobe.prose.loops import loop_finding
-from lockprobe.prose.readings import false_reports
-from lockprobe.prose.success import courses_said, finding
-from lockprobe.record import PLAIN_WORDS
+from lockprobe.foundation.formatting import capital
 from lockprobe.report.captions import best_dose_said, model_said, wilson_said
+from lockprobe.report.prose.hypothesis_tests import conclusions
+from lockprobe.report.prose.loops import loop_finding
+from lockprobe.report.prose.readings import false_reports
+from lockprobe.report.prose.success import courses_said, finding
 from lockprobe.report.section import Beside, Block, Caption, Figure, Folded, Part, Section, Text
 from lockprobe.report.sections.course_rows import AgentCourse, course_rows
 from lockprobe.report.sections.hypothesis_tests import tables_of_tests
 from lockprobe.report.sections.loops_over_doses import loops_over_doses
 from lockprobe.report.study_numbers import StudyNumbers
-from lockprobe.rows import Course, DoseAxis, Finding, Results, Row, axis_key
+from lockprobe.statistics.axis import FLIPS, Axis
+from lockprobe.statistics.rows import Course, DoseAxis, Finding, Results, Row, axis_key
+from lockprobe.trial.record import PLAIN_WORDS
 
 __all__ = ["SECTIONS", "dose_sections"]
 
@@ -91,7 +91,7 @@ def _figures(courses: Sequence[Course], axis: DoseAxis, number: int, place: int)
             f"{best_dose_said(shown, 'dose')}".strip(),
             f"{wilson} {model_said(shown)}".strip(),
         ),
-        "lockprobe.figures.success_by_flip_rate:success_by_dose",
+        "lockprobe.report.figures.success_by_flip_rate:success_by_dose",
         arguments=(place,),
     )
     yield Figure(
@@ -101,7 +101,7 @@ def _figures(courses: Sequence[Course], axis: DoseAxis, number: int, place: int)
             f"Share of trials with an action loop by {axis.name}, with chance levels in trials of the same lengths.",
             wilson,
         ),
-        "lockprobe.figures.loops:loops_by_dose",
+        "lockprobe.report.figures.loops:loops_by_dose",
         arguments=(place,),
     )
 

@@ -10,20 +10,20 @@ from typing import Any
 
 from markupsafe import Markup
 
-from lockprobe.analysis.agent_comparison.paired import BlockMean
-from lockprobe.analysis.condition_study import ConditionStudySummary
-from lockprobe.analysis.design import Design
-from lockprobe.analysis.dose_grid import Grid, GridSummary
-from lockprobe.analysis.effects import CONTROLS, Effect, Effects, Interplay
-from lockprobe.formatting import NONE, p_cell, percent
-from lockprobe.interventions.condition import Condition
+from lockprobe.foundation.formatting import NONE, p_cell, percent
 from lockprobe.report.captions import wilson_said
 from lockprobe.report.format import DETECTED, TextTable
 from lockprobe.report.section import Block, Caption, Figure, Folded, Note, Part, Section, Table
 from lockprobe.report.sections.course_rows import CONTROL, PERMUTED
 from lockprobe.report.study_numbers import StudyNumbers, share_rows
 from lockprobe.report.table_rows import count_of, points_cell
-from lockprobe.rows import Estimate, Fact, Finding, Results, Row, axis_key
+from lockprobe.statistics.agent_comparison.paired import BlockMean
+from lockprobe.statistics.condition_study import ConditionStudySummary
+from lockprobe.statistics.design import Design
+from lockprobe.statistics.dose_grid import Grid, GridSummary
+from lockprobe.statistics.effects import CONTROLS, Effect, Effects, Interplay
+from lockprobe.statistics.rows import Estimate, Fact, Finding, Results, Row, axis_key
+from lockprobe.trial.condition import Condition
 
 __all__ = ["SECTIONS", "compared_rows", "compared_table", "of_blocks"]
 
@@ -250,7 +250,7 @@ _FIGURE = Figure(
     "effects",
     "Difference in success from the control, one row per condition",
     _caption,
-    draw="lockprobe.figures.differences:effects",
+    draw="lockprobe.report.figures.differences:effects",
     applies=_applies,
 )
 _COLUMN = replace(_FIGURE, name="effects-column", arguments=("column",))
@@ -303,7 +303,7 @@ def _of_grids(axes: Sequence[str]) -> Iterator[Block]:
     for number, axis in enumerate(axes, 1):
         alt = "Success under every combination of two doses, one cell each"
         yield Figure(
-            f"grid-{number}", alt, _grid_caption, draw="lockprobe.figures.dose_grid:dose_grid", arguments=(axis,)
+            f"grid-{number}", alt, _grid_caption, draw="lockprobe.report.figures.dose_grid:dose_grid", arguments=(axis,)
         )
     yield _TRENDS
     yield Note(

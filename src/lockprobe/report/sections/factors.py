@@ -6,13 +6,13 @@ from collections.abc import Iterator
 
 from markupsafe import Markup
 
-from lockprobe.analysis.factors import LEVELS, READING_FACTORS
-from lockprobe.analysis.no_feedback import NO_FEEDBACK
 from lockprobe.report.format import TextTable
 from lockprobe.report.section import Note, Part, Section, Table
 from lockprobe.report.sections.effects import compared_rows, compared_table
 from lockprobe.report.study_numbers import StudyNumbers
-from lockprobe.rows import Estimate, Finding, Results, Row
+from lockprobe.statistics.factors import LEVELS, READING_FACTORS
+from lockprobe.statistics.no_feedback import NO_FEEDBACK
+from lockprobe.statistics.rows import Estimate, Finding, Results, Row
 
 __all__ = ["SECTIONS"]
 

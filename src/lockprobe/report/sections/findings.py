@@ -7,22 +7,22 @@ from functools import partial
 
 from markupsafe import Markup
 
-from lockprobe.analysis.condition_study import ConditionStudySummary
-from lockprobe.analysis.summary import StudySummary
-from lockprobe.prose.agent_comparison import ranking_said
-from lockprobe.prose.effects import effects_said
-from lockprobe.prose.hypothesis_tests import conclusions
-from lockprobe.prose.idle import idle_said, unheeded_said
-from lockprobe.prose.loops import LOOP_DEFINITION, loop_finding
-from lockprobe.prose.modalities import modality_finding
-from lockprobe.prose.panel import panel_said
-from lockprobe.prose.robot import rules_said, verdicts_said
-from lockprobe.prose.success import baselines_said, courses_said, finding
+from lockprobe.foundation.sections import section
+from lockprobe.report.prose.agent_comparison import ranking_said
+from lockprobe.report.prose.effects import effects_said
+from lockprobe.report.prose.hypothesis_tests import conclusions
+from lockprobe.report.prose.idle import idle_said, unheeded_said
+from lockprobe.report.prose.loops import LOOP_DEFINITION, loop_finding
+from lockprobe.report.prose.modalities import modality_finding
+from lockprobe.report.prose.panel import panel_said
+from lockprobe.report.prose.robot import rules_said, verdicts_said
+from lockprobe.report.prose.success import baselines_said, courses_said, finding
 from lockprobe.report.section import Block, Folded, Part, Section, Template, Text
 from lockprobe.report.sections.doses import dose_sections
 from lockprobe.report.study_numbers import StudyNumbers, share_rows
-from lockprobe.rows import Estimate, Finding, Results, Row
-from lockprobe.sections import section
+from lockprobe.statistics.condition_study import ConditionStudySummary
+from lockprobe.statistics.rows import Estimate, Finding, Results, Row
+from lockprobe.statistics.summary import StudySummary
 
 __all__ = ["SECTIONS"]
 

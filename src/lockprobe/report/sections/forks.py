@@ -7,16 +7,16 @@ from typing import Any
 
 from markupsafe import Markup
 
-from lockprobe.analysis.branch import BranchEffect
-from lockprobe.analysis.rules import rule_breaks
-from lockprobe.formatting import NONE, p_cell, percent
-from lockprobe.prose.branch import found_said, value_said
+from lockprobe.foundation.formatting import NONE, p_cell, percent
 from lockprobe.report.format import TextTable
+from lockprobe.report.prose.branch import found_said, value_said
 from lockprobe.report.section import Caption, Figure, Listed, Note, Part, Section, Table
 from lockprobe.report.sections.effects import of_blocks
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.report.table_rows import points_cell
-from lockprobe.rows import Estimate, Finding, Results, Row
+from lockprobe.statistics.branch import BranchEffect
+from lockprobe.statistics.rows import Estimate, Finding, Results, Row
+from lockprobe.statistics.rules import rule_breaks
 
 __all__ = ["FIGURE", "SECTIONS"]
 
@@ -92,7 +92,7 @@ FIGURE = Figure(
         "report.",
         "Bars are 95 % intervals over trials, corrected for the number of agents alone.",
     ),
-    draw="lockprobe.figures.forks:forks",
+    draw="lockprobe.report.figures.forks:forks",
     applies=lambda found: bool(found.where("success_change_by_fork")),
 )
 

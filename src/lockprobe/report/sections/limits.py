@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from lockprobe.analysis.inference.association import LENGTH_CAVEAT
 from lockprobe.report.section import Part, Section, Template
-from lockprobe.rows import Results
+from lockprobe.statistics.inference.association import LENGTH_CAVEAT
+from lockprobe.statistics.rows import Results
 
 __all__ = ["SECTIONS"]
 

@@ -7,21 +7,21 @@ from itertools import chain
 
 from markupsafe import Markup
 
-from lockprobe.analysis.axis import FLIPS
-from lockprobe.analysis.detectors import DETECTORS, share_flagged
-from lockprobe.analysis.inference.association import LENGTH_CAVEAT
-from lockprobe.analysis.persistence import Persistence
-from lockprobe.analysis.published import PEAK
-from lockprobe.formatting import percent
-from lockprobe.prose.loops import LOOP_DEFINITION
+from lockprobe.foundation.formatting import percent
 from lockprobe.report.captions import fit_said, paper_rates, wilson_said
 from lockprobe.report.format import TextTable
+from lockprobe.report.prose.loops import LOOP_DEFINITION
 from lockprobe.report.section import Beside, Block, Caption, Figure, Folded, Note, Part, Section, Table, Text
 from lockprobe.report.sections.course_rows import AgentCourse
 from lockprobe.report.sections.loops_over_doses import loops_over_doses
 from lockprobe.report.study_numbers import PlayedCell, StudyNumbers
 from lockprobe.report.table_rows import distinct, flips_first, share_of_row, under, varied
-from lockprobe.rows import Course, Estimate, Results, Row
+from lockprobe.statistics.axis import FLIPS
+from lockprobe.statistics.detectors import DETECTORS, share_flagged
+from lockprobe.statistics.inference.association import LENGTH_CAVEAT
+from lockprobe.statistics.persistence import Persistence
+from lockprobe.statistics.published import PEAK
+from lockprobe.statistics.rows import Course, Estimate, Results, Row
 
 __all__ = ["SECTIONS"]
 
@@ -166,7 +166,7 @@ def _over_p(found: Results) -> bool:
     return found.several_p and _ended(found)
 
 
-_DRAWN = "lockprobe.figures.loops"
+_DRAWN = "lockprobe.report.figures.loops"
 _FIG5A = Figure(
     "fig5a",
     "Loop rate against success, as in the paper",

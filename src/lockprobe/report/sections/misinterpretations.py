@@ -6,13 +6,13 @@ from collections.abc import Iterator, Sequence
 
 from markupsafe import Markup
 
-from lockprobe.formatting import percent
+from lockprobe.foundation.formatting import percent
 from lockprobe.report.format import TextTable
 from lockprobe.report.sample_pictures import ABOUT
 from lockprobe.report.section import Block, Note, Part, Section, Table, Text
 from lockprobe.report.study_numbers import PlayedCell, StudyNumbers
 from lockprobe.report.table_rows import by_conditions, count_of, share_of_row
-from lockprobe.rows import Cell, Estimate, Results, Row
+from lockprobe.statistics.rows import Cell, Estimate, Results, Row
 
 __all__ = ["SECTIONS"]
 

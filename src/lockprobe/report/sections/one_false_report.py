@@ -7,17 +7,17 @@ from typing import Any, cast
 
 from markupsafe import Markup
 
-from lockprobe.analysis.axis import FLIPS
-from lockprobe.analysis.excursion import Among, Excursion, Outcome, decision_points, excursions
-from lockprobe.formatting import bracketed, first_three, p_cell
-from lockprobe.prose.excursion import AMONG, OUTCOMES, excursion_said
-from lockprobe.prose.subject import Subject, subject_of
-from lockprobe.record import Trial
+from lockprobe.foundation.formatting import bracketed, first_three, p_cell
 from lockprobe.report.format import TextTable
+from lockprobe.report.prose.excursion import AMONG, OUTCOMES, excursion_said
+from lockprobe.report.prose.subject import Subject, subject_of
 from lockprobe.report.section import Block, Folded, Note, Part, Section, Table, Template, Text
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.report.table_rows import name_of
-from lockprobe.rows import Estimate, Fact, Finding, Results, Row
+from lockprobe.statistics.axis import FLIPS
+from lockprobe.statistics.excursion import Among, Excursion, Outcome, decision_points, excursions
+from lockprobe.statistics.rows import Estimate, Fact, Finding, Results, Row
+from lockprobe.trial.record import Trial
 
 __all__ = ["SECTIONS", "effects_on"]
 

@@ -6,14 +6,14 @@ from collections.abc import Iterator
 
 from markupsafe import Markup
 
-from lockprobe.analysis.rationality import ACTIONS, JUDGED, OBSERVERS, Rationality
-from lockprobe.formatting import percent
+from lockprobe.foundation.formatting import percent
 from lockprobe.report.format import TextTable
 from lockprobe.report.sample_pictures import ABOUT
 from lockprobe.report.section import Block, Caption, Figure, Folded, Note, Part, Section, Table, Text
 from lockprobe.report.study_numbers import PlayedCell, StudyNumbers
 from lockprobe.report.table_rows import distinct, flips_first, share_of_row, under, varied
-from lockprobe.rows import Cell, Estimate, Results, Row
+from lockprobe.statistics.rationality import ACTIONS, JUDGED, OBSERVERS, Rationality
+from lockprobe.statistics.rows import Cell, Estimate, Results, Row
 
 __all__ = ["SECTIONS"]
 
@@ -92,7 +92,7 @@ _FIGURE = Figure(
         "situations.",
         "Intervals are 95 % intervals clustered by trial.",
     ),
-    "lockprobe.figures.rationality:rationality",
+    "lockprobe.report.figures.rationality:rationality",
     lambda found: any(
         cell.get("optimal_actions", "naive") for one in found.courses() if one.subject for cell in one.cells
     ),

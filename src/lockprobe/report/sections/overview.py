@@ -9,17 +9,11 @@ from itertools import count, takewhile
 from typing import cast
 
 from lockprobe.agents.catalogue import description
-from lockprobe.analysis.axis import FLIPS
-from lockprobe.analysis.condition_study import ConditionStudySummary
-from lockprobe.analysis.effects import Effects
-from lockprobe.analysis.reference import Reference
-from lockprobe.analysis.summary import AgentSummary, StudySummary
-from lockprobe.analysis.why import Why
-from lockprobe.formatting import NONE, bracketed, listed, percent, share
-from lockprobe.interventions.catalogue import TRUTH
-from lockprobe.prose.doses import at_dose, cause
-from lockprobe.prose.idle import idle_doses_said, idle_said, unheeded_said
-from lockprobe.prose.overview import (
+from lockprobe.foundation.formatting import NONE, bracketed, listed, percent, share
+from lockprobe.report.captions import paper_rates
+from lockprobe.report.prose.doses import at_dose, cause
+from lockprobe.report.prose.idle import idle_doses_said, idle_said, unheeded_said
+from lockprobe.report.prose.overview import (
     Varied,
     all_broken_said,
     effects_needed,
@@ -31,18 +25,24 @@ from lockprobe.prose.overview import (
     smaller_budget_said,
     trial_said,
 )
-from lockprobe.prose.readings import BOTH_FIT, false_reports
-from lockprobe.prose.several_answers import of_axis, of_conditions, several_answers
-from lockprobe.prose.subject import Subject, subject_of
-from lockprobe.prose.why import mechanism_said
-from lockprobe.record import Trial
-from lockprobe.report.captions import paper_rates
+from lockprobe.report.prose.readings import BOTH_FIT, false_reports
+from lockprobe.report.prose.several_answers import of_axis, of_conditions, several_answers
+from lockprobe.report.prose.subject import Subject, subject_of
+from lockprobe.report.prose.why import mechanism_said
 from lockprobe.report.section import Caption, Figure, Part, Section, Template
 from lockprobe.report.sections import all_sections
 from lockprobe.report.sections.readings import untested
 from lockprobe.report.study_numbers import StudyNumbers
-from lockprobe.rows import Fact, Finding, Results, Row
+from lockprobe.statistics.axis import FLIPS
+from lockprobe.statistics.condition_study import ConditionStudySummary
+from lockprobe.statistics.effects import Effects
+from lockprobe.statistics.reference import Reference
+from lockprobe.statistics.rows import Fact, Finding, Results, Row
+from lockprobe.statistics.summary import AgentSummary, StudySummary
+from lockprobe.statistics.why import Why
 from lockprobe.studies.study import Study
+from lockprobe.trial.condition import TRUTH
+from lockprobe.trial.record import Trial
 
 __all__ = ["SECTIONS", "without_answer"]
 
@@ -384,7 +384,7 @@ def _played(found: Results) -> bool:
     return any(course.played for course in found.courses())
 
 
-_DRAW = "lockprobe.figures.overview:draw_overview"
+_DRAW = "lockprobe.report.figures.overview:draw_overview"
 _OVERVIEW = Figure("overview", "Success by flip rate, or by step", _caption, draw=_DRAW, applies=_played)
 _COLUMN = Figure(
     "overview-column",
@@ -395,7 +395,7 @@ _COLUMN = Figure(
     arguments=("column",),
 )
 _PANEL = "The panel at the start and, below, the interlock, which no agent sees."
-_BOX = Figure("box", _PANEL, Caption(_PANEL), draw="lockprobe.figures.boxes:box_of_study")
+_BOX = Figure("box", _PANEL, Caption(_PANEL), draw="lockprobe.report.figures.boxes:box_of_study")
 
 
 def _show(found: Results) -> Iterator[Part]:

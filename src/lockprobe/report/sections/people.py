@@ -8,11 +8,8 @@ from typing import Any
 
 from markupsafe import Markup
 
-from lockprobe.analysis.modalities import spoken
-from lockprobe.analysis.people import People, PeopleAt
-from lockprobe.analysis.relative_steps import RelativeSteps
-from lockprobe.analysis.response_times import ResponseTimes, response_times
-from lockprobe.formatting import NONE
+from lockprobe.foundation.formatting import NONE
+from lockprobe.foundation.spec import PEOPLE
 from lockprobe.people.progress import Flow, flow_of
 from lockprobe.people.step_times import times_of_steps
 from lockprobe.report.format import TextTable
@@ -27,8 +24,11 @@ from lockprobe.report.people_said import (
 from lockprobe.report.section import Block, Caption, Figure, Folded, Note, Part, Section, Table, Text
 from lockprobe.report.study_numbers import StudyNumbers, share_rows
 from lockprobe.report.table_rows import share_of_row
-from lockprobe.rows import Estimate, Finding, Results, Row
-from lockprobe.spec import PEOPLE
+from lockprobe.statistics.modalities import spoken
+from lockprobe.statistics.people import People, PeopleAt
+from lockprobe.statistics.relative_steps import RelativeSteps
+from lockprobe.statistics.response_times import ResponseTimes, response_times
+from lockprobe.statistics.rows import Estimate, Finding, Results, Row
 from lockprobe.studies.study import Study
 
 __all__ = ["SECTIONS"]
@@ -284,7 +284,7 @@ _FIGURE = Figure(
         "panel are open. Medians are over trials that both played, with unsolved ones censored at the budget.",
         "Baselines are thin with hollow markers and have no bars.",
     ),
-    draw="lockprobe.figures.people:people",
+    draw="lockprobe.report.figures.people:people",
     applies=_any,
 )
 

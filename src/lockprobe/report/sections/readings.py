@@ -6,20 +6,21 @@ from collections.abc import Iterator, Mapping
 
 from markupsafe import Markup
 
-from lockprobe.analysis.factors import READING_FACTORS
-from lockprobe.analysis.no_feedback import NO_FEEDBACK
-from lockprobe.formatting import capital, listed, percent
-from lockprobe.interventions.condition import Condition, tells_positions
-from lockprobe.prose.readings import BOTH_FIT, false_reports, inverted, reading_name, untested_said
-from lockprobe.prose.subject import Subject
+from lockprobe.foundation.formatting import capital, listed, percent
+from lockprobe.interventions.conditions import tells_positions
 from lockprobe.report.costs import cost_rows
 from lockprobe.report.format import TextTable
+from lockprobe.report.prose.readings import BOTH_FIT, false_reports, inverted, reading_name, untested_said
+from lockprobe.report.prose.subject import Subject
 from lockprobe.report.section import Block, Caption, Figure, Folded, Note, Part, Section, Table, Text
 from lockprobe.report.sections.effects import compared_rows, compared_table
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.report.table_rows import points_cell, share_of_row
-from lockprobe.rows import Estimate, Finding, Results, Row
+from lockprobe.statistics.factors import READING_FACTORS
+from lockprobe.statistics.no_feedback import NO_FEEDBACK
+from lockprobe.statistics.rows import Estimate, Finding, Results, Row
 from lockprobe.studies.spending import dollars
+from lockprobe.trial.condition import Condition
 
 __all__ = ["SECTIONS", "untested"]
 
@@ -172,7 +173,7 @@ _FIGURE = Figure(
         "Bars are 95 % Wilson intervals. The flip rate is the assigned dose; how many outcomes and positions are false "
         "depends on the reading and on what the agent does.",
     ),
-    draw="lockprobe.figures.readings:readings",
+    draw="lockprobe.report.figures.readings:readings",
 )
 
 

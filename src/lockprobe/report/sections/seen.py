@@ -9,7 +9,7 @@ from typing import Any
 from lockprobe.report.sample_pictures import ABOUT, KINDS, seen_facts
 from lockprobe.report.section import Part, Picture, Section, Template
 from lockprobe.report.study_numbers import StudyNumbers
-from lockprobe.rows import Fact, Results
+from lockprobe.statistics.rows import Fact, Results
 
 __all__ = ["SECTIONS"]
 

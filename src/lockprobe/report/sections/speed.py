@@ -7,15 +7,15 @@ from typing import Any
 
 from markupsafe import Markup
 
-from lockprobe.analysis.modalities import ModalityEffect, spoken
-from lockprobe.analysis.pace import Pace
-from lockprobe.analysis.published import REFERENCE_STEPS, STEPS_TO_80
-from lockprobe.formatting import NONE, p_cell
+from lockprobe.foundation.formatting import NONE, p_cell
 from lockprobe.report.format import TextTable
 from lockprobe.report.section import Beside, Block, Caption, Figure, Folded, Heading, Note, Part, Section, Table
 from lockprobe.report.study_numbers import PlayedCell, StudyNumbers
 from lockprobe.report.table_rows import at_lowest, distinct, value_cell, varied
-from lockprobe.rows import Cell, Curve, Estimate, Results, Row
+from lockprobe.statistics.modalities import ModalityEffect, spoken
+from lockprobe.statistics.pace import Pace
+from lockprobe.statistics.published import REFERENCE_STEPS, STEPS_TO_80
+from lockprobe.statistics.rows import Cell, Curve, Estimate, Results, Row
 
 __all__ = ["SECTIONS"]
 
@@ -233,7 +233,7 @@ _FIG3 = Figure(
     "fig3",
     "Success by step, one line per agent, as in the paper",
     _fig3_caption,
-    draw="lockprobe.figures.success_by_step:success_curves",
+    draw="lockprobe.report.figures.success_by_step:success_curves",
     applies=_ended,
 )
 _FIG3_CORRECTED = Figure(
@@ -245,7 +245,7 @@ _FIG3_CORRECTED = Figure(
         "markers and no band.",
         _KAPLAN,
     ),
-    draw="lockprobe.figures.success_by_step:success_curves_corrected",
+    draw="lockprobe.report.figures.success_by_step:success_curves_corrected",
     applies=_ended,
 )
 _FIG3_BY_P = Figure(
@@ -257,7 +257,7 @@ _FIG3_BY_P = Figure(
         _KAPLAN,
         "Of more than eleven flip rates, only the two with bands and the highest are labelled.",
     ),
-    draw="lockprobe.figures.success_by_step:success_curves_by_p",
+    draw="lockprobe.report.figures.success_by_step:success_curves_by_p",
     applies=lambda found: found.several_p and _ended(found),
 )
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from lockprobe.foundation.spec import PEOPLE
 from lockprobe.interventions.flip import READINGS
-from lockprobe.prose.subject import Subject
-from lockprobe.record import STATES
+from lockprobe.report.prose.subject import Subject
 from lockprobe.report.section import Part, Section, Template
 from lockprobe.report.study_numbers import StudyNumbers
-from lockprobe.rows import Estimate, Fact, Results
-from lockprobe.spec import PEOPLE
+from lockprobe.statistics.rows import Estimate, Fact, Results
+from lockprobe.trial.record import STATES
 
 __all__ = ["SECTIONS"]
 

@@ -7,14 +7,11 @@ from dataclasses import replace
 
 from markupsafe import Markup
 
-from lockprobe.analysis.axis import FLIPS
-from lockprobe.analysis.proportions import ALPHA
-from lockprobe.analysis.published import PEAK
-from lockprobe.formatting import NONE, listed, minus, p_cell, percent
-from lockprobe.prose.subject import Subject
-from lockprobe.prose.success import course_said, courses_said
+from lockprobe.foundation.formatting import NONE, listed, minus, p_cell, percent
 from lockprobe.report.captions import best_dose_said, fit_said, model_said, paper_rates, wilson_said
 from lockprobe.report.format import DETECTED, TextTable
+from lockprobe.report.prose.subject import Subject
+from lockprobe.report.prose.success import course_said, courses_said
 from lockprobe.report.section import (
     Beside,
     Block,
@@ -31,7 +28,10 @@ from lockprobe.report.section import (
 from lockprobe.report.sections.course_rows import CONTROL, COURSE, AgentCourse, at, course_rows
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.report.table_rows import count_of, points_cell
-from lockprobe.rows import Cell, Course, Estimate, Finding, Results, Row
+from lockprobe.statistics.axis import FLIPS
+from lockprobe.statistics.proportions import ALPHA
+from lockprobe.statistics.published import PEAK
+from lockprobe.statistics.rows import Cell, Course, Estimate, Finding, Results, Row
 
 __all__ = ["SECTIONS"]
 
@@ -136,7 +136,7 @@ def _intervals(courses: Iterable[Course]) -> str:
     return wilson_said(course.agent for course in courses)
 
 
-_DRAWN = "lockprobe.figures.success_by_flip_rate"
+_DRAWN = "lockprobe.report.figures.success_by_flip_rate"
 _FIG4 = Figure(
     "fig4",
     "Success rate by flip rate, as in the paper",

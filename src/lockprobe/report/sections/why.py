@@ -7,15 +7,11 @@ from typing import Any
 
 from markupsafe import Markup
 
-from lockprobe.analysis.mechanism import CONTRASTS, PART
-from lockprobe.analysis.why import Why
-from lockprobe.analysis.why_arms import PLANNED
-from lockprobe.formatting import NONE, capital, p_cell
+from lockprobe.foundation.formatting import NONE, capital, p_cell
 from lockprobe.interventions.words import CORRECTION
-from lockprobe.prose.why import ARMS, ASSUMED, why_said
-from lockprobe.record import Trial
 from lockprobe.report.examples import exhibit
 from lockprobe.report.format import TextTable
+from lockprobe.report.prose.why import ARMS, ASSUMED, why_said
 from lockprobe.report.section import (
     Block,
     Caption,
@@ -34,7 +30,11 @@ from lockprobe.report.sections import forks
 from lockprobe.report.sections.effects import of_blocks
 from lockprobe.report.study_numbers import StudyNumbers, share_rows
 from lockprobe.report.table_rows import points_cell, share_of_row
-from lockprobe.rows import Estimate, Exhibit, Finding, Results, Row
+from lockprobe.statistics.mechanism import CONTRASTS, PART
+from lockprobe.statistics.rows import Estimate, Exhibit, Finding, Results, Row
+from lockprobe.statistics.why import Why
+from lockprobe.statistics.why_arms import PLANNED
+from lockprobe.trial.record import Trial
 
 __all__ = ["SECTIONS"]
 
@@ -163,7 +163,7 @@ _FIGURE = Figure(
         "Brackets are 95 % Wilson intervals. Below: differences of arms in matched pairs, with 95 % intervals "
         "corrected for the number of agents; only the total effect if it is not detected.",
     ),
-    draw="lockprobe.figures.why:why",
+    draw="lockprobe.report.figures.why:why",
     applies=lambda found: bool(_asked(found)),
 )
 

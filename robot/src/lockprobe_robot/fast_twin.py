@@ -1,0 +1,101 @@
+"""The plant ``fast-twin``: the simulated lockbox pushed by a force instead of an arm, with the same camera."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Final
+
+import mujoco
+import numpy as np
+
+from lockprobe.boxes.box import Configuration, Lockbox
+from lockprobe.trial.record import Fact, Snapshot
+from lockprobe_robot.rendering.camera import PlantCamera
+from lockprobe_robot.scene.mechanism import Mechanism
+from lockprobe_robot.scene.scene import LockboxScene, build_scene
+from lockprobe_robot.twin_settings import SceneSettings
+
+__all__ = ["FastTwin", "SimulatedLockbox"]
+
+_PUSH: Final = 30.0
+"""Force at a handle, newtons."""
+
+
+class SimulatedLockbox:
+    """A compiled scene as a plant (base class); a subclass implements the attempt.
+
+    Args:
+        scene: The scene, with everything that is added to it.
+        settings: Mechanism, looks and camera.
+        noise: Random stream of the depth noise.
+    """
+
+    def __init__(self, scene: LockboxScene, settings: SceneSettings, noise: np.random.Generator) -> None:
+        self._model = scene.spec.compile()
+        self._data = mujoco.MjData(self._model)
+        self._mechanism = Mechanism(self._model, self._data, scene)
+        self._camera = PlantCamera(
+            self._model, self._data, mechanism=self._mechanism, panel=scene.panel, settings=settings, rng=noise
+        )
+
+    @property
+    def facts(self) -> Mapping[str, Fact]:
+        """Engine, settings and renderer (None if no picture was taken)."""
+        return self._camera.facts
+
+    def observe(self) -> Snapshot:
+        """The truth now."""
+        return Snapshot(
+            configuration=self._mechanism.configuration(),
+            look=self._camera.look_now(),
+            render=self._camera.look_as_if(),
+        )
+
+    def attempt(self, joint: int) -> Snapshot:
+        """Attempt a joint, by index in panel order.
+
+        Raises:
+            PlantFault: If a joint stays between its ends, another joint moves, or an arm is blocked.
+        """
+        before = self._mechanism.configuration()
+        self._camera.end_moment()
+        sensed = self._act(joint, before)
+        after = self._mechanism.configuration_after(joint, before)
+        return replace(
+            self.observe(), joint=joint, outcome="moved" if after[joint] != before[joint] else "blocked", sensed=sensed
+        )
+
+    def _act(self, joint: int, before: Configuration) -> Mapping[str, Fact]:
+        """Act on a joint until the box is at rest; what a robot sensed."""
+        raise NotImplementedError
+
+    def close(self) -> None:
+        """Release the renderer."""
+        self._camera.close()
+
+
+class FastTwin(SimulatedLockbox):
+    """A simulated lockbox whose handles are pushed by a force, without an arm.
+
+    Args:
+        box: The box.
+        labels: Labels of the joints, in panel order.
+        settings: Mechanism, looks and camera.
+        rng: For the appearance; the noise of depth draws from a child of it.
+
+    Raises:
+        BadValue: If the box cannot be built.
+        Missing: If a package is missing.
+    """
+
+    def __init__(
+        self, box: Lockbox, *, labels: tuple[str, ...], settings: SceneSettings, rng: np.random.Generator
+    ) -> None:
+        super().__init__(build_scene(box, labels=labels, settings=settings, rng=rng), settings, rng.spawn(1)[0])
+        self._mechanism.set_configuration(box.initial)
+        self._mechanism.settle()
+
+    def _act(self, joint: int, before: Configuration) -> Mapping[str, Fact]:
+        self._mechanism.push(joint, _PUSH)
+        return {}

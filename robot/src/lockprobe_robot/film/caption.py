@@ -1,0 +1,120 @@
+"""Captions under a film's pictures: the attempt, truth and report, and the agent's claim."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.trial.record import Trial
+
+if TYPE_CHECKING:
+    from PIL.ImageDraw import ImageDraw
+    from PIL.ImageFont import FreeTypeFont, ImageFont
+
+__all__ = ["WIDTH", "CaptionLine", "captioned", "opening_lines", "outcome_lines", "step_lines"]
+
+WIDTH = 480
+"""Width of a film, pixels."""
+
+HEIGHT = 72
+_PAPER, _INK, _FALSE = (250, 248, 242), (30, 30, 30), (190, 30, 30)
+_TEXT = 15
+_LINE = 22
+
+
+@dataclass(frozen=True, slots=True)
+class CaptionLine:
+    """A line of the caption.
+
+    Attributes:
+        text: The text.
+        alarming: Whether it states something false, which is shown in red.
+    """
+
+    text: str
+    alarming: bool = False
+
+
+def opening_lines(trial: Trial) -> tuple[CaptionLine, ...]:
+    """The first caption: agent, box, condition, target and budget."""
+    target = trial.labels[trial.joints.index(trial.target)]
+    return (
+        CaptionLine(
+            f"{trial.called or trial.agent} on {trial.box}, {trial.modality}, trial {trial.repetition}.{trial.trial}"
+        ),
+        CaptionLine(f"Target: {target} ({trial.target}); {trial.budget} steps"),
+    )
+
+
+def step_lines(trial: Trial, at: int) -> tuple[CaptionLine, ...]:
+    """The caption before a step (from 0): the attempt."""
+    step = trial.steps[at]
+    label = trial.labels[trial.joints.index(step.joint)]
+    return (CaptionLine(f"Step {at + 1} of {trial.budget}: {label} ({step.joint})"),)
+
+
+def outcome_lines(trial: Trial, at: int) -> tuple[CaptionLine, ...]:
+    """The caption after a step: attempt, truth, report (pictures: if false), robot's verdict, agent's next claim."""
+    step = trial.steps[at]
+    truth = _word(step.moved)
+    verdict = step.sensed.get("verdict")
+    robot = f", robot says {verdict}" if verdict in ("moved", "blocked", "failed") else ""
+    silent = step.told_moved is None or (step.pictures and not step.told_falsely)
+    told = "" if silent else f", told {_word(bool(step.told_moved))}"
+    false = step.told_falsely or (bool(robot) and verdict != truth)
+    later = trial.steps[at + 1].decision.claimed if at + 1 < len(trial.steps) else None
+    last = "solved" if step.moved and step.joint == trial.target else ""
+    said = f"the agent then says {later}" if later in ("moved", "blocked") else last
+    return (
+        *step_lines(trial, at),
+        CaptionLine(f"truth {truth}{told}{robot}", alarming=false),
+        CaptionLine(said, alarming=later is not None and later != truth),
+    )
+
+
+def captioned(picture: NDArray[np.uint8], lines: Sequence[CaptionLine], corner: str = "") -> NDArray[np.uint8]:
+    """A picture, scaled to the width of a film, with a caption under it.
+
+    Args:
+        picture: Shape (height, width, 3).
+        lines: At most three.
+        corner: Short text at the right of the first line.
+
+    Returns:
+        Shape (even number, WIDTH, 3).
+    """
+    from PIL import Image, ImageDraw
+
+    height = 2 * round(picture.shape[0] * WIDTH / picture.shape[1] / 2)
+    image = Image.fromarray(picture)
+    if image.size != (WIDTH, height):
+        image = image.resize((WIDTH, height), Image.Resampling.LANCZOS)
+    whole = Image.new("RGB", (WIDTH, height + HEIGHT), _PAPER)
+    whole.paste(image)
+    draw = ImageDraw.Draw(whole)
+    for i, line in enumerate(lines):
+        _write(draw, line, height + 4 + i * _LINE)
+    if corner:
+        draw.text((WIDTH - 8, height + 4), corner, _INK, font=_font(), anchor="ra")
+    return np.asarray(whole)
+
+
+def _write(draw: ImageDraw, line: CaptionLine, top: int) -> None:
+    font, text = _font(), line.text
+    while draw.textlength(text, font=font) > WIDTH - 50:
+        text = f"{text[:-4]}..."
+    draw.text((8, top), text, _FALSE if line.alarming else _INK, font=font)
+
+
+def _font() -> FreeTypeFont | ImageFont:
+    from PIL import ImageFont as Fonts
+
+    return Fonts.load_default(_TEXT)
+
+
+def _word(moved: bool) -> str:
+    return "moved" if moved else "blocked"

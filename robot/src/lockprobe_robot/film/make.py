@@ -1,0 +1,41 @@
+"""``lockprobe replay --out``: a film of a trial of a study, played again or of the pictures that its agent saw."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+from lockprobe.studies.settings import read_study
+from lockprobe.trial.record import Trial
+from lockprobe_robot.film.agent_view import film_seen
+from lockprobe_robot.film.replay import STAND_IN, Film, film_trial, plan_of
+
+__all__ = ["make_film"]
+
+
+def make_film(
+    directory: Path, trial: Trial, path: Path, *, seen: bool, speed: int, tell: Callable[[str], None]
+) -> Film:
+    """Film a trial of a study.
+
+    Args:
+        directory: The study's directory.
+        trial: The record.
+        path: The film: ``.gif``, ``.mp4``, or a directory for the pictures.
+        seen: Whether to film the pictures that the agent saw, without simulation.
+        speed: Speed-up of a robot's motion, a factor of 1 to 16.
+        tell: Called with one line after every step that is played again.
+
+    Raises:
+        UserMistake: If the trial cannot be filmed here.
+        TrialFault: If it breaks when it is played again.
+    """
+    if seen:
+        return film_seen(trial, directory / "pictures", path)
+    study = read_study(directory)
+    film = film_trial(trial, plan_of(study, trial), path, speed=speed, tell=tell)
+    if film.plant != STAND_IN or study.plant == STAND_IN:
+        return film
+    why = "The trial was played without physics" if study.plant == "symbolic" else f"{study.plant} has no film"
+    return replace(film, note=f"{why}; the film shows a fast-twin of the same box.")

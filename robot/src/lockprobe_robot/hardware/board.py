@@ -1,0 +1,89 @@
+"""The pose of a real board in front of a robot: from a calibration, or typed by hand."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from lockprobe.boxes.box import Lockbox
+from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.inputs import read_input
+from lockprobe.trial.record import Fact
+from lockprobe_robot.arm.guarded_move import HandlePath
+from lockprobe_robot.calibration.calibration_file import calibration_for
+from lockprobe_robot.calibration.pose import Pose, array_of, is_rigid, rows_of
+from lockprobe_robot.handle_path import handle_path
+from lockprobe_robot.scene.panel import PanelLayout, lay_out_panel
+from lockprobe_robot.scene.tag_layout import board_checksum, place_tags
+
+__all__ = ["Board", "calibrated_board", "typed_board"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Board:
+    """A board whose pose is known.
+
+    Attributes:
+        panel: Its dimensions, and its pose in the frame of the arm's base, metres.
+        facts: How the pose was found, for the record.
+    """
+
+    panel: PanelLayout
+    facts: Mapping[str, Fact] = field(default_factory=dict)
+
+    def path(self, joint: int, position: bool) -> HandlePath:
+        """The path of a handle in the frame of the arm's base.
+
+        Args:
+            joint: By index in panel order.
+            position: The handle's present position; the path leads to the other one.
+        """
+        return handle_path(self.panel, joint, position)
+
+
+def calibrated_board(box: Lockbox, path: Path | str, *, box_file: Path | str | None = None) -> Board:
+    """A board at the pose that ``lockprobe rig calibrate`` found.
+
+    Call it before the robot is connected, so that an unreliable calibration refuses the study before the first motion.
+
+    Args:
+        box: The box that the study plays.
+        path: The calibration.
+        box_file: The TOML file of the box, if it has one.
+
+    Raises:
+        BadFile: If the calibration cannot be read, belongs to another board, is older than the file of the box, or has
+            a hold-out error above 4 mm.
+    """
+    panel = lay_out_panel(box)
+    found = calibration_for(
+        Path(path),
+        board=board_checksum(panel, place_tags(panel)),
+        board_file=None if box_file is None else Path(box_file),
+    )
+    facts: dict[str, Fact] = {
+        "board_pose": "calibrated",
+        "calibration_sha256": hashlib.sha256(read_input(Path(path))).hexdigest(),
+        "calibration_held_out_mm": round(found.errors.held_out_mm, 3),
+    }
+    return Board(panel=replace(panel, pose=array_of(found.board_in_base)), facts=facts)
+
+
+def typed_board(box: Lockbox, pose: Pose) -> Board:
+    """A board at a pose that was measured by hand.
+
+    Args:
+        box: The box.
+        pose: Pose of the board in the frame of the arm's base, shape (4, 4), metres.
+
+    Raises:
+        BadValue: If it is not a rigid pose.
+    """
+    given = np.asarray(pose, dtype=np.float64)
+    if given.shape != (4, 4) or not is_rigid(given):
+        raise BadValue("board", given.tolist(), "four rows of a rigid pose, the last of them 0, 0, 0, 1")
+    return Board(panel=replace(lay_out_panel(box), pose=array_of(rows_of(given))), facts={"board_pose": "typed"})

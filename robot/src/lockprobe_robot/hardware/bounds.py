@@ -1,0 +1,261 @@
+"""Safety bounds around any arm: workspace, speed, force, a watchdog, the operator's consent, a log of commands.
+
+Software bounds catch programming errors. They do not replace the robot's own limits, its emergency stop, or a person
+who watches.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final, TypeVar
+
+import numpy as np
+
+from lockprobe.foundation.errors import BadFile, BadValue, PlantFault
+from lockprobe.plants.operator import Operator
+from lockprobe_robot.arm.protocol import StoppableArm, Vector
+from lockprobe_robot.hardware.driver_call import DriverThread
+
+__all__ = ["Bounded", "Bounds", "CommandLog"]
+
+_T = TypeVar("_T")
+
+_STOP_SECONDS: Final = 2.0
+"""Longest wait for the answer to a stop, seconds."""
+
+_SLACK: Final = 0.02
+"""Distance by which the measured tool may lie outside the workspace, metres: springs give way."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Bounds:
+    """The limits of an arm.
+
+    Attributes:
+        low: Corner of the workspace box with the smallest coordinates, metres in the frame of the arm's base.
+        high: The opposite corner.
+        speed: Highest commanded speed of the tool, metres per second.
+        force: Highest change of the force on the hand relative to free air, newtons.
+        answer: Watchdog: longest duration of a command, and longest gap between commands of one move, seconds.
+        motion: Longest duration of a free motion, seconds.
+
+    Raises:
+        BadValue: If the box is empty, or a limit is not positive.
+    """
+
+    low: tuple[float, float, float]
+    high: tuple[float, float, float]
+    speed: float = 0.3
+    force: float = 40.0
+    answer: float = 0.5
+    motion: float = 30.0
+
+    def __post_init__(self) -> None:
+        if not all(least < most for least, most in zip(self.low, self.high, strict=True)):
+            raise BadValue("workspace", (self.low, self.high), "a box whose high corner is above its low corner")
+        for name in ("speed", "force", "answer", "motion"):
+            if not 0 < (value := getattr(self, name)) < float("inf"):
+                raise BadValue(name, value, "a number above 0")
+
+    def contains(self, point: Vector, slack: float = 0.0) -> bool:
+        """Whether a point, metres, is in the workspace, or outside by at most ``slack`` metres."""
+        return bool((np.asarray(self.low) - slack <= point).all() and (point <= np.asarray(self.high) + slack).all())
+
+
+class CommandLog:
+    """A log of all commands as JSON lines, in memory and, if a path is given, in an append-only file.
+
+    Args:
+        path: The file; None for memory only.
+
+    Raises:
+        BadFile: If the file cannot be written.
+    """
+
+    def __init__(self, path: Path | None = None) -> None:
+        self.last: list[str] = []
+        try:
+            self._file = None if path is None else path.open("a", encoding="utf-8", buffering=1)
+        except OSError as error:
+            raise BadFile(str(path), f"cannot be written ({error.strerror})") from None
+
+    def write(self, command: str, **facts: object) -> None:
+        """Add one command."""
+        line = json.dumps({"t": round(time.time(), 4), "command": command, **facts})
+        self.last = [*self.last[-99:], line]
+        if self._file is not None:
+            self._file.write(line + "\n")
+
+    def close(self) -> None:
+        """Close the file."""
+        if self._file is not None:
+            self._file.close()
+
+
+class Bounded:
+    """A wrapper around an arm that enforces its bounds; itself a ``StoppableArm``.
+
+    After any fault, the arm is told to stop before the error is raised. Before the first motion, and before the first
+    motion after a stop, the operator has to agree.
+
+    Args:
+        arm: The arm.
+        bounds: Its limits.
+        operator: The person who agrees to motions.
+        log: The log of commands.
+        clock: A monotonic clock, seconds; tests pass a fake one.
+    """
+
+    def __init__(
+        self,
+        arm: StoppableArm,
+        bounds: Bounds,
+        operator: Operator,
+        *,
+        log: CommandLog | None = None,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._arm, self._bounds, self._operator, self._clock = arm, bounds, operator, clock
+        self.log = log or CommandLog()
+        self._thread = DriverThread()
+        self._agreed = False
+        self._free: Vector | None = None
+        self._last: float | None = None
+        self.stops = 0
+        self.late = 0
+
+    @property
+    def facts(self) -> Mapping[str, str | float]:
+        """The limits, for the record."""
+        bounds = self._bounds
+        corners = " to ".join("/".join(f"{number:g}" for number in corner) for corner in (bounds.low, bounds.high))
+        return {"workspace": corners, "speed_limit": bounds.speed, "force_limit": bounds.force}
+
+    @property
+    def period(self) -> float:
+        """Duration of one call of :meth:`follow`, seconds."""
+        return self._arm.period
+
+    @property
+    def time(self) -> float:
+        """Seconds since a fixed moment, by the arm's clock."""
+        return self._arm.time
+
+    @property
+    def success_rate(self) -> float | None:
+        """Share of control commands that the robot received in time, [0, 1]; None if the arm does not report it."""
+        rate = self._call("state", lambda: getattr(self._arm, "success_rate", None), self._bounds.answer)
+        return None if rate is None else float(rate)
+
+    def home(self) -> None:
+        """Go to the homing pose; raises as every command."""
+        self._begin("home")
+        self._call("home", self._arm.home, self._bounds.motion)
+
+    def reach(self, position: Vector, axis: Vector) -> None:
+        """Go to a pose in the workspace.
+
+        Raises:
+            PlantFault: If the pose lies outside, the operator does not agree, or the arm fails.
+        """
+        self._begin("reach", position=_plain(position), axis=_plain(axis))
+        self._inside(position, "a pose")
+        self._call("reach", lambda: self._arm.reach(position, axis), self._bounds.motion)
+        self._where()
+
+    def follow(self, position: Vector, velocity: Vector, *, stiffness: float) -> None:
+        """Follow a moving point for one period.
+
+        Raises:
+            PlantFault: If the target, the tool, the speed or the force leaves the bounds, commands of a move come too
+                late (watchdog), or the arm fails.
+        """
+        now = self._clock()
+        gap = 0.0 if self._last is None else now - self._last
+        self._begin("follow", position=_plain(position), velocity=_plain(velocity), stiffness=stiffness)
+        if gap > self._bounds.answer:
+            self._fault(f"no command came for {gap:.2f} s in the middle of a move, at most {self._bounds.answer:g} s")
+        self._inside(position + self.period * velocity, "a target")
+        if (speed := float(np.linalg.norm(velocity))) > self._bounds.speed + 1e-9:
+            self._fault(f"a speed of {speed:.2f} m/s was commanded, at most {self._bounds.speed:g} m/s")
+        self._call("follow", lambda: self._arm.follow(position, velocity, stiffness=stiffness), self._bounds.answer)
+        self._last = self._clock()
+        self.late += self._last - now > 1.5 * self.period
+        self._where()
+        self._felt()
+
+    def position(self) -> Vector:
+        """Position of the tool, metres."""
+        return self._call("position", self._arm.position, self._bounds.answer)
+
+    def force(self) -> Vector:
+        """Mean force on the hand over the last period, newtons."""
+        return self._call("force", self._arm.force, self._bounds.answer)
+
+    def stop(self) -> None:
+        """Stop the arm; the operator then has to agree to the next motion. It raises nothing."""
+        self.log.write("stop")
+        self.stops += 1
+        self._agreed, self._last, self._free = False, None, None
+        try:
+            DriverThread().call("stop", self._arm.stop, _STOP_SECONDS)  # the arm's thread may hang
+        except PlantFault as fault:
+            self.log.write("stop failed", why=str(fault))
+
+    def _begin(self, command: str, **facts: object) -> None:
+        """Log a command, and ask the operator if it is the first motion since a stop."""
+        self.log.write(command, **facts)
+        if command != "follow":
+            self._last, self._free = None, None
+        if self._agreed:
+            return
+        question = "The arm is about to move. Is everybody clear of it, and is the stop button at hand? y/n:"
+        try:
+            agreed = self._operator.ask(question, ("y", "n")) == "y"
+        except PlantFault:
+            self.stop()
+            raise
+        if not agreed:
+            self._fault("the operator did not agree to a motion")
+        self._agreed = True
+
+    def _inside(self, point: Vector, what: str) -> None:
+        if not self._bounds.contains(point):
+            self._fault(f"{what} at {_said(point)} m lies outside the workspace {self.facts['workspace']} m")
+
+    def _where(self) -> None:
+        tool = self.position()
+        if not self._bounds.contains(tool, _SLACK):
+            self._fault(f"the tool is at {_said(tool)} m, outside the workspace {self.facts['workspace']} m")
+
+    def _felt(self) -> None:
+        force = self.force()
+        if not np.isfinite(force).all():
+            self._fault("the force is not a number")
+        if self._free is None:
+            self._free = np.array(force)
+        if (felt := float(np.linalg.norm(force - self._free))) > self._bounds.force:
+            self._fault(f"the hand feels {felt:.1f} N, at most {self._bounds.force:g} N")
+
+    def _call(self, what: str, work: Callable[[], _T], seconds: float) -> _T:
+        try:
+            return self._thread.call(f"the arm, {what}", work, seconds)
+        except (PlantFault, KeyboardInterrupt):
+            self.stop()
+            raise
+
+    def _fault(self, why: str) -> None:
+        self.stop()
+        raise PlantFault(why)
+
+
+def _plain(vector: Vector) -> list[float]:
+    return [round(float(number), 5) for number in vector]
+
+
+def _said(vector: Vector) -> str:
+    return "/".join(f"{number:.3f}" for number in vector)

@@ -1,0 +1,78 @@
+"""Calls into a device's driver with a time-out, which turn every error into a :class:`PlantFault`."""
+
+from __future__ import annotations
+
+import queue
+import threading
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+from lockprobe.foundation.errors import LockprobeError, PlantFault
+
+__all__ = ["DriverThread", "call_driver"]
+
+_T = TypeVar("_T")
+
+
+def call_driver(what: str, work: Callable[[], _T]) -> _T:
+    """Call a driver in this thread.
+
+    Args:
+        what: The device, for the message.
+        work: The call.
+
+    Raises:
+        PlantFault: If it raises anything; Lockprobe's own errors pass unchanged.
+    """
+    try:
+        return work()
+    except LockprobeError:
+        raise
+    except Exception as error:
+        raise PlantFault(f"{what}: {type(error).__name__}: {error}") from error
+
+
+class DriverThread:
+    """A daemon thread that calls one driver, so that a hanging call can be abandoned.
+
+    It never keeps the process alive. After a time-out, every further call is refused.
+    """
+
+    def __init__(self) -> None:
+        self._work: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
+        self._hangs = ""
+        self._thread: threading.Thread | None = None
+
+    def call(self, what: str, work: Callable[[], _T], seconds: float) -> _T:
+        """Call a driver with a time-out.
+
+        Raises:
+            PlantFault: If the call takes longer, raises, or an earlier call still hangs.
+        """
+        if self._hangs:
+            raise PlantFault(f"{what}: an earlier call hangs ({self._hangs})")
+        if self._thread is None:
+            self._thread = threading.Thread(target=self._serve, daemon=True, name="driver")
+            self._thread.start()
+        done: queue.SimpleQueue[tuple[Any, LockprobeError | None]] = queue.SimpleQueue()
+
+        def run() -> None:
+            try:
+                done.put((call_driver(what, work), None))
+            except LockprobeError as error:
+                done.put((None, error))
+
+        self._work.put(run)
+        try:
+            value, error = done.get(timeout=seconds)
+        except queue.Empty:
+            self._hangs = what
+            raise PlantFault(f"{what}: no answer within {seconds:g} s") from None
+        if error is not None:
+            raise error
+        answer: _T = value
+        return answer
+
+    def _serve(self) -> None:
+        while True:
+            self._work.get()()

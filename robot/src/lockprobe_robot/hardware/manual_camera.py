@@ -1,0 +1,125 @@
+"""A camera in front of a box that a person moves: ``manual?camera=FOLDER`` and ``manual?camera=webcam``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from lockprobe.boxes.box import Lockbox
+from lockprobe.foundation.errors import BadValue, PlantFault
+from lockprobe.plants.manual import Manual, Seen
+from lockprobe.plants.operator import TerminalOperator
+from lockprobe.trial.record import Fact
+from lockprobe_robot.hardware.camera import FolderCamera, HardwareCamera, check_shot
+from lockprobe_robot.hardware.driver_call import call_driver
+from lockprobe_robot.hardware.position_reader import (
+    HANDLES_FILE,
+    ImageHandles,
+    Unclear,
+    read_handles,
+    read_positions,
+)
+
+__all__ = ["CameraSight", "ManualSettings", "check_manual", "make_manual"]
+
+WEBCAM = "webcam"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ManualSettings:
+    """The options of ``manual``.
+
+    Attributes:
+        camera: A folder in which pictures are saved, or ``webcam``; empty for a person who types what happened.
+        handles: The file with the places of handles in pictures; by default ``handles.toml``, in the folder or, with
+            a webcam, in the working directory.
+        device: Number of the webcam.
+
+    Raises:
+        BadValue: If an option has no effect in this combination.
+    """
+
+    camera: str = ""
+    handles: str = ""
+    device: int = 0
+
+    def __post_init__(self) -> None:
+        if self.handles and not self.camera:
+            raise BadValue("handles", self.handles, "camera=FOLDER or camera=webcam with it")
+        if not 0 <= self.device <= 63:
+            raise BadValue("device", self.device, "a whole number from 0 to 63")
+
+    @property
+    def handles_file(self) -> Path:
+        """Path of the file with the places of handles."""
+        if self.handles:
+            return Path(self.handles)
+        return Path(HANDLES_FILE) if self.camera == WEBCAM else Path(self.camera) / HANDLES_FILE
+
+    def open_camera(self) -> HardwareCamera:
+        """Open the camera.
+
+        Raises:
+            UserMistake: If it is missing.
+        """
+        if self.camera == WEBCAM:
+            from lockprobe_robot.hardware.webcam import Webcam
+
+            return Webcam(self.device)
+        return FolderCamera(self.camera)
+
+
+class CameraSight:
+    """Reads the positions of joints in the pictures of a camera; a :class:`lockprobe.plants.manual.Sight`.
+
+    Args:
+        camera: The camera.
+        handles: The places of the handles in its pictures.
+    """
+
+    def __init__(self, camera: HardwareCamera, handles: ImageHandles) -> None:
+        self._camera, self._handles = camera, handles
+
+    @property
+    def facts(self) -> Mapping[str, Fact]:
+        """The facts of the camera."""
+        found: Mapping[str, Fact] = getattr(self._camera, "facts", {})
+        return found
+
+    def read(self, names: tuple[str, ...]) -> Seen:
+        """Take a picture and read it.
+
+        Raises:
+            PlantFault: If there is none, or a joint cannot be read.
+        """
+        handles, shot = self._handles, check_shot(call_driver("the camera", self._camera.grab), self._handles.size)
+        try:
+            configuration = read_positions(shot, handles.places, names)
+        except Unclear as unclear:
+            raise PlantFault(str(unclear)) from None
+        return Seen(configuration=configuration, look=lambda: handles.frame(shot))
+
+    def close(self) -> None:
+        """Release the camera, if it has something to release."""
+        release = getattr(self._camera, "close", None)
+        if release is not None:
+            release()
+
+
+def make_manual(settings: ManualSettings, box: Lockbox, labels: tuple[str, ...]) -> Manual:
+    """The plant for one trial, with the terminal as its operator.
+
+    Raises:
+        UserMistake: If there is no camera, or its file of handles does not fit the box.
+    """
+    sight = None
+    if settings.camera:
+        handles = read_handles(settings.handles_file, box)
+        sight = CameraSight(settings.open_camera(), handles)
+    return Manual(box, labels=labels, operator=TerminalOperator(), sight=sight)
+
+
+def check_manual(settings: ManualSettings, box: Lockbox) -> None:
+    """Check the camera and its file of handles before the first trial. Raises as :func:`make_manual`."""
+    make_manual(settings, box, box.names).close()

@@ -1,0 +1,236 @@
+"""Rehearsals: software-in-the-loop tests of a rig without the robot, on three rungs of increasing realism.
+
+* ``scripted``: an arm without a body; the whole program runs in milliseconds.
+* ``twin``: the simulated arm and box in this process.
+* ``wire``: Franka's real client library, over loopback, to a process that simulates the robot with the same arm and
+  box.
+
+On the last two rungs a camera can tell the truth: pictures of the simulation pass through the library of a real depth
+camera. Every rung drives the same :class:`~lockprobe_robot.hardware.rig.Rig`, bounds and guarded move.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+
+import numpy as np
+
+from lockprobe.boxes.box import Configuration, Lockbox, bits
+from lockprobe.foundation.errors import LockprobeError, PlantFault
+from lockprobe.plants.catalogue import FilmHook
+from lockprobe.plants.operator import ConsentingOperator
+from lockprobe.trial.protocols import Plant
+from lockprobe.trial.record import Fact, Snapshot
+from lockprobe_robot.arm.guarded_move import GuardedMove
+from lockprobe_robot.hardware.bounds import Bounded, Bounds
+from lockprobe_robot.hardware.camera import Shot
+from lockprobe_robot.hardware.position_reader import ImageHandles
+from lockprobe_robot.hardware.realsense import PlayedRealSense
+from lockprobe_robot.hardware.rig import Eye, Rig
+from lockprobe_robot.hardware.rungs import Parts, parts_of
+from lockprobe_robot.rehearsal_settings import RehearsalRung, RehearsalSettings
+
+__all__ = ["BOUNDS", "Rehearsal", "RehearsedAttempt", "played_eye", "rehearse", "rehearse_rig"]
+
+BOUNDS = Bounds(low=(0.0, -0.6, 0.02), high=(0.85, 0.6, 0.9), answer=2.0)
+"""The workspace of rehearsals. A busy machine may need two seconds for an answer; a robot may not."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RehearsedAttempt:
+    """One rehearsed attempt.
+
+    Attributes:
+        state: The configuration before, a bit string in panel order.
+        joint: Name of the joint.
+        free: Whether the rules let it move.
+        verdict: The robot's verdict; empty if a fault ended the attempt.
+        true: Whether the configuration afterwards follows the rules.
+        peak_force: Newtons.
+        fault: The fault that ended the attempt; empty without a fault.
+    """
+
+    state: str
+    joint: str
+    free: bool
+    verdict: str = ""
+    true: bool = False
+    peak_force: float = math.nan
+    fault: str = ""
+
+    @property
+    def right(self) -> bool:
+        """Whether the verdict and the configuration agree with the rules."""
+        return self.true and self.verdict == ("moved" if self.free else "blocked")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rehearsal:
+    """The result of a rehearsal.
+
+    Attributes:
+        rung: How real it was.
+        box: Name of the box.
+        attempts: All attempts, in order.
+        commands_late: Commands of a move that took longer than 1.5 periods of wall time.
+        figures: Timing of a simulated robot: number of ``ticks`` of 1 ms, and of ``late`` ones; else empty.
+        facts: Facts about the parts, for the record.
+    """
+
+    rung: RehearsalRung
+    box: str
+    attempts: tuple[RehearsedAttempt, ...]
+    commands_late: int
+    figures: Mapping[str, int]
+    facts: Mapping[str, Fact]
+
+    @property
+    def right(self) -> int:
+        """Number of attempts whose verdict and configuration agree with the rules."""
+        return sum(one.right for one in self.attempts)
+
+
+def rehearse_rig(
+    settings: RehearsalSettings,
+    box: Lockbox,
+    labels: tuple[str, ...],
+    rng: np.random.Generator,
+    film: FilmHook | None = None,
+) -> Plant:
+    """A rig on a rung, as a plant: ``--plant 'rig?rung=wire'``. No operator has to agree: nothing real moves.
+
+    Raises:
+        UserMistake: If the rung is not available here.
+        PlantFault: If a process does not start.
+    """
+    parts, operator = parts_of(settings.rung, box, labels, rng, film), ConsentingOperator()
+    try:
+        eye = played_eye(parts) if settings.truth == "camera" else None
+    except LockprobeError:
+        parts.close()
+        raise
+    rig = Rig(
+        box,
+        labels=labels,
+        arm=Bounded(parts.arm, BOUNDS, operator),
+        path=parts.path,
+        operator=operator,
+        eye=eye,
+        truth=settings.truth,
+        rung=settings.rung,
+        facts=parts.facts,
+        state=parts.state if eye is None else None,
+        release=parts.close,
+    )
+    return rig if film is None else _FilmedRig(rig, parts.roll)
+
+
+def played_eye(parts: Parts) -> Eye:
+    """A camera whose pictures of the simulation come through the library of a real one.
+
+    Raises:
+        Missing: If the library, or a renderer, is not there.
+    """
+    look = parts.look
+    assert look is not None
+    first = look()
+
+    def take() -> Shot:
+        frame = look()
+        return Shot(rgb=frame.rgb, depth=frame.depth)
+
+    columns_rows = first.camera.project(first.handles)[..., :2]
+    places = tuple(tuple((float(column), float(row)) for column, row in joint) for joint in columns_rows)
+    size = (first.camera.width, first.camera.height)
+    camera = PlayedRealSense(take, width=size[0], height=size[1])
+    return Eye(camera=camera, handles=ImageHandles(size=size, places=places))  # type: ignore[arg-type] # pairs
+
+
+class _FilmedRig:
+    """A rig that is filmed: after every attempt the film sees how it went."""
+
+    def __init__(self, rig: Rig, roll: Callable[[], None]) -> None:
+        self._rig, self._roll = rig, roll
+        self.observe, self.close = rig.observe, rig.close
+
+    @property
+    def facts(self) -> Mapping[str, Fact]:
+        return self._rig.facts
+
+    def attempt(self, joint: int) -> Snapshot:
+        try:
+            return self._rig.attempt(joint)
+        finally:
+            with suppress(PlantFault):  # the fault of the attempt is the one to tell
+                self._roll()
+
+
+def rehearse(
+    rung: RehearsalRung,
+    box: Lockbox,
+    *,
+    attempts: int,
+    seed: int = 1,
+    tell: Callable[[RehearsedAttempt], None] = lambda attempted: None,
+) -> Rehearsal:
+    """Attempt random joints from random configurations, and compare every verdict with the rules.
+
+    After a fault the arm is told to stop, and new parts take over.
+
+    Args:
+        rung: How real it is.
+        box: The box.
+        attempts: How many attempts.
+        seed: Of configurations and joints. All rungs make the same attempts.
+        tell: Called after every attempt.
+
+    Raises:
+        UserMistake: If the rung is not available here.
+        PlantFault: If a process does not start.
+    """
+    luck, labels = np.random.default_rng(seed), tuple("ABCDEFGH"[: len(box.joints)])
+    looks = luck.spawn(1)[0]
+    made: list[RehearsedAttempt] = []
+    late, figures, facts = 0, Counter[str](), dict[str, Fact]()
+    while len(made) < attempts:
+        parts = parts_of(rung, box, labels, looks)
+        arm = Bounded(parts.arm, BOUNDS, ConsentingOperator())
+        try:
+            arm.home()
+            while len(made) < attempts:
+                before = tuple(bool(at) for at in luck.integers(2, size=len(box.joints)))
+                made.append(_rehearsed_attempt(parts, arm, box, before, int(luck.integers(len(box.joints)))))
+                tell(made[-1])
+                if made[-1].fault:
+                    break  # the hand may hold a handle: begin again with new parts
+            figures.update(parts.figures())
+        finally:
+            arm.stop()
+            parts.close()
+            late, facts = late + arm.late, dict(parts.facts)
+    return Rehearsal(
+        rung=rung, box=box.name, attempts=tuple(made), commands_late=late, figures=dict(figures), facts=facts
+    )
+
+
+def _rehearsed_attempt(parts: Parts, arm: Bounded, box: Lockbox, before: Configuration, joint: int) -> RehearsedAttempt:
+    after, free = box.attempt(before, joint)
+    made = RehearsedAttempt(state=bits(before), joint=box.names[joint], free=free)
+    try:
+        parts.put(before)
+        touch = GuardedMove().attempt(arm, parts.path(joint, before[joint]))
+        return RehearsedAttempt(
+            state=made.state,
+            joint=made.joint,
+            free=free,
+            verdict=touch.verdict,
+            true=parts.state() == after,
+            peak_force=touch.peak_force,
+        )
+    except PlantFault as fault:
+        arm.stop()
+        return RehearsedAttempt(state=made.state, joint=made.joint, free=free, fault=str(fault))

@@ -1,0 +1,101 @@
+"""A scripted arm without a body, for rehearsals and tests: it tracks targets exactly, and a symbolic box resists it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from lockprobe.boxes.box import Configuration, Lockbox
+from lockprobe_robot.arm.guarded_move import HandlePath
+from lockprobe_robot.arm.protocol import Vector
+
+__all__ = ["ScriptedArm"]
+
+_GRIP = 0.012
+"""Distance from a handle within which the hand holds it, metres."""
+
+_GIVE = 0.15
+"""Share of its way that a locked handle gives way."""
+
+_HELD, _LOOSE = 25.0, 3.0
+"""Newtons against the drag of a locked and of a free handle."""
+
+_WEIGHT = np.array([0.0, 0.0, -6.0])
+
+
+class ScriptedArm:
+    """A kinematic arm in front of a symbolic box.
+
+    Args:
+        box: The box, in its initial configuration.
+        path: Function from joint (index in panel order) and present position to the handle's path.
+    """
+
+    period = 0.02
+
+    def __init__(self, box: Lockbox, path: Callable[[int, bool], HandlePath]) -> None:
+        self._box = box
+        self._paths = [(path(joint, False), path(joint, True)) for joint in range(len(box.joints))]
+        self.configuration: Configuration = box.initial
+        self._at, self._time = np.zeros(3), 0.0
+        self._held: tuple[int, HandlePath, bool] | None = None
+        self._felt = np.zeros(3)
+        self.stops = 0
+
+    @property
+    def time(self) -> float:
+        """Seconds that its commands take."""
+        return self._time
+
+    def home(self) -> None:
+        """Jump to the homing pose, holding nothing."""
+        self._held, self._time = None, self._time + 1.0
+
+    def reach(self, position: Vector, axis: Vector) -> None:
+        """Jump to a pose, holding nothing."""
+        self._held, self._at, self._time = None, np.array(position), self._time + 1.0
+
+    def follow(self, position: Vector, velocity: Vector, *, stiffness: float) -> None:
+        """Move to the target at the end of the period, as far as the held handle allows."""
+        point = np.asarray(position + self.period * velocity)
+        self._time += self.period
+        self._felt = np.zeros(3)
+        if self._held is None:
+            self._held = self._gripped(point)
+        self._at = point
+        if self._held is None:
+            return
+        joint, path, free = self._held
+        travelled = path.travelled(point)
+        stuck = not free and travelled > _GIVE * path.length
+        along, direction = path.at(_GIVE * path.length if stuck else travelled)
+        if float((along - point) @ path.axis) > _GRIP:
+            self._held = None  # it rose from the handle
+            return
+        self._felt = -(_HELD if stuck else _LOOSE) * direction if travelled > 0 else np.zeros(3)
+        if stuck:
+            self._at = np.asarray(along)
+        elif free and travelled > 0.5 * path.length and self.configuration[joint] == self._before[joint]:
+            self.configuration = self._box.attempt(self.configuration, joint)[0]
+
+    def position(self) -> Vector:
+        """Position of the tool, metres."""
+        return self._at.copy()
+
+    def force(self) -> Vector:
+        """Force on the hand over the last period, newtons."""
+        return np.asarray(_WEIGHT + self._felt)
+
+    def stop(self) -> None:
+        """Do nothing: the arm moves only during commands."""
+        self.stops += 1
+
+    def _gripped(self, point: Vector) -> tuple[int, HandlePath, bool] | None:
+        """The joint whose handle is in the hand, its path, and whether it may move."""
+        for joint, position in enumerate(self.configuration):
+            path = self._paths[joint][position]
+            if np.linalg.norm(path.points[0] - point) < _GRIP:
+                self._before = self.configuration
+                return joint, path, self._box.may_move(self.configuration, joint)
+        return None

@@ -1,0 +1,136 @@
+"""The plants of this distribution, each a function of its spec. Engines are imported when a plant is made."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from lockprobe.boxes.box import Lockbox
+from lockprobe.foundation.spec import Spec, with_options
+from lockprobe.plants.catalogue import FilmHook, Make, PlantSource
+from lockprobe.trial.protocols import Plant
+from lockprobe_robot.simulation import require_mujoco
+from lockprobe_robot.twin_settings import CameraSettings, SceneSettings, TwinSettings, UserModelSettings
+
+__all__ = ["fast_twin", "manual", "rig", "twin"]
+
+
+def fast_twin(spec: Spec) -> PlantSource:
+    """The mechanism, pushed without an arm, and a camera.
+
+    Options: mechanism, tilt, looks, friction, renderer, width, height, depth_noise.
+    """
+    settings = with_options(SceneSettings, "fast-twin", spec.options)
+
+    def make(box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator) -> Plant:
+        from lockprobe_robot.fast_twin import FastTwin
+
+        return FastTwin(box, labels=labels, settings=settings, rng=rng)
+
+    return replace(_pictured(spec, settings, make), lays_out=True)
+
+
+def twin(spec: Spec) -> PlantSource:
+    """The same with a robot arm, a soft hand and a force sensor.
+
+    Options: mechanism, tilt, looks, friction, renderer, width, height, depth_noise, pose_error, force_noise,
+    finger_stiffness. A user's own model of the box, without an arm: model, root, digest, force, torque, renderer,
+    width, height, depth_noise.
+    """
+    if "model" in spec.options:
+        return _of_a_user(spec)
+    settings = with_options(TwinSettings, "twin", spec.options)
+
+    def make(box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator, film: FilmHook | None = None) -> Plant:
+        from lockprobe_robot.twin import Twin
+
+        return Twin(box, labels=labels, settings=settings, rng=rng, film=film)
+
+    return replace(_pictured(spec, settings, make), lays_out=True, make_filmed=make)
+
+
+def _pictured(spec: Spec, settings: CameraSettings, make: Make) -> PlantSource:
+    """A simulated plant, which this machine has to be able to simulate and to draw, with a box that can be built."""
+
+    def check(box: Lockbox) -> None:
+        _check_renderer(settings)
+        make(box, box.names, np.random.default_rng(0)).close()
+
+    def renderer() -> str:
+        from lockprobe_robot.rendering.choose_renderer import chosen_renderer
+
+        return chosen_renderer(settings.renderer)
+
+    size = (settings.width, settings.height)
+    return PlantSource(spec=str(spec), make=make, check=check, picture_size=size, renderer=renderer)
+
+
+def _check_renderer(settings: CameraSettings) -> None:
+    require_mujoco()
+    from lockprobe_robot.rendering.choose_renderer import decide
+
+    decide(settings.renderer)
+
+
+def _of_a_user(spec: Spec) -> PlantSource:
+    """The plant of a user's model. Its spec includes the digest of the files, to detect a changed model."""
+    settings = with_options(UserModelSettings, "twin?model", spec.options)
+    if not settings.digest:
+        from lockprobe_robot.user_model.mjcf_file import read_model
+
+        return _of_a_user(spec.appending("digest", read_model(Path(settings.model), settings.folder).digest))
+
+    def make(box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator) -> Plant:
+        from lockprobe_robot.user_model.user_model import UserModel
+
+        return UserModel(box, labels=labels, settings=settings, rng=rng)
+
+    def check(box: Lockbox) -> None:
+        _check_renderer(settings)
+        from lockprobe_robot.user_model.user_model import check_model
+
+        check_model(box, settings)
+
+    return replace(_pictured(spec, settings, make), check=check)
+
+
+def manual(spec: Spec) -> PlantSource:
+    """A real box whose joints a person moves; a camera tells the truth. Options: camera, handles, device."""
+    from lockprobe_robot.hardware.manual_camera import ManualSettings, check_manual, make_manual
+
+    settings = with_options(ManualSettings, "manual", spec.options)
+    return PlantSource(
+        spec=str(spec),
+        make=lambda box, labels, rng: make_manual(settings, box, labels),
+        check=partial(check_manual, settings),
+        photographs=bool(settings.camera),
+        painted_labels=bool(settings.camera),
+        is_attended=lambda: True,
+    )
+
+
+def rig(spec: Spec) -> PlantSource:
+    """The adapter of a real arm, in rehearsal.
+
+    Options: rung (scripted, twin, wire), truth (simulation, camera).
+    """
+    from lockprobe_robot.rehearsal_settings import RehearsalSettings
+
+    settings = with_options(RehearsalSettings, "rig", spec.options)
+
+    def make(box: Lockbox, labels: tuple[str, ...], rng: np.random.Generator, film: FilmHook | None = None) -> Plant:
+        from lockprobe_robot.hardware.rehearsal import rehearse_rig
+
+        return rehearse_rig(settings, box, labels, rng, film)
+
+    return PlantSource(
+        spec=str(spec),
+        make=make,
+        make_filmed=None if settings.rung == "scripted" else make,
+        check=lambda box: make(box, box.names, np.random.default_rng(0)).close(),
+        photographs=settings.truth == "camera",
+        is_attended=lambda: settings.rung == "wire",  # one at a time: it keeps time as a robot does
+    )

@@ -1,0 +1,177 @@
+"""The interlock as gates that must all be open, and the geometry of each gate's pin and blocks.
+
+A joint moves if any of its clauses holds entirely. In conjunctive normal form this is a set of gates that must all be
+open; any of its literals opens a gate. Each gate has a separate hidden layer:
+
+* a *block* is fixed to the joint and travels with it;
+* a *pin* on a hidden bolt stands in the block's way and retracts at right angles to it. If a gate has one literal, its
+  bolt is geared to the other joint. If it has several, its bolt is sprung, and any of its *lifters* lifts it; each
+  lifter is geared to one joint.
+
+The block is shorter than the joint's travel by the width of the pin. The pin is before the block at one end of the
+travel and behind it at the other, so it can return at both ends and never in between: the configuration space of joint
+and gate has the shape of an H. The contact faces are parallel to the bolt's motion, so no force on the joint can push
+the pin out.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+from lockprobe.boxes.box import Lockbox
+from lockprobe.foundation.errors import BadValue
+from lockprobe_robot.scene.mounted_joint import MountedJoint
+
+__all__ = ["MAX_GATES", "PIN_RADIUS", "STROKE", "Gate", "GateBlock", "GateLiteral", "blocks_of", "gates_of", "pin_of"]
+
+MAX_GATES = 40
+"""Most gates of one box; each takes a layer behind the board."""
+
+PIN_RADIUS = 0.003
+
+_PLAY = 0.001
+"""Gap between pin and block while a locked joint rests, metres."""
+
+_BLOCK_HALF_WIDTH = 0.008
+"""Half the width of a block across the joint's travel, metres."""
+
+STROKE = _BLOCK_HALF_WIDTH + PIN_RADIUS + 0.003
+"""Stroke of a bolt from locking to retracted, metres."""
+
+_RING = 0.04
+"""Distance of a lever's pins from its pivot, metres."""
+
+_WALL = 0.008
+_FILLERS = 2
+
+GateLiteral = tuple[int, bool]
+"""A joint by index in panel order, and the position that it must have."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Gate:
+    """A gate: it locks a joint unless one of its literals holds.
+
+    Attributes:
+        joint: The joint that it locks, by index in panel order.
+        literals: The conditions, any of which opens the gate, in panel order.
+    """
+
+    joint: int
+    literals: tuple[GateLiteral, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GateBlock:
+    """A block: a box fixed to a joint, given in its pose at the joint's position 0.
+
+    Attributes:
+        middle: Centre in the frame of the panel, metres.
+        angle: Angle of its long side from the panel's x axis, radians.
+        half: Half of its side lengths, metres.
+    """
+
+    middle: tuple[float, float]
+    angle: float
+    half: tuple[float, float]
+
+
+def gates_of(box: Lockbox) -> tuple[Gate, ...]:
+    """The minimal set of gates (conjunctive normal form) that is equivalent to a box's interlock.
+
+    Raises:
+        BadValue: If a joint never moves, or there would be more than ``MAX_GATES``.
+    """
+    index = {name: i for i, name in enumerate(box.names)}
+    gates: list[Gate] = []
+    for joint, name in enumerate(box.names):
+        clauses = box.interlock.get(name, ({},))
+        if not clauses:
+            raise BadValue(f"interlock of {name}", list(clauses), "a clause: without one the joint never moves")
+        wanted: set[frozenset[GateLiteral]] = {frozenset()}
+        for clause in clauses:
+            literals = [(index[other], position) for other, position in clause.items()]
+            wanted = _necessary(known | {literal} for known in wanted for literal in literals)
+            _refuse_above(box, len(wanted) - 1)
+        gates += [Gate(joint=joint, literals=found) for found in sorted(tuple(sorted(gate)) for gate in wanted)]
+        _refuse_above(box, len(gates))
+    return tuple(gates)
+
+
+def _refuse_above(box: Lockbox, gates: int) -> None:
+    if gates > MAX_GATES:
+        raise BadValue(f"interlock of {box.name}", f"{gates} gates or more", f"one of at most {MAX_GATES} gates")
+
+
+def _necessary(gates: Iterable[frozenset[GateLiteral]]) -> set[frozenset[GateLiteral]]:
+    """The gates without those that are always open, and without those that are open whenever another gate is."""
+    possible = {gate for gate in gates if not any((joint, not position) in gate for joint, position in gate)}
+    kept: set[frozenset[GateLiteral]] = set()
+    for gate in sorted(possible, key=len):
+        if not any(other <= gate for other in kept):
+            kept.add(gate)
+    return kept
+
+
+def pin_of(mounted: MountedJoint) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Locked position of a gate's pin, and its direction of retraction, in the panel's frame.
+
+    Returns:
+        Position in metres; direction of length 1, at right angles to the joint's motion there.
+    """
+    if mounted.kind == "prismatic":
+        middle = mounted.knob(0.5)
+        out = mounted.direction + math.pi / 2
+        return (float(middle[0]), float(middle[1])), (math.cos(out), math.sin(out))
+    out = mounted.direction
+    x, y = math.cos(out), math.sin(out)
+    return (mounted.origin[0] + _RING * x, mounted.origin[1] + _RING * y), (x, y)
+
+
+def blocks_of(mounted: MountedJoint) -> tuple[GateBlock, ...]:
+    """The blocks of a gate: before the pin at position 0, past it at position 1."""
+    return tuple(_straight(mounted) if mounted.kind == "prismatic" else _sector(mounted))
+
+
+def _straight(mounted: MountedJoint) -> Iterator[GateBlock]:
+    (x, y), _ = pin_of(mounted)
+    back = mounted.travel / 2
+    along = (math.cos(mounted.direction), math.sin(mounted.direction))
+    yield GateBlock(
+        middle=(x - back * along[0], y - back * along[1]),
+        angle=mounted.direction,
+        half=(back - PIN_RADIUS - _PLAY, _BLOCK_HALF_WIDTH),
+    )
+
+
+def _sector(mounted: MountedJoint) -> Iterator[GateBlock]:
+    """Walls at both ends and fillers between them.
+
+    A wall's face is parallel to the pin's motion when they touch, so it lies next to the ray through the pin.
+    """
+    play = _PLAY / _RING
+    first, last = mounted.direction - play, mounted.direction - mounted.travel + play
+    for ray, side in ((first, -1), (last, 1)):
+        yield _beside(mounted, ray, side * (PIN_RADIUS + _WALL / 2), (_BLOCK_HALF_WIDTH, _WALL / 2))
+    inset = (PIN_RADIUS + _WALL) / _RING
+    low, high = last + inset, first - inset
+    step = (high - low) / _FILLERS
+    half = 0.5 * step * _RING
+    for number in range(_FILLERS):
+        ray = low + (number + 0.5) * step
+        yield _beside(mounted, ray, 0.0, (_BLOCK_HALF_WIDTH - 0.001, half))
+
+
+def _beside(mounted: MountedJoint, ray: float, offset: float, half: tuple[float, float]) -> GateBlock:
+    """A box on the ring of pins, its first side along a ray from the pivot, moved sideways (anticlockwise) from it."""
+    along, across = (math.cos(ray), math.sin(ray)), (-math.sin(ray), math.cos(ray))
+    return GateBlock(
+        middle=(
+            mounted.origin[0] + _RING * along[0] + offset * across[0],
+            mounted.origin[1] + _RING * along[1] + offset * across[1],
+        ),
+        angle=ray,
+        half=half,
+    )

@@ -1,0 +1,317 @@
+"""The layout of the panel: board size, direction of each joint, positions of labels, and the panel's pose.
+
+The box gives the places of its joints. A search finds the direction of every slider and lever so that a hand can grip
+each handle in every configuration, no parts collide, and every label is readable.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.boxes.box import Joint, Lockbox
+from lockprobe.foundation.errors import BadValue
+from lockprobe_robot.scene.mounted_joint import BAR, KNOB_RADIUS, KNOB_TOP, WAY_RADIUS, MountedJoint, mounting_choices
+
+__all__ = ["CAMERA_DISTANCE", "PanelLayout", "camera_angle", "covered_area", "lay_out_panel", "panel_pose"]
+
+_CLEARANCE = 0.074
+"""Least distance between the middles of two handles in any configuration, metres: a hand fits between them."""
+
+_ROOM = 0.042
+"""Least distance between the areas that the parts of two joints cover, metres."""
+
+_MARGIN = 0.034
+"""Least distance between such an area and the board's edge, metres."""
+
+_SIZES = tuple((width, height) for height in (0.28, 0.34, 0.40) for width in (0.36, 0.44, 0.56, 0.68, 0.80, 0.88))
+_SPACING = 0.135
+"""Preferred distance between joints, metres."""
+
+_NEAREST = 0.05
+"""Boards on which two joints would be nearer than this are not tried, metres."""
+
+_LETTERS, _ASPECT = (0.068, 0.06, 0.052), 1.33
+"""Heights of letters to try, as a share of the board's width, or of its height times the aspect of a picture."""
+
+_OWN = 1.3
+"""Least ratio of a label's distance to any other joint and to the joint that it names."""
+
+_PATIENCE = 4000
+_NEAR, _FAR = 0.30, 0.72
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class PanelLayout:
+    """A board with the positions of joints and labels.
+
+    Attributes:
+        size: Width and height, metres.
+        tilt: Angle from lying flat, towards the robot, radians.
+        depth: Depth of the case behind the board, metres.
+        mounted_joints: The joints in panel order.
+        labels: Position of each joint's label, shape (joints, 2), metres in the frame of the panel.
+        letter: Height of a label's capital letter, metres.
+        pose: Pose of the panel in the world, shape (4, 4), metres.
+    """
+
+    size: tuple[float, float]
+    tilt: float
+    depth: float
+    mounted_joints: tuple[MountedJoint, ...]
+    labels: NDArray[np.float64]
+    letter: float
+    pose: NDArray[np.float64]
+
+    @property
+    def handles(self) -> NDArray[np.float64]:
+        """Top of each joint's handle at position 0 and at 1, shape (joints, 2, 3), metres in the panel's frame."""
+        return np.array([[[*f.knob(fraction), KNOB_TOP] for fraction in (0.0, 1.0)] for f in self.mounted_joints])
+
+    def in_world(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Transform points from the panel's frame to the world, the same shape, metres."""
+        return np.asarray(points @ self.pose[:3, :3].T + self.pose[:3, 3])
+
+
+def lay_out_panel(box: Lockbox, *, tilt: float = 20.0, depth: float = 0.06) -> PanelLayout:
+    """Lay out a panel for a box. Equal places, kinds, tilt and depth give an equal layout.
+
+    Args:
+        box: The layout uses the kinds and places of its joints.
+        tilt: Degrees from lying flat.
+        depth: Depth of the case, metres.
+
+    Raises:
+        BadValue: If no board within reach has room for the joints, because they are too close together.
+    """
+    size, mounted_joints, labels, letter = _laid_out(box.joints, round(camera_angle(math.radians(tilt)), 3))
+    panel = PanelLayout(
+        size=size,
+        tilt=math.radians(tilt),
+        depth=depth,
+        mounted_joints=mounted_joints,
+        labels=np.array(labels),
+        letter=letter,
+        pose=panel_pose(size, math.radians(tilt), depth),
+    )
+    tops = panel.in_world(panel.handles.reshape(-1, 3))
+    away = np.hypot(tops[:, 0], tops[:, 1])
+    if away.max() > _FAR or away.min() < _NEAR:
+        raise BadValue(
+            "tilt", tilt, f"one at which the handles of {box.name} are {_NEAR} to {_FAR} m from the robot's base"
+        )
+    return panel
+
+
+@lru_cache(maxsize=64)
+def _laid_out(
+    joints: tuple[Joint, ...], angle: float
+) -> tuple[tuple[float, float], tuple[MountedJoint, ...], tuple[tuple[float, float], ...], float]:
+    """Size of the board, mounted joints, positions of labels, height of a letter."""
+    places = np.array([joint.place for joint in joints])
+
+    def regret(size: tuple[float, float]) -> float:
+        near = _apart(places * size)
+        return 20 * max(0.0, _SPACING - near) + size[0] * size[1]
+
+    for size in sorted((size for size in _SIZES if _apart(places * size) > _NEAREST), key=regret):
+        where = [tuple((place - 0.5) * size) for place in places]
+        choices = [
+            [f for f in mounting_choices(joint.kind, (float(x), float(y))) if _inside(f, size)]
+            for joint, (x, y) in zip(joints, where, strict=True)
+        ]
+        mounted_joints = _compatible(choices)
+        if mounted_joints is None:
+            continue
+        for share in _LETTERS:
+            letter = share * max(size[0], _ASPECT * size[1])
+            labels = _labelled(mounted_joints, size, letter, angle)
+            if labels is not None:
+                return size, mounted_joints, labels, letter
+    widest = max(_SIZES)
+    raise BadValue(
+        "places of the joints",
+        [joint.place for joint in joints],
+        f"places so far apart that a hand goes between any two handles ({_CLEARANCE * 1000:.0f} mm from middle to "
+        f"middle in every configuration) on a board of at most {widest[0]} by {widest[1]} m",
+    )
+
+
+def _apart(places: NDArray[np.float64]) -> float:
+    between = np.hypot(*(places[:, None] - places[None]).transpose(2, 0, 1))
+    return float(between[~np.eye(len(places), dtype=bool)].min())
+
+
+def _inside(mounted: MountedJoint, size: tuple[float, float]) -> bool:
+    return bool((np.abs(mounted.room()) <= np.array(size) / 2 - _MARGIN).all())
+
+
+def _nearest(first: NDArray[np.float64], second: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Least distance between each pair of point clouds, shapes (a, points, 2), (b, points, 2) -> (a, b)."""
+    flat, other = first.reshape(-1, 2), second.reshape(-1, 2)
+    squared = (flat**2).sum(1)[:, None] + (other**2).sum(1) - 2 * flat @ other.T
+    least = squared.reshape(len(first), first.shape[1], len(second), -1).min((1, 3))
+    distances: NDArray[np.float64] = np.sqrt(np.maximum(least, 0))
+    return distances
+
+
+def _compatible(choices: Sequence[Sequence[MountedJoint]]) -> tuple[MountedJoint, ...] | None:
+    """A mounting for each joint without collisions, or None; by depth-first search, preferred mountings first."""
+    count = len(choices)
+    if not all(choices):
+        return None
+    paths = [np.array([f.path() for f in options]) for options in choices]
+    rooms = [np.array([f.room() for f in options]) for options in choices]
+    fits = {
+        (i, j): (_nearest(paths[i], paths[j]) >= _CLEARANCE) & (_nearest(rooms[i], rooms[j]) >= _ROOM)
+        for i in range(count)
+        for j in range(i)
+    }
+    taken: list[int] = []
+    patience = _PATIENCE
+
+    def fill(i: int) -> bool:
+        nonlocal patience
+        if i == count:
+            return True
+        patience -= 1
+        for option in range(len(choices[i])):
+            if patience > 0 and all(fits[i, j][option, other] for j, other in enumerate(taken)):
+                taken.append(option)
+                if fill(i + 1):
+                    return True
+                taken.pop()
+        return False
+
+    return tuple(options[option] for options, option in zip(choices, taken, strict=True)) if fill(0) else None
+
+
+def _labelled(
+    mounted_joints: Sequence[MountedJoint], size: tuple[float, float], letter: float, angle: float
+) -> tuple[tuple[float, float], ...] | None:
+    """A position for each label: near its joint, and never under or hidden by a part."""
+    covered = [covered_area(f, angle) for f in mounted_joints]
+    rooms = [f.room() for f in mounted_joints]
+    half = np.array(size) / 2 - 0.66 * letter
+    free = 0.6 * letter + 0.002
+    middles = [float(mounted.path()[:, 0].mean()) for mounted in mounted_joints]
+    options: list[list[tuple[float, float]]] = []
+    for i, mounted in enumerate(mounted_joints):
+        scored = []
+        points = _around(mounted, letter)
+        points = points[(np.abs(points) <= half).all(1)]
+        free_of, gaps = (_gaps(points, clouds) for clouds in (covered, rooms))
+        for point, gap in zip(points[free_of.min(0) >= free], gaps[:, free_of.min(0) >= free].T, strict=True):
+            others = min((float(other) for k, other in enumerate(gap) if k != i), default=1.0)
+            if others >= _OWN * gap[i]:
+                aside = abs(float(point[0] - middles[i])) + (0.01 if point[1] < 0 else 0.0)
+                worth = 0.25 * min(others, 0.12) - float(gap[i]) - 0.5 * aside
+                scored.append((-worth, (float(point[0]), float(point[1]))))
+        options.append(_spread([point for _, point in sorted(scored)], 0.25 * letter))
+    taken: list[tuple[float, float]] = []
+    patience = _PATIENCE
+
+    def fill(i: int) -> bool:
+        nonlocal patience
+        if i == len(options):
+            return True
+        for point in options[i]:
+            patience -= 1
+            if patience > 0 and all(math.dist(point, other) > 1.5 * letter for other in taken):
+                taken.append(point)
+                if fill(i + 1):
+                    return True
+                taken.pop()
+        return False
+
+    return tuple(taken) if fill(0) else None
+
+
+def _gaps(points: NDArray[np.float64], clouds: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
+    """Distance of every point from every cloud, shape (clouds, points), metres."""
+    return np.array([_nearest(points[:, None], cloud[None])[:, 0] for cloud in clouds])
+
+
+def _spread(points: Sequence[tuple[float, float]], apart: float) -> list[tuple[float, float]]:
+    """The points without those that are close to an earlier one."""
+    kept: list[tuple[float, float]] = []
+    for point in points:
+        if all(math.dist(point, other) >= apart for other in kept):
+            kept.append(point)
+    return kept
+
+
+def covered_area(mounted: MountedJoint, angle: float) -> NDArray[np.float64]:
+    """Points of the swept area of a joint, and of the area that its handle hides from the camera.
+
+    Args:
+        mounted: The joint.
+        angle: Angle between the panel's normal and the direction to the camera, radians.
+
+    Returns:
+        Shape (points, 2), metres in the frame of the panel.
+    """
+    path = mounted.path()
+    ring = np.array([[math.cos(turn), math.sin(turn)] for turn in np.arange(12) * math.pi / 6])
+    eye, up = CAMERA_DISTANCE * np.array([0, math.sin(angle)]), CAMERA_DISTANCE * math.cos(angle)
+    parts = [mounted.room(), *(path + WAY_RADIUS * point for point in ring)]
+    for height in np.linspace(0, KNOB_TOP, 4)[1:]:
+        hidden = path + (path - eye) * height / (up - height)
+        parts += [hidden + 1.1 * KNOB_RADIUS * point for point in ring]
+    if mounted.kind == "prismatic":
+        along, across = mounted.tangent(0), np.array([-mounted.tangent(0)[1], mounted.tangent(0)[0]])
+        parts += [path + a * BAR[0] * along + b * BAR[1] * across for a in (-1, 1) for b in (-1, 0, 1)]
+    else:
+        parts += [np.array(mounted.origin) + 0.017 * ring]
+    return np.concatenate(parts)
+
+
+def _around(mounted: MountedJoint, letter: float) -> NDArray[np.float64]:
+    """Candidate positions for a joint's label, shape (points, 2)."""
+    room = mounted.room()
+    middle = (room.min(0) + room.max(0)) / 2
+    turns = np.arange(16) * math.pi / 8
+    rings = 0.6 * letter + np.array([0.018, 0.026, 0.034, 0.044, 0.056, 0.07, 0.085])
+    ways = (rings[:, None, None] * np.array([np.cos(turns), np.sin(turns)]).T).reshape(-1, 2)
+    return np.concatenate([centre + ways for centre in (middle, room[0], room[-1], np.array(mounted.origin))])
+
+
+CAMERA_DISTANCE = 0.72
+"""From the middle of the board to the camera, metres."""
+
+_CAMERA_LAG, _CAMERA_LEAN = math.radians(12), math.radians(40)
+
+_HEIGHT, _RAISED = 0.16, 0.63
+"""Height of the middle of a board tilted by 20 degrees or less, and increase for every further radian, metres."""
+
+
+def camera_angle(tilt: float) -> float:
+    """Angle between the panel's normal and the direction to the camera, radians, positive if the camera is above.
+
+    The camera leans towards the robot like the panel, less ``_CAMERA_LAG``, but only as far as an arm at home does not
+    block its view.
+
+    Args:
+        tilt: Radians.
+    """
+    return tilt - min(max(tilt - _CAMERA_LAG, 0.0), _CAMERA_LEAN)
+
+
+def panel_pose(size: tuple[float, float], tilt: float, depth: float) -> NDArray[np.float64]:
+    """Pose of a panel in the world: in front of the robot, its case above the ground. Shape (4, 4), metres.
+
+    A steeper panel stands higher, because the arm cannot bend its hand under a low, steep panel.
+    """
+    sine, cosine = math.sin(tilt), math.cos(tilt)
+    pose = np.eye(4)
+    pose[:3, 0] = (0, -1, 0)
+    pose[:3, 1] = (cosine, 0, sine)
+    pose[:3, 2] = (-sine, 0, cosine)
+    lowest = 0.5 * size[1] * sine + depth * cosine
+    pose[:3, 3] = (0.5, 0, max(_HEIGHT, lowest + 0.03, _HEIGHT + _RAISED * (tilt - math.radians(20))))
+    return pose

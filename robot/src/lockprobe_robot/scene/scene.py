@@ -1,0 +1,341 @@
+"""A lockbox as a MuJoCo model: board, joints, handles, light and cameras."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.boxes.box import Lockbox
+from lockprobe.foundation.errors import BadValue
+from lockprobe_robot.geom_groups import HIDDEN, NOTHING, PANEL
+from lockprobe_robot.scene.appearance import Appearance, Colour, appearance_of
+from lockprobe_robot.scene.board_texture import paint_board, wood
+from lockprobe_robot.scene.bolts import FIRM, FIRM_REFERENCE, add_gates, case_depth
+from lockprobe_robot.scene.gates import Gate, gates_of
+from lockprobe_robot.scene.mounted_joint import (
+    BAR,
+    KNOB_RADIUS,
+    KNOB_TOP,
+    LEVER_HALF_WIDTH,
+    PIVOT_RADIUS,
+    MountedJoint,
+)
+from lockprobe_robot.scene.panel import CAMERA_DISTANCE, PanelLayout, camera_angle, lay_out_panel
+from lockprobe_robot.twin_settings import SceneSettings
+
+__all__ = ["EYE", "TIMESTEP", "LockboxScene", "add_handle", "build_scene"]
+
+TIMESTEP = 0.002
+"""Seconds. With twice this time step, locked joints jam."""
+
+_HOLD = 2.5
+"""Force with which the over-centre spring holds a handle at either end, newtons."""
+
+_FRICTION, _DAMPING, _MASS = 0.6, 15.0, 0.15
+"""At a handle: friction in newtons, damping in newtons per metre and second, apparent mass in kilograms."""
+
+_FACE = 0.002
+_TEXTURE = mujoco.mjtTextureRole.mjTEXROLE_RGB
+_TOUCHED = {"contype": PANEL, "conaffinity": NOTHING}
+_ONLY_SEEN = {"contype": NOTHING, "conaffinity": NOTHING}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class LockboxScene:
+    """An uncompiled scene of a lockbox, to which an arm can still be added.
+
+    Names in the model: bodies ``panel`` and ``part-0``, ``part-1``, ... in panel order; joints ``joint-0``, ...; sites
+    ``knob-0``, ... in the middle of a knob's top; geoms ``knob-0``, ... (the part that a hand touches) and ``board``;
+    the plant's camera ``rgbd`` and the camera for films ``oblique``.
+
+    Attributes:
+        spec: The MuJoCo specification.
+        panel: Positions of joints and labels.
+        gates: How joints lock each other. With ``mechanism="ideal"`` the model has no parts for them.
+        box: The box.
+        appearance: How it looks.
+        ideal: Whether joint ranges have to be switched while the simulation runs.
+    """
+
+    spec: mujoco.MjSpec
+    panel: PanelLayout
+    gates: tuple[Gate, ...]
+    box: Lockbox
+    appearance: Appearance
+    ideal: bool
+
+
+def build_scene(
+    box: Lockbox, *, labels: tuple[str, ...], settings: SceneSettings, rng: np.random.Generator
+) -> LockboxScene:
+    """Build the scene of a box.
+
+    Args:
+        box: The box.
+        labels: Labels of the joints, in panel order.
+        settings: Mechanism, tilt, looks, friction, size of pictures.
+        rng: Random stream of the appearance. The number of draws does not depend on ``looks``.
+
+    Raises:
+        BadValue: If the box cannot be built: its interlock needs too many gates, or its joints have no room.
+        Missing: If Pillow is not installed.
+    """
+    if len(labels) != len(box.joints):
+        raise BadValue("labels", labels, f"one for each of {len(box.joints)} joints")
+    appearance = appearance_of(settings.looks, rng)
+    gates = gates_of(box)
+    panel = lay_out_panel(box, tilt=settings.tilt, depth=case_depth(gates))
+    spec = _empty(settings)
+    body = _add_board(spec, panel, labels, appearance)
+    for number, mounted in enumerate(panel.mounted_joints):
+        _add_joint(body, number, mounted, appearance, settings.friction)
+    if settings.mechanism == "contact":
+        add_gates(spec, body, panel, gates)
+    _add_surroundings(spec, panel, appearance)
+    _add_cameras(spec, panel, appearance, aspect=settings.width / settings.height)
+    ideal = settings.mechanism == "ideal"
+    return LockboxScene(spec=spec, panel=panel, gates=gates, box=box, appearance=appearance, ideal=ideal)
+
+
+def _empty(settings: SceneSettings) -> mujoco.MjSpec:
+    spec = mujoco.MjSpec()
+    spec.modelname = "lockbox"
+    spec.compiler.degree = False
+    spec.option.timestep = TIMESTEP
+    # MuJoCo 4.0.0 uses sparse matrices from 60 degrees of freedom on; with them its solver does not always converge.
+    spec.option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    spec.stat.extent = 1.0
+    spec.stat.center = [0.35, 0, 0.3]
+    spec.visual.map.znear = 0.05
+    spec.visual.map.zfar = 8.0
+    spec.visual.map.shadowclip = 2.5
+    spec.visual.headlight.ambient = [0.32, 0.32, 0.33]
+    spec.visual.headlight.diffuse = [0.22, 0.22, 0.22]
+    spec.visual.headlight.specular = [0.0, 0.0, 0.0]
+    spec.visual.quality.shadowsize = 2048
+    spec.visual.global_.offwidth = max(settings.width, 640)
+    spec.visual.global_.offheight = max(settings.height, 480)
+    return spec
+
+
+def _material(spec: mujoco.MjSpec, name: str, picture: NDArray[np.uint8]) -> str:
+    """A material with a picture on it. The picture's first row is the upper edge of the panel."""
+    rows, columns, _ = picture.shape
+    texture = spec.add_texture(name=name, type=mujoco.mjtTexture.mjTEXTURE_2D, width=columns, height=rows, nchannel=3)
+    texture.data = np.ascontiguousarray(picture).tobytes()
+    material = spec.add_material(name=name, texrepeat=[1, 1], texuniform=False, specular=0.1, shininess=0.2)
+    material.textures[_TEXTURE] = name
+    return name
+
+
+def _add_board(
+    spec: mujoco.MjSpec, panel: PanelLayout, labels: tuple[str, ...], appearance: Appearance
+) -> mujoco.MjsBody:
+    body = spec.worldbody.add_body(name="panel", pos=panel.pose[:3, 3], quat=_quaternion(panel.pose[:3, :3]))
+    width, height = panel.size
+    dark: Colour = (0.82 * appearance.wood[0], 0.82 * appearance.wood[1], 0.82 * appearance.wood[2])
+    for name, front, thick, picture in (
+        ("board", 0.0, _FACE, paint_board(panel, labels, appearance)),
+        ("case", -_FACE, panel.depth - _FACE, wood((128, 512), dark, appearance.grain + 1)),
+    ):
+        body.add_geom(
+            name=name,
+            type=mujoco.mjtGeom.mjGEOM_BOX,
+            size=[width / 2, height / 2, thick / 2],
+            pos=[0, 0, front - thick / 2],
+            material=_material(spec, name, picture),
+            **_TOUCHED,
+        )
+    return body
+
+
+def _add_joint(
+    body: mujoco.MjsBody, number: int, mounted: MountedJoint, appearance: Appearance, friction: float
+) -> None:
+    """A slider or a lever, its over-centre spring, and its handle."""
+    x, y = mounted.origin
+    part = body.add_body(name=f"part-{number}", pos=[x, y, 0])
+    slides = mounted.kind == "prismatic"
+    arm = 1.0 if slides else mounted.reach
+    # The spring pushes away from the middle of the travel: a negative stiffness about it.
+    part.add_joint(
+        name=f"joint-{number}",
+        type=mujoco.mjtJoint.mjJNT_SLIDE if slides else mujoco.mjtJoint.mjJNT_HINGE,
+        axis=[math.cos(mounted.direction), math.sin(mounted.direction), 0] if slides else [0, 0, 1],
+        range=[0, mounted.travel],
+        limited=True,
+        stiffness=[-_HOLD * arm / (mounted.travel / 2), 0, 0],
+        springref=mounted.travel / 2,
+        damping=[_DAMPING * arm**2, 0, 0],
+        frictionloss=_FRICTION * friction * arm,
+        armature=_MASS * arm**2,
+        solref_limit=FIRM_REFERENCE,
+        solimp_limit=FIRM,
+    )
+    knob = mounted.knob(0.0) - np.array(mounted.origin)
+    add_handle(part, number, knob, appearance)
+    half = BAR if slides else (mounted.reach / 2 + 0.006, LEVER_HALF_WIDTH)
+    part.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_BOX,
+        size=[*half, 0.005],
+        pos=[*(knob / 2), 0.007],
+        quat=[math.cos(mounted.direction / 2), 0, 0, math.sin(mounted.direction / 2)],
+        rgba=[*appearance.bar, 1],
+        mass=0.02,
+        **_TOUCHED,
+    )
+    if not slides:
+        _cylinder(part, np.zeros(2), 0.0165, 0.0, 0.013, appearance.bar, mass=0.002)
+        _cylinder(part, np.zeros(2), PIVOT_RADIUS, 0.0, 0.016, (0.2, 0.2, 0.2), mass=0.002)
+
+
+def _add_surroundings(spec: mujoco.MjSpec, panel: PanelLayout, appearance: Appearance) -> None:
+    spec.worldbody.add_geom(
+        name="ground",
+        type=mujoco.mjtGeom.mjGEOM_PLANE,
+        size=[6, 6, 0.1],
+        rgba=[*appearance.floor, 1],
+        **_TOUCHED,
+    )
+    x, y, z = panel.pose[:3, 3] - panel.depth * panel.pose[:3, 2]
+    foot = 0.5 * (z + 0.3 * panel.depth)
+    spec.worldbody.add_geom(
+        name="foot",
+        type=mujoco.mjtGeom.mjGEOM_BOX,
+        size=[0.05, 0.3 * panel.size[0], foot],
+        pos=[x, y, foot],
+        rgba=[0.25, 0.26, 0.28, 1],
+        **_TOUCHED,
+    )
+    across, along = appearance.light
+    lamp = np.array([0.5 + across, along, 1.6])
+    toward = panel.pose[:3, 3] - lamp
+    for name, position, direction, share, shadow in (
+        ("lamp", lamp, toward / np.linalg.norm(toward), 0.54, True),
+        ("sky", np.array([0.9, -0.6, 1.8]), np.array([-0.35, 0.3, -0.9]), 0.10, False),
+    ):
+        spec.worldbody.add_light(
+            name=name,
+            pos=position,
+            dir=direction,
+            type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL,
+            diffuse=[appearance.brightness * share] * 3,
+            specular=[0.15 * appearance.brightness * shadow] * 3,
+            castshadow=shadow,
+        )
+
+
+_BASE = 0.002
+_DARK: Colour = (0.12, 0.12, 0.13)
+
+
+def add_handle(part: mujoco.MjsBody, number: int, middle: NDArray[np.float64], appearance: Appearance) -> None:
+    """Add a handle to a moving part, with a site in the middle of its top.
+
+    Args:
+        part: The moving part.
+        number: Index of the joint in panel order.
+        middle: Middle of the handle in the frame of the part, metres.
+        appearance: Its shape and colour.
+    """
+    x, y = middle
+    part.add_site(name=f"knob-{number}", pos=[x, y, KNOB_TOP], group=HIDDEN)
+    seen = appearance.handle == "round"
+    part.add_geom(
+        name=f"knob-{number}",
+        type=mujoco.mjtGeom.mjGEOM_CYLINDER,
+        size=[KNOB_RADIUS, (KNOB_TOP - _BASE) / 2, 0],
+        pos=[x, y, (KNOB_TOP + _BASE) / 2],
+        rgba=[*appearance.knob, 1],
+        mass=0.03,
+        group=0 if seen else HIDDEN,
+        **_TOUCHED,
+    )
+    if appearance.handle == "capped":
+        _cylinder(part, middle, 0.010, _BASE, 0.032, _DARK)
+        _cylinder(part, middle, KNOB_RADIUS, 0.032, KNOB_TOP, appearance.knob)
+    elif appearance.handle == "ball":
+        _cylinder(part, middle, 0.008, _BASE, KNOB_TOP - KNOB_RADIUS, _DARK)
+        part.add_geom(
+            type=mujoco.mjtGeom.mjGEOM_SPHERE,
+            size=[KNOB_RADIUS, 0, 0],
+            pos=[x, y, KNOB_TOP - KNOB_RADIUS],
+            rgba=[*appearance.knob, 1],
+            mass=0,
+            **_ONLY_SEEN,
+        )
+    elif appearance.handle == "grooved":
+        _cylinder(part, middle, KNOB_RADIUS, _BASE, 0.016, appearance.knob)
+        _cylinder(part, middle, 0.012, 0.016, 0.026, _DARK)
+        _cylinder(part, middle, KNOB_RADIUS, 0.026, KNOB_TOP, appearance.knob)
+
+
+def _cylinder(
+    part: mujoco.MjsBody,
+    middle: NDArray[np.float64],
+    radius: float,
+    low: float,
+    high: float,
+    colour: Colour,
+    mass: float = 0.0,
+) -> None:
+    part.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_CYLINDER,
+        size=[radius, (high - low) / 2, 0],
+        pos=[middle[0], middle[1], (low + high) / 2],
+        rgba=[*colour, 1],
+        mass=mass,
+        **_ONLY_SEEN,
+    )
+
+
+EYE = "rgbd"
+"""Name of the plant's camera."""
+
+_FILM = "oblique"
+
+_MARGIN = 0.08
+"""Margin around the board in pictures of the plant's camera, as a share of their width or height."""
+
+
+def _add_cameras(spec: mujoco.MjSpec, panel: PanelLayout, appearance: Appearance, *, aspect: float) -> None:
+    """Add both cameras.
+
+    The plant's camera, above the board, sees all of it with a margin and never an arm at home; the appearance shifts
+    it. The camera for films looks at board and arm from one side. ``aspect``: width by height of the plant's pictures.
+    """
+    middle = panel.pose[:3, 3]
+    lean = panel.tilt - camera_angle(panel.tilt)
+    away = np.array([-math.sin(lean), 0, math.cos(lean)])
+    axes = np.array([[0, -1, 0], [math.cos(lean), 0, math.sin(lean)], away]).T
+    position = middle + CAMERA_DISTANCE * away
+    width, height = panel.size
+    corners = np.array(
+        [[sx * width / 2, sy * height / 2, z] for sx in (-1, 1) for sy in (-1, 1) for z in (0, KNOB_TOP)]
+    )
+    seen = (panel.in_world(corners) - position) @ axes
+    spread = np.abs(seen[:, :2] / seen[:, 2:]).max(0)
+    half = max(spread[1], spread[0] / aspect) / (1 - 2 * _MARGIN)
+    spec.worldbody.add_camera(
+        name=EYE,
+        pos=position + np.array(appearance.camera),
+        quat=_quaternion(axes),
+        fovy=2 * math.degrees(math.atan(half)),
+    )
+    eye, target = np.array([1.25, 0.80, 1.15]), np.array([0.22, 0.0, 0.28])
+    back = (eye - target) / np.linalg.norm(eye - target)
+    right = np.cross([0, 0, 1], back)
+    right /= np.linalg.norm(right)
+    axes = np.array([right, np.cross(back, right), back]).T
+    spec.worldbody.add_camera(name=_FILM, pos=eye, quat=_quaternion(axes), fovy=42.0)
+
+
+def _quaternion(rotation: NDArray[np.float64]) -> NDArray[np.float64]:
+    quaternion = np.zeros(4)
+    mujoco.mju_mat2Quat(quaternion, np.ascontiguousarray(rotation).ravel())
+    return quaternion

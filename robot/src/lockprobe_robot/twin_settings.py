@@ -1,0 +1,156 @@
+"""Settings of the plants ``twin`` and ``fast-twin``, each an option in a spec: ``twin?pose_error=0.004``.
+
+``twin?model=FILE`` has other settings, because a user's model has neither our panel nor an arm.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, ClassVar, Literal, Protocol
+
+from lockprobe.foundation.errors import BadValue
+
+__all__ = [
+    "CameraSettings",
+    "Looks",
+    "MechanismKind",
+    "RendererChoice",
+    "SceneSettings",
+    "TwinSettings",
+    "UserModelSettings",
+]
+
+MechanismKind = Literal["contact", "ideal"]
+"""Pins and blocks that touch, or joint ranges that are switched (a reference for tests)."""
+
+Looks = Literal["plain", "varied"]
+"""One appearance for every trial, or colours, wood, handles, light and camera drawn in each trial."""
+
+RendererChoice = Literal["auto", "egl", "osmesa", "rays"]
+
+
+class CameraSettings(Protocol):
+    """The settings that all simulated plants share, because all have a camera."""
+
+    __dataclass_fields__: ClassVar[dict[str, Any]]
+
+    @property
+    def renderer(self) -> RendererChoice:
+        """The renderer; ``auto`` takes the first that works here."""
+        ...
+
+    @property
+    def width(self) -> int:
+        """Width of pictures, pixels."""
+        ...
+
+    @property
+    def height(self) -> int:
+        """Height of pictures, pixels."""
+        ...
+
+    @property
+    def depth_noise(self) -> float:
+        """Standard deviation of depth at 0.7 m, metres."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SceneSettings:
+    """The settings of ``fast-twin``: a physical lockbox and its camera.
+
+    Attributes:
+        mechanism: The interlock: physical pins and blocks, or ideal joint ranges.
+        tilt: Tilt of the panel from lying flat towards the robot, degrees.
+        looks: What varies from trial to trial.
+        friction: Friction of every joint, as a multiple of the default.
+        renderer: The renderer; ``auto`` takes the first that works here.
+        width: Width of pictures, pixels.
+        height: Height of pictures, pixels.
+        depth_noise: Standard deviation of depth at 0.7 m, metres; it grows with the square of depth.
+
+    Raises:
+        BadValue: If a setting is out of range.
+    """
+
+    mechanism: MechanismKind = "contact"
+    tilt: float = 20.0
+    looks: Looks = "plain"
+    friction: float = 1.0
+    renderer: RendererChoice = "auto"
+    width: int = 640
+    height: int = 480
+    depth_noise: float = 0.0
+
+    def __post_init__(self) -> None:
+        _within(self, tilt=(0, 80), friction=(0, 10), width=(64, 4096), height=(64, 4096), depth_noise=(0, 0.1))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TwinSettings(SceneSettings):
+    """The settings of ``twin``: a physical lockbox with a robot arm.
+
+    Attributes:
+        pose_error: Standard deviation of the error in a handle's estimated position, along each axis of the panel's
+            plane, metres; drawn for every attempt.
+        force_noise: Standard deviation of each force reading, newtons.
+        finger_stiffness: As a multiple of the default. Soft fingers slip past a locked handle, and the robot then
+            believes that it moved.
+    """
+
+    pose_error: float = 0.0
+    force_noise: float = 0.0
+    finger_stiffness: float = 1.0
+
+    def __post_init__(self) -> None:
+        SceneSettings.__post_init__(self)
+        _within(self, pose_error=(0, 0.05), force_noise=(0, 10), finger_stiffness=(0.01, 10))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class UserModelSettings:
+    """The settings of ``twin?model=FILE``: a user's own model and its camera.
+
+    Attributes:
+        model: The MJCF file.
+        root: Folder with the model and all files that it refers to. Empty: the folder of the model.
+        digest: Digest of the file and all files that it refers to, 16 hexadecimal digits; other files are refused.
+            Empty: any.
+        force: Push on a sliding joint, newtons.
+        torque: Push on a turning joint, newton metres. The default is 30 N at 6 cm, as on levers of
+            ``fast-twin``.
+        renderer: As in :class:`SceneSettings`, like the following settings.
+        width: Pixels.
+        height: Pixels.
+        depth_noise: Metres.
+
+    Raises:
+        BadValue: If a setting is out of range.
+    """
+
+    model: str
+    root: str = ""
+    digest: str = ""
+    force: float = 30.0
+    torque: float = 1.8
+    renderer: RendererChoice = "auto"
+    width: int = 640
+    height: int = 480
+    depth_noise: float = 0.0
+
+    @property
+    def folder(self) -> Path | None:
+        """The root as a path; None for the folder of the model."""
+        return Path(self.root) if self.root else None
+
+    def __post_init__(self) -> None:
+        if not self.model:
+            raise BadValue("model", self.model, "an MJCF file")
+        _within(self, force=(0.01, 1e4), torque=(1e-3, 1e3), width=(64, 4096), height=(64, 4096), depth_noise=(0, 0.1))
+
+
+def _within(settings: CameraSettings, **ranges: tuple[float, float]) -> None:
+    for name, (least, most) in ranges.items():
+        if not least <= (value := getattr(settings, name)) <= most:
+            raise BadValue(name, value, f"a number from {least} to {most}")

@@ -1,0 +1,190 @@
+"""The joints of a user's model: finds them by the names of the box's joints, reads, sets and pushes them.
+
+A joint is pushed by a generalised force: newtons on a sliding joint, newton metres on a turning one. So a model needs
+no handles. A generalised force is simpler than a hand: it neither presses on the board nor pulls at an edge. Like a
+hand it is slow: the force grows only while the joint is slower than a target speed, because fast thin parts tunnel
+through each other in a simulation.
+"""
+
+from __future__ import annotations
+
+import copy
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.boxes.box import Configuration, JointKind, Lockbox, bits
+from lockprobe.foundation.errors import BadValue, PlantFault
+
+__all__ = ["INITIAL", "RESTING", "ModelJoints"]
+
+INITIAL = "initial"
+"""Keyframe in which the parts of the model stand when a trial begins; without it, the model's reference."""
+
+RESTING = 0.08
+"""Largest distance of a resting joint from an end, as a fraction of its travel."""
+
+_ARRIVED = 0.02
+_QUIET_SPEED, _QUIET_SECONDS = 0.05, 0.02
+_PUSH_SECONDS, _SETTLE_SECONDS = 1.5, 1.0
+_TRAVEL_SECONDS, _GROWTH_SECONDS = 0.4, 0.2
+"""A push takes a joint along its travel in the first time, and its force grows from 0 to the limit in the second."""
+
+_KINDS: dict[JointKind, tuple[int, str]] = {
+    "prismatic": (int(mujoco.mjtJoint.mjJNT_SLIDE), "slide"),
+    "revolute": (int(mujoco.mjtJoint.mjJNT_HINGE), "hinge"),
+}
+
+_UNSTABLE = (
+    mujoco.mjtWarning.mjWARN_BADQPOS,
+    mujoco.mjtWarning.mjWARN_BADQVEL,
+    mujoco.mjtWarning.mjWARN_BADQACC,
+)
+
+_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
+
+
+class ModelJoints:
+    """The joints of a box in a compiled model.
+
+    Position 0 of a joint is the low end of its range, position 1 the high end.
+
+    Args:
+        model: The compiled model.
+        box: The box whose joints it has.
+        force: Push on a sliding joint, newtons.
+        torque: Push on a turning joint, newton metres.
+
+    Raises:
+        BadValue: If a joint is missing, of the wrong type or without a range, or if a part can move freely.
+    """
+
+    def __init__(self, model: mujoco.MjModel, box: Lockbox, *, force: float, torque: float) -> None:
+        self.model, self.data = model, mujoco.MjData(model)
+        self._names = box.names
+        loose = np.flatnonzero(model.jnt_type == mujoco.mjtJoint.mjJNT_FREE)
+        if loose.size:
+            raise BadValue("the model", f"a free joint {model.joint(loose[0]).name!r}", "only joints with a fixed way")
+        ids = [self._find(joint.name, joint.kind) for joint in box.joints]
+        self._addresses, self._dofs = model.jnt_qposadr[ids], model.jnt_dofadr[ids]
+        self._low, high = model.jnt_range[ids].T
+        self._travel = high - self._low
+        slides = np.array([joint.kind == "prismatic" for joint in box.joints])
+        self._strength = np.where(slides, force, torque)
+        self._scale = np.ones(model.nv)
+        self._scale[self._dofs] = 1 / self._travel
+        self.bodies: NDArray[np.intp] = model.jnt_bodyid[ids]
+
+    def start(self, initial: Configuration) -> None:
+        """Set the model to the start of a trial, and let it come to rest.
+
+        Raises:
+            PlantFault: If it does not come to rest in the initial configuration of the box.
+        """
+        if mujoco.mj_name2id(self.model, mujoco.mjtObj.mjOBJ_KEY, INITIAL) >= 0:
+            mujoco.mj_resetDataKeyframe(self.model, self.data, self.model.key(INITIAL).id)
+        else:
+            mujoco.mj_resetData(self.model, self.data)
+        self.data.qpos[self._addresses] = self._ends(initial)
+        self.settle()
+        if not self.resting() or self.configuration() != initial:
+            raise PlantFault(f"the model does not rest in the initial configuration {bits(initial)}: {self.where()}")
+
+    def fractions(self) -> NDArray[np.float64]:
+        """How far each joint is from position 0, as a fraction of its travel, in panel order."""
+        fractions: NDArray[np.float64] = (self.data.qpos[self._addresses] - self._low) / self._travel
+        return fractions
+
+    def configuration(self) -> Configuration:
+        """The configuration: for each joint the nearer end of its range."""
+        return tuple(bool(fraction > 0.5) for fraction in self.fractions())
+
+    def resting(self) -> bool:
+        """Whether every joint is at an end of its range, within a tolerance."""
+        fractions = self.fractions()
+        return bool((np.minimum(np.abs(fractions), np.abs(1 - fractions)) <= RESTING).all())
+
+    def where(self) -> str:
+        """Each joint with the fraction of its travel, as text for messages."""
+        return ", ".join(f"{name} {fraction:.2f}" for name, fraction in zip(self._names, self.fractions(), strict=True))
+
+    def push(self, joint: int) -> None:
+        """Push a joint towards its other end for at most 1.5 s, then let everything come to rest.
+
+        Args:
+            joint: By index in panel order.
+
+        Raises:
+            PlantFault: If the simulation becomes unstable.
+        """
+        data, dof, goal = self.data, self._dofs[joint], not self.configuration()[joint]
+        sign, growth = (1 if goal else -1), self.model.opt.timestep / _GROWTH_SECONDS
+        share = 0.0
+        for _ in range(self._steps(_PUSH_SECONDS)):
+            speed = sign * float(data.qvel[dof]) / self._travel[joint]
+            share = min(max(share + growth * (1 - speed * _TRAVEL_SECONDS), 0.0), 1.0)
+            data.qfrc_applied[dof] = sign * share * self._strength[joint]
+            self._step()
+            if abs(speed) < _QUIET_SPEED and abs(self.fractions()[joint] - goal) < _ARRIVED:
+                break
+        data.qfrc_applied[dof] = 0
+        self.settle()
+
+    def settle(self) -> None:
+        """Step until nothing moves, at most a second.
+
+        Raises:
+            PlantFault: If the simulation becomes unstable.
+        """
+        quiet, needed = 0, self._steps(_QUIET_SECONDS)
+        for _ in range(self._steps(_SETTLE_SECONDS)):
+            self._step()
+            quiet = 0 if np.abs(self.data.qvel * self._scale).max() > _QUIET_SPEED else quiet + 1
+            if quiet >= needed:
+                return
+
+    def posed(self, configuration: Configuration) -> mujoco.MjData:
+        """A copy of the state in which every joint is in the given configuration; other parts stay where they are."""
+        copied = copy.copy(self.data)
+        elsewhere = np.array(configuration) != np.array(self.configuration())
+        copied.qpos[self._addresses[elsewhere]] = self._ends(configuration)[elsewhere]
+        return copied
+
+    def saved(self) -> NDArray[np.float64]:
+        """The whole state, for :meth:`restore`."""
+        state = np.empty(mujoco.mj_stateSize(self.model, _STATE))
+        mujoco.mj_getState(self.model, self.data, state, _STATE)
+        return state
+
+    def restore(self, state: NDArray[np.float64]) -> None:
+        """Restore a saved state."""
+        mujoco.mj_setState(self.model, self.data, state, _STATE)
+
+    def _find(self, name: str, kind: JointKind) -> int:
+        model, (wanted, title) = self.model, _KINDS[kind]
+        found = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, name)
+        if found < 0:
+            there = ", ".join(repr(model.joint(i).name) for i in range(min(model.njnt, 40))) or "none"
+            raise BadValue("joints of the model", there, f"one called {name!r}, as in the box")
+        if model.jnt_type[found] != wanted:
+            raise BadValue(f"joint {name!r} of the model", "another type", f'type="{title}", since it is {kind}')
+        low, high = model.jnt_range[found]
+        if not model.jnt_limited[found] or not low < high:
+            raise BadValue(f"joint {name!r} of the model", "no range", "a limited range: position 0 to position 1")
+        return int(found)
+
+    def _ends(self, configuration: Configuration) -> NDArray[np.float64]:
+        ends: NDArray[np.float64] = self._low + np.where(configuration, self._travel, 0.0)
+        return ends
+
+    def _step(self) -> None:
+        try:
+            mujoco.mj_step(self.model, self.data)
+        except mujoco.FatalError as error:
+            raise PlantFault(f"MuJoCo cannot simulate the model ({error})") from None
+        if any(self.data.warning[kind].number for kind in _UNSTABLE):
+            raise PlantFault("the simulation of the model became unstable: not a number, or a huge value")
+
+    def _steps(self, seconds: float) -> int:
+        return max(1, round(seconds / float(self.model.opt.timestep)))

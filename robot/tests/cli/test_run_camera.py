@@ -1,0 +1,108 @@
+"""``lockprobe run --camera``: the camera of the plant ``manual``, as an option of the command line."""
+
+import sys
+
+import pytest
+from drawn_board import board
+from hardware.webcams import FakeCapture, fake_cv2
+from plants.person import Person, handles_text
+from typed import typed
+
+from lockprobe.boxes.families import box
+from lockprobe.cli.run import run
+from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.spec import Spec
+from lockprobe.plants import manual
+from lockprobe.plants.catalogue import with_camera
+from lockprobe.studies.journal import load
+from lockprobe.studies.settings import read_study
+from lockprobe.studies.studyfile import study
+
+FIVE = "random-5-3"
+PLAYED = {"agent": ["human-inspired"], "box": FIVE, "p": "0", "trials": 1, "repetitions": 1}
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """A folder with pictures whose name has to be encoded in a spec, next to a person."""
+    made = tmp_path / "A&B 100%+"
+    made.mkdir()
+    (made / "handles.toml").write_text(handles_text(box(FIVE)), "utf-8")
+    monkeypatch.setattr(manual, "TerminalOperator", lambda: Person(box(FIVE), folder=made))
+    return made
+
+
+@pytest.mark.parametrize("plant", ["manual", "manual?device=0"])
+def test_a_folder_is_played_and_the_study_is_that_of_the_spec(folder, tmp_path, plant):
+    out, spelled = tmp_path / "s", f"{plant}{'&' if '?' in plant else '?'}camera={tmp_path}/A%26B 100%25%2B"
+    run("flips", plant=plant, camera=str(folder), out=out, report=False, **PLAYED)
+    (trial,) = load(out)
+    assert (trial.ending, trial.plant["truth"], trial.plant["plant"]) == ("solved", "camera", spelled)
+    assert read_study(out).identity == study("flips", **{**PLAYED, "p": [0.0]}, plant=spelled).identity
+    run("flips", plant=spelled, out=out, report=False, **PLAYED)  # the same command, spelled otherwise
+    run("flips", plant=spelled, camera=str(folder), out=out, report=False, **PLAYED)
+    assert len(load(out)) == 1
+
+
+def test_a_webcam_is_played_with_the_file_of_handles_in_the_working_directory(tmp_path, monkeypatch):
+    person = Person(box(FIVE))
+    monkeypatch.setattr(manual, "TerminalOperator", lambda: person)
+    monkeypatch.setitem(sys.modules, "cv2", fake_cv2(FakeCapture(lambda: board(person.now))))
+    (tmp_path / "handles.toml").write_text(handles_text(box(FIVE)), "utf-8")
+    monkeypatch.chdir(tmp_path)
+    run("flips", plant="manual", camera="webcam", out=tmp_path / "s", report=False, **PLAYED)
+    (trial,) = load(tmp_path / "s")
+    assert trial.ending == "solved"
+    assert trial.plant == {"plant": "manual?camera=webcam", "truth": "camera", "camera": "webcam 0"}
+
+
+def test_the_plant_of_a_study_file_gets_the_camera_too(folder, tmp_path):
+    file = tmp_path / "mine.toml"
+    file.write_text(f'plant = "manual"\nagent = "random"\nbox = "{FIVE}"\np = [0.0]\ntrials = 1\nrepetitions = 1\n')
+    run(str(file), camera=str(folder), out=tmp_path / "s", report=False)
+    assert load(tmp_path / "s")[0].plant["truth"] == "camera"
+
+
+@pytest.mark.parametrize(
+    ("words", "line"),
+    [
+        (["--camera", "webcam"], "camera: got 'webcam', expected --plant manual with it"),
+        (
+            ["--plant", "twin?tilt=0", "--camera", "webcam"],
+            "camera: got 'webcam', expected --plant manual with it; twin has no such option",
+        ),
+        (["--plant", "manual", "--camera", ""], "camera: got '', expected a folder, or webcam"),
+        (
+            ["--plant", "manual?camera=shots", "--camera", "webcam"],
+            "camera: got 'webcam', expected none with manual?camera=shots, which has another",
+        ),
+        (
+            ["--plant", "manual", "--camera", "shots"],
+            "shots/handles.toml: no such file; it says where pictures show the handles (robot/docs/robot.md)",
+        ),
+        (
+            ["--plant", "manual", "--camera", "webcam"],
+            "handles.toml: no such file; it says where pictures show the handles (robot/docs/robot.md)",
+        ),
+    ],
+)
+def test_what_no_camera_can_be_for_is_refused_in_one_line(tmp_path, words, line):
+    done = typed("run", "flips", "--agent", "random", *words, cwd=tmp_path)
+    assert (done.returncode, done.stdout, done.stderr) == (2, "", f"lockprobe: {line}\n")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_suite_has_no_camera():
+    with pytest.raises(
+        BadValue, match="^--camera cannot be combined with suite-1: a suite fixes everything except --agent"
+    ):
+        run("suite-1", camera="webcam")
+
+
+def test_a_plant_of_another_package_says_itself_whether_it_has_the_option(tmp_path):
+    (tmp_path / "lab.py").write_text("def rig(*, box, labels, rng):\n    raise RuntimeError\n")
+    spec = with_camera("python:lab:rig?speed=1", "a/b")
+    assert spec == Spec.parse("python:lab:rig?speed=1&camera=a/b")
+    done = typed("run", "flips", "--agent", "random", "--plant", "python:lab:rig", "--camera", "webcam", cwd=tmp_path)
+    assert done.returncode == 2
+    assert done.stderr == "lockprobe: no option of python:lab:rig is called 'camera'; there are: none\n"

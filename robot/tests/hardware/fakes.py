@@ -1,0 +1,110 @@
+"""Parts of a rig that break on request."""
+
+from functools import partial
+
+import numpy as np
+from arm.fake_arm import FakeArm
+from lockprobe_robot.handle_path import handle_path
+from lockprobe_robot.hardware.board import calibrated_board
+from lockprobe_robot.hardware.bounds import Bounded, Bounds
+from lockprobe_robot.hardware.camera import Shot
+from lockprobe_robot.hardware.rig import Rig
+from lockprobe_robot.hardware.scripted_arm import ScriptedArm
+from lockprobe_robot.scene.panel import lay_out_panel
+
+from lockprobe.plants.operator import ENTER, OperatorStopped
+
+SPACE = {"low": (-1.0, -1.0, -1.0), "high": (1.0, 1.0, 1.0)}
+
+
+class StoppableFake(FakeArm):
+    def stop(self):
+        self.log.append("stop")
+
+
+class Willing:
+    """Agrees to everything, up to a number of questions; ``says`` are answers before that."""
+
+    def __init__(self, *says, stops_after=10**6):
+        self.says, self.questions, self.told, self.stops_after = list(says), [], [], stops_after
+
+    def ask(self, question, answers):
+        self.questions.append(question)
+        if len(self.questions) > self.stops_after:
+            raise OperatorStopped("the operator stopped")
+        if self.says and self.says[0] in answers:
+            return self.says.pop(0)
+        return ENTER if ENTER in answers else "y"
+
+    def tell(self, line):
+        self.told.append(line)
+
+
+class Breaking(ScriptedArm):
+    """A scripted arm whose ``at``-th follow does something else. What it is told is in ``log``."""
+
+    def __init__(self, box, path, *, at=10**9, instead=lambda arm: None):
+        super().__init__(box, path)
+        self.log, self._at_call, self._instead, self._calls = [], at, instead, 0
+
+    def follow(self, position, velocity, *, stiffness):
+        self._calls += 1
+        if self._calls == self._at_call:
+            self.log.append("broke")
+            self._instead(self)
+        super().follow(position, velocity, stiffness=stiffness)
+
+    def stop(self):
+        self.log.append("stop")
+        super().stop()
+
+
+class DrawnCamera:
+    """Draws the board as an arm's box stands; ``broken`` is called in place of a picture, if it is set."""
+
+    broken = None
+
+    def __init__(self, arm):
+        self._arm, self.closed = arm, False
+
+    def grab(self):
+        from drawn_board import board
+
+        if self.broken is not None:
+            self.broken()
+        return Shot(rgb=board(self._arm.configuration), depth=np.ones((240, 320), np.float32))
+
+    def close(self):
+        self.closed = True
+
+
+def faulty_rig(*, box, labels, rng):
+    """A rig whose arm loses its connection in the first trial that is played in this process."""
+    path = partial(handle_path, lay_out_panel(box))
+    at = 10**9 if BROKEN else 30
+    arm = Breaking(box, path, at=at, instead=_lost)
+    operator = Willing()
+    within = Bounded(arm, Bounds(**SPACE, answer=5.0), operator)
+    return Rig(box, labels=labels, arm=within, path=path, operator=operator, truth="verdict", rung="scripted")
+
+
+def calibrated_rig(*, box, labels, rng):
+    """A rig of scripted parts whose board's pose comes from the calibration that is named in ``CALIBRATION``."""
+    board = calibrated_board(box, **CALIBRATION)
+    CONNECTED.append(arm := ScriptedArm(box, board.path))
+    operator = Willing()
+    within = Bounded(arm, Bounds(**SPACE), operator)
+    return Rig(box, labels=labels, arm=within, board=board, operator=operator, truth="verdict", rung="scripted")
+
+
+calibrated_rig.attended = True
+CALIBRATION = {}
+CONNECTED = []
+
+faulty_rig.attended = True
+BROKEN = []
+
+
+def _lost(arm):
+    BROKEN.append(arm)
+    raise ConnectionResetError("cable")

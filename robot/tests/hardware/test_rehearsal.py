@@ -1,0 +1,111 @@
+"""Rehearsals: every rung makes the same attempts, and what it says is what the rules say."""
+
+import numpy as np
+import pytest
+from lockprobe_robot.hardware import rehearsal
+from lockprobe_robot.hardware.rehearsal import RehearsedAttempt, rehearse
+from lockprobe_robot.hardware.rungs import parts_of
+
+from lockprobe.boxes.families import box
+from lockprobe.foundation.errors import BadValue
+from lockprobe.plants.catalogue import resolve_plant
+from lockprobe.studies.single import run_trial
+from lockprobe.testing import check_plant
+
+CHAIN = box("chain-4")
+
+
+@pytest.mark.parametrize("name", ["chain-4", "random-6-3"])
+def test_the_scripted_rung_says_what_the_rules_say(name):
+    found = rehearse("scripted", box(name), attempts=8, seed=2)
+    assert (found.right, len(found.attempts), found.figures) == (8, 8, {})
+    assert {one.free for one in found.attempts} == {True, False}
+
+
+def test_the_twin_makes_the_same_attempts_and_agrees():
+    pytest.importorskip("mujoco")
+    scripted, twin = (rehearse(rung, box("chain-4"), attempts=4, seed=3) for rung in ("scripted", "twin"))
+    assert [(one.state, one.joint, one.verdict) for one in scripted.attempts] == [
+        (one.state, one.joint, one.verdict) for one in twin.attempts
+    ]
+    assert twin.right == 4
+
+
+def test_after_a_fault_new_parts_take_over_and_the_fault_is_counted(monkeypatch):
+    made = []
+
+    def broken_once(rung, puzzle, labels, rng):
+        made.append(parts_of(rung, puzzle, labels, rng))
+        if len(made) == 1:
+            made[0].arm.force = lambda: 1 / 0
+        return made[-1]
+
+    monkeypatch.setattr(rehearsal, "parts_of", broken_once)
+    found = rehearse("scripted", box("chain-4"), attempts=3)
+    assert found.attempts[0].fault == "the arm, force: ZeroDivisionError: division by zero"
+    assert (len(made), found.right, made[0].arm.stops > 0) == (2, 2, True)
+
+
+def test_right_needs_the_verdict_and_the_truth():
+    one = RehearsedAttempt(state="0000", joint="a", free=True, verdict="moved", true=True)
+    assert one.right
+    assert not RehearsedAttempt(state="0000", joint="a", free=False, verdict="moved", true=True).right
+    assert not RehearsedAttempt(state="0000", joint="a", free=True, verdict="moved", true=False).right
+    assert not RehearsedAttempt(state="0000", joint="a", free=True, fault="gone").right
+
+
+def test_a_rehearsal_is_a_plant_with_the_steps_of_the_rules():
+    check_plant("rig?rung=scripted", boxes=["chain-4"], attempts=8)
+    rehearsed, ruled = (
+        run_trial(agent="human-inspired", p=0.4, seed=5, plant=plant) for plant in ("rig?rung=scripted", "symbolic")
+    )
+    assert rehearsed.actions == ruled.actions
+    assert [step.told for step in rehearsed.steps] == [step.told for step in ruled.steps]
+    assert (rehearsed.plant["rung"], rehearsed.plant["truth"]) == ("scripted", "simulation")
+    assert {step.sensed["truth"] for step in rehearsed.steps} == {"simulation"}
+
+
+def test_a_camera_tells_the_truth_of_the_twin_through_a_real_library():
+    """Two steps: a locked joint and a free one, with the pictures that agents see."""
+    pytest.importorskip("mujoco")
+    pytest.importorskip("pyrealsense2")
+    plant = resolve_plant("rig?rung=twin&truth=camera")
+    assert plant.has_camera
+    assert not plant.is_attended()
+    rig = plant.make(CHAIN, tuple("ABCD"), np.random.default_rng(2))
+    try:
+        assert rig.observe().configuration == CHAIN.initial
+        for joint, outcome in ((0, "blocked"), (3, "moved")):
+            seen = rig.attempt(joint)
+            assert (seen.outcome, seen.sensed["verdict"], seen.sensed["truth"]) == (outcome, outcome, "camera")
+        frame = seen.look()
+        assert (frame.rgb.shape, frame.renderer) == ((480, 640, 3), "camera")
+        assert 0.4 < np.median(frame.depth) < 1.5
+        assert (rig.facts["truth"], rig.facts["camera"]) == ("camera", "realsense software_device")
+    finally:
+        rig.close()
+
+
+def test_where_nothing_can_be_seen_no_camera_tells_the_truth():
+    with pytest.raises(BadValue, match="truth: got 'camera', expected simulation with rung=scripted"):
+        resolve_plant("rig?truth=camera")
+
+
+def test_a_film_of_the_twins_rung_sees_the_arm_move():
+    pytest.importorskip("mujoco")
+    assert resolve_plant("rig?rung=scripted").make_filmed is None
+    tool = []
+    rig = resolve_plant("rig?rung=twin").make_filmed(
+        CHAIN, tuple("ABCD"), np.random.default_rng(2), lambda model, data: tool.append(data.qpos.copy())
+    )
+    rig.observe()
+    rig.attempt(0)
+    seconds = rig.facts["rung"] == "twin" and len(tool) / 25
+    rig.close()
+    assert seconds > 3
+    assert np.ptp(tool, axis=0).max() > 0.2  # radians of an arm's joint
+
+
+def test_there_is_no_other_rung():
+    with pytest.raises(BadValue, match="expected one of scripted, twin, wire"):
+        parts_of("robot", box("chain-4"), tuple("ABCD"), None)

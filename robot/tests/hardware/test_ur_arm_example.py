@@ -1,0 +1,184 @@
+"""The example of another arm: it rehearses through a stand-in for ur_rtde, and its page shows it as it is."""
+
+import ast
+import importlib.util
+import re
+import sys
+import types
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+pytest.importorskip("mujoco")  # the ways of handles
+
+from lockprobe_robot.arm.protocol import StoppableArm
+from lockprobe_robot.handle_path import handle_path
+from lockprobe_robot.hardware import rehearsal
+from lockprobe_robot.hardware.bounds import Bounded
+from lockprobe_robot.hardware.scripted_arm import ScriptedArm
+from lockprobe_robot.scene.panel import lay_out_panel
+
+from lockprobe.boxes.families import box
+from lockprobe.foundation.errors import PlantFault
+from lockprobe.plants.operator import ConsentingOperator
+
+ROOT = Path(__file__).parents[3]
+PATH = ROOT / "examples" / "ur_arm.py"
+STRAIGHT = np.array([0.0, 0.0, -1.0])
+
+
+class FakeRobot:
+    """The controller: a box of the rules in front of an arm that goes where it is sent."""
+
+    def __init__(self, puzzle, path):
+        self.arm, self.log = ScriptedArm(puzzle, path), []
+        self.turn, self.last, self.running, self.refuses = None, None, True, False
+
+    def control(self, host, frequency):
+        self.log.append(f"connect {host} {frequency:g} Hz")
+        self.arm.period = 1 / frequency
+        return self
+
+    def setTcp(self, offset):  # noqa: N802 - the library's name, as all below
+        return True
+
+    def initPeriod(self):  # noqa: N802
+        return 0.0
+
+    def waitPeriod(self, began):  # noqa: N802
+        pass
+
+    def reuploadScript(self):  # noqa: N802
+        self.running = True
+        return True
+
+    def servoStop(self):  # noqa: N802
+        self.last = None
+        return self.running
+
+    def moveJ(self, angles, speed, acceleration):  # noqa: N802
+        assert len(angles) == 6
+        self.arm.home()
+        return self.running
+
+    def moveJ_IK(self, pose, speed, acceleration):  # noqa: N802
+        self.arm.reach(np.array(pose[:3]), STRAIGHT)
+        self.turn = pose[3:]
+        return self.running
+
+    def servoL(self, pose, speed, acceleration, seconds, lookahead, gain):  # noqa: N802
+        assert 0.03 <= lookahead <= 0.2
+        assert 100 <= gain <= 2000
+        assert pose[3:] == self.turn
+        self.arm.follow(np.array(pose[:3]), np.zeros(3), stiffness=0.0)
+        return self.running and not self.refuses
+
+    def getActualTCPPose(self):  # noqa: N802
+        return [*self.arm.position(), *(self.turn or [0.0, 0.0, 0.0])]
+
+    def getActualTCPForce(self):  # noqa: N802
+        return [*self.arm.force(), 0.0, 0.0, 0.0]
+
+    def connect(self):
+        self.log.append("dashboard")
+
+    def stop(self):
+        self.log.append("stop")
+        self.running = False
+
+
+def example(monkeypatch, robot):
+    for name, kind, made in (
+        ("rtde_control", "RTDEControlInterface", robot.control),
+        ("rtde_receive", "RTDEReceiveInterface", lambda host: robot),
+        ("dashboard_client", "DashboardClient", lambda host: robot),
+    ):
+        monkeypatch.setitem(sys.modules, name, types.SimpleNamespace(**{kind: made}))
+    spec = importlib.util.spec_from_file_location("ur_arm", PATH)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module.URArm("192.168.0.3")
+
+
+@pytest.fixture
+def puzzle():
+    return box("chain-3")
+
+
+@pytest.fixture
+def robot(puzzle):
+    return FakeRobot(puzzle, partial(handle_path, lay_out_panel(puzzle)))
+
+
+def test_a_rehearsal_through_it_says_what_the_rules_say(monkeypatch, puzzle, robot):
+    arm = example(monkeypatch, robot)
+
+    def parts(rung, same, labels, rng):
+        path = partial(handle_path, lay_out_panel(same))
+        put = partial(setattr, robot.arm, "configuration")
+        return rehearsal.Parts(arm=arm, path=path, state=lambda: robot.arm.configuration, put=put)
+
+    monkeypatch.setattr(rehearsal, "parts_of", parts)
+    found = rehearsal.rehearse("scripted", puzzle, attempts=6, seed=2)
+    assert [one.fault for one in found.attempts] == [""] * 6
+    assert found.right == 6
+    assert {one.verdict for one in found.attempts} == {"moved", "blocked"}
+    assert robot.log[:2] == ["connect 192.168.0.3 125 Hz", "dashboard"]
+
+
+def test_it_gives_way_by_force_over_stiffness(monkeypatch, robot):
+    arm = example(monkeypatch, robot)
+    point = np.array([0.5, 0.2, 0.4])
+    arm.reach(point, STRAIGHT)
+    assert robot.turn == pytest.approx([np.pi, 0, 0])
+    arm.follow(point, np.zeros(3), stiffness=1000.0)
+    robot.arm.force = lambda: np.array([4.0, 0.0, -6.0])  # the weight, and 4 N along x
+    for _ in range(50):
+        arm.follow(point, np.zeros(3), stiffness=1000.0)
+    assert arm.position() == pytest.approx(point + np.array([0.004, 0, 0]), abs=1e-6)
+    arm.reach(point, np.array([0.0, 0.6, -0.8]))
+    assert np.linalg.norm(robot.turn) > 0
+    tool = Rotation.from_rotvec(robot.turn).as_matrix()
+    assert tool[:, 2] == pytest.approx([0, 0.6, -0.8])
+
+
+def test_after_a_stop_the_program_is_loaded_again_and_refusals_are_faults(monkeypatch, robot):
+    arm = example(monkeypatch, robot)
+    bounded = Bounded(arm, rehearsal.BOUNDS, ConsentingOperator())
+    bounded.home()
+    robot.refuses = True
+    bounded.reach(np.array([0.5, 0.0, 0.4]), STRAIGHT)
+    with pytest.raises(PlantFault, match="the robot refused a point"):
+        bounded.follow(np.array([0.5, 0.0, 0.4]), np.zeros(3), stiffness=1000.0)
+    assert robot.log[-1] == "stop"
+    assert not robot.running
+    bounded.home()
+    assert robot.running
+
+
+def test_it_has_every_member_of_the_protocol_and_is_short(monkeypatch, robot):
+    arm = example(monkeypatch, robot)
+    members = {name for kind in StoppableArm.__mro__ for name in vars(kind) if not name.startswith("_")}
+    assert members == {"period", "time", "home", "reach", "follow", "position", "force", "stop"}
+    assert all(hasattr(arm, name) for name in members)
+    assert len([line for line in PATH.read_text("utf-8").splitlines() if line.strip()]) <= 60
+
+
+def test_the_page_shows_the_file():
+    page = (ROOT / "docs" / "robot-parts.md").read_text("utf-8")
+    shown = re.search(r"^`examples/ur_arm.py`:\n\n```py\n(.*?)^```$", page, re.DOTALL | re.MULTILINE)
+    assert shown is not None
+    assert shown[1] == PATH.read_text("utf-8")
+
+
+def test_the_library_has_the_names_that_are_called():
+    control = pytest.importorskip("rtde_control")
+    called = {node.attr for node in ast.walk(ast.parse(PATH.read_text("utf-8"))) if isinstance(node, ast.Attribute)}
+    names = called & set(dir(FakeRobot))
+    from rtde_receive import RTDEReceiveInterface
+
+    either = set(dir(control.RTDEControlInterface)) | set(dir(RTDEReceiveInterface)) | {"connect", "stop"}
+    assert names <= either

@@ -1,0 +1,59 @@
+"""What is painted on the board, and where."""
+
+import sys
+
+import numpy as np
+import pytest
+from lockprobe_robot.scene.appearance import appearance_of
+from lockprobe_robot.scene.board_texture import PIXELS_PER_METRE, paint_board, wood
+from lockprobe_robot.scene.panel import lay_out_panel
+
+from lockprobe.boxes.families import box
+from lockprobe.foundation.errors import Missing
+
+PLAIN = appearance_of("plain", np.random.default_rng(1))
+
+
+def pixel(panel, point):
+    column, row = ((np.array(point) * (1, -1) + np.array(panel.size) / 2) * PIXELS_PER_METRE).astype(int)
+    return row, column
+
+
+def test_the_way_is_dark_and_its_ends_are_told_apart():
+    panel = lay_out_panel(box("chain-4"))
+    board = paint_board(panel, tuple("ABCD"), PLAIN).astype(int).sum(2)
+    for mounted in panel.mounted_joints:
+        assert board[pixel(panel, mounted.knob(0))] > 650
+        assert board[pixel(panel, mounted.knob(0.5))] < 120
+        assert board[pixel(panel, mounted.knob(1))] < 120
+
+
+def test_each_label_stands_at_its_place_and_nothing_else_differs():
+    panel = lay_out_panel(box("chain-4"))
+    first, second = (paint_board(panel, labels, PLAIN) for labels in (tuple("ABCD"), tuple("ABXD")))
+    rows, columns = np.nonzero((first != second).any(2))
+    row, column = pixel(panel, panel.labels[2])
+    reach = 0.62 * panel.letter * PIXELS_PER_METRE
+    assert len(rows) > 100
+    assert np.abs(rows - row).max() < reach
+    assert np.abs(columns - column).max() < reach
+
+
+def test_a_capital_is_as_high_as_the_panel_says():
+    panel = lay_out_panel(box("chain-4"))
+    with_it, without = (paint_board(panel, (label, *"BCD"), PLAIN) for label in ("H", " "))
+    inked = np.nonzero((with_it != without).any((1, 2)))[0]
+    assert (inked[-1] - inked[0]) / PIXELS_PER_METRE == pytest.approx(panel.letter, rel=0.1)
+
+
+def test_wood_has_its_colour_on_average_and_its_grain_by_seed():
+    plank = wood((120, 400), (0.8, 0.6, 0.4), 5)
+    assert plank.reshape(-1, 3).mean(0) == pytest.approx([204, 153, 102], rel=0.03)
+    assert (plank == wood((120, 400), (0.8, 0.6, 0.4), 5)).all()
+    assert (plank != wood((120, 400), (0.8, 0.6, 0.4), 6)).any()
+
+
+def test_without_pillow_it_says_what_to_install(monkeypatch):
+    monkeypatch.setitem(sys.modules, "PIL", None)
+    with pytest.raises(Missing, match="pillow: pip install"):
+        paint_board(lay_out_panel(box("chain-2")), tuple("AB"), PLAIN)

@@ -1,0 +1,149 @@
+"""Exact planning if every report is true: minimum expected steps by branch and bound.
+
+A belief is a configuration and the set of interlocks that are still possible. An attempt that moves the joint under all
+of them keeps the set; any other attempt splits it::
+
+    V(set, c) = min over joints of 1 + f V(set that moves, c') + (1 - f) V(set that does not, c)
+
+with f the share of the set that lets the joint move; V is 0 once the target moves. The mean distance over the set, as
+if the interlock were known, is a lower bound of V. From the start, this bound prunes the search to 151 of 6400 beliefs
+under ``single-parent`` over 4 joints, and to 6251 of 271 498 under ``any-literal``.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from math import inf
+from typing import NamedTuple
+
+import numpy as np
+
+from lockprobe.boxes.beliefs.structures import Interlocks, as_mask
+from lockprobe.foundation.errors import BadValue
+
+__all__ = ["MOST_PLANNED", "SAME", "Planner", "can_plan", "planner"]
+
+MOST_PLANNED = 60_000
+"""Interlocks times configurations up to which exact planning takes well below a second per decision."""
+
+SAME = 1e-9
+"""Steps or bits closer than this are equal."""
+
+
+def can_plan(interlocks: Interlocks) -> bool:
+    """Whether exact planning is affordable: well below a second per decision."""
+    return interlocks.distance.size <= MOST_PLANNED
+
+
+@cache
+def planner(interlocks: Interlocks) -> Planner:
+    """The planner of these interlocks, with a cache of its results.
+
+    Raises:
+        BadValue: If there are too many.
+    """
+    if not can_plan(interlocks):
+        raise BadValue(
+            "plan steps, told the truth",
+            f"{len(interlocks)} interlocks of prior {interlocks.prior} over {interlocks.joints} joints",
+            f"at most {MOST_PLANNED} interlocks times configurations; plan=information does without",
+        )
+    return Planner(interlocks)
+
+
+class _Split(NamedTuple):
+    """An attempt whose outcome is uncertain.
+
+    Attributes:
+        bound: Lower bound of the expected steps through it.
+        steps: Number of steps up to and including the attempt.
+        share: Share of the interlocks that let the joint move.
+        moved: These interlocks and the configuration after the attempt; None if the box is then open.
+        blocked: The other interlocks and the unchanged configuration.
+    """
+
+    bound: float
+    steps: int
+    share: float
+    moved: tuple[int, int] | None
+    blocked: tuple[int, int]
+
+
+class Planner:
+    """Minimum expected steps if every report is true. A set of interlocks is a number with bit s for interlock s.
+
+    Args:
+        interlocks: The interlocks of a prior. Each set passed to a method must be solvable from its configuration.
+    """
+
+    def __init__(self, interlocks: Interlocks) -> None:
+        self._known = interlocks
+        self._best: dict[tuple[int, int], float] = {}
+        self._at: list[list[tuple[int, int]]] = [
+            [(int(steps), as_mask(column == steps)) for steps in np.unique(column)] for column in interlocks.distance.T
+        ]
+
+    def __len__(self) -> int:
+        """Number of beliefs in the cache."""
+        return len(self._best)
+
+    def values(self, alive: int, configuration: int) -> tuple[float, ...]:
+        """Expected steps for each joint if it is attempted next."""
+        return tuple(self._attempt(alive, configuration, joint) for joint in range(self._known.joints))
+
+    def value(self, alive: int, configuration: int) -> float:
+        """Minimum expected steps."""
+        found = self._best.get((alive, configuration))
+        if found is None:
+            found = self._best[alive, configuration] = self._search(alive, configuration)
+        return found
+
+    def _attempt(self, alive: int, configuration: int, joint: int) -> float:
+        moved = alive & self._known.masks[configuration][joint]
+        share = moved.bit_count() / alive.bit_count()
+        steps = 1.0
+        if moved and joint:
+            steps += share * self.value(moved, configuration ^ (1 << joint))
+        if moved != alive:
+            steps += (1.0 - share) * self.value(alive & ~moved, configuration)
+        return steps
+
+    def _bound(self, alive: int, configuration: int) -> float:
+        """The lower bound: expected steps if the interlock were known."""
+        total = sum(steps * (alive & mask).bit_count() for steps, mask in self._at[configuration])
+        return total / alive.bit_count()
+
+    def _search(self, alive: int, configuration: int) -> float:
+        """Make all certain moves, then evaluate the splits in the order of their bounds until none can be better."""
+        if alive & (alive - 1) == 0:
+            return self._bound(alive, configuration)
+        best, splits = self._reach(alive, configuration)
+        for split in sorted(splits, key=lambda found: (found.bound, found.steps)):
+            if split.bound >= best - SAME:
+                break
+            steps = split.steps + (split.share * self.value(*split.moved) if split.moved else 0.0)
+            if steps + (1.0 - split.share) * self._bound(*split.blocked) < best - SAME:
+                best = min(best, steps + (1.0 - split.share) * self.value(*split.blocked))
+        return best
+
+    def _reach(self, alive: int, configuration: int) -> tuple[float, list[_Split]]:
+        """Steps to open the box by certain moves (infinite if impossible), and the splits that they can reach."""
+        away, queue, splits = {configuration: 0}, [configuration], list[_Split]()
+        for here in queue:
+            for joint in range(self._known.joints):
+                moved = alive & self._known.masks[here][joint]
+                if moved == alive and joint == 0:
+                    return away[here] + 1.0, splits
+                if moved == alive:
+                    if (there := here ^ (1 << joint)) not in away:
+                        away[there] = away[here] + 1
+                        queue.append(there)
+                elif moved:
+                    splits.append(self._split(alive, here, joint, moved, away[here] + 1))
+        return inf, splits
+
+    def _split(self, alive: int, here: int, joint: int, moved: int, steps: int) -> _Split:
+        share, blocked = moved.bit_count() / alive.bit_count(), (alive & ~moved, here)
+        after = (moved, here ^ (1 << joint)) if joint else None
+        bound = steps + (share * self._bound(*after) if after else 0.0) + (1.0 - share) * self._bound(*blocked)
+        return _Split(bound=bound, steps=steps, share=share, moved=after, blocked=blocked)

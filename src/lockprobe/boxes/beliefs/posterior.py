@@ -1,0 +1,330 @@
+"""The exact posterior over interlocks, configurations and flip probabilities, given the reports.
+
+Under each interlock the attempts determine the configuration and the number of false reports. The posterior is the
+prior times the probability of these counts:
+
+* ``naive``: every report is true; only interlocks without a false report remain.
+* a number p: every report is false with probability p, independently; k false ones of t have p^k (1 - p)^(t - k).
+* ``aware``: p is unknown, with a uniform prior over [0, 1], and inferred jointly; k of t have k! (t - k)! / (t + 1)!.
+
+The content of a report depends on the reading of a false report (:mod:`lockprobe.interventions.flip`):
+
+* ``memoryless`` and ``latched``: the position told of the attempted joint, with the outcome told, gives its position
+  before. With positions and no outcomes (``tell=state``) a report is false if the position told of the attempted joint
+  is, whatever comparing it with the last report says.
+* ``re-observed`` and ``integrated``: the position told of the attempted joint is the one told before, moved or not as
+  the outcome says. It says no more than the outcome, which ``tell=state`` tells by this comparison.
+* The other positions are true under ``memoryless`` and ``re-observed``; under ``latched`` and ``integrated`` they
+  repeat what was told before.
+
+Without positions there is the outcome alone. An observer who knows only that outcomes are inverted infers from equal
+odds whether false positions stay (``re-observed`` or ``integrated``), and so does one who knows that positions are
+(``memoryless`` or ``latched``). A naive one takes every position as true. A trial that goes on shows that the target
+has not moved, whatever was reported.
+
+If no interlock of the prior allows the reports, the observer keeps only the last report. It restarts from the prior at
+the configuration told before it (or the most probable one, if none was told). If that is impossible too, it restarts at
+the configuration told after it. Interlocks that cannot be solved from there are left out. Restarts are counted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from math import inf, lgamma, log
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.boxes.beliefs.structures import NEVER, Interlocks, as_mask
+from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.validation import check_choice
+
+__all__ = [
+    "OF_OUTCOMES",
+    "Belief",
+    "KnownReading",
+    "Noise",
+    "ReportedAttempt",
+    "begin",
+    "compared",
+    "entropy",
+    "noise_model",
+    "opened",
+    "update",
+]
+
+KnownReading = Literal["outcomes", "positions", "memoryless", "latched", "re-observed", "integrated"]
+"""What a false report is, as far as an observer was told: a reading, or only what is inverted."""
+
+_KINDS: Mapping[KnownReading, tuple[KnownReading, ...]] = {
+    "outcomes": ("re-observed", "integrated"),
+    "positions": ("memoryless", "latched"),
+}
+
+OF_OUTCOMES = ("re-observed", "integrated")
+"""The readings that invert outcomes, against what was told before."""
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Noise:
+    """An observer's model of reports.
+
+    Attributes:
+        name: ``naive``, ``aware`` or a number.
+        p: Probability that a report is false, [0, 1]; None if the observer infers it.
+        kinds: The possible readings: one, or those that invert the same.
+    """
+
+    name: str
+    p: float | None
+    kinds: tuple[KnownReading, ...]
+
+    @property
+    def naive(self) -> bool:
+        """Whether every report is taken as true."""
+        return self.p == 0.0
+
+
+def noise_model(name: str, reading: KnownReading = "outcomes") -> Noise:
+    """A noise model by name.
+
+    Args:
+        name: ``naive``, ``aware``, or a flip probability from 0 to 1; 0 is ``naive``.
+        reading: The reading of a false report that the observer was told; a naive observer ignores it.
+
+    Raises:
+        BadValue: If it is none of these.
+    """
+    try:
+        p = None if name == "aware" else 0.0 if name == "naive" else float(name)
+    except ValueError:
+        p = inf
+    if p is not None and not 0.0 <= p <= 1.0:
+        raise BadValue("noise", name, "naive, aware, or a number from 0 to 1")
+    check_choice("reading", reading, get_args(KnownReading))
+    kinds: tuple[KnownReading, ...] = _KINDS.get(reading, (reading,))
+    return Noise(name=name, p=p, kinds=("memoryless",) if p == 0.0 else kinds)
+
+
+@dataclass(frozen=True, slots=True)
+class ReportedAttempt:
+    """One report, with joints as numbers.
+
+    Attributes:
+        joint: The joint attempted.
+        moved: Whether it moved, according to the report or to the reported positions.
+        positions: The configuration as told afterwards; None where positions are not told.
+        states_only: Whether positions are told and no outcomes.
+    """
+
+    joint: int
+    moved: bool
+    positions: int | None = None
+    states_only: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Belief:
+    """An observer's belief at one moment. Beliefs with the same consequences are equal, whatever their history.
+
+    Attributes:
+        interlocks: The interlocks of the prior.
+        noise: The model of reports.
+        possible: Whether the reports are possible, by reading and interlock, shape (kinds, interlocks).
+        configuration: The configuration under each interlock, shape (interlocks,).
+        false: The number of false reports under each interlock, of the same shape.
+        weights: The posterior probability of every interlock, of the same shape.
+        told: Reports since the beginning or the last restart.
+        positions: The configuration as told last; None where positions are not told.
+        states_only: Whether the last report told positions and no outcome; False before the first.
+        moved: Probability that the last attempt moved its joint, [0, 1]; None before the first.
+        restarts: Number of impossible reports.
+    """
+
+    interlocks: Interlocks
+    noise: Noise
+    possible: NDArray[np.bool_]
+    configuration: NDArray[np.int64]
+    false: NDArray[np.int64]
+    weights: Floats
+    told: int = 0
+    positions: int | None = 0
+    states_only: bool = False
+    moved: float | None = None
+    restarts: int = 0
+
+    @property
+    def alive(self) -> int:
+        """The possible interlocks as a number, bit s for interlock s."""
+        return as_mask(np.any(self.possible, axis=0))
+
+    @property
+    def likeliest(self) -> int:
+        """The most probable configuration; of equally probable ones the smallest."""
+        return int(np.argmax(np.bincount(self.configuration, self.weights)))
+
+    def _key(self) -> tuple[object, ...]:
+        held = self.possible.any(axis=0)
+        arrays = (self.possible, self.configuration * held, self.false * held)
+        told = self.told if self.noise.p is None else 0  # with a known p only differences of counts matter
+        positions = None if self.positions is None else 0 if self.noise.kinds == ("memoryless",) else self.positions
+        plain = (self.interlocks.prior, self.interlocks.joints, self.noise, told, positions, self.states_only)
+        return (*plain, *(array.tobytes() for array in arrays))
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Belief) and self._key() == other._key()
+
+    def __hash__(self) -> int:
+        return hash(self._key())
+
+
+def begin(interlocks: Interlocks, noise: Noise) -> Belief:
+    """The belief before the first report: the prior at the initial configuration."""
+    return _prior_at(interlocks, noise, 0)
+
+
+def _prior_at(
+    interlocks: Interlocks, noise: Noise, configuration: int, positions: int | None = 0, restarts: int = 0
+) -> Belief:
+    """The prior at a configuration, with the reported positions."""
+    solvable = interlocks.distance[:, configuration] < NEVER
+    return Belief(
+        interlocks=interlocks,
+        noise=noise,
+        possible=np.tile(solvable, (len(noise.kinds), 1)),
+        configuration=np.full(len(interlocks), configuration, dtype=np.int64),
+        false=np.zeros(len(interlocks), dtype=np.int64),
+        weights=solvable / solvable.sum(),
+        positions=positions,
+        restarts=restarts,
+    )
+
+
+def update(belief: Belief, report: ReportedAttempt) -> Belief:
+    """The posterior after a report, given that the trial goes on."""
+    found = _condition_on_report(belief, report)
+    if found is not None:
+        return found
+    before = belief.likeliest if report.positions is None else report.positions ^ (report.moved << report.joint)
+    again = _restart(belief, before & ~1)
+    return _condition_on_report(again, report) or _restart_after(again, before & ~1, report)
+
+
+def _restart(belief: Belief, configuration: int) -> Belief:
+    """Restart from the prior at a configuration."""
+    return _prior_at(belief.interlocks, belief.noise, configuration, belief.positions, belief.restarts + 1)
+
+
+def _condition_on_report(belief: Belief, report: ReportedAttempt) -> Belief | None:
+    """The belief conditioned on the report and on the trial going on; None if no interlock allows it."""
+    moves = belief.interlocks.may_move(belief.configuration)[:, report.joint]
+    said = _moved_as_told(belief, report)
+    possible = belief.possible & _allows_positions(belief, report, said)
+    if report.joint == 0:
+        possible &= ~moves
+    false, told = belief.false + (moves != said), belief.told + 1
+    weights = _weights(belief.noise, possible, false, told)
+    if weights is None:
+        return None
+    return replace(
+        belief,
+        possible=possible & (weights > 0.0),
+        configuration=belief.configuration ^ (moves.astype(np.int64) << report.joint),
+        false=false,
+        weights=weights,
+        told=told,
+        positions=report.positions,
+        states_only=report.states_only and report.positions is not None,
+        moved=float(weights @ moves),
+    )
+
+
+def _moved_as_told(belief: Belief, report: ReportedAttempt) -> NDArray[np.bool_] | bool:
+    """Whether the joint moved according to the report; under each interlock if only positions are told."""
+    if not report.states_only or report.positions is None:
+        return report.moved
+    moved: NDArray[np.bool_] = (compared(belief) ^ report.positions) >> report.joint & 1 == 1
+    return moved
+
+
+def compared(belief: Belief) -> NDArray[np.int64]:
+    """The configuration from which the next report says the attempted joint moved or not, shape (interlocks,)."""
+    if belief.noise.kinds[0] in OF_OUTCOMES and belief.positions is not None:
+        return np.full_like(belief.configuration, belief.positions)
+    return belief.configuration
+
+
+def _allows_positions(belief: Belief, report: ReportedAttempt, said: NDArray[np.bool_] | bool) -> NDArray[np.bool_]:
+    """Whether each reading and interlock allows the reported positions, shape (kinds, interlocks)."""
+    if report.positions is None:
+        return np.ones_like(belief.possible)
+    bit = 1 << report.joint
+    differs = belief.configuration ^ report.positions ^ (said * bit)
+    if belief.noise.naive:  # it takes the target to be at rest, whatever is told of it
+        differs &= ~1
+    repeated = belief.positions is None or (report.positions ^ belief.positions) & ~bit == 0
+    follows = (compared(belief) ^ report.positions ^ (said * bit)) & bit == 0
+    shown = {
+        "memoryless": differs == 0,
+        "latched": (differs & bit == 0) & repeated,
+        "re-observed": (differs & ~bit == 0) & follows,
+        "integrated": follows & repeated,
+    }
+    return np.stack([shown[kind] & np.ones_like(differs, bool) for kind in belief.noise.kinds])
+
+
+def _weights(noise: Noise, possible: NDArray[np.bool_], false: NDArray[np.int64], told: int) -> Floats | None:
+    """The posterior over interlocks, from their counts of false reports, shape (interlocks,); None if impossible."""
+    logs = np.where(possible.any(axis=0), _log_likelihood(noise.p, told)[false], -inf)
+    most = float(logs.max())
+    if most == -inf:
+        return None
+    weights: Floats = np.exp(logs - most) * possible.sum(axis=0)
+    weights /= weights.sum()
+    return weights
+
+
+@lru_cache(maxsize=4096)
+def _log_likelihood(p: float | None, told: int) -> Floats:
+    """The log-likelihood of 0, 1, ... false reports among ``told``, shape (told + 1,)."""
+    counts = range(told + 1)
+    if p is None:
+        return np.array([lgamma(k + 1) + lgamma(told - k + 1) - lgamma(told + 2) for k in counts])
+    odds = (log(p) if p > 0 else -inf, log(1 - p) if p < 1 else -inf)
+    return np.array([sum(n * odd for n, odd in zip((k, told - k), odds, strict=True) if n) for k in counts])
+
+
+def _restart_after(again: Belief, before: int, report: ReportedAttempt) -> Belief:
+    """Restart from the prior at the reported configuration; the target stays in place."""
+    now = before ^ (report.moved << report.joint) & ~1
+    fresh = _prior_at(again.interlocks, again.noise, now, report.positions, again.restarts)
+    fresh = replace(fresh, moved=float(report.moved and report.joint > 0))
+    return _condition_on_opening(fresh, opens=False) or fresh if report.joint == 0 else fresh
+
+
+def opened(belief: Belief) -> Belief:
+    """The posterior once the box has opened: the target was attempted and moved."""
+    again = _restart(belief, belief.likeliest)
+    return replace(
+        _condition_on_opening(belief, opens=True) or _condition_on_opening(again, opens=True) or again, moved=1.0
+    )
+
+
+def _condition_on_opening(belief: Belief, *, opens: bool) -> Belief | None:
+    """The belief, given whether an attempt moves the target; None if that is impossible."""
+    moves = belief.interlocks.may_move(belief.configuration)[:, 0]
+    possible = belief.possible & (moves == opens)
+    weights = belief.weights * (moves == opens)
+    total = float(weights.sum())
+    return replace(belief, possible=possible, weights=weights / total) if total else None
+
+
+def entropy(belief: Belief) -> float:
+    """Entropy over interlocks, in bits, >= 0."""
+    sure = belief.weights[belief.weights > 0.0]
+    return float(-(sure * np.log2(sure)).sum()) + 0.0

@@ -1,0 +1,159 @@
+"""The lockbox as data, with its one rule.
+
+Attempting a joint toggles it if the interlock allows it in the present configuration, else nothing
+happens (paper, Sec. 2.1). The real box's interlock is not public, so a box is data, never hard-coded.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+from lockprobe.foundation.errors import BadValue
+
+__all__ = ["MAX_JOINTS", "Clause", "Configuration", "Joint", "JointKind", "LayoutKind", "Lockbox", "Shuffle", "bits"]
+
+Configuration = tuple[bool, ...]
+"""One position per joint in panel order; False is closed."""
+
+Clause = Mapping[str, bool]
+"""Positions of other joints that must all hold."""
+
+MAX_JOINTS = 8
+"""Largest number of joints, one for each label."""
+
+JointKind = Literal["prismatic", "revolute"]
+
+LayoutKind = Literal["fixed", "dealt", "shuffled"]
+"""The panel: the box's own; joints dealt to its places once for a study; or anew in every trial."""
+
+Shuffle = Literal["trial", "study", "never"]
+"""How often labels and the order of their list are drawn: in every trial, once for a study, or not at all."""
+
+
+def bits(configuration: Configuration) -> str:
+    """A configuration as a bit string in panel order, for example ``"0010"``."""
+    return "".join("1" if position else "0" for position in configuration)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Joint:
+    """One moving part on the panel.
+
+    Attributes:
+        name: Its name, which the agent never sees.
+        kind: ``prismatic`` (slides) or ``revolute`` (turns).
+        place: Its position on the panel, in panel widths from the left and panel heights from below, [0, 1].
+    """
+
+    name: str
+    kind: JointKind
+    place: tuple[float, float] = (0.5, 0.5)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Lockbox:
+    """A lockbox: joints, interlock, initial configuration and target.
+
+    Attributes:
+        name: The name of the box.
+        joints: In panel order, left to right.
+        interlock: For each joint the clauses under which it may move (disjunctive normal form): it moves if *any*
+            clause holds *entirely*. A joint that is always free has one empty clause and may be left out.
+        initial: The configuration at the start of every trial.
+        target: The joint whose movement solves the box.
+
+    Raises:
+        BadValue: If names repeat, a clause names an unknown joint or the joint itself, or lengths differ.
+    """
+
+    name: str
+    joints: tuple[Joint, ...]
+    interlock: Mapping[str, tuple[Clause, ...]]
+    initial: Configuration
+    target: str
+    _rules: tuple[tuple[tuple[tuple[int, bool], ...], ...], ...] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        names = self.names
+        if len(set(names)) != len(names):
+            raise BadValue("joints", list(names), "every name once")
+        if self.target not in names:
+            raise BadValue("target", self.target, f"one of {', '.join(names)}")
+        if len(names) > MAX_JOINTS:
+            raise BadValue("joints", len(names), f"at most {MAX_JOINTS}")
+        if not all(position in (True, False) for position in self.initial):
+            raise BadValue("initial", self.initial, "positions True (open) and False, in panel order")
+        if len(self.initial) != len(names):
+            raise BadValue("initial", bits(self.initial), f"one position for each of {len(names)} joints")
+        self._check_interlock()
+        index = {name: i for i, name in enumerate(names)}
+        object.__setattr__(
+            self,
+            "_rules",
+            tuple(
+                tuple(
+                    tuple((index[other], position) for other, position in clause.items())
+                    for clause in self.interlock.get(name, ({},))
+                )
+                for name in names
+            ),
+        )
+
+    def _check_interlock(self) -> None:
+        names = self.names
+        for joint, clauses in self.interlock.items():
+            if isinstance(clauses, Mapping) or not all(isinstance(clause, Mapping) for clause in clauses):
+                raise BadValue(f"interlock of {joint}", clauses, "a tuple of clauses, each joint -> position")
+            for other in (joint, *(name for clause in clauses for name in clause)):
+                if other not in names:
+                    raise BadValue(f"interlock of {joint}", other, f"one of {', '.join(names)}")
+            if any(joint in clause for clause in clauses):
+                raise BadValue(f"interlock of {joint}", joint, "positions of other joints")
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Joint names in panel order."""
+        return tuple(joint.name for joint in self.joints)
+
+    def as_data(self) -> dict[str, object]:
+        """The box as JSON data; positions are 0 and 1."""
+        return {
+            "name": self.name,
+            "joints": [{"name": j.name, "kind": j.kind, "place": list(j.place)} for j in self.joints],
+            "interlock": {
+                joint: [{other: int(position) for other, position in clause.items()} for clause in clauses]
+                for joint, clauses in self.interlock.items()
+            },
+            "initial": bits(self.initial),
+            "target": self.target,
+        }
+
+    @property
+    def target_index(self) -> int:
+        """Index of the target joint in panel order."""
+        return self.names.index(self.target)
+
+    def alternatives(self, joint: str) -> tuple[Clause, ...]:
+        """The clauses of a joint (by name); empty if it is always free."""
+        clauses = self.interlock.get(joint, ())
+        return tuple(clauses) if all(clauses) else ()
+
+    def may_move(self, configuration: Configuration, joint: int) -> bool:
+        """Whether the interlock lets a joint (by index in panel order) move in a configuration."""
+        return any(all(configuration[other] == position for other, position in clause) for clause in self._rules[joint])
+
+    def attempt(self, configuration: Configuration, joint: int) -> tuple[Configuration, bool]:
+        """Attempt a joint.
+
+        Args:
+            configuration: The configuration before the attempt.
+            joint: The joint's index in panel order.
+
+        Returns:
+            The configuration afterwards, and whether the joint moved. Only the attempted joint can change.
+        """
+        if not self.may_move(configuration, joint):
+            return configuration, False
+        return (*configuration[:joint], not configuration[joint], *configuration[joint + 1 :]), True

@@ -1,0 +1,132 @@
+"""Box files in TOML. The file is data: nothing in it runs, and its size is limited.
+
+::
+
+    name = "my-box"
+    target = "door"
+    initial = "000"             # one position per joint, in the order below
+
+    [[joints]]                  # in panel order, left to right
+    name = "door"
+    kind = "revolute"           # or "prismatic"
+    place = [0.2, 0.5]          # optional
+
+    [[joints]]
+    name = "bar"
+    kind = "prismatic"
+
+    [[joints]]
+    name = "pin"
+    kind = "prismatic"
+
+    [interlock]                 # a joint moves if any of its clauses holds entirely
+    door = [{ bar = 1 }]        # a joint without an entry is always free
+    bar = [{ pin = 1, door = 0 }]
+
+Every key is described in docs/boxes.md.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from lockprobe.boxes.box import Clause, Joint, Lockbox, bits
+from lockprobe.boxes.check import fault_of
+from lockprobe.foundation.errors import BadFile, UserMistake
+from lockprobe.foundation.inputs import read_toml
+from lockprobe.foundation.validation import plain
+
+__all__ = ["box_from_data", "read_box", "toml_of"]
+
+_NAME, _BITS = r"^[A-Za-z][A-Za-z0-9_-]{0,39}$", r"^[01]{2,8}$"
+_PATTERNS = {
+    _NAME: "expected a name: a letter, then at most 39 letters, digits, - and _",
+    _BITS: "expected a 0 or 1 for each of 2 to 8 joints, in quotes",
+}
+
+Name = Annotated[str, Field(pattern=_NAME)]
+Unit = Annotated[float, Field(ge=0, le=1)]
+
+
+class _JointTable(BaseModel):
+    model_config = ConfigDict(extra="forbid")
+    name: Name
+    kind: Literal["prismatic", "revolute"]
+    place: tuple[Unit, Unit] = (0.5, 0.5)
+
+
+class _BoxTable(BaseModel):
+    model_config = ConfigDict(extra="forbid")
+    name: Name
+    target: Name
+    initial: Annotated[str, Field(pattern=_BITS)]
+    joints: Annotated[list[_JointTable], Field(min_length=2, max_length=8)]
+    interlock: dict[Name, Annotated[list[dict[Name, Literal[0, 1]]], Field(min_length=1, max_length=32)]] = {}
+
+
+def read_box(path: Path) -> Lockbox:
+    """Read the box in a TOML file of the form above.
+
+    Raises:
+        BadFile: If the file has another form, or its box cannot be played (:class:`lockprobe.boxes.check.Fault`).
+    """
+    box = _box_of(read_toml(path), path)
+    fault = fault_of(box)
+    if fault:
+        raise BadFile(path, fault.reason)
+    return box
+
+
+def toml_of(box: Lockbox) -> str:
+    """The text of a TOML file from which :func:`read_box` reads the same box.
+
+    Raises:
+        BadFile: If a name or a size is not allowed in a file.
+    """
+    _box_of(box.as_data(), box.name)
+    joints = (
+        f'[[joints]]\nname = "{joint.name}"\nkind = "{joint.kind}"\nplace = [{joint.place[0]}, {joint.place[1]}]\n'
+        for joint in box.joints
+    )
+    interlock = (f"{joint} = [{', '.join(map(_inline, clauses))}]" for joint, clauses in box.interlock.items())
+    head = f'name = "{box.name}"\ntarget = "{box.target}"\ninitial = "{bits(box.initial)}"\n'
+    return "\n".join([head, *joints, "\n".join(["[interlock]", *interlock])]) + "\n"
+
+
+def _inline(clause: Clause) -> str:
+    positions = ", ".join(f"{other} = {int(position)}" for other, position in clause.items())
+    return f"{{ {positions} }}" if clause else "{}"
+
+
+def _box_of(data: object, source: Path | str) -> Lockbox:
+    try:
+        return box_from_data(data)
+    except UserMistake as error:
+        raise BadFile(source, str(error)) from None
+
+
+def box_from_data(data: object) -> Lockbox:
+    """Build a box from parsed tables of the form above; the inverse of ``Lockbox.as_data``.
+
+    Raises:
+        UserMistake: If they describe no box.
+    """
+    try:
+        table = _BoxTable.model_validate(data)
+        return Lockbox(
+            name=table.name,
+            joints=tuple(Joint(name=j.name, kind=j.kind, place=j.place) for j in table.joints),
+            interlock={
+                joint: tuple({other: bool(position) for other, position in clause.items()} for clause in clauses)
+                for joint, clauses in table.interlock.items()
+            },
+            initial=tuple(bit == "1" for bit in table.initial),
+            target=table.target,
+        )
+    except ValidationError as error:
+        first = error.errors()[0]
+        said = _PATTERNS.get(first.get("ctx", {}).get("pattern", ""), plain(first["msg"]))
+        raise UserMistake(f"{'.'.join(map(str, first['loc']))}: {said}") from None

@@ -1,0 +1,119 @@
+"""Finds a box by name, file path or plug-in.
+
+``chain-4`` is the default: the target (leftmost revolute) needs slider 1, slider 1 needs slider 2, slider 2
+needs the right revolute, which is free. It has the four joints of the paper's box (Sec. 2.1: two prismatic in
+the middle, two revolute, the leftmost is the target), but the interlock is a *reconstruction*: the real one is
+not public. It is the serial chain of the only public code of this lineage, and the human-inspired strategy
+reproduces the paper's reference curve on it (80 % by step 9, all by step 20).
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from lockprobe.boxes.box import MAX_JOINTS, Lockbox
+from lockprobe.boxes.generate import random_box
+from lockprobe.boxes.structures import STRUCTURES
+from lockprobe.foundation.errors import BadValue, UnknownName
+from lockprobe.foundation.plugins import Plugin, allow, find_plugin, is_own_function, plugin_names
+from lockprobe.foundation.spec import Spec, spec_kind, spec_name
+
+__all__ = ["DEFAULT_BOX", "box", "find_box", "named_boxes", "sized"]
+
+DEFAULT_BOX = "chain-4"
+_LARGEST_SEED = 10**9 - 1
+
+
+def named_boxes() -> tuple[str, ...]:
+    """The names that :func:`box` accepts, in addition to ``random-N-SEED``."""
+    return tuple(STRUCTURES)
+
+
+def sized(family: str, joints: int | None) -> str:
+    """The name of a family's box of a given size, for example ``chain-5`` for ``chain`` and 5.
+
+    Args:
+        family: A family with or without its number, or ``random``.
+        joints: Number of joints; by default the number in the name, or else 4.
+
+    Raises:
+        BadValue: If the family has no box of that size; the message lists the sizes that it has.
+    """
+    known = {name: len(STRUCTURES[name]().joints) for name in STRUCTURES}
+    known |= {f"random-{n}": n for n in range(2, MAX_JOINTS + 1)}
+    if family in known and joints in (None, known[family]):
+        return family
+    sizes = {n: name for name, n in known.items() if family in (name, name.rpartition("-")[0])}
+    if sizes and (joints or 4) not in sizes:
+        raise BadValue(f"joints of {family}", joints or 4, f"one of {', '.join(map(str, sorted(sizes)))}")
+    return sizes.get(joints or 4, family)
+
+
+def find_box(asked: str | Path | Lockbox = DEFAULT_BOX) -> Lockbox:
+    """A box from a name, the path of a TOML file, or a :class:`Lockbox`.
+
+    Besides the names of :func:`box` there are those of installed packages (entry points in the group
+    ``lockprobe.boxes``) and ``python:module:Name?option=value``: a :class:`Lockbox`, or a function that returns one.
+
+    Raises:
+        UnknownName: If there is no such box or option.
+        BadFile: If the file holds no box that can be played.
+        BadValue: If ``asked`` has another type, or a package's box cannot be played.
+        BrokenPlugin: If a package's code fails.
+
+    >>> find_box("chain-4") == find_box(find_box("chain-4"))
+    True
+    """
+    if isinstance(asked, Lockbox):
+        return asked
+    if not isinstance(asked, str | Path):
+        raise BadValue("box", asked, "a name, a Lockbox or the path of a TOML file")
+    if isinstance(asked, Path) or (spec_kind(asked) != "python" and (asked.endswith(".toml") or "/" in asked)):
+        from lockprobe.boxes.boxfile import read_box  # pydantic: not for a box by name
+
+        return read_box(Path(asked))
+    allow(asked)  # who asks names it: the box of a study on disk is data
+    name = spec_name(asked)
+    if name in STRUCTURES or name.startswith("random-") or (plugin := find_plugin("box", asked)) is None:
+        return box(asked)
+    return _of_another_package(asked, plugin)
+
+
+def _is_box(found: object) -> bool:
+    return isinstance(found, Lockbox) or is_own_function(found)
+
+
+def _of_another_package(asked: str, plugin: Plugin) -> Lockbox:
+    from lockprobe.boxes.check import fault_of
+
+    expected = "a Lockbox, or a function that returns one"
+    found = plugin.make(Spec.parse(asked, "box").options, is_one=_is_box, expected=expected)
+    if not isinstance(found, Lockbox):
+        raise BadValue("box", asked, expected)
+    if fault := fault_of(found):
+        raise BadValue("box", asked, f"one that can be played ({fault.reason})")
+    return found
+
+
+def box(name: str = DEFAULT_BOX) -> Lockbox:
+    """A box by name. ``random-N-SEED``, for example ``random-5-17``, has N joints and an interlock drawn from the seed.
+
+    Raises:
+        UnknownName: If there is no such box; the message lists those that exist.
+        BadValue: If ``random-N-SEED`` has a number out of range.
+
+    >>> box("chain-4").target
+    'revolute-left'
+    """
+    if name in STRUCTURES:
+        return STRUCTURES[name]()
+    drawn = re.fullmatch(r"random-([0-9]{1,12})-([0-9]{1,12})", name)
+    if drawn is None:
+        raise UnknownName("box", name, [*STRUCTURES, "random-N-SEED", *plugin_names("box")])
+    joints, seed = int(drawn[1]), int(drawn[2])
+    if not 2 <= joints <= MAX_JOINTS:
+        raise BadValue(name, joints, f"2 to {MAX_JOINTS} joints")
+    if seed > _LARGEST_SEED:
+        raise BadValue(name, seed, f"a seed of at most {_LARGEST_SEED}")
+    return random_box(joints, seed)

@@ -1,0 +1,151 @@
+"""Seeded generation of random boxes from recipes: interlock, layout, names and initial configuration."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal, get_args
+
+import numpy as np
+
+from lockprobe.boxes.box import MAX_JOINTS, Clause, Lockbox
+from lockprobe.boxes.check import Fault, fault_of
+from lockprobe.boxes.layouts import LayoutName, laid_out
+from lockprobe.boxes.structures import STRUCTURES, assemble, paper_joints
+from lockprobe.foundation.errors import BadValue, UnknownName
+from lockprobe.foundation.seeds import generator, integer_seed
+
+__all__ = ["InitialName", "Recipe", "RefusedRecipe", "generate", "random_box"]
+
+InitialName = Literal["rest", "random"]
+
+_SEEDS = 2**31
+_RANDOM = re.compile(r"random-([2-8])")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Recipe:
+    """The parameters of a generated box. Equal recipes give equal boxes.
+
+    Attributes:
+        family: A named box without a seed (``reset``), or ``random-N``: an interlock of N joints drawn from the seed.
+        layout: Positions of the joints; see :mod:`lockprobe.boxes.layouts`.
+        dealt: Whether places, kinds and names are assigned to the joints at random, so that they do not reveal the
+            interlock.
+        initial: ``rest``: all joints closed. ``random``: every position is drawn.
+        alternatives: Largest number of clauses per joint, 1 to 4; the number is drawn. Only for ``random-N``, as the
+            next two.
+        literals: Largest number of positions in a clause, 1 to 7; the number is drawn.
+        negative: Probability that a position in a clause is closed, [0, 1].
+        shortest: Least allowed optimum, steps, from 1.
+        seed: From 0, below 2**31. Interlock, layout and start have separate streams.
+
+    Raises:
+        UnknownName: If there is no such family or layout.
+        BadValue: If a number is out of range.
+    """
+
+    family: str = "random-4"
+    layout: LayoutName = "serial"
+    dealt: bool = False
+    initial: InitialName = "rest"
+    alternatives: int = 2
+    literals: int = 2
+    negative: float = 0.25
+    shortest: int = 2
+    seed: int = 1
+
+    def __post_init__(self) -> None:
+        if self.family not in STRUCTURES and not _RANDOM.fullmatch(self.family):
+            raise UnknownName("family", self.family, [*STRUCTURES, f"random-2 to random-{MAX_JOINTS}"])
+        for what, value, known in (("layout", self.layout, LayoutName), ("initial", self.initial, InitialName)):
+            if value not in get_args(known):
+                raise UnknownName(what, value, get_args(known))
+        limits = (("alternatives", 1, 4), ("literals", 1, MAX_JOINTS - 1), ("shortest", 1, 2**MAX_JOINTS))
+        for what, low, high in (*limits, ("seed", 0, _SEEDS - 1)):
+            if not low <= (number := getattr(self, what)) <= high:
+                raise BadValue(what, number, f"a whole number from {low} to {high}")
+        if not 0 <= self.negative <= 1:
+            raise BadValue("negative", self.negative, "a number from 0 to 1")
+
+    @property
+    def name(self) -> str:
+        """The name of its box, for example ``reset-zigzag-7``."""
+        return f"{self.family}-{self.layout}-{self.seed}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RefusedRecipe:
+    """A recipe whose box cannot be played, and why."""
+
+    recipe: Recipe
+    fault: Fault
+
+
+def generate(recipe: Recipe) -> Lockbox | RefusedRecipe:
+    """The box of a recipe, or the reason why it cannot be played. There is only one draw."""
+    drawn = _RANDOM.fullmatch(recipe.family)
+    if drawn:
+        box = _random_interlock(int(drawn[1]), recipe, generator(recipe.seed, "box", "interlock"))
+    else:
+        box = STRUCTURES[recipe.family]()
+    box = laid_out(box, recipe.layout, generator(recipe.seed, "box", "layout"), dealt=recipe.dealt)
+    if recipe.initial == "random":
+        start = generator(recipe.seed, "box", "initial").random(len(box.joints)) < 0.5
+        box = replace(box, initial=tuple(bool(position) for position in start))
+    fault = fault_of(box, recipe.shortest)
+    return RefusedRecipe(recipe=recipe, fault=fault) if fault else replace(box, name=recipe.name)
+
+
+def random_box(joints: int, seed: int) -> Lockbox:
+    """The box ``random-N-SEED``: the first of a sequence of recipes with an optimum of min(joints, 3) steps or more.
+
+    Args:
+        joints: 2 to 8.
+        seed: From 0, below 10**9.
+    """
+    for attempt in range(1000):
+        drawn = integer_seed(seed, "random-box", joints, attempt)
+        found = generate(Recipe(family=f"random-{joints}", dealt=True, shortest=min(joints, 3), seed=drawn))
+        if isinstance(found, Lockbox):
+            return replace(found, name=f"random-{joints}-{seed}")
+    raise AssertionError("a thousand recipes in a row give no box")
+
+
+def _random_interlock(size: int, recipe: Recipe, rng: np.random.Generator) -> Lockbox:
+    """Joints in a line, the target first, the last one free. Clauses ask only later joints to be open.
+
+    An interlock without closed positions is therefore solvable; with closed positions, moves may have to be undone, or
+    the box may be unsolvable. No clause names the target.
+    """
+    joints = paper_joints(size)
+    names = [name for name, _ in joints]
+    interlock: dict[str, Sequence[Clause]] = {}
+    for i, name in enumerate(names[:-1]):
+        clauses = [
+            _clause(names[i + 1 :], [other for other in names[1:] if other != name], recipe, rng)
+            for _ in range(1 + int(rng.random() * recipe.alternatives))
+        ]
+        interlock[name] = _needed(clauses)
+    return assemble(recipe.name, joints, interlock)
+
+
+def _clause(later: Sequence[str], others: Sequence[str], recipe: Recipe, rng: np.random.Generator) -> dict[str, bool]:
+    clause: dict[str, bool] = {}
+    for _ in range(1 + int(rng.random() * recipe.literals)):
+        position = bool(rng.random() >= recipe.negative)
+        free = [other for other in (later if position else others) if other not in clause]
+        if free:
+            clause[free[int(rng.random() ** 2 * len(free))]] = position  # near joints more often, for deep interlocks
+    return clause
+
+
+def _needed(clauses: Sequence[Mapping[str, bool]]) -> list[Clause]:
+    """The clauses that no other clause implies; none if the joint is always free."""
+    kept: list[Clause] = []
+    for clause in sorted(clauses, key=len):
+        if not any(set(weaker.items()) <= set(clause.items()) for weaker in kept):
+            kept.append(clause)
+    alone = {item for clause in kept if len(clause) == 1 for item in clause.items()}
+    return [] if any((other, not position) in alone for other, position in alone) or {} in kept else kept

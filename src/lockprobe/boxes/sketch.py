@@ -1,0 +1,89 @@
+"""A box as text for terminals: its panel, and its interlock as a tree rooted at the target."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from lockprobe.boxes.box import Joint, Lockbox
+
+__all__ = ["ascii_only", "interlock_lines", "panel_lines"]
+
+_WIDE, _ROW = 60, 0.12
+"""Width of the panel in characters; joints whose heights differ by less are in one row."""
+
+_SYMBOLS = {"prismatic": ("[#-]", "[-#]", "[? ]"), "revolute": ("(|) ", "(-) ", "(?) ")}
+"""Symbols of a closed joint, an open joint, and a joint whose position is not told."""
+
+_ASCII = str.maketrans("┌┐└┘─│├", "++++-||")
+
+
+def ascii_only(text: str) -> str:
+    """The text with dashes and bars instead of box-drawing characters."""
+    return text.translate(_ASCII)
+
+
+def panel_lines(
+    box: Lockbox, *, labels: Sequence[str] | None = None, positions: Sequence[bool | None] | None = None
+) -> list[str]:
+    """The panel with a label under each joint; a star marks the target.
+
+    Args:
+        box: The box.
+        labels: Label of each joint, in panel order; by default numbers from 1.
+        positions: Position of each joint, in panel order, None if it is not told; by default the start.
+    """
+    rows: list[list[int]] = []
+    for i in sorted(range(len(box.joints)), key=lambda i: -box.joints[i].place[1]):
+        if rows and box.joints[rows[-1][0]].place[1] - box.joints[i].place[1] < _ROW:
+            rows[-1].append(i)
+        else:
+            rows.append([i])
+    names = labels or [str(i + 1) for i in range(len(box.joints))]
+    drawn = box.initial if positions is None else positions
+    inside = [f"│{line:{_WIDE}}│" for row in rows for line in _row(box, row, names, drawn)]
+    unknown = ", not told [? ] (?)" if None in drawn else ""
+    legend = f"closed [#-] (|), open [-#] (-){unknown}; * the target"
+    return ["┌" + "─" * _WIDE + "┐", *inside, "└" + "─" * _WIDE + "┘", legend]
+
+
+def _row(box: Lockbox, row: list[int], names: Sequence[str], positions: Sequence[bool | None]) -> tuple[str, str]:
+    """A row of symbols and the names under them; overlapping symbols move to the right."""
+    symbols, under = "", ""
+    for i in sorted(row, key=lambda i: (box.joints[i].place[0], i)):
+        joint, position = box.joints[i], positions[i]
+        at = max(len(symbols) + 1, round(joint.place[0] * _WIDE) - 2)
+        symbols = symbols.ljust(at) + _SYMBOLS[joint.kind][2 if position is None else position]
+        under = under.ljust(at) + f" {names[i]}" + ("*" if joint.name == box.target else "")
+    return symbols, under
+
+
+def interlock_lines(box: Lockbox) -> list[str]:
+    """The conditions of the target as a tree, then the joints that are not in the tree."""
+    shown: set[str] = set()
+    lines: list[str] = []
+    for joint in sorted(box.joints, key=lambda joint: joint.name != box.target):
+        if joint.name not in shown:
+            shown.add(joint.name)
+            lines += [joint.name + _note(box, joint), *_needs(box, joint.name, shown)]
+    return lines
+
+
+def _note(box: Lockbox, joint: Joint) -> str:
+    target = " (target)" if joint.name == box.target else ""
+    return target + ("" if box.alternatives(joint.name) else ": always free")
+
+
+def _needs(box: Lockbox, name: str, shown: set[str]) -> Iterator[str]:
+    """The positions that a joint needs; the first occurrence of each joint is followed by its own conditions."""
+    positions = [
+        ("and " if i else "or " if k else "", other, position)
+        for k, clause in enumerate(box.alternatives(name))
+        for i, (other, position) in enumerate(clause.items())
+    ]
+    for i, (link, other, position) in enumerate(positions):
+        last, first = i == len(positions) - 1, other not in shown
+        shown.add(other)
+        free = ": always free" if not box.alternatives(other) else "" if first else ": see above"
+        yield ("└─ " if last else "├─ ") + f"{link}{other} {'open' if position else 'closed'}{free}"
+        if first:
+            yield from (("   " if last else "│  ") + line for line in _needs(box, other, shown))

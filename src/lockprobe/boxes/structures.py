@@ -1,0 +1,137 @@
+"""The named boxes and their interlocks.
+
+Each starts at rest (all joints closed), its joints in a row, the target leftmost.
+
+The interlock of the paper's box is not public, so none of these is that box. ``chain``, ``bichain`` and ``branched``
+are those of the only public code of its lineage (github.com/hildensia/joint_dependency: ``lockbox_serial_*``,
+``lockbox_icra_2_lock_1``, ``lockbox_serial_5_with_branch``; Kulick, Otte and Toussaint, ICRA 2015; Baum et al.,
+IROS 2017). ``common-cause`` and ``common-effect`` are the rooms of OpenLock (Edmonds et al., CogSci 2018), with levers
+that one attempt moves. ``fork``, ``converge``, ``reset`` and ``gray-code`` have the paper's four joints (Sec. 2.1: two
+prismatic in the middle, two revolute, the leftmost is the target) and one feature each that a chain lacks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from itertools import pairwise
+
+from lockprobe.boxes.box import MAX_JOINTS, Clause, Joint, JointKind, Lockbox
+
+__all__ = ["FAMILIES", "STRUCTURES", "assemble", "paper_joints"]
+
+SIZES = range(2, MAX_JOINTS + 1)
+
+
+def paper_joints(size: int) -> list[tuple[str, JointKind]]:
+    """Names and kinds in a row: revolute at both ends, sliders between."""
+    sliders: list[tuple[str, JointKind]] = [(f"slider-{i}", "prismatic") for i in range(1, size - 1)]
+    return [("revolute-left", "revolute"), *sliders, ("revolute-right", "revolute")]
+
+
+def assemble(name: str, joints: Sequence[tuple[str, JointKind]], interlock: Mapping[str, Sequence[Clause]]) -> Lockbox:
+    """A box at rest with its joints in a row, the first the target; joints without clauses are free."""
+    return Lockbox(
+        name=name,
+        joints=tuple(
+            Joint(name=joint, kind=kind, place=(round((i + 0.5) / len(joints), 3), 0.5))
+            for i, (joint, kind) in enumerate(joints)
+        ),
+        interlock={joint: tuple(clauses) for joint, clauses in interlock.items() if clauses},
+        initial=(False,) * len(joints),
+        target=joints[0][0],
+    )
+
+
+def _chain(size: int) -> Lockbox:
+    joints = paper_joints(size)
+    return assemble(f"chain-{size}", joints, {j: [{right: True}] for (j, _), (right, _) in pairwise(joints)})
+
+
+def _bichain(size: int) -> Lockbox:
+    joints = paper_joints(size)
+    needs: dict[str, dict[str, bool]] = {j: {right: True} for (j, _), (right, _) in pairwise(joints)}
+    for (dependant, _), (joint, _) in pairwise(joints):
+        needs[joint] = needs.get(joint, {}) | {dependant: False}
+    return assemble(f"bichain-{size}", joints, {j: [clause] for j, clause in needs.items()})
+
+
+def _gray_code(size: int, name: str) -> Lockbox:
+    joints = [joint for joint, _ in paper_joints(size)]
+    interlock = {
+        joint: [{joints[i + 1]: True, **dict.fromkeys(joints[i + 2 :], False)}] for i, joint in enumerate(joints[:-1])
+    }
+    return assemble(name, paper_joints(size), interlock)
+
+
+def _four(name: str, interlock: Mapping[str, Clause]) -> Lockbox:
+    """A box of the paper's joints: target, j2, j1 and j0 from the left."""
+    names = dict(zip(("target", "j2", "j1", "j0"), (joint for joint, _ in paper_joints(4)), strict=True))
+    clauses = {names[j]: [{names[o]: position for o, position in c.items()}] for j, c in interlock.items()}
+    return assemble(name, paper_joints(4), clauses)
+
+
+def _common_cause(levers: int) -> Lockbox:
+    joints, others = _room(levers)
+    interlock = {"door": [{lever: True} for lever in others]} | {lever: [{"lever-0": True}] for lever in others}
+    return assemble(f"common-cause-{levers}", joints, interlock)
+
+
+def _common_effect(levers: int) -> Lockbox:
+    joints, others = _room(levers)
+    interlock: dict[str, list[Clause]] = {"door": [{"lever-0": True}], "lever-0": [{lever: True} for lever in others]}
+    return assemble(f"common-effect-{levers}", joints, interlock)
+
+
+def _room(levers: int) -> tuple[list[tuple[str, JointKind]], list[str]]:
+    """Door and levers, and the levers that are alternatives."""
+    names = ["door", *(f"lever-{i}" for i in range(levers))]
+    return [(name, "revolute") for name in names], names[2:]
+
+
+def _branched() -> Lockbox:
+    """A chain of five; an open joint 2 locks joint 5, and joint 6 needs joint 5 open."""
+    joints: list[tuple[str, JointKind]] = [
+        ("revolute-left", "revolute"),
+        ("slider-3", "prismatic"),
+        ("slider-2", "prismatic"),
+        ("slider-1", "prismatic"),
+        ("revolute-right", "revolute"),
+        ("branch-1", "prismatic"),
+        ("branch-2", "prismatic"),
+    ]
+    interlock: dict[str, list[Clause]] = {j: [{right: True}] for (j, _), (right, _) in pairwise(joints[:5])}
+    interlock |= {"branch-1": [{"slider-2": False}], "branch-2": [{"branch-1": True}]}
+    return assemble("branched", joints, interlock)
+
+
+_FORK: Mapping[str, Clause] = {"target": {"j1": True, "j2": True}}
+_CONVERGE: Mapping[str, Clause] = {"target": {"j2": True}, "j2": {"j0": True, "j1": True}}
+_RESET: Mapping[str, Clause] = {"j1": {"j0": True}, "j2": {"j1": True}, "target": {"j2": True, "j0": False}}
+
+STRUCTURES: Mapping[str, Callable[[], Lockbox]] = {
+    **{f"chain-{n}": partial(_chain, n) for n in SIZES},
+    **{f"bichain-{n}": partial(_bichain, n) for n in SIZES},
+    "fork": partial(_four, "fork", _FORK),
+    "converge": partial(_four, "converge", _CONVERGE),
+    "reset": partial(_four, "reset", _RESET),
+    "gray-code": partial(_gray_code, 4, "gray-code"),
+    **{f"gray-code-{n}": partial(_gray_code, n, f"gray-code-{n}") for n in SIZES},
+    **{f"common-cause-{n}": partial(_common_cause, n) for n in (3, 4)},
+    **{f"common-effect-{n}": partial(_common_effect, n) for n in (3, 4)},
+    "branched": _branched,
+}
+"""Box by name."""
+
+FAMILIES: Mapping[str, str] = {
+    "chain": "every joint needs its right neighbour open; the rightmost is free",
+    "bichain": "as the chain, and a joint is locked while the one that needs it is open",
+    "fork": "the target needs both sliders open; the right joint is a distractor",
+    "converge": "the target needs a joint that needs two others open",
+    "reset": "a chain whose first joint has to be closed again before the target moves",
+    "gray-code": "every joint needs its right neighbour open and all further right closed (Chinese rings)",
+    "common-cause": "one lever frees the others, any of which opens the door (OpenLock)",
+    "common-effect": "any of several levers frees the one that opens the door (OpenLock)",
+    "branched": "a chain of five, and a branch of two that is locked while the chain is half open",
+}
+"""Family -> description."""

@@ -1,8 +1,0 @@
-"""Exports trials for other tools: tables as CSV, JSON lines or Parquet, datasets, and traces."""
-
-from __future__ import annotations
-
-from lockprobe.export.table_files import write_csv, write_jsonl, write_parquet
-from lockprobe.export.tidy import COLUMNS, TRIAL_COLUMNS, tidy, tidy_rows, trial_rows
-
-__all__ = ["COLUMNS", "TRIAL_COLUMNS", "tidy", "tidy_rows", "trial_rows", "write_csv", "write_jsonl", "write_parquet"]

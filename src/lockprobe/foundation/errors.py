@@ -1,0 +1,276 @@
+"""Everything that Lockprobe raises on purpose.
+
+::
+
+    LockprobeError
+    ├── UserMistake            printed as one line, exit status 2, no traceback
+    │   ├── UnknownName        a name that does not exist; lists what does
+    │   ├── BadValue           a value that is not allowed
+    │   │   └── Conflict       two options that cannot be combined
+    │   ├── BadFile            a file that cannot be used
+    │   ├── SettingsChanged    another study already lives in this directory
+    │   ├── DirectoryBusy      another process is writing to this directory
+    │   ├── BrokenPlugin       an addition of another package does not work
+    │   └── Missing            a key, package or model file that the user has to supply first
+    │       └── AgentsGivenUp  agents that could not go on; the others were played
+    ├── BudgetReached          the budget is spent; nothing is broken, and everything is on disk
+    └── TrialFault             ends a trial as ``error``, never as a failure to solve
+        ├── ModelFault         boundary ``model``: the provider or runtime broke; the trial is owed again
+        ├── ReplyFault         boundary ``reply``: the agent never gave a usable reply
+        ├── RefusalFault       boundary ``refusal``: the model or its provider refused to reply
+        ├── PlantFault         boundary ``plant``: the box or robot broke; the trial is owed again
+        └── ChannelFault       boundary ``channel``: a channel broke; the trial is owed again
+
+A class makes its message from facts: what was asked, what came, what exists.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import ClassVar, Literal
+
+from lockprobe.foundation.install import advice
+from lockprobe.foundation.redaction import without_keys, without_secrets
+from lockprobe.foundation.terminal_text import printable
+
+__all__ = [
+    "FINAL",
+    "AgentsGivenUp",
+    "BadFile",
+    "BadValue",
+    "Boundary",
+    "BrokenPlugin",
+    "BudgetReached",
+    "ChannelFault",
+    "Conflict",
+    "DirectoryBusy",
+    "LockprobeError",
+    "Missing",
+    "ModelFault",
+    "PlantFault",
+    "RefusalFault",
+    "ReplyFault",
+    "SettingsChanged",
+    "TrialFault",
+    "UnknownName",
+    "UserMistake",
+    "needing",
+]
+
+Boundary = Literal["model", "reply", "refusal", "plant", "channel", "participant"]
+"""The part of the loop where a trial broke."""
+
+FINAL: tuple[Boundary, ...] = ("reply", "refusal")
+"""The boundaries at which the agent itself broke its trial. That is a finding, so the trial is not owed again."""
+
+
+LONGEST_MESSAGE = 1000
+"""The most characters kept of the error that broke a trial."""
+
+LONGEST_MISTAKE = 4000
+"""The most characters printed of a user's mistake."""
+
+
+class LockprobeError(Exception):
+    """The root of Lockprobe's error tree."""
+
+
+class UserMistake(LockprobeError):
+    """A mistake that the user can correct. It is printed as one line, without a traceback and without secrets.
+
+    Attributes:
+        to_copy: Lines to copy into a file, printed below the message.
+    """
+
+    to_copy: tuple[str, ...] = ()
+
+    def __init__(self, message: str) -> None:
+        said = printable(" ".join(without_keys(message).split()))
+        cut = f"… ({len(said)} characters in all)" if len(said) > LONGEST_MISTAKE else ""
+        super().__init__(said[:LONGEST_MISTAKE] + cut)
+
+
+class UnknownName(UserMistake):
+    """Raised when a name does not exist. ``kind`` says what it should name, for example an agent.
+
+    ``near`` is the name that the user probably meant; by default, the most similar existing name.
+    """
+
+    def __init__(self, kind: str, asked: str, known: Iterable[str], near: str | None = None) -> None:
+        names = list(known)
+        meant = near or next(iter(difflib.get_close_matches(asked, names, n=1)), "")
+        hint = f" (did you mean {meant!r}?)" if meant else ""
+        there = f"there are: {', '.join(names)}" if names else "there is none"
+        super().__init__(f"no {kind} is called {asked!r}{hint}; {there}")
+
+
+class BadValue(UserMistake):
+    """Raised when a setting has a value that is not allowed; ``expected`` says in words which values are."""
+
+    def __init__(self, what: str, got: object, expected: str) -> None:
+        super().__init__(f"{what}: got {got!r}, expected {expected}")
+
+
+class Conflict(BadValue):
+    """Raised when an option cannot be combined with another option or value; ``why`` gives the reason."""
+
+    def __init__(self, option: str, other: str, why: str) -> None:
+        UserMistake.__init__(self, f"{option} cannot be combined with {other}: {why}")
+
+
+class BadFile(UserMistake):
+    """Raised when a file cannot be used; ``why`` says what is wrong, with the line where that helps."""
+
+    def __init__(self, path: Path | str, why: str) -> None:
+        super().__init__(f"{path}: {why}")
+
+
+class SettingsChanged(UserMistake):
+    """Raised when a directory holds a study with other settings: setting -> (there, asked for)."""
+
+    def __init__(self, directory: Path | str, differences: Mapping[str, tuple[object, object]]) -> None:
+        listed = "; ".join(
+            f"{name} is {there!r} there, {asked!r} asked" for name, (there, asked) in differences.items()
+        )
+        super().__init__(
+            f"{directory} already holds a study with other settings ({listed}): "
+            "repeat its settings to resume it, or give another --out"
+        )
+
+
+class DirectoryBusy(UserMistake):
+    """Raised when another process is writing to the same study directory."""
+
+    def __init__(self, directory: Path | str) -> None:
+        super().__init__(f"{directory} is being written by another lockprobe: wait for it, or give another --out")
+
+
+class BrokenPlugin(UserMistake):
+    """Raised when an addition of another package does not work.
+
+    ``package`` is the distribution with its version; empty where it is not known.
+    """
+
+    def __init__(self, kind: str, name: str, package: str, error: BaseException) -> None:
+        owner = f" of {package}" if package else ""
+        super().__init__(f"{kind} {name!r}{owner} does not work ({type(error).__name__}: {error})")
+
+
+class Missing(UserMistake):
+    """Raised when something must be supplied first: a key, a package, a model file.
+
+    ``remedy`` says how to supply it; under ``uv run`` advice for pip becomes advice for uv.
+    """
+
+    def __init__(self, what: str, remedy: str) -> None:
+        super().__init__(f"{what}: {advice(remedy)}")
+
+
+class AgentsGivenUp(Missing):
+    """Raised at the end of a run, if it gave agents up and played the others.
+
+    Attributes:
+        why: Agent -> the mistake that ended its trials.
+    """
+
+    def __init__(self, why: Mapping[str, UserMistake]) -> None:
+        remedy = "nothing finished is lost; run the same command again when that is mended"
+        super().__init__("; ".join(map(str, why.values())), remedy)
+        self.why = dict(why)
+
+
+@contextmanager
+def needing(what: str, extra: str, package: str = "lockprobe") -> Iterator[None]:
+    """Import the packages of an extra.
+
+    Args:
+        what: What needs them, in the plural, for the message.
+        extra: The extra.
+        package: The distribution that has the extra.
+
+    Raises:
+        Missing: If one of them is not installed.
+    """
+    try:
+        yield
+    except ImportError as error:
+        missing = "pillow" if str(error.name).startswith("PIL") else error.name
+        raise Missing(f"{what} need the package {missing}", f"pip install '{package}[{extra}]'") from error
+
+
+class BudgetReached(LockprobeError):
+    """Raised when less is left than what comes next could cost. A trial stops here and resumes from its next call.
+
+    All amounts are US dollars; ``needed`` is the maximum cost of the next call, or the estimate of the next trial.
+    """
+
+    def __init__(self, spent: float, budget: float, needed: float, of: Literal["call", "trial"] = "call") -> None:
+        super().__init__(f"${spent:.4f} of ${budget:.4f} spent; the next {of} could cost ${needed:.4f}")
+        self.spent, self.budget, self.needed, self.of = spent, budget, needed, of
+
+
+class TrialFault(LockprobeError):
+    """Ends the trial as ``error`` at the boundary where it broke. Its message holds no secrets."""
+
+    boundary: ClassVar[Boundary]
+
+    def __init__(self, message: str) -> None:
+        super().__init__(printable(" ".join(without_secrets(message).split()))[:LONGEST_MESSAGE])
+
+
+class ModelFault(TrialFault):
+    """The provider or the runtime behind a model failed after its retries.
+
+    Attributes:
+        retries: How often the request was repeated.
+        unanswered: Attempts without a usable answer that the provider may have charged for.
+        usage: The provider's counts, as fields of :class:`lockprobe.trial.model_call.Usage`; empty if it counted
+            nothing.
+    """
+
+    boundary = "model"
+
+    def __init__(
+        self, message: str, *, retries: int = 0, unanswered: int = 0, usage: Mapping[str, int] | None = None
+    ) -> None:
+        super().__init__(message)
+        self.retries, self.unanswered, self.usage = retries, unanswered, dict(usage or {})
+
+
+class ReplyFault(TrialFault):
+    """The agent gave no usable reply within the bounded number of repair turns.
+
+    Attributes:
+        replies: The raw replies, in the order in which they came.
+        usage: Their cost, as fields of :class:`lockprobe.trial.record.Usage`; empty if nobody charges.
+    """
+
+    boundary: ClassVar[Boundary] = "reply"
+
+    def __init__(self, message: str, replies: tuple[str, ...] = (), usage: Mapping[str, int] | None = None) -> None:
+        super().__init__(message)
+        self.replies, self.usage = replies, dict(usage or {})
+
+
+class RefusalFault(ReplyFault):
+    """The model, or a filter of its provider, refused to reply; it is not asked again.
+
+    ``replies`` ends with the words of the refusal.
+    """
+
+    boundary = "refusal"
+
+
+class PlantFault(TrialFault):
+    """The plant broke: the simulation or robot that the agent acts on."""
+
+    boundary = "plant"
+
+
+class ChannelFault(TrialFault):
+    """A channel broke: a report or picture could not be made."""
+
+    boundary = "channel"

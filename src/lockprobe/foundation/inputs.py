@@ -1,0 +1,150 @@
+"""Bounded reading of files from elsewhere: no pipes, no devices, no file or line above a size limit."""
+
+from __future__ import annotations
+
+import json
+import os
+import stat
+import tomllib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import IO
+
+from lockprobe.foundation.errors import BadFile
+
+__all__ = [
+    "LARGEST_INPUT",
+    "LARGEST_TOML",
+    "check_regular",
+    "irregular",
+    "is_there",
+    "parse_json",
+    "read_input",
+    "read_lines",
+    "read_toml",
+]
+
+LARGEST_INPUT = 1 << 28
+"""Bytes of a file that is read at once, and of a line of a longer one: 256 MiB."""
+
+LARGEST_TOML = 64 * 1024
+"""Bytes of a TOML file; a larger one is refused unread."""
+
+_KINDS = {
+    stat.S_IFIFO: "a pipe",
+    stat.S_IFCHR: "a device",
+    stat.S_IFBLK: "a device",
+    stat.S_IFSOCK: "a socket",
+    stat.S_IFDIR: "a directory",
+}
+
+
+def irregular(path: Path) -> str:
+    """The kind of an irregular file, for example ``a pipe``; empty for a regular file and for a missing one.
+
+    Raises:
+        OSError: If it cannot be examined.
+        ValueError: If the name holds a null character.
+    """
+    try:
+        mode = path.stat().st_mode
+    except FileNotFoundError:
+        return ""
+    return "" if stat.S_ISREG(mode) else _KINDS.get(stat.S_IFMT(mode), "something else")
+
+
+def check_regular(path: Path) -> None:
+    """Refuse pipes, devices, sockets and directories, because reading them may never end. Links are followed.
+
+    Raises:
+        BadFile: If it is one of these, or cannot be examined. A missing file is not refused.
+    """
+    try:
+        kind = irregular(path)
+    except (OSError, ValueError) as error:
+        raise BadFile(path, f"cannot be read ({getattr(error, 'strerror', None) or error})") from None
+    if kind:
+        raise BadFile(path, f"{kind}, not a regular file")
+
+
+def is_there(path: Path) -> bool:
+    """Whether a regular file is there; what is there and is none is no missing file.
+
+    Raises:
+        BadFile: If it is a pipe, a device, a socket or a directory, or cannot be examined.
+    """
+    check_regular(path)
+    return path.exists()
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[IO[bytes]]:
+    """A regular file, open for reading. Opening waits for nobody, also where a pipe took its place meanwhile.
+
+    Raises:
+        BadFile: If it is no regular file, or cannot be read.
+    """
+    check_regular(path)
+    try:
+        with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK), "rb") as file:  # noqa: PTH123 - of a number
+            if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+                raise BadFile(path, "not a regular file")
+            yield file
+    except OSError as error:
+        raise BadFile(path, f"cannot be read ({error.strerror})") from None
+
+
+def read_input(path: Path, most: int = LARGEST_INPUT) -> bytes:
+    """The content of a regular file of at most ``most`` bytes.
+
+    Raises:
+        BadFile: If it is no regular file, is larger, or cannot be read.
+    """
+    with _opened(path) as file:
+        content = file.read(most + 1)
+    if len(content) > most:
+        raise BadFile(path, f"larger than {most} bytes")
+    return content
+
+
+def read_lines(path: Path, most: int = LARGEST_INPUT) -> Iterator[bytes]:
+    """The lines of a file, each with its end and at most ``most`` bytes; the last may have no end.
+
+    Raises:
+        BadFile: If it is no regular file, has a longer line, or cannot be read.
+    """
+    with _opened(path) as file:
+        number = 0
+        while line := file.readline(most + 1):
+            number += 1
+            if len(line) > most:
+                raise BadFile(path, f"line {number}: longer than {most} bytes")
+            yield line
+
+
+def parse_json(content: bytes | str, path: Path) -> object:
+    """Parse the UTF-8 content of a JSON file; messages name its path.
+
+    Raises:
+        BadFile: If it is no JSON, or nested more deeply than can be read.
+    """
+    try:
+        return json.loads(content)
+    except RecursionError:
+        raise BadFile(path, "not JSON that can be read (nested too deeply)") from None
+    except ValueError as error:
+        raise BadFile(path, f"not JSON ({error})") from None
+
+
+def read_toml(path: Path) -> dict[str, object]:
+    """The tables of a TOML file of at most :data:`LARGEST_TOML`.
+
+    Raises:
+        BadFile: If it cannot be read, is too large or is not TOML.
+    """
+    content = read_input(path, LARGEST_TOML)
+    try:
+        return tomllib.loads(content.decode("utf-8"))
+    except (ValueError, RecursionError) as error:
+        raise BadFile(path, f"not TOML ({error})") from None

@@ -1,0 +1,355 @@
+"""Plug-ins: additions of other packages by entry points, and classes that a user names as ``python:module:Name``.
+
+A package adds an agent, a plant, a box, an intervention, a measure, a section of the report or a command by an entry
+point in the group of that kind (:data:`GROUPS`); the entry point's name is the spec's.
+``python:module:Name?option=value`` names a class or a function directly. Nothing is imported before it is used. An
+error in it becomes one line that names the package.
+
+What a file or a directory says is data. A ``python:`` spec runs only in a process in which a person has named it, on
+the command line or as an argument in Python (:func:`allow`); where it was read is never enough. What is found is held
+against what its kind needs before it is called.
+"""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from functools import lru_cache, reduce
+from pathlib import Path
+from types import BuiltinFunctionType, FunctionType
+from typing import TYPE_CHECKING, Any, Literal
+
+from lockprobe.foundation.errors import BadFile, BadValue, BrokenPlugin, LockprobeError, UserMistake
+from lockprobe.foundation.spec import arguments_from, spec_kind, spec_name, split_specs
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoints
+
+__all__ = [
+    "GROUPS",
+    "ROBOT",
+    "Kind",
+    "Listed",
+    "Plugin",
+    "allow",
+    "allowed",
+    "find_plugin",
+    "has_methods",
+    "is_own_function",
+    "listed_plugins",
+    "no_foreign_code",
+    "plugin_name_of",
+    "plugin_names",
+    "refuse_python",
+    "runs_foreign_code",
+]
+
+Kind = Literal["agent", "box", "command", "intervention", "measure", "plant", "plant source", "section", "tool"]
+
+GROUPS: Mapping[Kind, str] = {
+    "agent": "lockprobe.agents",
+    "box": "lockprobe.boxes",
+    "command": "lockprobe.commands",
+    "intervention": "lockprobe.interventions",
+    "measure": "lockprobe.measures",
+    "plant": "lockprobe.plants",
+    "plant source": "lockprobe.plant_sources",
+    "section": "lockprobe.sections",
+    "tool": "lockprobe.tools",
+}
+"""Kind of addition -> the group of its entry points. A tool is a function that a command calls."""
+
+ROBOT = "lockprobe-robot"
+"""The other distribution of Lockprobe. What it adds ships with Lockprobe: nobody can replace it, and it may always run.
+"""
+
+_DIRECT = "python:"
+
+
+class _Permission:
+    """What code of others may run in this process: nothing of ``python:`` at the start.
+
+    Attributes:
+        specs: The ``python:`` specs that a person has named.
+        closed: Whether nothing may run, also of installed packages.
+    """
+
+    def __init__(self) -> None:
+        self.specs: set[str] = set()
+        self.closed = False
+
+
+_permission = _Permission()
+
+
+def allow(*specs: str) -> None:
+    """Let the ``python:`` specs in these texts run in this process, because a person has named them in this command.
+
+    Call it with what a command line or a caller in Python gives, never with what a file or a directory says. Of agents,
+    plants, boxes and measures the spec counts with its options, of interventions the class. Others are left alone.
+    """
+    for part in (part for spec in specs for part in (spec, *split_specs(spec))):
+        if part.startswith(_DIRECT):
+            _permission.specs |= {part, f"{spec_name(part)}?"}
+
+
+def allowed() -> tuple[str, ...]:
+    """The specs that may run here, for :func:`allow` in a process that works for this one."""
+    return tuple(sorted(_permission.specs))
+
+
+@contextmanager
+def no_foreign_code() -> Iterator[None]:
+    """Let nothing of other packages and of the user run meanwhile; what needs it is refused in one line."""
+    before, _permission.closed = _permission.closed, True
+    try:
+        yield
+    finally:
+        _permission.closed = before
+
+
+def runs_foreign_code() -> bool:
+    """Whether code of installed packages may run here."""
+    return not _permission.closed
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Plugin:
+    """A class, function or object of another package, not imported yet.
+
+    Attributes:
+        kind: The kind of addition, for example an agent.
+        name: Its name in a spec: that of the entry point, or ``python:module:Name``.
+        value: Where it is, ``module:Name``.
+        package: The distribution with its version; empty for ``python:``.
+        spec: The spec that names it, with its options.
+    """
+
+    kind: Kind
+    name: str
+    value: str
+    package: str = ""
+    spec: str = ""
+
+    @property
+    def ships(self) -> bool:
+        """Whether it is of Lockprobe's other distribution."""
+        return self.package.partition(" ")[0] == ROBOT
+
+    def load(self) -> Any:
+        """Import it.
+
+        Raises:
+            BadValue: If no person has named it, or ``python:module:Name`` names nothing that can be imported.
+            BrokenPlugin: If the package's module breaks, or does not have it.
+        """
+        self._check_permission()
+        module, _, path = self.value.partition(":")
+        if not self.package and (here := str(Path.cwd())) not in sys.path:
+            sys.path.insert(0, here)
+        try:
+            found = reduce(getattr, path.split("."), importlib.import_module(module))
+        except (KeyboardInterrupt, GeneratorExit):
+            raise
+        except BaseException as error:  # also the SystemExit of a module that is a program
+            if self.package:
+                raise BrokenPlugin(self.kind, self.name, self.package, error) from error
+            expected = f"python:module:Name of an importable class or function ({_words(error)})"
+            raise BadValue(self.kind, self.name, expected) from error
+        if not self.package and isinstance(found, type | FunctionType | BuiltinFunctionType):
+            self._refuse_standard(str(found.__module__))
+        return found
+
+    def _check_permission(self) -> None:
+        """Refuse what no person has named, and modules of Python's own, some of which act when they are imported."""
+        if self.ships:
+            return
+        if _permission.closed:
+            raise BadValue(self.kind, self.name, "one that ships with Lockprobe: no other code runs here")
+        if self.package:
+            return
+        named = f"{self.name}?" if self.kind == "intervention" else self.spec or self.name
+        if named not in _permission.specs:
+            expected = (
+                "--allow with it in this command (in Python: lockprobe.foundation.plugins.allow): "
+                "what a file or a directory names is data, and is not run"
+            )
+            raise BadValue(self.kind, self.spec or self.name, expected)
+        self._refuse_standard(self.value)
+
+    def _refuse_standard(self, where: str) -> None:
+        module = where.replace(":", ".").partition(".")[0]
+        if module in sys.stdlib_module_names:
+            raise BadValue(self.kind, self.name, f"a module of your own: {module} is one of Python")
+
+    def make(self, options: Mapping[str, str], *, is_one: Callable[[Any], bool], expected: str, **given: object) -> Any:
+        """Call it with options as text, read by the annotation or the default of each argument, and with ``given``.
+
+        An object that cannot be called is returned as it is.
+
+        Args:
+            options: Option -> value as text.
+            is_one: Whether what was found, which is not called yet, is of the kind.
+            expected: What it should be, in words.
+            given: Further arguments.
+
+        Raises:
+            UnknownName: If it has no such option; the message lists those that exist.
+            BadValue: If it is none of its kind, an option has an invalid value, or as :meth:`load`.
+            BrokenPlugin: If it breaks.
+        """
+        found = self.load()
+        with self.guarded():
+            fits, called = is_one(found), callable(found)
+        if not fits:
+            raise BadValue(self.kind, self.name, expected)
+        if not called:
+            if options:
+                raise BadValue(self.kind, self.name, f"no options: it is a {type(found).__name__}")
+            return found
+        with self.guarded():
+            return found(**given, **arguments_from(found, self.name, options, given))
+
+    @contextmanager
+    def guarded(self) -> Iterator[None]:
+        """Run code of the plug-in, and turn its errors into one line.
+
+        Raises:
+            BrokenPlugin: If it breaks, or wants to end the process. Lockprobe's own errors pass unchanged.
+        """
+        try:
+            yield
+        except (LockprobeError, KeyboardInterrupt, GeneratorExit):
+            raise
+        except BaseException as error:
+            raise BrokenPlugin(self.kind, self.name, self.package, error) from error
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Listed:
+    """A plug-in of an installed package, as an entry in a list.
+
+    Attributes:
+        name: Its name in a spec.
+        package: The distribution with its version.
+        what: The first line of its description, or the reason why it cannot be used.
+        found: The imported object; None if it cannot be used.
+    """
+
+    name: str
+    package: str
+    what: str
+    found: Any = None
+
+
+def plugin_names(kind: Kind) -> tuple[str, ...]:
+    """The names that packages of others add, sorted. Nothing is imported."""
+    points = _points(kind)
+    ours = {point.name for point in points if _ships(point)}
+    return tuple(sorted({point.name for point in points} - ours))
+
+
+def has_methods(found: object, *names: str) -> bool:
+    """Whether something is a class with these methods."""
+    return isinstance(found, type) and all(callable(getattr(found, name, None)) for name in names)
+
+
+def is_own_function(found: object) -> bool:
+    """Whether something is a function that somebody wrote in Python, no class and no function of Python itself."""
+    return callable(found) and not isinstance(found, type | BuiltinFunctionType)
+
+
+def find_plugin(kind: Kind, spec: str) -> Plugin | None:
+    """Find ``python:module:Name`` or an entry point by its spec, without an import; None if it does not exist.
+
+    Raises:
+        BadValue: If several packages have it.
+    """
+    name = spec_name(spec)
+    if name.startswith(_DIRECT):
+        return Plugin(kind=kind, name=name, value=name.removeprefix(_DIRECT), spec=spec)
+    points = [point for point in _points(kind) if point.name == name]
+    points = [point for point in points if _ships(point)] or points
+    if len({point.value for point in points}) > 1:
+        raise BadValue(kind, name, f"a name from only one package, not from {' and '.join(map(_package, points))}")
+    if not points:
+        return None
+    return Plugin(kind=kind, name=name, value=points[0].value, package=_package(points[0]), spec=spec)
+
+
+def listed_plugins(
+    kind: Kind, own: Collection[str] = (), check: Callable[[str, Any], object] = lambda name, found: None
+) -> list[Listed]:
+    """All plug-ins of one kind, imported; unusable ones are included with the reason.
+
+    Args:
+        kind: The kind.
+        own: Lockprobe's own names; no package can add them.
+        check: Called with the name and the imported object; raises a user's mistake if it cannot be used.
+    """
+    rows = []
+    for name in plugin_names(kind):
+        package = " and ".join(sorted({_package(point) for point in _points(kind) if point.name == name}))
+        try:
+            if name in own:
+                raise BadValue(kind, name, "a different name: Lockprobe itself uses this one")
+            plugin = find_plugin(kind, name)
+            found = None if plugin is None else plugin.load()
+            check(name, found)
+        except UserMistake as mistake:
+            rows.append(Listed(name=name, package=package, what=f"Cannot be used. {mistake}"))
+            continue
+        said = (getattr(found, "__doc__", None) or "").strip().partition("\n")[0]
+        rows.append(Listed(name=name, package=package, what=said, found=found))
+    return rows
+
+
+def plugin_name_of(kind: Kind, found: type[Any]) -> str:
+    """The name under which an installed package has a class; ``python:module:Name`` if none has it."""
+    here = f"{found.__module__}:{found.__qualname__}"
+    for point in _points(kind):
+        if point.value == here:
+            return str(point.name)
+        if point.value.partition(":")[0].partition(".")[0] == found.__module__.partition(".")[0]:
+            with suppress(UserMistake):
+                if Plugin(kind=kind, name=point.name, value=point.value, package="?").load() is found:
+                    return str(point.name)
+    return f"{_DIRECT}{here}"
+
+
+def refuse_python(path: Path, what: str, specs: Iterable[object]) -> None:
+    """Refuse specs in a file that would run code, also within conditions.
+
+    Raises:
+        BadFile: If one begins with ``python:``.
+    """
+    for spec in specs:
+        if isinstance(spec, str) and any(spec_kind(part) == "python" for part in split_specs(spec)):
+            raise BadFile(path, f"{what}: {spec} would run code; name it on the command line with --{what}")
+
+
+def _points(kind: Kind) -> EntryPoints:
+    return _points_on(kind, tuple(sys.path))
+
+
+@lru_cache(maxsize=32)
+def _points_on(kind: Kind, path: tuple[str, ...]) -> EntryPoints:
+    """The entry points of a kind on an import path, cached because the search takes 15 ms."""
+    from importlib.metadata import entry_points  # a tenth of a second, which most commands need not wait for
+
+    return entry_points(group=GROUPS[kind])
+
+
+def _ships(point: Any) -> bool:
+    return point.dist is not None and str(point.dist.name) == ROBOT
+
+
+def _package(point: Any) -> str:
+    return "another package" if point.dist is None else f"{point.dist.name} {point.dist.version}"
+
+
+def _words(error: BaseException) -> str:
+    return str(error) if isinstance(error, ImportError | AttributeError) else f"{type(error).__name__}: {error}"

@@ -1,0 +1,155 @@
+"""Sections of a report: one that cannot be made is left out, named with its reason, and the others are made.
+
+Whatever computes, draws or writes a part of a report does so through :func:`section`. While failures are collected
+(:func:`leaving_out`) an error leaves that part out; otherwise it is raised, as for a program that calls one analysis.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import asdict, dataclass
+from typing import Any, Generic, TypeVar
+
+from lockprobe.foundation.terminal_text import printable
+
+__all__ = ["LeftOutSection", "collecting", "leaving_out", "of_package", "of_whom", "section", "without"]
+
+_T = TypeVar("_T")
+_Job = TypeVar("_Job")
+_Done = TypeVar("_Done")
+
+_LONGEST = 200
+"""Characters of a reason."""
+
+_NAMED = 3
+"""Sections that the line on a report names; the others are counted."""
+
+
+@dataclass(frozen=True, slots=True)
+class LeftOutSection:
+    """A part of a report that could not be made.
+
+    Attributes:
+        section: What it is called.
+        reason: Why it is missing, in one line.
+        source: The package that it comes from; empty for Lockprobe.
+    """
+
+    section: str
+    reason: str
+    source: str = ""
+
+    def plain(self) -> dict[str, str]:
+        """The same for JSON, without an empty source."""
+        return {name: said for name, said in asdict(self).items() if said}
+
+
+_failed: ContextVar[list[LeftOutSection] | None] = ContextVar("sections left out", default=None)
+_whom: ContextVar[str] = ContextVar("whom sections are about", default="")
+_package: ContextVar[str] = ContextVar("the package that sections come from", default="")
+
+
+@contextmanager
+def leaving_out() -> Iterator[list[LeftOutSection]]:
+    """Within it no section raises; those that fail are in the list, in the order in which they failed."""
+    found: list[LeftOutSection] = []
+    token = _failed.set(found)
+    try:
+        yield found
+    finally:
+        _failed.reset(token)
+
+
+@contextmanager
+def of_whom(name: str) -> Iterator[None]:
+    """Sections within it are about this agent, and are named so."""
+    token = _whom.set(name)
+    try:
+        yield
+    finally:
+        _whom.reset(token)
+
+
+@contextmanager
+def of_package(name: str) -> Iterator[None]:
+    """Sections within it come from this package; from Lockprobe if empty."""
+    token = _package.set(name)
+    try:
+        yield
+    finally:
+        _package.reset(token)
+
+
+def section(name: str, make: Callable[[], _T], instead: Callable[[], _T]) -> _T:
+    """A part of a report, or what stands in its place if it cannot be made.
+
+    Args:
+        name: What a reader would call it.
+        make: Makes it.
+        instead: Makes what stands in its place, such as the same of no trials.
+    """
+    found = _failed.get()
+    if found is None:
+        return make()
+    try:
+        return make()
+    except (Exception, SystemExit) as error:  # noqa: BLE001  whatever it is, the others do not depend on it
+        whom = _whom.get()
+        left_out = LeftOutSection(f"{name} of {whom}" if whom else name, _reason(error), _package.get())
+        if left_out not in found:
+            found.append(left_out)
+        return instead()
+
+
+def without(left_out: Sequence[LeftOutSection]) -> str:
+    """What a report is without, for the end of the line that names it; empty for a whole report.
+
+    >>> without([LeftOutSection("Loops", "ValueError: no")])
+    ', without Loops (ValueError: no)'
+    """
+    if not left_out:
+        return ""
+    named = "; ".join(f"{one.section} ({one.reason})" for one in left_out[:_NAMED])
+    more = len(left_out) - _NAMED
+    return f", without {named}" + (f" and {more} more section{'s' * (more > 1)}, named on the page" if more > 0 else "")
+
+
+def _reason(error: BaseException) -> str:
+    r"""An error in one line.
+
+    >>> _reason(ValueError("one\ntwo")), _reason(KeyError())
+    ('ValueError: one two', 'KeyError')
+    """
+    said = printable(" ".join(str(error).split()))
+    said = f"{type(error).__name__}: {said}" if said else type(error).__name__
+    return said if len(said) <= _LONGEST else f"{said[: _LONGEST - 1]}\N{HORIZONTAL ELLIPSIS}"
+
+
+@dataclass(frozen=True, slots=True)
+class _Collecting(Generic[_Job, _Done]):
+    """Work that returns what failed in it, as another process cannot note it here."""
+
+    work: Callable[[_Job], _Done]
+
+    def __call__(self, job: _Job) -> tuple[_Done, tuple[LeftOutSection, ...]]:
+        with leaving_out() as failed:
+            return self.work(job), tuple(failed)
+
+
+def collecting(
+    each: Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]],
+) -> Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]:
+    """The same way to work on several jobs, in which what fails in a job is noted here, in the order of the jobs."""
+
+    def noted(work: Callable[[Any], Any], jobs: Iterable[Any]) -> list[Any]:
+        found, done = _failed.get(), []
+        if found is None:
+            return list(each(work, jobs))
+        for value, failed in each(_Collecting(work), jobs):
+            found += [one for one in failed if one not in found]
+            done.append(value)
+        return done
+
+    return noted

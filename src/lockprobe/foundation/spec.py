@@ -1,0 +1,343 @@
+"""Specs: parsed names of agents, plants, boxes, interventions and modalities, with their options.
+
+A spec is ``KIND[:NAME][?OPTION=VALUE&...]``, for example ``human-inspired:proximity?lapse=0.1``. Options are encoded as
+in a URL. :class:`Spec` is the only reader and the only writer of this text; the functions below it turn the options
+into the fields of a dataclass or the arguments of a function.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import MISSING, dataclass, field, fields, is_dataclass, replace
+from functools import cache
+from types import NoneType, UnionType
+from typing import Any, Literal, NamedTuple, TypeVar, Union, get_args, get_origin, get_type_hints
+from urllib.parse import parse_qsl, quote, urlencode
+
+from lockprobe.foundation.errors import BadValue, UnknownName
+
+__all__ = [
+    "MCP",
+    "PEOPLE",
+    "Option",
+    "Spec",
+    "arguments_from",
+    "group_of",
+    "in_words",
+    "named_spec",
+    "options_of",
+    "settings_of",
+    "spec_kind",
+    "spec_name",
+    "split_specs",
+    "with_options",
+]
+
+Made = TypeVar("Made")
+
+PEOPLE = "participant"
+"""The spec that stands for all people in a study; one of them is ``participant:ID``."""
+
+MCP = "mcp"
+"""The kind of the specs of agents that connect to ``lockprobe mcp``: ``mcp:NAME``."""
+
+
+_ENCODED = str.maketrans({character: quote(character) for character in "%&+"})
+"""The characters that a value cannot hold as they are."""
+
+
+@dataclass(frozen=True, slots=True)
+class Spec:
+    """A spec, read once.
+
+    >>> spec = Spec.parse("human-inspired:proximity?lapse=0.1")
+    >>> spec.kind, spec.name, spec.options
+    ('human-inspired', 'proximity', {'lapse': '0.1'})
+
+    ``str(spec)`` is the text that was parsed, byte for byte, so that records keep it as the user wrote it. A spec that
+    was not parsed is written with its options encoded.
+
+    Attributes:
+        kind: The text before the first colon: ``llm``, ``cognitive``, ``twin``, ``flip``.
+        name: The text from there to the question mark: a preset, ``PROVIDER/MODEL``; empty if there is none.
+        options: Option -> its value as text.
+    """
+
+    kind: str
+    name: str = ""
+    options: Mapping[str, str] = field(default_factory=dict, hash=False)
+    _text: str = field(default="", init=False, repr=False, compare=False)
+
+    @classmethod
+    def parse(cls, text: str, what: str = "agent") -> Spec:
+        """Read a spec; messages call it ``what``.
+
+        Raises:
+            BadValue: If an option has no value, or comes twice.
+        """
+        full_name, mark, query = text.partition("?")
+        try:
+            pairs = parse_qsl(query, keep_blank_values=True, strict_parsing=bool(query))
+        except ValueError:
+            pairs = []
+        if mark and not pairs:
+            raise BadValue(what, text, "options as name?first=1&second=2")
+        if len(dict(pairs)) < len(pairs):
+            raise BadValue(what, text, "each option at most once")
+        kind, _, name = full_name.partition(":")
+        spec = cls(kind, name, dict(pairs))
+        object.__setattr__(spec, "_text", text)
+        return spec
+
+    def __str__(self) -> str:
+        if self._text:
+            return self._text
+        name = f"{self.kind}:{self.name}" if self.name else self.kind
+        return f"{name}?{urlencode(self.options, safe=';')}" if self.options else name
+
+    @property
+    def full_name(self) -> str:
+        """Kind and name, without the options: ``human-inspired:proximity``."""
+        return spec_name(str(self))
+
+    def without(self, options: Collection[str]) -> Spec:
+        """The spec without some options, whether it has them or not.
+
+        >>> str(Spec.parse("rgbd?blur=8&depth=height").without(["blur"]))
+        'rgbd?depth=height'
+        """
+        return replace(self, options={name: value for name, value in self.options.items() if name not in options})
+
+    def adding(self, options: Mapping[str, str]) -> Spec:
+        """The spec with more options; a value given here replaces an existing one.
+
+        >>> str(Spec.parse("tremble?p=0,0.1").adding({"p": "0.1"}))
+        'tremble?p=0.1'
+        """
+        return replace(self, options={**self.options, **options})
+
+    def appending(self, option: str, value: str) -> Spec:
+        """The spec with one option appended to its text, which stays unchanged. Nothing is encoded.
+
+        Raises:
+            BadValue: If it has this option already.
+        """
+        mark = "&" if self.options else "?"
+        return Spec.parse(f"{self}{mark}{option}={value}")
+
+    def with_value(self, option: str, value: str) -> Spec:
+        """The same spec with one option behind its text, whose value is any text: what would end it is encoded.
+
+        >>> str(Spec.parse("manual?device=1").with_value("camera", "shots/A&B"))
+        'manual?device=1&camera=shots/A%26B'
+
+        Raises:
+            BadValue: If it has this option already.
+        """
+        return self.appending(option, value.translate(_ENCODED))
+
+
+def spec_name(text: str) -> str:
+    """Kind and name of a spec. Its options are ignored and need not be well formed.
+
+    >>> spec_name("rgbd?depth=height")
+    'rgbd'
+    """
+    return text.partition("?")[0]
+
+
+def spec_kind(text: str) -> str:
+    """The kind of a spec. Its options are ignored and need not be well formed.
+
+    >>> spec_kind("llm:openai/gpt-4o?temperature=0")
+    'llm'
+    """
+    return spec_name(text).partition(":")[0]
+
+
+def named_spec(text: str, what: str, example: str) -> tuple[str, str]:
+    """The name and the spec in ``NAME=SPEC``; in a spec alone the name is empty.
+
+    A name has none of ``? : / +``, so the first equals sign before any of them ends it.
+
+    >>> named_spec("lies=flip?p=0.4", "condition", "")
+    ('lies', 'flip?p=0.4')
+    >>> named_spec("flip?p=0.4", "condition", "")
+    ('', 'flip?p=0.4')
+
+    Args:
+        text: The text.
+        what: What a message calls it.
+        example: One that is well formed, for a message.
+
+    Raises:
+        BadValue: If the name or the spec is blank.
+    """
+    name, equals, spec = text.partition("=")
+    if not equals or any(mark in name for mark in "?:/+"):
+        return "", text
+    if not name.strip() or not spec.strip():
+        raise BadValue(what, text, f"NAME=SPEC, for example {example}")
+    return name.strip(), spec.strip()
+
+
+def split_specs(text: str) -> list[str]:
+    """The specs in a text that joins them with plus signs.
+
+    >>> split_specs("tremble?p=0.1 + nudge")
+    ['tremble?p=0.1', 'nudge']
+    """
+    return [part.strip() for part in text.split("+")]
+
+
+def group_of(agent: str) -> str:
+    """The agent that a spec counts for: itself, or ``participant`` for a single person.
+
+    >>> [group_of(agent) for agent in ("participant:3f9a01bc", "llm:local")]
+    ['participant', 'llm:local']
+    """
+    return PEOPLE if agent.startswith(f"{PEOPLE}:") else agent
+
+
+class Option(NamedTuple):
+    """One option of a dataclass.
+
+    Attributes:
+        name: The name of its field, without the underscore behind a Python keyword (``from_`` is ``from``).
+        field: The name of its field.
+        default: Its default; ``dataclasses.MISSING`` if there is none.
+    """
+
+    name: str
+    field: str
+    default: object
+
+
+def options_of(kind: type[Any]) -> tuple[Option, ...]:
+    """The options of a dataclass: its fields, except private and computed ones. Other objects have none."""
+    return tuple(
+        Option(part.name.rstrip("_"), part.name, _default(part))
+        for part in (fields(kind) if is_dataclass(kind) else ())
+        if part.init and not part.name.startswith("_")
+    )
+
+
+def settings_of(made: Any) -> dict[str, object]:
+    """The settings of a dataclass for the record, by option; several values are joined to one word.
+
+    Private fields are left out.
+    """
+    found: dict[str, object] = {}
+    for part in fields(made):
+        value = getattr(made, part.name)
+        if not part.name.startswith("_"):
+            found[part.name.rstrip("_")] = in_words(value) if isinstance(value, tuple) else value
+    return found
+
+
+def in_words(value: object) -> str:
+    """A value as text in a spec; several values are separated by semicolons.
+
+    >>> in_words(True), in_words(0.4), in_words((4, 8))
+    ('yes', '0.4', '4;8')
+    """
+    if isinstance(value, tuple):
+        return ";".join(map(in_words, value))
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return short if isinstance(value, float) and float(short := f"{value:g}") == value else str(value)
+
+
+def _default(part: Any) -> object:
+    return part.default if part.default_factory is MISSING else part.default_factory()
+
+
+_types = cache(get_type_hints)
+"""The annotations of a dataclass; reading them takes longer than anything else here."""
+
+
+def with_options(
+    kind: type[Made], name: str, options: Mapping[str, str], preset: Mapping[str, object] | None = None
+) -> Made:
+    """A dataclass with its fields from a preset and from options as text; options override the preset.
+
+    Raises:
+        UnknownName: If there is no such option; the message, which names ``name``, lists those that exist.
+        BadValue: If the field does not take a value.
+    """
+    types = _types(kind)  # type: ignore[arg-type] # every class can be hashed
+    known = {option.name: option.field for option in options_of(kind)}
+    values = dict(preset or {})
+    for option, text in options.items():
+        if option not in known:
+            raise UnknownName(f"option of {name}", option, known)
+        values[known[option]] = _value(option, text, types[known[option]])
+    return kind(**values)
+
+
+def arguments_from(
+    make: Callable[..., object], name: str, options: Mapping[str, str], taken: Collection[str] = ()
+) -> dict[str, object]:
+    """Arguments for a function or class from options as text, converted by annotation, else by default.
+
+    Args:
+        make: The function or class. Its options are the arguments that can be given by name.
+        name: Its name for users.
+        options: Argument -> value as text.
+        taken: Arguments that it gets from elsewhere; they are not options.
+
+    Raises:
+        UnknownName: If there is no such option; the message lists those that exist.
+        BadValue: If the argument does not take a value.
+    """
+    if not options:
+        return {}
+    import inspect  # not for specs without options
+
+    known = {
+        argument.name: argument
+        for argument in inspect.signature(make).parameters.values()
+        if argument.kind in (argument.KEYWORD_ONLY, argument.POSITIONAL_OR_KEYWORD) and argument.name not in taken
+    }
+    for option in options:
+        if option not in known:
+            raise UnknownName(f"option of {name}", option, known or ["none"])
+    hints = _hints(make)
+    return {option: _value(option, text, _kind(known[option], hints)) for option, text in options.items()}
+
+
+def _hints(make: Callable[..., object]) -> dict[str, Any]:
+    """The annotations of a function; none if they name imports for type checkers only."""
+    try:
+        return get_type_hints(getattr(make, "__init__") if isinstance(make, type) else make)  # noqa: B009
+    except (AttributeError, NameError, TypeError):
+        return {}
+
+
+def _kind(argument: Any, hints: Mapping[str, Any]) -> Any:
+    """The type of an argument: its annotation, else the type of its default, else text."""
+    if argument.name in hints:
+        return hints[argument.name]
+    written = {kind.__name__: kind for kind in (bool, int, float, str)}
+    if argument.annotation in written:
+        return written[argument.annotation]
+    return str if argument.default in (None, argument.empty) else type(argument.default)
+
+
+def _value(name: str, text: str, kind: Any) -> object:
+    if get_origin(kind) in (Union, UnionType):  # with None, which only leaving the option out can give
+        (kind,) = (part for part in get_args(kind) if part is not NoneType)
+    if get_origin(kind) is tuple:  # of any length, all of one kind
+        return tuple(_value(name, part, get_args(kind)[0]) for part in text.split(";"))
+    if get_origin(kind) is Literal:
+        if text not in get_args(kind):
+            raise BadValue(name, text, f"one of {', '.join(get_args(kind))}")
+        return text
+    if kind is bool:
+        if text not in ("yes", "no"):
+            raise BadValue(name, text, "yes or no")
+        return text == "yes"
+    try:
+        return kind(text)
+    except ValueError:
+        raise BadValue(name, text, "a whole number" if kind is int else "a number") from None

@@ -1,0 +1,62 @@
+"""Links inside the directory of a study or a suite: none is followed for writing.
+
+A directory may come from anywhere, and archives and Git carry symbolic links. So every writer of this package refuses a
+path that leads through one below the outermost directory with a study or a suite in it. That directory itself, and what
+is above it, may be a link: the person who names it chooses it. Elsewhere a link is followed.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from lockprobe.foundation.errors import BadFile
+
+__all__ = ["MARKS", "make_directory", "refuse_links"]
+
+MARKS = ("study.json", "suite.json")
+"""Files by which a directory is that of a study or a suite."""
+
+
+def refuse_links(path: Path, *, within: Path | None = None) -> None:
+    """Refuse to write to a path that leads through a link inside the directory of a study.
+
+    Args:
+        path: The path; it need not exist.
+        within: The directory of a study that has no settings yet.
+
+    Raises:
+        BadFile: If there is such a link; the message names it.
+    """
+    whole = _absolute(path)
+    above = list(reversed(whole.parents))
+    root = _absolute(within) if within is not None else next(filter(_is_marked, above), None)
+    if root is None:
+        return
+    for one in [*above, whole]:
+        if root in one.parents and one.is_symlink():
+            raise BadFile(one, f"is a link inside the directory of a study ({root}), which is not followed: remove it")
+
+
+def make_directory(path: Path, *, mode: int = 0o777) -> None:
+    """Make a directory, unless it is there; its parent exists.
+
+    Raises:
+        BadFile: If a link inside the directory of a study leads there.
+        OSError: If it cannot be made.
+    """
+    refuse_links(path)
+    path.mkdir(mode=mode, exist_ok=True)
+
+
+def _absolute(path: Path) -> Path:
+    """The path from the root on, with its links; what comes before dots is resolved, as the system does."""
+    full = Path.cwd() / path
+    if ".." not in full.parts:
+        return full
+    last = len(full.parts) - full.parts[::-1].index("..")
+    return Path(os.path.realpath(Path(*full.parts[:last])), *full.parts[last:])
+
+
+def _is_marked(directory: Path) -> bool:
+    return any(os.path.lexists(directory / mark) for mark in MARKS)

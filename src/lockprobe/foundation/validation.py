@@ -1,0 +1,85 @@
+"""Validation: pydantic's sentences in plain words, and checks of numbers, probabilities and choices."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from numbers import Integral, Real
+
+from lockprobe.foundation.errors import BadValue
+
+__all__ = ["check_choice", "check_number", "check_probability", "check_whole", "plain"]
+
+_WORDS = (
+    (r", (unable to (parse|interpret) .*|got .*|not \d+)$", ""),
+    (r" after validation$", ""),
+    (r"^Value error, ", ""),
+    (r"^(Extra inputs are not permitted|Unexpected keyword argument)$", "no such key"),
+    (r"^Field required$", "is missing"),
+    (r"^(Input|\w+) should (be|have|match) ", "expected "),
+    (r"^it should be ", "expected "),
+    (r"\b(a )?valid integer\b", "a whole number"),
+    (r"\b(a )?valid number\b", "a number"),
+    (r"\b(a )?valid string\b", "a text"),
+    (r"\b(a )?valid (list|array|tuple)\b", "a list"),
+    (r"\b(a )?valid boolean\b", "true or false"),
+    (r"\b(a )?valid (dictionary|mapping|object)\b", "a table"),
+    (r"\ba valid ", "a "),
+    (r"greater than or equal to ", "at least "),
+    (r"less than or equal to ", "at most "),
+)
+"""Replacements, applied in order."""
+
+
+def plain(message: str) -> str:
+    """A message of pydantic in plain words.
+
+    >>> plain("Input should be a valid integer, unable to parse string as an integer")
+    'expected a whole number'
+    >>> plain("Input should be greater than or equal to 1")
+    'expected at least 1'
+    """
+    for before, after in _WORDS:
+        message = re.sub(before, after, message)
+    return message
+
+
+def check_probability(what: str, value: float) -> None:
+    """Refuse a value that is not a probability.
+
+    Raises:
+        BadValue: If it is not from 0 to 1.
+    """
+    if not 0.0 <= value <= 1.0:
+        raise BadValue(what, value, "a number from 0 to 1")
+
+
+def check_number(what: str, value: object) -> None:
+    """Refuse a value that is not a number.
+
+    Raises:
+        BadValue: If it is not.
+    """
+    if not isinstance(value, Real):
+        raise BadValue(what, value, "a number")
+
+
+def check_whole(what: str, value: object, least: int, most: int | None = None) -> None:
+    """Refuse a value that is not a whole number in a range; ``most`` is None where there is no largest one.
+
+    Raises:
+        BadValue: If it is not.
+    """
+    if not (isinstance(value, Integral) and least <= int(value) and (most is None or int(value) <= most)):
+        to = "" if most is None else f" to {most}"
+        raise BadValue(what, value, f"a whole number from {least}{to}")
+
+
+def check_choice(what: str, value: str, known: Iterable[str]) -> None:
+    """Refuse a value that is not among the known ones.
+
+    Raises:
+        BadValue: If it is not; the message lists them.
+    """
+    if value not in known:
+        raise BadValue(what, value, f"one of {', '.join(known)}")

@@ -1,0 +1,1 @@
+"""Lockprobe in other tools: Gymnasium, Inspect AI, the Model Context Protocol, tables and data sets."""

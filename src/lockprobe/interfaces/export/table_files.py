@@ -1,0 +1,136 @@
+"""Writes tables as files: CSV, JSON lines, Parquet, each with a file that holds its data dictionary."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import IO, Literal
+
+from lockprobe.foundation.errors import Missing
+from lockprobe.foundation.storage.atomic_file import atomic_file, atomic_files
+from lockprobe.interfaces.export.data_dictionary import as_bits, column, dictionary
+from lockprobe.interfaces.export.tidy import (
+    NO_TIMES,
+    TidyCell,
+    Times,
+    tidy_columns,
+    tidy_rows,
+    trial_columns,
+    trial_rows,
+)
+from lockprobe.trial.record import Trial
+
+__all__ = [
+    "FileKind",
+    "Rows",
+    "TableName",
+    "rows_of",
+    "write_csv",
+    "write_jsonl",
+    "write_parquet",
+    "write_rows",
+    "write_table",
+]
+
+FileKind = Literal["csv", "jsonl", "parquet"]
+
+TableName = Literal["steps", "trials"]
+
+
+@dataclass(frozen=True, slots=True)
+class Rows:
+    """A table whose rows can be iterated once.
+
+    Attributes:
+        about: The description of a row.
+        columns: Names of the columns, in order.
+        rows: Cells by column; empty texts for missing values.
+    """
+
+    about: str
+    columns: tuple[str, ...]
+    rows: Iterable[Mapping[str, TidyCell]]
+
+
+def rows_of(name: TableName, trials: Sequence[Trial], times: Times = NO_TIMES) -> Rows:
+    """Trials as a table with one row per step or per trial; ``times`` are people's response times, for steps."""
+    if name == "trials":
+        return Rows("One row per trial.", trial_columns(trials), trial_rows(trials))
+    return Rows("One row per step, truth and report.", tidy_columns(trials, times), tidy_rows(trials, times))
+
+
+def write_table(table: Rows, path: Path, kind: FileKind) -> list[Path]:
+    """Write a table and its data dictionary (``NAME-metadata.json``), both or neither, and return both paths.
+
+    Raises:
+        Missing: If Parquet is asked for and pyarrow is not installed.
+        BadFile: If a file cannot be written, or is no regular file.
+    """
+    beside = path.with_name(f"{path.name}-metadata.json")
+    described = dictionary(path.name, table.columns, table.about)
+    with atomic_files(beside, path) as (beside_draft, draft):
+        beside_draft.write_text(json.dumps(described, indent=2, ensure_ascii=False) + "\n", "utf-8")
+        if kind == "parquet":
+            _write_parquet(table, draft)
+        else:
+            with draft.open("w", encoding="utf-8", newline="") as file:
+                write_rows(table, file, kind)
+    return [path, beside]
+
+
+def write_rows(table: Rows, file: IO[str], kind: Literal["csv", "jsonl"]) -> None:
+    """Write a table as CSV or as one JSON object per line, into a file that is open for text.
+
+    CSV has a header line, and configurations with ``b`` in front (``b0110``).
+    """
+    if kind == "jsonl":
+        file.writelines(json.dumps(row, ensure_ascii=False) + "\n" for row in table.rows)
+        return
+    bits = [name for name in table.columns if column(name).kind == "bits"]
+    writer = csv.DictWriter(file, table.columns, lineterminator="\n")
+    writer.writeheader()
+    writer.writerows({**row, **{name: as_bits(str(row[name])) for name in bits}} for row in table.rows)
+
+
+def write_csv(trials: Iterable[Trial], file: IO[str], times: Times = NO_TIMES) -> None:
+    """Write tidy steps as CSV; ``state`` has ``b`` in front, so that no program reads it as a number."""
+    write_rows(rows_of("steps", list(trials), times), file, "csv")
+
+
+def write_jsonl(trials: Iterable[Trial], file: IO[str], times: Times = NO_TIMES) -> None:
+    """Write tidy steps, one JSON object per line."""
+    write_rows(rows_of("steps", list(trials), times), file, "jsonl")
+
+
+def write_parquet(trials: Iterable[Trial], path: Path, times: Times = NO_TIMES) -> None:
+    """Write tidy steps as a Parquet file with typed columns: ``state`` is text, counts are integers.
+
+    Raises:
+        Missing: If pyarrow is not installed.
+        BadFile: If the file cannot be written, or is no regular file.
+    """
+    table = rows_of("steps", list(trials), times)
+    with atomic_file(path) as draft:
+        _write_parquet(table, draft)
+
+
+def _write_parquet(table: Rows, draft: Path) -> None:
+    try:
+        arrow, parquet = import_module("pyarrow"), import_module("pyarrow.parquet")
+    except ImportError:
+        raise Missing("Parquet needs the package pyarrow", "pip install 'lockprobe[parquet]'") from None
+    kinds = {"integer": arrow.int64(), "number": arrow.float64(), "text": arrow.string(), "bits": arrow.string()}
+    about = {name: column(name) for name in table.columns}
+    schema = arrow.schema(
+        [
+            arrow.field(name, kinds[one.kind], metadata={"description": one.meaning, "unit": one.unit})
+            for name, one in about.items()
+        ]
+    )
+    numbers = [name for name, one in about.items() if kinds[one.kind] != arrow.string()]
+    rows = [{**row, **{name: None for name in numbers if row[name] == ""}} for row in table.rows]
+    parquet.write_table(arrow.Table.from_pylist(rows, schema=schema), draft)

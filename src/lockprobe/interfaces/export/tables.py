@@ -1,0 +1,329 @@
+"""People's data as six tables: steps, trials, participants, acts, attention checks, answers."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from lockprobe.agents.participant import participant_spec
+from lockprobe.foundation.terminal_text import readable
+from lockprobe.interfaces.export.data_dictionary import PLATFORM, as_bits, column
+from lockprobe.interfaces.export.tidy import COLUMNS, TidyCell, tidy_columns, tidy_rows, trial_columns, trial_rows
+from lockprobe.people.diary import Broken, Diary, Did, Released, read_diaries
+from lockprobe.people.experiment import Experiment, kept_experiment
+from lockprobe.people.journey import Journey
+from lockprobe.people.responses import Answer, Attempt
+from lockprobe.people.step_times import acts_of_steps, key_of
+from lockprobe.people.withdrawal import withdrawing
+from lockprobe.studies.journal import load
+from lockprobe.studies.settings import read_study
+from lockprobe.studies.study import Study
+from lockprobe.trial.record import Trial
+
+__all__ = ["TABLES", "PeopleRecords", "Table", "tables_of"]
+
+TABLES = {
+    "steps": "a step of a finished trial: truth and report",
+    "trials": "a finished trial: whether the box was opened, in how many steps, with which claims and loops",
+    "participants": "a participant: conditions, how far they came, checks, device",
+    "acts": "an act of a participant, including practice and unfinished trials",
+    "checks": "an answer to an attention check",
+    "answers": "an answer to a question",
+}
+"""The tables by name, with the meaning of a row."""
+
+_FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n")
+"""Beginnings of cells that a spreadsheet reads as formulas."""
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """Rows under named columns.
+
+    Attributes:
+        name: Its name, in lower case.
+        columns: Unique names of the columns.
+        rows: Cells by column; empty for missing values.
+    """
+
+    name: str
+    columns: tuple[str, ...]
+    rows: tuple[Mapping[str, TidyCell], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class PeopleRecords:
+    """The records of a study in which people took part.
+
+    Attributes:
+        directory: The directory of the study.
+        study: The study.
+        trials: Its trials, in the order in which they were finished.
+        diaries: The diaries of its participants, in the order in which they joined.
+        experiment: The settings for people; None if they are not stored.
+    """
+
+    directory: Path
+    study: Study
+    trials: tuple[Trial, ...]
+    diaries: tuple[Diary, ...]
+    experiment: Experiment | None = None
+
+    @classmethod
+    def read(cls, directory: Path) -> PeopleRecords:
+        """The records in the directory of a study, without a participant whose deletion is under way.
+
+        Raises:
+            BadFile: If the directory is not a study's, or a file in it is damaged.
+        """
+        trials, diaries, leaves = load(directory), read_diaries(directory), withdrawing(directory)
+        return cls(
+            directory,
+            read_study(directory),
+            tuple(trial for trial in trials if leaves is None or trial.agent != participant_spec(leaves)),
+            tuple(kept for kept in diaries if kept.joined.identity != leaves),
+            kept_experiment(directory),
+        )
+
+
+def tables_of(records: PeopleRecords, names: Collection[str] = tuple(TABLES)) -> tuple[Table, ...]:
+    """People's data as the tables named in :data:`TABLES`. Unfinished trials are in the acts, not in the steps.
+
+    Raises:
+        BadFile: If a diary and a record disagree.
+    """
+    trials = {trial.key: trial for trial in records.trials}
+    acts = acts_of_steps(records.study, trials, records.diaries, records.directory)
+    platform = sorted({name for kept in records.diaries for name in kept.joined.platform})
+    of_trials = ("participant", *trial_columns(records.trials), "position", "view")
+    participants = (*_PARTICIPANT, *(f"{PLATFORM}{name}" for name in platform))
+    made: Mapping[str, Callable[[], Table]] = {
+        "steps": lambda: _table("steps", _step_columns(records), _steps(records, acts)),
+        "trials": lambda: _table("trials", of_trials, _trials(records)),
+        "participants": lambda: _table(
+            "participants", participants, (_participant(kept, records.experiment) for kept in records.diaries)
+        ),
+        "acts": lambda: _table("acts", _ACT, _acts(records, acts)),
+        "checks": lambda: _table("checks", _CHECK, _checks(records)),
+        "answers": lambda: _table("answers", _ANSWER, _answers(records)),
+    }
+    return tuple(made[name]() for name in TABLES if name in names)
+
+
+def _table(name: str, columns: tuple[str, ...], rows: Iterable[Mapping[str, TidyCell]]) -> Table:
+    """A table in which spreadsheets find no formula, and no configuration that looks like a number."""
+    return Table(
+        name,
+        columns,
+        tuple(
+            {name: _text(name, cell) if isinstance(cell, str) else cell for name, cell in row.items()} for row in rows
+        ),
+    )
+
+
+_PARTICIPANT = (
+    "participant",
+    "language",
+    "texts",
+    "boxes_assigned",
+    "boxes_finished",
+    "boxes_broken",
+    "left_in_box",
+    "left_after_step",
+    "released",
+    "checks_right",
+    "checks_wrong",
+    "conditions",
+    "finished",
+    "pointers",
+    "window_width",
+    "window_height",
+)
+_ACT = (
+    "participant",
+    "turn",
+    "scene",
+    "position",
+    "key",
+    "step",
+    "label",
+    "claimed",
+    "told",
+    "rt_ms",
+    "claimed_rt_ms",
+    "at",
+    "ended",
+    "recorded",
+    "pointer",
+    "window_width",
+    "window_height",
+)
+_CHECK = ("participant", "check", "question", "answer", "right", "rt_ms", "at")
+_ANSWER = ("participant", "name", "question", "answer", "rt_ms", "at")
+
+
+def _step_columns(records: PeopleRecords) -> tuple[str, ...]:
+    more = tidy_columns(records.trials)[len(COLUMNS) :]
+    return ("participant", *COLUMNS, *more, "position", "view", "told", "rt_ms", "claimed_rt_ms", "at")
+
+
+def _steps(records: PeopleRecords, acts: Mapping[tuple[str, int], Did]) -> Iterator[dict[str, TidyCell]]:
+    rows = tidy_rows(records.trials)
+    for trial in records.trials:
+        for step in trial.steps:
+            did = acts.get((trial.key, step.step))
+            yield {
+                "participant": _identity(trial),
+                **next(rows),
+                "position": _fact(trial, "position"),
+                "view": _fact(trial, "view"),
+                "told": step.told,
+                **({} if did is None else _times(did)),
+            }
+
+
+def _trials(records: PeopleRecords) -> Iterator[dict[str, TidyCell]]:
+    for trial, row in zip(records.trials, trial_rows(records.trials), strict=True):
+        more = {"position": _fact(trial, "position"), "view": _fact(trial, "view")}
+        yield {"participant": _identity(trial), **row, **more}
+
+
+def _identity(trial: Trial) -> str:
+    return trial.player.removeprefix(f"{trial.group}:")
+
+
+def _fact(trial: Trial, name: str) -> TidyCell:
+    value = trial.facts.get(name)
+    return "" if value is None else value
+
+
+def _times(did: Did) -> dict[str, TidyCell]:
+    act = did.act
+    times: dict[str, TidyCell] = {"at": did.at}
+    if isinstance(act, Attempt | Answer):
+        times["rt_ms"] = act.rt
+    if isinstance(act, Attempt) and act.claimed_rt is not None:
+        times["claimed_rt_ms"] = act.claimed_rt
+    return times
+
+
+def _participant(kept: Diary, experiment: Experiment | None) -> dict[str, TidyCell]:
+    joined, boxes = kept.joined, range(1, len(kept.joined.slots) + 1)
+    journey = Journey.of(kept)
+    endings, checks = journey.endings, journey.checks
+    language, _, texts = joined.words.partition(" ")
+    row: dict[str, TidyCell] = {
+        "participant": joined.identity,
+        "language": language,
+        "texts": texts,
+        "boxes_assigned": len(boxes),
+        "boxes_finished": sum(endings.get(box) in ("solved", "budget") for box in boxes),
+        "boxes_broken": sum(endings.get(box) == "error" for box in boxes),
+        "released": int(journey.released),
+        "checks_right": sum(checks),
+        "checks_wrong": len(checks) - sum(checks),
+        "conditions": "; ".join(slot.condition for slot in joined.slots),
+        "finished": int(journey.boxes_done and _asked(kept, experiment) <= _answered(kept)),
+        **_device(kept),
+        **{f"{PLATFORM}{name}": said for name, said in joined.platform.items()},
+    }
+    if left := next((box for box in boxes if box not in endings), None):
+        row |= {"left_in_box": left, "left_after_step": sum(act.box == left for act in kept.acts)}
+    return row
+
+
+def _asked(kept: Diary, experiment: Experiment | None) -> set[tuple[str, str]]:
+    """The checks and questions for a participant, if the settings are stored."""
+    if experiment is None:
+        return set()
+    boxes = len(kept.joined.slots)
+    checks = {("check", str(number)) for number, check in enumerate(experiment.checks, 1) if check.after <= boxes}
+    return checks | {("ask", question.name) for question in experiment.questions}
+
+
+def _answered(kept: Diary) -> set[tuple[str, str]]:
+    return {(did.scene, did.item) for did in kept.acts if isinstance(did.act, Answer)}
+
+
+def _device(kept: Diary) -> dict[str, TidyCell]:
+    """The pointing devices of the choices, and the first window size; empty if the study does not store them."""
+    attempts = [did.act for did in kept.acts if isinstance(did.act, Attempt)]
+    used = Counter(act.pointer for act in attempts if act.pointer)
+    width, height = next((act.viewport for act in attempts if act.viewport), ("", ""))
+    pointers = " ".join(name for name, _ in used.most_common())
+    return {"pointers": pointers, "window_width": width, "window_height": height}
+
+
+def _acts(records: PeopleRecords, acts: Mapping[tuple[str, int], Did]) -> Iterator[dict[str, TidyCell]]:
+    recorded = set(map(id, acts.values()))
+    for kept in records.diaries:
+        keys = {box: key_of(records.study, kept, box) for box in range(len(kept.joined.slots) + 1)}
+        for line in kept.lines:
+            if isinstance(line, Released):
+                continue
+            row: dict[str, TidyCell] = {"participant": kept.joined.identity, "turn": line.turn, "at": line.at}
+            if line.box is not None:
+                row |= {"position": line.box, "key": keys.get(line.box, "")}
+            if isinstance(line, Broken):
+                yield row | {"scene": "broken"}
+                continue
+            row |= {"scene": line.scene, **_times(line)}
+            if isinstance(line.act, Attempt):
+                row |= {"label": line.act.joint, "claimed": line.act.claimed or "", "step": line.step or ""}
+                width, height = line.act.viewport or ("", "")
+                row |= {"pointer": line.act.pointer or "", "window_width": width, "window_height": height}
+                row |= {"told": line.told, "ended": line.ended or "", "recorded": int(id(line) in recorded)}
+            yield row
+
+
+def _checks(records: PeopleRecords) -> Iterator[dict[str, TidyCell]]:
+    asked = [check.question for check in records.experiment.checks] if records.experiment else []
+    for kept in records.diaries:
+        for did in kept.acts:
+            if did.scene == "check" and isinstance(did.act, Answer):
+                number = int(did.item) if did.item.isascii() and did.item.isdigit() else 0
+                yield {
+                    "participant": kept.joined.identity,
+                    "check": did.item,
+                    "question": asked[number - 1] if 0 < number <= len(asked) else "",
+                    "answer": did.act.answer,
+                    "right": "" if did.right is None else int(did.right),
+                    **_times(did),
+                }
+
+
+def _answers(records: PeopleRecords) -> Iterator[dict[str, TidyCell]]:
+    asked = (
+        {question.name: question.question for question in records.experiment.questions} if records.experiment else {}
+    )
+    for kept in records.diaries:
+        for did in kept.acts:
+            if did.scene == "ask" and isinstance(did.act, Answer):
+                yield {
+                    "participant": kept.joined.identity,
+                    "name": did.item,
+                    "question": asked.get(did.item, ""),
+                    "answer": did.act.answer,
+                    **_times(did),
+                }
+
+
+def _text(name: str, cell: str) -> str:
+    return as_bits(cell) if not name.startswith(PLATFORM) and column(name).kind == "bits" else _plain(cell)
+
+
+def _plain(text: str) -> str:
+    """A text without control characters, with an apostrophe in front of anything that looks like a formula.
+
+    Numbers get no apostrophe.
+    """
+    text = readable(text)
+    if not text.startswith(_FORMULA):
+        return text
+    try:
+        float(text)
+    except ValueError:
+        return f"'{text}"
+    return text

@@ -1,0 +1,195 @@
+"""Trials as tidy rows, one per step or one per trial, for any statistics package."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from types import MappingProxyType
+
+from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.terminal_text import readable
+from lockprobe.statistics.loops import measure
+from lockprobe.statistics.misinterpretation import trial_claims
+from lockprobe.trial.record import Trial
+
+__all__ = [
+    "COLUMNS",
+    "NO_TIMES",
+    "TRIAL_COLUMNS",
+    "TidyCell",
+    "Times",
+    "tidy",
+    "tidy_columns",
+    "tidy_rows",
+    "trial_columns",
+    "trial_rows",
+]
+
+_WHICH = ("key", "agent", "box", "modality", "p", "repetition", "trial")
+"""The columns that identify a trial, in both tables."""
+
+COLUMNS = (
+    *_WHICH,
+    "step",
+    "joint",
+    "moved",
+    "told_moved",
+    "claimed",
+    "state",
+    "target",
+    "ending",
+)
+"""Names of the columns of steps, in order."""
+
+TRIAL_COLUMNS = (
+    *_WHICH,
+    "ending",
+    "solved",
+    "steps",
+    "budget",
+    "moves",
+    "false_reports",
+    "claims",
+    "misinterpretations",
+    "any_loop",
+    "loop_coverage",
+    "error",
+)
+"""Names of the columns, in order; :data:`lockprobe.interfaces.export.data_dictionary.COLUMN` describes them."""
+
+TidyCell = str | int | float
+
+Times = Mapping[tuple[str, int], float]
+"""Response times in milliseconds, by the key of a trial and the step, from 1."""
+
+NO_TIMES: Times = MappingProxyType({})
+"""Empty response times."""
+
+
+def tidy_rows(trials: Iterable[Trial], times: Times = NO_TIMES) -> Iterator[dict[str, TidyCell]]:
+    """One row per step.
+
+    ``agent`` is its name if it has one, else its spec. ``moved`` (the truth) and ``told_moved`` (what the report
+    implied) are 0 or 1. ``claimed`` is what the agent said in *this* row's decision about its previous action: moved,
+    blocked, or empty. ``state`` is the true configuration before the step, a bit string in panel order. ``target`` is 1
+    on the row that moved the target. A trial that broke before its first step has no row. In a modality with pictures
+    ``told_moved`` is what the picture shows: the truth.
+
+    Columns that come last, and only where they say something: ``condition``, its name, where others than
+    flip rates were played, for which ``p`` is empty; ``chosen``, the joint that the agent had chosen,
+    where an intervention had another one attempted; ``panel``, the joints in the panel order of the trial,
+    where trials have different panels (``--layout shuffled``); ``verdict``, what a robot took to have happened (moved,
+    blocked or failed), where one played; ``rt_ms``, from when a step was shown to when its joint was chosen, in
+    milliseconds of the browser's monotonic clock, where people played; ``confidence``, how sure the agent said that it
+    is of ``claimed``, from 0 to 100, and ``report_false``, 1 or 0, whether it thinks that the report before is false,
+    where it was asked for both.
+
+    A step without a response time in ``times`` has an empty cell.
+    """
+    trials = list(trials)
+    more = tidy_columns(trials, times)[len(COLUMNS) :]
+    for trial in trials:
+        for step in trial.steps:
+            last: dict[str, TidyCell] = {
+                "condition": trial.condition,
+                "chosen": step.chosen or "",
+                "panel": " ".join(trial.joints),
+                "verdict": str(step.sensed.get("verdict", "")),
+                "rt_ms": times.get((trial.key, step.step), ""),
+                "confidence": "" if step.decision.confidence is None else step.decision.confidence,
+                "report_false": "" if step.decision.report_false is None else int(step.decision.report_false),
+            }
+            row: dict[str, TidyCell] = {
+                **_which(trial),
+                "step": step.step,
+                "joint": step.joint,
+                "moved": int(step.moved),
+                "told_moved": "" if step.told_moved is None else int(step.told_moved),
+                "claimed": step.decision.claimed or "",
+                "state": step.state,
+                "target": int(step.moved and step.joint == trial.target),
+                "ending": trial.ending,
+                **{name: last[name] for name in more},
+            }
+            yield {name: readable(cell) if isinstance(cell, str) else cell for name, cell in row.items()}
+
+
+def tidy(trials: Trial | Iterable[Trial]) -> list[dict[str, TidyCell]]:
+    """The steps of one or several trials as a table for pandas, polars or R: one row per step, truth and report.
+
+    ``pandas.DataFrame(lockprobe.tidy(trials))``. The columns are those of :func:`tidy_rows`.
+    """
+    return list(tidy_rows(_several(trials)))
+
+
+def _several(trials: Trial | Iterable[Trial]) -> list[Trial]:
+    """One or several trials as a list."""
+    if isinstance(trials, str | Path) or not isinstance(trials, Trial | Iterable):
+        raise BadValue("trials", trials, "a trial or several, for example those of lockprobe.load(DIR)")
+    return [trials] if isinstance(trials, Trial) else list(trials)
+
+
+def _which(trial: Trial) -> dict[str, TidyCell]:
+    found = {name: "" if (value := getattr(trial, name)) is None else value for name in _WHICH}
+    return {**found, "agent": trial.called or trial.agent}
+
+
+def _has_others_than_flips(trials: Sequence[Trial]) -> bool:
+    return any(trial.p is None for trial in trials)
+
+
+def _dealt_anew(trials: Sequence[Trial]) -> bool:
+    return len({(trial.box, trial.joints) for trial in trials}) > len({trial.box for trial in trials})
+
+
+def tidy_columns(trials: Sequence[Trial], times: Times = NO_TIMES) -> tuple[str, ...]:
+    """The columns of the tidy rows of these trials: :data:`COLUMNS`, then the optional ones that apply."""
+    says = {
+        "condition": _has_others_than_flips(trials),
+        "chosen": any(step.chosen for trial in trials for step in trial.steps),
+        "panel": _dealt_anew(trials),
+        "verdict": any("verdict" in step.sensed for trial in trials for step in trial.steps),
+        "rt_ms": bool(times),
+        "confidence": any(step.decision.confidence is not None for trial in trials for step in trial.steps),
+        "report_false": any(step.decision.report_false is not None for trial in trials for step in trial.steps),
+    }
+    return (*COLUMNS, *(name for name, something in says.items() if something))
+
+
+def trial_columns(trials: Sequence[Trial]) -> tuple[str, ...]:
+    """The columns of the rows of these trials: :data:`TRIAL_COLUMNS`, and the condition if it has a name."""
+    return (*TRIAL_COLUMNS, *(("condition",) if _has_others_than_flips(trials) else ()))
+
+
+def trial_rows(trials: Trial | Iterable[Trial]) -> Iterator[dict[str, TidyCell]]:
+    """One row per trial, including trials that broke before their first step.
+
+    ``solved`` is 1 or 0, and empty if the trial ended as an error, which is not a failure to solve.
+    ``misinterpretations`` counts the claims that contradict the report. In studies of conditions other than flip
+    rates the last column is ``condition``, and ``p`` is empty unless only flips acted.
+
+    >>> import lockprobe
+    >>> (row,) = trial_rows([lockprobe.run_trial(agent="human-inspired", p=0.0, seed=1)])
+    >>> row["solved"], row["budget"], row["false_reports"]
+    (1, 20, 0)
+    """
+    trials = _several(trials)
+    loops = measure([trial.actions for trial in trials])
+    named = _has_others_than_flips(trials)
+    for place, trial in enumerate(trials):
+        said = trial_claims(trial)
+        yield {
+            **_which(trial),
+            "ending": trial.ending,
+            "solved": "" if trial.error else int(trial.solved),
+            "steps": said.steps,
+            "budget": trial.budget,
+            "moves": sum(step.moved for step in trial.steps),
+            "false_reports": said.false_reports,
+            "claims": len(said.claims),
+            "misinterpretations": said.misinterpreted,
+            "any_loop": int(loops.any_loop[place]),
+            "loop_coverage": float(loops.share[place]) if trial.steps else "",
+            "error": trial.error.boundary if trial.error else "",
+            **({"condition": trial.condition} if named else {}),
+        }

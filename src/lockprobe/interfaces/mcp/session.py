@@ -1,0 +1,377 @@
+"""The session of a study that clients with tools play: one trial after another, one call at a time.
+
+Every attempt is on disk before its report leaves (:mod:`lockprobe.studies.attempt_log`). A client that goes away
+leaves its trial where it is: whoever begins next goes on with it. A refused call changes nothing.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections import Counter
+from collections.abc import AsyncIterator, Coroutine, Iterator
+from contextlib import asynccontextmanager, contextmanager, nullcontext
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+from lockprobe.agents.mcp_client import SAME_IN_ALL_TRIALS
+from lockprobe.foundation.errors import BadFile, BadValue, LockprobeError, SettingsChanged
+from lockprobe.foundation.redaction import without_keys
+from lockprobe.interfaces.mcp.connection import Connection, Transport, facts_of
+from lockprobe.interfaces.mcp.isolation import Isolation
+from lockprobe.interfaces.mcp.wording import CLAIMS, LONGEST_HYPOTHESIS, OVER, begun, observation, wording
+from lockprobe.plants.catalogue import resolve_plant
+from lockprobe.studies.attempt_log import AttemptLog
+from lockprobe.studies.journal import Journal
+from lockprobe.studies.paused_trial import PausedTrial, RecordedAttempt
+from lockprobe.studies.picture_store import ALBUM
+from lockprobe.studies.play import own_thread
+from lockprobe.studies.playable import CLIENT, check_playable
+from lockprobe.studies.study import Study
+from lockprobe.trial.loop import Executor, here
+from lockprobe.trial.pictures.picture import Picture
+from lockprobe.trial.plan import Plan
+from lockprobe.trial.record import Fact, Outcome, Situation
+
+__all__ = ["CallRefused", "Reply", "SessionOptions", "ToolSession"]
+
+_T = TypeVar("_T")
+
+TOGETHER = 0.01
+"""Seconds for which a call blocks others after its work: calls sent together arrive within this time."""
+
+
+class CallRefused(LockprobeError):
+    """A refused call, which changed nothing. The client reads the message."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reply:
+    """The reply to a client: words, and pictures if the modality has them."""
+
+    text: str
+    pictures: tuple[Picture, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SessionOptions:
+    """The settings of a session.
+
+    Attributes:
+        transport: The transport of the connections.
+        isolation: Whether clients could read the records.
+        trials_each: The most trials of one connection; None for any number.
+        together: Seconds for which a call blocks others after its work.
+    """
+
+    transport: Transport = "stdio"
+    isolation: Isolation = "checked"
+    trials_each: int | None = None
+    together: float = TOGETHER
+
+
+class ToolSession:
+    """The trials of one agent, as tools play them. Use :meth:`open`."""
+
+    def __init__(
+        self, study: Study, agent: str, journal: Journal, log: AttemptLog, options: SessionOptions, place: Executor
+    ) -> None:
+        self.study, self.agent = study, agent
+        self._journal, self._log, self._options, self._place = journal, log, options, place
+        self._wording = wording(
+            len(study.box.joints), assessment=study.assessment, hypothesis=study.hypothesis != "off"
+        )
+        self._trial: PausedTrial | None = None
+        self._player: Connection | None = None
+        self._begun: Counter[str] = Counter()
+        self._owed = {plan.key: plan for plan in study.plans(agent) if journal.owes(plan.key)}
+        self._broken: set[str] = set()
+        self._busy = False
+
+    @classmethod
+    @asynccontextmanager
+    async def open(
+        cls, directory: Path, study: Study, agent: str, options: SessionOptions
+    ) -> AsyncIterator[ToolSession]:
+        """Open a study for an agent in a directory, new or existing.
+
+        Raises:
+            SettingsChanged: If the directory holds another study, or the agent played with other settings.
+            DirectoryBusy: If another process writes there.
+            BadValue: If a client cannot play a condition.
+            BadFile: If a file in it is damaged.
+        """
+        check_playable(study.conditions, CLIENT)
+        resolve_plant(study.plant).check(study.box)
+        with (
+            Journal.open(directory, study) as journal,
+            AttemptLog.open(directory) as log,
+            own_thread() if study.simulated else nullcontext(here) as place,
+        ):
+            session = cls(study, agent, journal, log, options, place)
+            session._check_played({"transport": options.transport, "isolation": options.isolation})
+            try:
+                yield session
+            finally:
+                await session._let_go()
+
+    @property
+    def owed(self) -> int:
+        """The number of trials left."""
+        return len(self._owed)
+
+    @property
+    def player(self) -> str:
+        """The connection that plays the trial under way; empty if there is none."""
+        return "" if self._trial is None or self._player is None else self._player.identity
+
+    async def begin(self, connection: Connection) -> Reply:
+        """Begin the next trial, or resume the unfinished one.
+
+        Raises:
+            CallRefused: If no trial is left, or another call is being answered.
+        """
+        return await self._alone(self._begin(connection))
+
+    async def attempt(
+        self, connection: Connection, joint: str, last_action: str | None = None, hypothesis: str = ""
+    ) -> Reply:
+        """Attempt a joint. The attempt is on disk when this returns.
+
+        Args:
+            connection: The connection of the client.
+            joint: Label of the joint.
+            last_action: The claimed effect of the last action, a key of :data:`CLAIMS`.
+            hypothesis: How the box works, at most 4000 characters.
+
+        Raises:
+            CallRefused: If no trial is under way, the joint does not exist, the claim is missing or not asked for,
+                another call is being answered, or nothing can be written.
+        """
+        return await self._alone(self._attempt(connection, joint, last_action, hypothesis))
+
+    async def observe(self, connection: Connection) -> Reply:
+        """The last report. It changes nothing.
+
+        Raises:
+            CallRefused: If no trial is under way, or another call is being answered.
+        """
+        return await self._alone(self._observe(connection))
+
+    async def _alone(self, work: Coroutine[Any, Any, _T]) -> _T:
+        """Do one call. A second one that arrives meanwhile is refused; a client that goes away interrupts nothing."""
+        if self._busy:
+            work.close()
+            raise CallRefused("Another call is being answered, so this one did nothing. Make one call at a time.")
+        self._busy = True
+        call = asyncio.create_task(self._answered(work))
+        call.add_done_callback(_retrieve)
+        return await asyncio.shield(call)
+
+    async def _answered(self, work: Coroutine[Any, Any, _T]) -> _T:
+        try:
+            return await work
+        finally:
+            await asyncio.sleep(self._options.together)
+            self._busy = False
+
+    async def _begin(self, connection: Connection) -> Reply:
+        with _writing():
+            self._journal.check()
+            self._refuse_another(connection)
+            if self._trial is None:
+                await self._open_next(connection)
+            elif self._player is None or self._player.identity != connection.identity:
+                await self._take_over(connection)
+        assert self._trial is not None
+        assert self._trial.situation is not None
+        self._player = connection
+        return _reply(self._trial.situation, begun(self._trial.situation))
+
+    async def _take_over(self, connection: Connection) -> None:
+        """Resume the unfinished trial; its facts are those of the connection that ends it."""
+        assert self._trial is not None
+        plan = self._trial.plan
+        await self._let_go()
+        await self._open(plan, connection)
+
+    async def _open_next(self, connection: Connection) -> None:
+        """Open the trial that was under way, or the next one that is owed."""
+        most = self._options.trials_each
+        while True:
+            plan = self._next()
+            goes_on = self._log.under_way(plan.key)
+            if not goes_on and most is not None and self._begun[connection.identity] >= most:
+                again = "Connect anew" if connection.identity else "Start the server anew"
+                raise CallRefused(f"This connection has played its trials ({most}). {again} for another one.")
+            if await self._open(plan, connection):
+                return
+
+    def _next(self) -> Plan:
+        """The trial left unfinished by the last client or server, or the first owed trial."""
+        playable = [plan for key, plan in self._owed.items() if key not in self._broken]
+        if not playable:
+            left = f" ({self.owed} broke and are owed)" if self._owed else ""
+            raise CallRefused(f"No trial is left{left}. There is nothing more to do.")
+        return next((plan for plan in playable if self._log.under_way(plan.key)), playable[0])
+
+    async def _open(self, plan: Plan, connection: Connection) -> bool:
+        """Open a trial; False if it is over: it had not been recorded, or its box broke."""
+        resumed = self._log.times_begun(plan.key)
+        if not resumed or not self._begun[connection.identity]:
+            self._begun[connection.identity] += 1
+        trial = await PausedTrial.begin(
+            plan,
+            self._log.attempts(plan.key),
+            facts=self._facts(connection, resumed),
+            pictures=self._journal.directory / ALBUM,
+            place=self._place,
+        )
+        if trial.trial is not None:
+            self._record(trial)
+            return False
+        self._journal.used = True
+        try:
+            self._log.begin(plan.key)
+        except BadFile:
+            await trial.close()
+            raise
+        self._trial = trial
+        return True
+
+    def _facts(self, connection: Connection, resumed: int) -> dict[str, Fact]:
+        options = self._options
+        position = self._begun[connection.identity]
+        facts = facts_of(
+            connection, options.transport, options.isolation, self._wording, position=position, resumed=resumed
+        )
+        return dict(facts)
+
+    async def _attempt(self, connection: Connection, joint: str, last_action: str | None, hypothesis: str) -> Reply:
+        trial, situation = self._under_way(connection)
+        step = RecordedAttempt(
+            _joint(joint, situation), _claimed(last_action, situation), hypothesis=_hypothesis(hypothesis)
+        )
+        with _writing():
+            told = await trial.attempt(step.joint, step.claimed, step.hypothesis)
+            try:
+                if trial.sound:
+                    self._log.attempt(trial.plan.key, step._replace(told=told))
+            except BadFile:  # an attempt that is not written has not been made
+                await self._let_go()
+                raise
+            if trial.trial is None:
+                assert trial.situation is not None
+                return _reply(trial.situation, observation(trial.situation))
+            self._trial = None
+            self._record(trial)
+        if not trial.sound:
+            return Reply(text="The box broke, so this trial does not count. Call begin to go on.")
+        return Reply(text=f"{OVER} {'Call begin for the next one.' if self.owed else 'No trial is left.'}")
+
+    async def _observe(self, connection: Connection) -> Reply:
+        situation = self._under_way(connection)[1]
+        return _reply(situation, observation(situation))
+
+    def _under_way(self, connection: Connection) -> tuple[PausedTrial, Situation]:
+        """The trial that waits for this client."""
+        if self._trial is None or self._trial.situation is None:
+            raise CallRefused("No trial is under way, so this call did nothing. Call begin first.")
+        if self._player is None or self._player.identity != connection.identity:
+            raise CallRefused("Another connection plays this trial. Call begin to go on with it.")
+        return self._trial, self._trial.situation
+
+    def _record(self, trial: PausedTrial) -> None:
+        """Write a finished trial, unless it is on record."""
+        assert trial.trial is not None
+        assert trial.timing is not None
+        if not trial.sound:
+            self._broken.add(trial.plan.key)
+            self._log.broke(trial.plan.key)
+        if self._journal.owes(trial.plan.key):
+            self._journal.append(trial.trial, trial.timing)
+        if not self._journal.owes(trial.plan.key):
+            self._owed.pop(trial.plan.key, None)
+
+    def _check_played(self, facts: dict[str, Fact]) -> None:
+        """Refuse an agent that played this study with other settings.
+
+        Raises:
+            SettingsChanged: If a fact differs.
+        """
+        for before in self._journal.trials.values():
+            if before.agent != self.agent:
+                continue
+            different: dict[str, tuple[object, object]] = {
+                f"{self.agent}, {name}": (before.facts[name], value)
+                for name, value in (facts | {"wording": self._wording}).items()
+                if name in SAME_IN_ALL_TRIALS and before.facts.get(name) not in (None, value)
+            }
+            if different:
+                raise SettingsChanged(self._journal.directory, different)
+            return
+
+    def _refuse_another(self, connection: Connection) -> None:
+        """Refuse another program under the name of the agent that played before."""
+        now = self._facts(connection, 0)["client"]
+        for before in self._journal.trials.values():
+            if before.agent == self.agent and before.facts.get("client") not in (None, now):
+                played = before.facts["client"]
+                raise CallRefused(
+                    f"Trials of {self.agent} were played by the client {played!r}, and this is {now!r}. "
+                    "Whoever started the server gives this client another --agent-name."
+                )
+
+    async def _let_go(self) -> None:
+        trial, self._trial = self._trial, None
+        if trial is not None:
+            await trial.close()
+
+
+@contextmanager
+def _writing() -> Iterator[None]:
+    """Tell a client that nothing could be written, without the path."""
+    try:
+        yield
+    except (BadFile, BadValue) as error:
+        raise CallRefused("The server cannot write or read its records, so this call did nothing.") from error
+
+
+def _retrieve(call: asyncio.Task[Any]) -> None:
+    """Retrieve what a call raised, in case its client has gone: nobody else would."""
+    if not call.cancelled():
+        call.exception()
+
+
+def _joint(joint: str, situation: Situation) -> str:
+    known = situation.task.joints
+    if joint not in known:
+        raise CallRefused(f"joint: {joint[:40]!r} is none of {', '.join(known)}. This call did nothing.")
+    return joint
+
+
+def _claimed(said: str | None, situation: Situation) -> Outcome | None:
+    """The client's claim about its last action, as in the chat protocol."""
+    first = situation.percept.joint is None
+    if said is not None and said not in CLAIMS:
+        raise CallRefused(f"last_action: {said[:40]!r} is none of {', '.join(CLAIMS)}. This call did nothing.")
+    claimed = None if said is None else CLAIMS[said]
+    if not situation.task.assessment:
+        if said is not None:
+            raise CallRefused("last_action: nobody asks for it here. This call did nothing.")
+    elif first and claimed is not None:
+        raise CallRefused("last_action: there is no last action yet; leave it out. This call did nothing.")
+    elif not first and claimed is None:
+        raise CallRefused('last_action is missing: "moved" or "did not move". This call did nothing.')
+    return claimed
+
+
+def _hypothesis(text: str) -> str:
+    if len(text) > LONGEST_HYPOTHESIS:
+        raise CallRefused(f"hypothesis: at most {LONGEST_HYPOTHESIS} characters. This call did nothing.")
+    return without_keys(text)
+
+
+def _reply(situation: Situation, text: str) -> Reply:
+    shown = tuple(picture for picture in situation.percept.pictures if picture.shown)
+    return Reply(text=text, pictures=shown)

@@ -1,0 +1,123 @@
+"""A box as a picture: the panel at the start, and below it the interlock, which no agent sees."""
+
+from __future__ import annotations
+
+from itertools import combinations
+from math import cos, hypot, pi, sin
+from typing import Any
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle
+
+from lockprobe.boxes.box import Lockbox
+from lockprobe.boxes.boxfile import box_from_data
+from lockprobe.report.figures.compose import legend_below
+from lockprobe.report.figures.frame import FAINT, INK, settable
+from lockprobe.report.figures.interlock import diagram_of, draw_interlock, name_joint, rounded, symbols
+from lockprobe.report.figures.palette import TARGET, Dash
+from lockprobe.report.figures.settings import own_settings
+from lockprobe.statistics.rows import Results
+
+__all__ = ["box_figure", "box_of_study"]
+
+Point = tuple[float, float]
+
+_NAME = (0.8, 0.84)
+"""Room for a joint with its name, in inches."""
+
+_WIDTHS, _HEIGHTS, _EDGE = (3.2, 6.9), (1.4, 4.3), 0.46
+"""Least and greatest size of the panel in inches; how far joints stay from its edge."""
+
+_HEAD, _FOOT, _GAP = 0.33, 0.38, 0.32
+"""Height of the headings and, at least, of the legend; between panel and interlock."""
+
+_EDGE_OF_LEGEND = 0.03
+"""Room above and below a legend of several lines."""
+
+_CLOSE = 0.08
+"""Places nearer to each other, in panel sizes, are not drawn: the joints are put in a row."""
+
+_GHOST: Dash = (0, (2, 1.5))
+"""How a joint is drawn where it goes when it moves."""
+
+
+@own_settings()
+def box_of_study(found: Results) -> Figure:
+    """The picture of the box of a study."""
+    return box_figure(box_from_data(found.study["box"]))
+
+
+@own_settings()
+def box_figure(box: Lockbox) -> Figure:
+    """The picture of a box: the panel, and below it the interlock; no wider than a printed page as far as that goes."""
+    panel, interlock = _panel_size(box), diagram_of(box).size
+    width = max(panel[0], interlock[0], 3.4) + 0.1
+    figure, marks = Figure(figsize=(width, 1)), symbols(box)
+    legend = legend_below(
+        figure, marks, len(marks), loc="lower left", columnspacing=1.0, handlelength=2.2, borderaxespad=0.1
+    )
+    foot = max(_FOOT, legend.get_window_extent().height / figure.dpi + 2 * _EDGE_OF_LEGEND)
+    above = foot + interlock[1] + _HEAD + _GAP
+    height = above + panel[1] + _HEAD
+    figure.set_figheight(height)
+    for draw, bottom, (breadth, high) in (
+        (_draw_panel, above, panel),
+        (draw_interlock, foot, (width - 0.1, interlock[1])),
+    ):
+        axes = figure.add_axes((0.05 / width, bottom / height, breadth / width, high / height))
+        axes.set(xlim=(0, breadth), ylim=(0, high))
+        axes.set_axis_off()
+        draw(axes, box)
+    return figure
+
+
+def _draw_panel(axes: Axes, box: Lockbox) -> None:
+    """Sliders in their slots and knobs, where they are at the start; dashed: where a joint goes when it moves."""
+    wide, high = axes.get_xlim()[1], axes.get_ylim()[1]
+    rounded(axes, (0.03, 0.03), (wide - 0.06, high - 0.06), 0.1, facecolor="#f4f4f2", edgecolor=FAINT)
+    for joint, open_, (x, y) in zip(box.joints, box.initial, _spots(box), strict=True):
+        at = (_EDGE + x * (wide - 2 * _EDGE), _EDGE + 0.18 + y * (high - 2 * _EDGE - 0.18))
+        colour = TARGET if joint.name == box.target else INK
+        (_slider if joint.kind == "prismatic" else _knob)(axes, at, open_=open_, colour=colour)
+        name_joint(axes, box, joint.name, (at[0], at[1] - 0.24), va="top")
+    axes.set_title(settable(box.name) + ": the panel at the start", loc="left")
+
+
+def _spots(box: Lockbox) -> list[Point]:
+    """The joints' places, or a row where these would lie on each other."""
+    spots = [joint.place for joint in box.joints]
+    if any(hypot(a[0] - b[0], a[1] - b[1]) < _CLOSE for a, b in combinations(spots, 2)):
+        return [((i + 0.5) / len(spots), 0.5) for i in range(len(spots))]
+    return spots
+
+
+def _panel_size(box: Lockbox) -> tuple[float, float]:
+    """Large enough for the names of joints beside and above each other, as far as there is room."""
+    pairs = [(abs(a[0] - b[0]), abs(a[1] - b[1])) for a, b in combinations(_spots(box), 2)]
+    beside = min((x for x, y in pairs if y < 0.3), default=1.0)
+    above = min((y for x, y in pairs if x < 0.2 and y > 0.05), default=10.0)
+    width = min(_WIDTHS[1], max(_WIDTHS[0], _NAME[0] / max(beside, 0.01) + 2 * _EDGE))
+    return width, min(_HEIGHTS[1], max(_HEIGHTS[0], _NAME[1] / above + 2 * _EDGE + 0.18))
+
+
+def _slider(axes: Axes, at: Point, *, open_: bool, colour: str) -> None:
+    """A block in a slot: closed on the left, open on the right."""
+    long, thick = 0.56, 0.17
+    rounded(axes, (at[0] - long / 2, at[1] - thick / 2), (long, thick), 0.03, facecolor="white", edgecolor=FAINT)
+    for position in (not open_, open_):
+        here = position == open_
+        corner = (at[0] + (0.03 if position else 0.03 - long / 2), at[1] - thick / 2 - 0.025)
+        block = {"facecolor": colour if here else "none", "edgecolor": colour, "linestyle": "-" if here else _GHOST}
+        rounded(axes, corner, (long / 2 - 0.06, thick + 0.05), 0.03, **block)
+
+
+def _knob(axes: Axes, at: Point, *, open_: bool, colour: str) -> None:
+    """A lever on a disc: closed upwards, open to the right."""
+    axes.add_patch(Circle(at, 0.17, facecolor="white", edgecolor=FAINT, linewidth=0.8))
+    for position in (not open_, open_):
+        angle, here = 0.0 if position else pi / 2, position == open_
+        x, y = [at[0], at[0] + 0.27 * cos(angle)], [at[1], at[1] + 0.27 * sin(angle)]
+        lever: dict[str, Any] = {"linewidth": 5.8 if here else 0.9, "linestyle": "-" if here else _GHOST}
+        axes.plot(x, y, color=colour, solid_capstyle="round", **lever)
+    axes.add_patch(Circle(at, 0.05, facecolor=colour, edgecolor="white", linewidth=0.8, zorder=4))

@@ -1,0 +1,121 @@
+"""Whole pictures made of axes, and files made of pictures. Nothing here touches global state."""
+
+from __future__ import annotations
+
+import io
+import textwrap
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Literal, TypeVar
+
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.legend import Legend
+
+from lockprobe.report.figures.settings import FAINT, INK, SMALL, own_settings
+
+__all__ = ["COLUMN", "HEIGHT", "files", "legend_below", "render", "sheet"]
+
+COLUMN = 3.5
+"""Width of a panel in inches."""
+
+HEIGHT = 2.9
+"""Height of a panel in inches."""
+
+_CHARACTER, _LINE = 0.077, 0.165
+"""Width of a character of the small text and height of a line, in inches, generously."""
+
+_DPI = 200
+"""Pixels per inch of what is laid out and of PNG files."""
+
+_COMPRESSION = 3
+"""Of PNG files: a third less time than the usual 6, for 6 % more bytes."""
+
+Shown = TypeVar("Shown")
+
+
+@own_settings()
+def render(figure: Figure, form: Literal["png", "svg"]) -> bytes:
+    """The picture as a file. Equal figures give equal bytes. It is laid out once, for the first form asked for."""
+    out = io.BytesIO()
+    engine = figure.get_layout_engine()
+    if engine:
+        figure.set_dpi(_DPI)
+        engine.execute(figure)
+        figure.set_layout_engine(None)  # with one, every file is drawn twice
+    own: dict[str, Any] = {"metadata": {"Date": None}}
+    if form == "png":
+        own = {"metadata": {"Software": None}, "pil_kwargs": {"compress_level": _COMPRESSION}}
+    figure.savefig(out, format=form, dpi=_DPI, **own)
+    return out.getvalue()
+
+
+def files(figure: Figure | None) -> dict[str, bytes]:
+    """The picture as PNG and as SVG; nothing where nothing is drawn."""
+    return {"png": render(figure, "png"), "svg": render(figure, "svg")} if figure else {}
+
+
+@own_settings()
+def sheet(
+    shown: Sequence[Shown],
+    *draws: Callable[[Axes, Shown], None],
+    heights: Sequence[float] = (),
+    note: str = "",
+    columns: int = 2,
+    width: float = COLUMN,
+) -> Figure | None:
+    """A picture of panels beside and below each other, with one legend for all; None if there is nothing to show.
+
+    Args:
+        shown: What a panel shows each, such as the courses of agents.
+        draws: What draws on a panel's axes, from the top.
+        heights: Their heights in inches, the same for all panels; or that of every row of axes.
+        note: A text below all.
+        columns: Panels beside each other, at most.
+        width: Of a panel, in inches.
+    """
+    if not shown:
+        return None
+    columns, bands = min(columns, len(shown)), -(-len(shown) // columns)
+    ratios = [*(heights or [HEIGHT] * len(draws))]
+    ratios *= bands * len(draws) // len(ratios)
+    layout = ConstrainedLayoutEngine(w_pad=0.06, wspace=0.04)
+    figure = Figure(figsize=(width * columns, sum(ratios)), layout=layout)
+    grid = figure.subplots(len(ratios), columns, squeeze=False, height_ratios=ratios)
+    for i in range(columns * bands):
+        for j, draw in enumerate(draws):
+            axes = grid[i // columns * len(draws) + j, i % columns]
+            axes.tick_params(color="#888888", labelcolor=INK, labelsize=SMALL, width=0.7, length=3)
+            if i < len(shown):
+                draw(axes, shown[i])
+            else:
+                axes.set_visible(False)
+    if note:
+        lines = textwrap.wrap(note, int(width * columns / _CHARACTER))
+        figure.supxlabel("\n".join(lines), fontsize=SMALL, color=FAINT)
+        figure.set_figheight(figure.get_figheight() + _LINE * len(lines))
+    _legend(figure)
+    return figure
+
+
+def _legend(figure: Figure) -> None:
+    """Every name once, below the axes."""
+    entries: dict[str, Artist] = {}
+    for axes in figure.axes:
+        for handle, name in zip(*axes.get_legend_handles_labels(), strict=True):
+            entries.setdefault(name, handle)
+    if entries:
+        spaces = {"columnspacing": 1.2, "handlelength": 2.6, "labelspacing": 0.35, "borderpad": 0.2}
+        legend = legend_below(figure, entries, 4, loc="outside lower center", **spaces)
+        figure.set_figheight(figure.get_figheight() + legend.get_window_extent().height / figure.dpi)
+
+
+def legend_below(figure: Figure, entries: Mapping[str, Artist], most: int, **settings: Any) -> Legend:
+    """A legend of names and their marks in as many columns as there is room for, and no more than ``most``."""
+    for columns in range(most, 0, -1):
+        legend = figure.legend(entries.values(), entries.keys(), ncols=columns, **settings)
+        if legend.get_window_extent().width < figure.bbox.width or columns == 1:
+            break
+        legend.remove()
+    return legend

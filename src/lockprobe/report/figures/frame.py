@@ -1,0 +1,221 @@
+"""What the figures share: axes, titles, labels at the edge, and names that are safe to set.
+
+Sizes are those of print: a panel is one column (3.5 inches) wide and no text is smaller than 9 points. What belongs
+together looks alike in every figure, in grey as well; what is computed without a trial is grey, dotted or dashed,
+without any marker.
+"""
+
+from __future__ import annotations
+
+import re
+import textwrap
+from collections.abc import Iterable, Sequence
+from statistics import fmean
+from typing import Any
+
+from matplotlib.axes import Axes
+from matplotlib.axis import Axis
+from matplotlib.font_manager import FontProperties, findfont, get_font
+from matplotlib.ticker import MaxNLocator
+
+from lockprobe.foundation.spec import spec_name
+from lockprobe.report.figures.palette import Dash
+from lockprobe.report.figures.settings import FAINT, INK, SMALL
+from lockprobe.report.prose.subject import Subject
+from lockprobe.statistics.axis import FLIPS
+from lockprobe.statistics.rows import Cell, Course
+
+__all__ = [
+    "BEYOND",
+    "EXACT",
+    "FAINT",
+    "INK",
+    "SMALL",
+    "agent_label",
+    "axis_label",
+    "blank",
+    "counts",
+    "dose_axes",
+    "from_to",
+    "heading",
+    "label_right",
+    "p_axis",
+    "safe_name",
+    "settable",
+    "share_axis",
+    "share_ticks",
+    "shortened",
+    "step_axis",
+    "title",
+]
+
+EXACT: dict[str, tuple[str, Dash]] = {"uniform": ("random", ":"), "no-repeat": ("no-repeat", "--")}
+"""Names and dashes of the two blind agents, by their models of chance. They are drawn in FAINT wherever they are
+computed rather than played."""
+
+BEYOND = 0.5
+"""How far a curve runs on after the last step."""
+
+_GAP = 0.085
+"""Least distance between labels at the right edge, in axes heights."""
+
+_BESIDE = 0.02
+"""Up to so far from the end of its line, in axes heights, a name needs no line that leads to it."""
+
+_ROOM = 20.0
+"""Digits that fit between the lowest and the highest p, where names at the right edge take some of the room."""
+
+_LEAST = 15
+"""Characters that an agent keeps, however much has to be said of how it was shown the box."""
+
+_LINE = 41
+"""Characters in a line above a panel."""
+
+
+def from_to(sizes: Iterable[int | None]) -> str:
+    """Numbers as their range.
+
+    >>> from_to([7, 3, 5]), from_to([3, 3]), from_to([])
+    ('3 to 7', '3', '0')
+    """
+    known = [size or 0 for size in sizes] or [0]
+    least, most = min(known), max(known)
+    return f"{least}" if least == most else f"{least} to {most}"
+
+
+def counts(cells: Sequence[Cell]) -> str:
+    """The number of trials behind every share."""
+    said = from_to(cell.trials for cell in cells)
+    return f"n = {said} trial" + "s" * (said != "1")
+
+
+def agent_label(agent: Course, longest: int = 30) -> str:
+    """The agent's name, safe to set: in glyphs that exist, never read as a formula, shortened between words."""
+    extra = f" ({agent.shown})" if agent.shown else ""
+    return safe_name(shortened(Subject.of(agent.agent).name, max(_LEAST, longest - len(extra))) + extra)
+
+
+def heading(agent: Course) -> str:
+    """Its name, and whether it acted the same at every dose."""
+    return agent_label(agent) + (f", the same at every {agent.name}" if agent.blind else "")
+
+
+def settable(text: str) -> str:
+    """The text with ``?`` for glyphs that the font lacks, and with ``$`` escaped, so that it is never a formula."""
+    font = get_font(findfont(FontProperties()))
+    return "".join(c if c.isprintable() and font.get_char_index(ord(c)) else "?" for c in text).replace("$", r"\$")
+
+
+def safe_name(name: str, longest: int | None = None) -> str:
+    """A name that is safe to set, also in a legend, which leaves out what begins with an underscore; shortened."""
+    name = settable(name if longest is None else shortened(name, longest))
+    return f" {name}" if name.startswith("_") else name
+
+
+def shortened(name: str, longest: int) -> str:
+    """A spec in so many characters: without provider and folders first, then without its end.
+
+    >>> shortened("llm:together/meta-llama/Llama-3.3-70B-Instruct-Turbo", 32)
+    '…Llama-3.3-70B-Instruct-Turbo'
+    """
+    if _width(name) <= longest:
+        return name
+    head = spec_name(name)
+    *_, last = re.split(r"(?<=[:/])", head)
+    if last != head and _width(last) < longest:
+        return f"…{shortened(last + name.removeprefix(head), longest - 1)}"
+    fits = max(n for n in range(len(name)) if _width(name[:n]) < longest)
+    ends = [found.start() for found in re.finditer(r"[^\w.]", name[: fits + 1]) if found.start() > fits // 3]
+    return f"{name[: ends[-1] if ends else fits]}…"
+
+
+def _width(text: str) -> float:
+    """How wide a text is, in letters of usual width."""
+    return len(text) + 1.1 * sum(text.count(wide) for wide in "mwMW@")
+
+
+def share_axis(axes: Axes, label: str) -> None:
+    """The vertical axis of every figure: a share, from 0 to 100 %."""
+    axes.set(ylim=(-0.03, 1.03), ylabel=label)
+    share_ticks(axes.yaxis)
+    axes.grid(axis="y", zorder=0)
+
+
+def share_ticks(axis: Axis) -> None:
+    """Ticks at quarters, in per cent."""
+    axis.set_ticks([0, 0.25, 0.5, 0.75, 1], labels=["0", "25 %", "50 %", "75 %", "100 %"])
+
+
+def p_axis(axes: Axes, cells: Sequence[Cell], shift: float = 0.0, name: str = FLIPS.name) -> None:
+    """The horizontal axis of Figs. 4 and 5b: flip rate, or another dose, a tick at every value played.
+
+    A tick is named where its name fits. With a single value there is no axis, and its name says which.
+    """
+    values = sorted({cell.dose for cell in cells if cell.dose is not None}) or [0.0]
+    first, reach = values[0], values[-1] - values[0]
+    margin = (0.06 * reach or 0.1) + shift
+    axes.set_xlim(first - margin, values[-1] + margin)
+    if len(values) == 1:
+        axes.set(xticks=[], xlabel=f"{axis_label(name)} = {first:g}")
+        return
+    names, free = [], first
+    for value in values:
+        said = f"{value:g}"
+        width = (len(said) - 0.5 * said.count(".") + 0.4) * reach / _ROOM  # a point is half a digit
+        names.append(said if value - width / 2 >= free or value == first else "")
+        free = value + width / 2 if names[-1] else free
+    axes.set_xticks(values, names)
+    axes.set_xlabel(axis_label(name))
+
+
+def dose_axes(axes: Axes, course: Course, label: str) -> None:
+    """A share, with this label, over the doses of an agent."""
+    share_axis(axes, label)
+    p_axis(axes, course.cells, name=course.name)
+
+
+def axis_label(name: str) -> str:
+    """What stands below the axis; a flip rate has the letter of the paper."""
+    return f"{name} $p$" if name == FLIPS.name else name.replace("$", r"\$")
+
+
+def step_axis(axes: Axes, budget: int, label: str) -> None:
+    """The axes of Fig. 3: interactions up to the budget, and a share."""
+    share_axis(axes, label)
+    axes.set(xlim=(0, budget + BEYOND), xlabel="number of interactions")
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 5, 10]))
+
+
+def blank(axes: Axes, why: str) -> None:
+    """Axes that have nothing to show, and why."""
+    axes.set_axis_off()
+    text = "\n".join(textwrap.wrap(why, _LINE - 8))
+    axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", color=FAINT)
+
+
+def title(axes: Axes, *lines: str) -> None:
+    """What the axes show, of how many trials, and what bars and bands are."""
+    space = "\N{NO-BREAK SPACE}"
+    together = [line.replace(" %", f"{space}%").replace("$P$ = ", f"$P${space}={space}") for line in lines if line]
+    wrapped = [part for line in together for part in textwrap.wrap(line, _LINE)]
+    axes.set_title("\n".join(wrapped), loc="left")
+
+
+def label_right(axes: Axes, labels: Sequence[tuple[float, str, str]], gap: float = _GAP) -> None:
+    """Names at the right edge, each at the height where its line ends, pushed apart where they would touch."""
+    low, high = axes.get_ylim()
+    beside: dict[str, Any] = {"transform": axes.transAxes}
+    places = [(min(1.0, max(0.0, (y - low) / (high - low))), -i) for i, (y, _, _) in enumerate(labels)]
+    ordered = sorted(places)
+    blocks: list[list[float]] = []
+    for i, (end, _) in enumerate(ordered):
+        blocks.append([end - i * gap])
+        while len(blocks) > 1 and fmean(blocks[-2]) > fmean(blocks[-1]):
+            blocks[-2:] = [blocks[-2] + blocks[-1]]
+    edge = gap - _GAP  # what is more than a line high stays between the ends of the axis
+    bases = [min(max(edge, fmean(block)), 1.0 - edge - gap * (len(labels) - 1)) for block in blocks for _ in block]
+    for i, ((end, place), base) in enumerate(zip(ordered, bases, strict=True)):
+        height, (_, text, colour) = base + i * gap, labels[-place]
+        if abs(height - end) > _BESIDE:  # a level line would run into the name as a dash
+            axes.plot([1.005, 1.04], [end, height], color=colour, linewidth=0.7, clip_on=False, **beside)
+        axes.text(1.055, height, text, color=colour, va="center", ha="left", linespacing=1.05, **beside)

@@ -1,0 +1,95 @@
+"""What a false report is: success by flip rate under each reading, above the shares of reports that were false."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from lockprobe.report.figures.compose import sheet
+from lockprobe.report.figures.frame import INK, agent_label, counts, p_axis, share_axis, title
+from lockprobe.report.figures.palette import SUBJECTS, Dash, Marker, Style
+from lockprobe.report.figures.primitives import by_dose, published, published_by_p
+from lockprobe.report.figures.settings import SMALL, own_settings
+from lockprobe.report.prose.readings import reading_name
+from lockprobe.statistics.published import SOLVED_AT_0, SOLVED_AT_40
+from lockprobe.statistics.rows import Course, Results
+
+__all__ = ["readings"]
+
+_LOOKS: tuple[tuple[Marker, Dash], ...] = (
+    ("o", "-"),
+    ("s", (0, (5, 1.5))),
+    ("^", (0, (4, 1.2, 1, 1.2))),
+    ("D", (0, (1, 1.2))),
+)
+"""Mark and dash of the readings, in the order of the study."""
+
+_SHARES = {"outcomes": ("false_report", "steps"), "positions": ("false_positions", "")}
+"""What the strip holds: false outcomes of all steps, and reports with a false position."""
+
+_ROW = 0.19
+"""Height of a row of the strip, in inches."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Panel:
+    """An agent under several readings: what each is, how it looks, and the agent's course."""
+
+    own: Sequence[tuple[str, Style, Course]]
+
+    @property
+    def first(self) -> Course:
+        """The course under the first reading."""
+        return self.own[0][2]
+
+
+@own_settings()
+def readings(found: Results) -> Figure | None:
+    """A panel for each agent that heeds reports and was played under several readings; None without any."""
+    panels = [panel for panel in _panels(found) if len(panel.own) > 1]
+    panels.sort(key=lambda panel: not panel.first.subject)
+    rows = max((len(_SHARES) * len(panel.own) for panel in panels), default=0)
+    return sheet(panels, _success, _strip, heights=(2.3, _ROW * rows + 0.1))
+
+
+def _panels(found: Results) -> list[_Panel]:
+    own: dict[tuple[str, str], list[tuple[str, Style, Course]]] = {}
+    for i, (axis, options) in enumerate(found.readings):
+        marker, dash = _LOOKS[i % len(_LOOKS)]
+        style = Style(colour=SUBJECTS[i % len(SUBJECTS)], marker=marker, dash=dash)
+        for course in found.courses(axis):
+            if len(course.played) > 1 and not course.blind:
+                own.setdefault((course.agent, course.modality), []).append((reading_name(options), style, course))
+    return [_Panel(tuple(one)) for one in own.values()]
+
+
+def _success(axes: Axes, panel: _Panel) -> None:
+    for words, style, course in panel.own:
+        by_dose(axes, course.played, "success", style, linestyle=style.dash, label=words)
+    cells = [cell for _, _, course in panel.own for cell in course.played]
+    if panel.first.subject:
+        published(axes, published_by_p(cells, SOLVED_AT_0, SOLVED_AT_40))
+    share_axis(axes, "success rate")
+    p_axis(axes, cells)
+    title(axes, agent_label(panel.first), f"{counts(panel.first.played)} per flip rate; 95 % Wilson intervals")
+
+
+def _strip(axes: Axes, panel: _Panel) -> None:
+    """The shares as numbers below the flip rates, in the colour of the reading."""
+    rows = [(name, of, style, course) for _, style, course in panel.own for name, of in _SHARES.items()]
+    for place, (_, (quantity, of), style, course) in enumerate(rows):
+        for cell in course.played:
+            if (share := cell.value(quantity, of)) is not None:
+                said = f"{100 * share:.0f} %"
+                axes.text(cell.dose or 0.0, place, said, color=style.colour, fontsize=SMALL, ha="center", va="center")
+    p_axis(axes, [cell for _, _, course in panel.own for cell in course.played])
+    axes.set(
+        ylim=(len(rows) - 0.5, -0.5), xticks=[], xlabel="share of reports that were false", yticks=range(len(rows))
+    )
+    axes.set_yticklabels([name for name, *_ in rows], fontsize=SMALL, color=INK)
+    axes.tick_params(length=0)
+    axes.spines[:].set_visible(False)
+    axes.grid(visible=False)

@@ -1,0 +1,173 @@
+"""Success by flip rate: the paper's Fig. 4, its companion with intervals and chance, and its course beside loops."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from lockprobe.foundation.formatting import p_value, percent
+from lockprobe.report.figures.compose import sheet
+from lockprobe.report.figures.frame import (
+    EXACT,
+    FAINT,
+    INK,
+    agent_label,
+    blank,
+    counts,
+    dose_axes,
+    heading,
+    label_right,
+    p_axis,
+    share_axis,
+    title,
+)
+from lockprobe.report.figures.palette import ACCENT, SUBJECTS, Style, shifts, styles
+from lockprobe.report.figures.primitives import (
+    by_dose,
+    curve_with_band,
+    dots,
+    key,
+    numbers,
+    published,
+    published_by_p,
+    repetitions,
+    second_order_fit,
+)
+from lockprobe.report.figures.settings import own_settings
+from lockprobe.statistics.published import SOLVED_AT_0, SOLVED_AT_40
+from lockprobe.statistics.rows import Course, Results
+
+__all__ = [
+    "_draw_course",
+    "courses",
+    "draw_success_by_dose",
+    "draw_success_by_p",
+    "fig4",
+    "fig4_corrected",
+    "success_by_dose",
+]
+
+_SHARES = {
+    "success": (Style(colour=SUBJECTS[0]), "solved"),
+    "loop_rate": (Style(colour=ACCENT, marker="s", dash=(0, (5, 1.5))), "with an action loop"),
+}
+"""What the course of an agent shows, how it is drawn, and its name in the legend."""
+
+
+@own_settings()
+def fig4(found: Results) -> Figure | None:
+    """Success by flip rate, as in the paper; None without an ended trial or with a single flip rate."""
+    courses = _shown(found)
+    return sheet([courses] if courses else [], draw_success_by_p)
+
+
+@own_settings()
+def fig4_corrected(found: Results) -> Figure | None:
+    """The same with intervals and chance, a panel for each agent that the study is about."""
+    return sheet([course for course in _shown(found) if course.subject], draw_success_by_dose)
+
+
+@own_settings()
+def success_by_dose(found: Results, place: int) -> Figure | None:
+    """The same over another axis of the design, by its place among them, for every agent with an ended trial."""
+    return sheet([course for course in found.courses(found.design.axes[place]) if course.played], draw_success_by_dose)
+
+
+@own_settings()
+def courses(found: Results) -> Figure | None:
+    """The course of success with the loop rate, a panel for each agent; None for a single agent or flip rate."""
+    shown = _shown(found)
+    return sheet(shown if len(shown) > 1 else [], _draw_course, heights=(2.1,))
+
+
+def _shown(found: Results) -> list[Course]:
+    courses = found.courses()
+    return courses if found.several_p and any(course.played for course in courses) else []
+
+
+def draw_success_by_p(axes: Axes, courses: Sequence[Course]) -> None:
+    """Success over flip probability with the second-order fit (Fig. 4).
+
+    Dots are repetitions, markers the means. References, which the paper has not, are grey, without dots and fit.
+    """
+    if not any(course.played for course in courses):
+        return blank(axes, "no trial has ended")
+    cells, moved, said = [cell for course in courses for cell in course.cells], shifts(courses), [""]
+    for course, style in styles(courses):
+        shift = moved[course.agent, course.modality]
+        if style.lead:
+            dots(axes, [(at + shift, success.value) for at, success, _ in repetitions(course)], style)
+            said.append(second_order_fit(axes, course.curve("success_fit"), style))
+        fitted = style.lead and said[-1]
+        by_dose(
+            axes, course.played, "success", style, shift=shift, bars=False, linestyle="none" if fitted else style.dash
+        )
+        if course.played:
+            key(axes, style, heading(course).replace(", ", ",\n") if style.lead else agent_label(course))
+    published(axes, published_by_p(cells, SOLVED_AT_0, SOLVED_AT_40))
+    share_axis(axes, "success rate")
+    p_axis(axes, cells, max(map(abs, moved.values()), default=0.0))
+    return title(axes, f"{counts(cells)} per flip rate; dots: repetitions; markers: means", max(said, key=len))
+
+
+def draw_success_by_dose(axes: Axes, course: Course) -> None:
+    """Fig. 4 by counts: intervals, a binomial model of the order that AICc prefers, chance, and the peak.
+
+    Triangles under the shares stand at the doses that may be the best (95 % set); the diamond is the highest share less
+    what it owes to having been chosen.
+    """
+    if not course.played:
+        return blank(axes, f"{agent_label(course)}: no trial has ended")
+    style = Style(colour=SUBJECTS[0])
+    by_dose(axes, course.played, "success", style, label="share solved with 95 % interval")
+    several = len(course.where("best_dose_probability")) > 1
+    curve, order = course.curve("success_model") if several else None, course.value("success_model_order", "AICc")
+    if curve is not None:
+        curve_with_band(axes, curve, style, label="binomial model with 95 % band")
+    dose_axes(axes, course, "success rate")
+    if several:
+        _peak(axes, course)
+    labels = []
+    for of, (name, dash) in EXACT.items():
+        if (level := course.value("success_chance", of)) is not None:
+            axes.axhline(level, color=FAINT, linewidth=0.9, linestyle=dash, zorder=2)
+            labels.append((level, f"{name}\n{percent(level)}", FAINT))
+    label_right(axes, labels, gap=0.2)
+    return title(
+        axes,
+        heading(course),
+        f"{counts(course.played)} per {course.name}" + (f"; model of order {order:g} (AICc)" if curve else ""),
+        _rises_and_falls(course) if several else "",
+    )
+
+
+def _rises_and_falls(course: Course) -> str:
+    """Whether success rises and then falls, by the test that is concluded from."""
+    test = course.get("test", "shape")
+    if test is None or test.p_value is None:
+        return "rise and fall: not tested, needs three doses"
+    return f"rise and fall, two-lines test: {p_value(test.p_value, '$P$')}"
+
+
+def _peak(axes: Axes, course: Course) -> None:
+    """The doses that may be the best, and the highest share corrected for having been chosen."""
+    if members := numbers(row.value for row in course.where("best_dose_set")):
+        axes.set_ylim(-0.13, 1.03)
+        label = f"95 % set of the best {course.name}"
+        axes.plot(members, [-0.07] * len(members), "^", color=INK, markersize=4.5, zorder=3, label=label)
+    best, honest = course.value("best_dose"), course.value("success_at_best_dose")
+    if best is not None and honest is not None:
+        low, high = axes.get_xlim()
+        x, label = best + 0.025 * (high - low), "highest share, corrected for selection"
+        axes.plot(x, honest, "D", color=INK, markersize=4.5, markerfacecolor="white", zorder=5, label=label)
+
+
+def _draw_course(axes: Axes, course: Course) -> None:
+    """Success and loop rate by flip probability, with the course that the tests detect."""
+    dose_axes(axes, course, "share of trials")
+    for quantity, (style, label) in _SHARES.items():
+        by_dose(axes, course.played, quantity, style, linestyle=style.dash, label=label)
+    kind = course.found.fact("course of success", f"{course.label}, {course.axis}")
+    title(axes, agent_label(course), f"{kind}; {counts(course.played)} per {course.name}")

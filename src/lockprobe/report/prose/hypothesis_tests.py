@@ -1,0 +1,251 @@
+"""Sentences on hypothesis tests: what each asks, what it is called, and what it concludes of an agent."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from lockprobe.foundation.formatting import capital, minus, p_value
+from lockprobe.report.prose.doses import cause
+from lockprobe.report.prose.subject import Subject, subject_of
+from lockprobe.statistics.axis import FLIPS, Axis
+from lockprobe.statistics.inference.verdict import MEAN_STEPS, Question, TestResult
+from lockprobe.statistics.summary import AgentSummary
+
+__all__ = [
+    "QUESTIONS",
+    "asked",
+    "conclusions",
+    "conclusions_of",
+    "effect_said",
+    "limits_said",
+    "note_said",
+    "unit_of_effect",
+    "why_missing",
+]
+
+_ASKED: Mapping[Question, str] = {
+    "success": "Do {cause} change how often the box is solved?",
+    "speed": "Do {cause} change how many steps a trial takes?",
+    "shape": "Does success rise and then fall again as the {dose} rises?",
+    "looping": "Do {cause} change how soon an agent loops?",
+    "looping again": "Do loops begin later and then sooner again as the {dose} rises?",
+    "harm": "Once it has looped, is an agent less likely to solve the box?",
+    "escape": "At the lowest {dose}, does an agent leave loops more or less often than by chance?",
+    "repeats": "At the lowest {dose}, is a joint reported blocked tried again more or less often than by chance?",
+}
+
+
+def asked(question: Question, axis: Axis = FLIPS) -> str:
+    """What a test asks, of the doses of this axis."""
+    return _ASKED[question].format(cause=cause(axis), dose=axis.name, doses=axis.plural)
+
+
+QUESTIONS: Mapping[Question, str] = {question: asked(question) for question in _ASKED}
+"""What tests over flip rates ask."""
+
+
+def conclusions(agent: AgentSummary) -> list[str]:
+    """The conclusions of the recommended tests on success, on looping and on its harm, a sentence each."""
+    if agent.blind or len([condition for condition in agent.conditions if condition.success.n]) < 2:
+        return []
+    tests = {test.question: test for test in agent.inference.tests if test.recommended}
+    said = []
+    for question in _CONCLUDED:
+        test = tests[question]
+        if test.p_value is None:
+            continue
+        interval = "" if test.low is None or test.high is None else f" [{test.low:.2g}, {test.high:.2g}]"
+        if test.baseline is not None:
+            interval += f", {test.baseline:.2g} for a blind agent with the same action habits"
+        told = test.effect is not None and question != "shape"
+        effect = f"{effect_said(test.name, agent.axis)} {minus(f'{test.effect:.2g}{interval}')}; " if told else ""
+        fewer, more, no = conclusions_of(subject_of(agent), question, agent.axis, blind=test.baseline is not None)
+        found = no if not test.rejects else more if test.direction > 0 else fewer
+        said.append(f"{found} ({effect}{test.name}, {p_value(test.p_value)}).")
+    return said
+
+
+_AS_THE_REST = "assuming that solved trials would have looped like those still running"
+"""What a log-rank test of loops assumes, which the records cannot show."""
+
+_RISES_AND_FALLS = "Success rises with {cause} and falls again"
+
+_CONCLUDED: Mapping[Question, tuple[str, str, str]] = {
+    "speed": (
+        "{Cause} increase the mean number of steps",
+        "{Cause} decrease the mean number of steps",
+        "No effect of {cause} on the mean number of steps was detected",
+    ),
+    "shape": (_RISES_AND_FALLS, _RISES_AND_FALLS, "No rise and fall of success with the {dose} was detected"),
+    "looping": (
+        f"{{Cause}} delay the first loop of {{agent}}, {_AS_THE_REST}",
+        f"{{Cause}} bring the first loop of {{agent}} forward, {_AS_THE_REST}",
+        "No effect of {cause} on how soon {agent} {loops} was detected",
+    ),
+    "harm": (
+        "After a loop {agent} {is_} less likely to solve the box",
+        "After a loop {agent} {is_} more likely to solve the box",
+        "No difference in the success of {agent} after a loop was detected",
+    ),
+}
+"""What a test concludes: less, more, and no difference detected."""
+
+_HARM_AGAINST_BLIND = (
+    "After a loop the odds of solving fall more for {agent} than for a blind agent with {its} action habits",
+    "After a loop the odds of solving fall less, or rise more, for {agent} than for a blind agent with {its} habits",
+    "No harm of loops to {agent} beyond that to a blind agent with {its} action habits was detected",
+)
+"""The same of harm where the odds ratio of a blind agent is known."""
+
+
+def conclusions_of(who: Subject, question: Question, axis: Axis = FLIPS, *, blind: bool = False) -> tuple[str, ...]:
+    """The three possible conclusions of a test, without its numbers: less, more, no difference detected.
+
+    Args:
+        who: The subject of the sentences.
+        question: What the test asks.
+        axis: What conditions differ in.
+        blind: Whether harm is tested against a blind agent with the same action habits.
+    """
+    words = who.words | {"cause": cause(axis), "Cause": capital(cause(axis)), "dose": axis.name}
+    return tuple(one.format(**words) for one in (_HARM_AGAINST_BLIND if blind else _CONCLUDED[question]))
+
+
+_EFFECTS: Mapping[str, tuple[str, str]] = {
+    "greatest difference from the lowest dose, permutation": ("points", "difference in success"),
+    "highest success, chosen by eye, Fisher": ("points", "difference in success"),
+    MEAN_STEPS: ("steps", "difference in mean steps, higher {doses} minus the lowest"),
+    "steps to solve, log-rank": ("ratio", "hazard ratio of solving, higher {doses} over the lowest"),
+    "two lines": ("dose", "{dose} at which the lines meet"),
+    "Lind-Mehlum": ("dose", "{dose} at the turning point"),
+    "loop onset, log-rank": ("ratio", "hazard ratio of a first loop, higher {doses} over the lowest"),
+    "lowest loop rate, chosen by eye, Fisher": ("points", "difference in loop rate"),
+    "loop onset, two lines": ("dose", "{dose} at which the lines meet"),
+    "loop rates, two lines": ("dose", "{dose} at which the lines meet"),
+    "success after a loop, Mantel-Haenszel by dose and step": (
+        "odds ratio",
+        "odds ratio of solving, after over before a loop",
+    ),
+    "looped by step 10, Mantel-Haenszel by dose": ("odds ratio", "odds ratio of solving, after over before a loop"),
+    "looped against solved, Fisher": (
+        "odds ratio",
+        "odds ratio of solving, trials with over trials without a loop",
+    ),
+    "Pearson over repetitions": ("r", "r"),
+    "Pearson over doses": ("r", "r"),
+    "leaving a loop, Student over trials": ("share", "share of actions in a loop that leave it"),
+    "trying a blocked joint again, Student over trials": ("share", "share of actions after a blocked report"),
+}
+"""Test -> the unit of its effect, and what the effect is."""
+
+_LENGTH = "Trial length alone can make it significant."
+_PEARSON = f"As in the paper (Fig. 5a), which does not name the unit of analysis. {_LENGTH}"
+
+_CHANCE = (
+    "Tested against random actions, uniform and without immediate repeats; it rejects only if both differ in the same "
+    "direction. Any other preference, such as for one joint, also differs from chance."
+)
+
+_NOTES: Mapping[str, str] = {
+    "greatest difference from the lowest dose, permutation": (
+        "Corrected for all {doses}; permuted within blocks. It rejects only if the interval, corrected alike, "
+        "excludes 0."
+    ),
+    "any difference, permutation": (
+        "Uses every pair of {doses}. Not valid where they change which trials are solved but not how many."
+    ),
+    "highest success, chosen by eye, Fisher": "Not corrected for the choice.",
+    MEAN_STEPS: "Pools all higher {doses}, so no peak is selected. An unsolved trial counts with its whole budget.",
+    "steps to solve, log-rank": "It compares hazards, not means, and has little power where curves of success cross.",
+    "two lines": "Both lines have to be significant; a shape like the paper's needs about 160 trials per {dose}.",
+    "Lind-Mehlum": "Rejects too often where success only levels off.",
+    "quadratic term, likelihood ratio": "Does not test a decline: a curve that levels off also has a quadratic term.",
+    "order 2 by AIC and cross-validation, maximum inside": (
+        "The paper's rule (Sec. 3.2). The paper does not describe its cross-validation; here each repetition of each "
+        "{dose} is left out once."
+    ),
+    "loop onset, log-rank": "Pools all higher {doses}, so no peak is selected.",
+    "lowest loop rate, chosen by eye, Fisher": "Not corrected for the choice.",
+    "loop onset, two lines": (
+        "Both lines have to be significant. Compares the hazard of a first loop at equal steps, so it does not depend "
+        "on the length of trials."
+    ),
+    "loop rates, two lines": _LENGTH,
+    "success after a loop, Mantel-Haenszel by dose and step": "{null}",
+    "looped by step 10, Mantel-Haenszel by dose": "Also valid, with less power. {null}",
+    "looped against solved, Fisher": _LENGTH,
+    "Pearson over repetitions": _PEARSON,
+    "Pearson over doses": _PEARSON,
+    "leaving a loop, Student over trials": _CHANCE,
+    "trying a blocked joint again, Student over trials": _CHANCE,
+}
+"""What a reader should know about each test."""
+
+_MISSING: Mapping[str, str] = {
+    "fewer than two doses": "No test: it needs two {doses} with trials.",
+    "fewer than three doses": "No test: it needs three {doses} with trials.",
+    "no common trial": "No test: no trial was played at two {doses}.",
+    "no trial at the lowest dose": "No test: no trial at a higher {dose} was also played at the lowest.",
+    "quadratic separates": "No test: a quadratic separates solved from unsolved trials.",
+    "no odds ratio of a blind agent": "No test: a blind agent with these habits has no odds ratio on this box.",
+    "never side by side": "No test: no box was solved while trials with and without a loop were both running.",
+    "too few clusters": "No test: it needs two blocks (of people: two people on either side) with trials that differ.",
+    "too few remain": "No test: too few trials finished without an error.",
+    **{
+        f"no fit with {number} doses": f"No fit: it needs three {{doses}} with trials that differ, and there {said}."
+        for number, said in enumerate(("are none", "is one", "are 2"))
+    },
+    "fewer than seven trials": "No test: it needs seven trials (of people: seven people) with such an action.",
+    "fewer than three trials": "No fit: it needs three trials.",
+    "every trial solved": "No fit: every trial was solved.",
+    "no trial solved": "No fit: no trial was solved.",
+    **{
+        f"order {order} separates": f"No choice of order: order {order} separates solved from unsolved trials, so its "
+        "fit has no maximum."
+        for order in range(4)
+    },
+    "no band": "No band: resampling within repetitions needs two trials in each.",
+    "no resamples": "No resamples: resampling within repetitions needs two trials in each.",
+    "no trials": "No peak: there are no trials.",
+    "": "",
+}
+"""Why a test or an estimate is missing, by the code that the analysis gives."""
+
+
+def why_missing(code: str, axis: Axis = FLIPS) -> str:
+    """Why a test or an estimate is missing; empty for an empty code."""
+    return _MISSING[code].format(dose=axis.name, doses=axis.plural)
+
+
+def effect_said(name: str, axis: Axis = FLIPS) -> str:
+    """What the effect of a test is; empty where it has none."""
+    return _EFFECTS.get(name, ("", ""))[1].format(dose=axis.name, doses=axis.plural)
+
+
+def unit_of_effect(name: str) -> str:
+    """The unit of the effect of a test; empty where it has none."""
+    return _EFFECTS.get(name, ("", ""))[0]
+
+
+def limits_said(test: TestResult, axis: Axis = FLIPS) -> str:
+    """Why a test is missing, or what broken trials do to its P value; empty in all other cases."""
+    broke = " Trials broke: the P value is the largest without them, with all unsolved, and with all solved."
+    return f"{why_missing(test.note, axis)}{broke * test.broken}".strip()
+
+
+def note_said(name: str, axis: Axis = FLIPS, baseline: float | None = None) -> str:
+    """How to interpret a test.
+
+    Args:
+        name: The test.
+        axis: What conditions differ in.
+        baseline: The effect for a blind agent, if that is the null hypothesis.
+    """
+    return _NOTES.get(name, "").format(dose=axis.name, doses=axis.plural, null=_null(baseline))
+
+
+def _null(baseline: float | None) -> str:
+    """Against which odds ratio the effect of a loop is tested."""
+    if baseline is None:
+        return "Tested against an odds ratio of 1; the odds ratio of a blind agent on this box is not known."
+    return f"Tested against {baseline:.2f}, the odds ratio of a blind agent with the same action habits on this box."

@@ -1,0 +1,33 @@
+"""The sentence on an agent's action loops against chance."""
+
+from __future__ import annotations
+
+from lockprobe.foundation.formatting import percent
+from lockprobe.report.prose.doses import at_dose
+from lockprobe.report.prose.success import of_trials
+from lockprobe.statistics.behaviour import Behaviour
+from lockprobe.statistics.summary import AgentSummary
+
+__all__ = ["LOOP_DEFINITION", "loop_finding"]
+
+LOOP_DEFINITION = "Action loop: three or more attempts in a row that occur twice without overlap."
+"""What the word means, for readers."""
+
+
+def loop_finding(agent: AgentSummary) -> str:
+    """An agent's loop rate against chance, at its lowest dose and at the dose of its contrast."""
+    counted = [condition for condition in agent.conditions if condition.success.n]
+    shown = [agent.contrast.baseline, agent.contrast.other] if agent.contrast else counted[:1]
+    said = "; ".join(
+        f"{of_trials(condition.behaviour.loops)} {at_dose(condition.dose, agent.axis)} "
+        f"({_against_chance(condition.behaviour)})"
+        for condition in shown
+    )
+    return f"Action loops occur in {said}." if said else ""
+
+
+def _against_chance(found: Behaviour) -> str:
+    low, high = sorted((found.chance_uniform or 0.0, found.chance_no_repeat or 0.0))
+    words = "more than by chance" if found.loops.low > high else "less than by chance"
+    verdict = words if found.loops.low > high or found.loops.high < low else "no difference from chance detected"
+    return f"{verdict}; random actions in trials of the same lengths: {percent(low)} to {percent(high)}"

@@ -1,0 +1,85 @@
+"""What a false report is, in words: what is inverted, and what becomes of the false positions of other joints."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from lockprobe.foundation.formatting import listed
+from lockprobe.foundation.spec import Spec
+from lockprobe.interventions.flip import OutcomeFlip
+
+__all__ = ["BOTH_FIT", "false_reports", "inverted", "reading_name", "untested_said"]
+
+_KNOWN: Mapping[tuple[str, str], str] = {
+    ("outcome", "fresh"): "false reports",
+    ("outcome", "kept"): "false reports that stay",
+    ("position", "fresh"): "false positions",
+    ("position", "kept"): "false positions that stay",
+    ("position", "noisy"): "noise on all positions",
+}
+
+_POSITION, _OUTCOME = "the reported position of the attempted joint is inverted", "the reported outcome is inverted"
+
+_STAY = "false positions stay until their joint is attempted again"
+
+BOTH_FIT = "The paper does not say which of these false reports it has; its numbers fit agents under each."
+"""Of several readings (``docs/readings.md``)."""
+
+
+def false_reports(options: str) -> str:
+    """False reports with these options of ``flip``, as the subject of a sentence.
+
+    >>> false_reports(""), false_reports("others=kept"), false_reports("keep=0.5")
+    ('false reports', 'false reports that stay', 'false reports (keep=0.5)')
+    """
+    said = Spec.parse(f"flip?{options}").options if options else {}
+    known = _KNOWN.get((said.get("inverts", "outcome"), said.get("others", "fresh")))
+    return known if known and said.keys() <= {"inverts", "others"} else f"false reports ({options})"
+
+
+def reading_name(options: str) -> str:
+    """A reading by what is inverted and what becomes of it, for tables and legends.
+
+    >>> reading_name(""), reading_name("others=kept"), reading_name("keep=0.5")
+    ('outcome inverted, fresh look', 'outcome inverted, stays', 'keep=0.5')
+    """
+    said = Spec.parse(f"flip?{options}").options if options else {}
+    if said.keys() - {"inverts", "others"}:
+        return options
+    if said.get("others") == "noisy":
+        return "every position inverted independently"
+    stay = "stays" if said.get("others") == "kept" else "fresh look"
+    return f"{said.get('inverts', 'outcome')} inverted, {stay}"
+
+
+def inverted(flip: OutcomeFlip, *, positions: bool) -> str:
+    """What is inverted with the probability that the flip rate is, and what the next report does with it.
+
+    Args:
+        flip: What a false report is.
+        positions: Whether reports tell positions.
+    """
+    if not positions:
+        return _OUTCOME
+    if flip.others == "noisy":
+        return "a reported position is inverted, for every joint in every report"
+    if flip.inverts == "position":
+        return f"{_POSITION} {'until its next attempt' if flip.keep == 1 else 'in one report'}"
+    return f"{_OUTCOME}; {_STAY if flip.keep == 1 else 'the next report looks at the other joints afresh'}"
+
+
+def untested_said(agents: Sequence[str], how: str, trials: int, cost: str = "") -> str:
+    """That agents played only false reports that the next look corrects, and what the others would take, or nothing.
+
+    Args:
+        agents: What tables call them.
+        how: The options that play the others.
+        trials: Trials that they would play more, all together.
+        cost: What these trials would cost at the cost of those that were played; empty where that is not known.
+    """
+    if not agents:
+        return ""
+    more = f"{trials} trials more, about {cost} at the cost of these" if cost else f"{trials} trials more"
+    return (
+        f"Not tested for {listed(list(agents), named=3)}: whether false reports that stay do the same ({how}: {more})."
+    )

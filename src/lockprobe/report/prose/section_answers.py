@@ -1,0 +1,91 @@
+"""One sentence for each section of a report, which stands in its heading."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+from lockprobe.foundation.formatting import capital, first_three, minus, percent, range_of
+from lockprobe.report.prose.doses import at_dose
+from lockprobe.report.prose.subject import subject_of, subjects_by_name
+from lockprobe.report.prose.success import courses_said
+from lockprobe.statistics.condition import ConditionSummary
+from lockprobe.statistics.summary import AgentSummary, StudySummary
+
+__all__ = ["section_answers"]
+
+
+def section_answers(summary: StudySummary) -> dict[str, str]:
+    """Section -> its answer in one sentence; sections without numbers are missing."""
+    agents = summary.judged
+    if not agents:
+        return {}
+    first = next(one.dose for one in agents[0].conditions if one.success.n)
+    where = at_dose(first, summary.axis)
+    found = {
+        "agents_compared": _best(summary),
+        "success": courses_said(summary, brief=True),
+        "speed": _said(agents, "Area under the success curve (random agent 0, shortest plan 1)", _relative),
+        "loops": _said(agents, f"Trials with a loop {where} (chance)", _loops),
+        "optimal_actions": _said(agents, f"{capital(where)} (random choice)", _optimal),
+        "hypothesis_tests": _tests(agents),
+        "misinterpretations": _said(agents, capital(where), _misread) or "No agent said what its actions did.",
+    }
+    return {section: said for section, said in found.items() if said}
+
+
+def _said(agents: Iterable[AgentSummary], what: str, number: Callable[[ConditionSummary], str]) -> str:
+    """A number of each agent under its first condition."""
+    parts = [
+        f"{said} {subject_of(agent).name}"
+        for agent in agents
+        if (one := next((one for one in agent.conditions if one.success.n), None)) and (said := number(one))
+    ]
+    return f"{what}: {first_three(parts, '; ')}." if parts else ""
+
+
+def _relative(condition: ConditionSummary) -> str:
+    return minus(f"{condition.relative.value:.2f}") if condition.relative else ""
+
+
+def _loops(condition: ConditionSummary) -> str:
+    found = condition.behaviour
+    if not found.loops.n:
+        return ""
+    chance = sorted(level for level in (found.chance_uniform, found.chance_no_repeat) if level is not None)
+    return percent(found.loops.value) + (f" ({range_of(chance[0], chance[-1])})" if chance else "")
+
+
+def _optimal(condition: ConditionSummary) -> str:
+    if not condition.rationality:
+        return ""
+    found = condition.rationality[0]
+    return f"{percent(found.optimal.value)} ({percent(found.by_chance['optimal'])})"
+
+
+def _misread(condition: ConditionSummary) -> str:
+    return percent(condition.claims.misinterpreted.value) if condition.claims.misinterpreted.n else ""
+
+
+def _best(summary: StudySummary) -> str:
+    names = subjects_by_name(summary)
+    shares = [
+        (one.success.value, names[one.agent, one.modality].name)
+        for one in summary.standings
+        if one.success.n and one.success.value
+    ]
+    if not shares:
+        return ""
+    most = max(share for share, _ in shares)
+    best = [agent for share, agent in shares if share == most]
+    return f"Highest success: {first_three(best)}, {percent(most)}{' each' * (len(best) > 1)}."
+
+
+def _tests(agents: Iterable[AgentSummary]) -> str:
+    """How many recommended tests of each agent reject."""
+    done = {
+        subject_of(agent).name: [t.rejects for t in agent.inference.tests if t.recommended and t.p_value is not None]
+        for agent in agents
+        if not agent.blind
+    }
+    parts = [f"{sum(tests)}/{len(tests)} for {name}" for name, tests in done.items() if tests]
+    return f"Main tests (bold) that reject: {first_three(parts)}." if parts else ""

@@ -1,0 +1,121 @@
+"""The first sentence of a page that answers several questions: what false reports, another dose and conditions did."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+from lockprobe.foundation.formatting import listed, p_cell
+from lockprobe.report.prose.doses import cause
+from lockprobe.report.prose.overview import effects_answer, flips_answer
+from lockprobe.report.prose.subject import Subject, subject_of
+from lockprobe.statistics.effects import CONTROLS, Effects
+from lockprobe.statistics.inference.logrank import holm
+from lockprobe.statistics.modalities import spoken
+from lockprobe.statistics.proportions import ALPHA
+from lockprobe.statistics.summary import StudySummary
+
+__all__ = ["Question", "of_axis", "of_conditions", "several_answers"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Question:
+    """One question of a page, with a family of tests of its own.
+
+    Attributes:
+        about: What may have an effect.
+        answer: What it did, in sentences, by the number of questions that its P values are corrected for.
+        corrected: Whether these sentences name only what is detected after this correction.
+        tested: What was tested, as it follows "the effect", and its P value, corrected within its family.
+    """
+
+    about: str
+    answer: Callable[[int], str]
+    tested: tuple[tuple[str, float], ...]
+    corrected: bool = False
+
+    @property
+    def p_value(self) -> float | None:
+        """The smallest P value of its family; None if nothing was tested."""
+        return min((p_value for _, p_value in self.tested), default=None)
+
+
+def of_axis(summary: StudySummary) -> list[Question]:
+    """What false reports, or another dose, did: one question in each modality where it was tested."""
+    tested = dict.fromkeys(agent.modality for agent in summary.subjects if agent.contrast)
+    if len(tested) < 2:
+        return [_of_axis(summary)]
+    agents = [tuple(one for one in summary.subjects if one.modality == modality) for modality in tested]
+    return [_of_axis(replace(summary, agents=own)) for own in agents]
+
+
+def _of_axis(summary: StudySummary) -> Question:
+    tested = {subject_of(one): one.contrast for one in summary.subjects if one.contrast}
+    shown = next((f" with {spoken(one.modality)}" for one in summary.subjects if one.contrast and one.shown), "")
+    return Question(
+        about=f"{cause(summary.axis)}{shown}",
+        answer=lambda many: flips_answer(summary),
+        tested=tuple((f"on {who.name}", one.difference.p_value) for who, one in tested.items()),
+    )
+
+
+def of_conditions(found: Sequence[Effects], *, other: bool) -> list[Question]:
+    """What conditions did that are levels of no axis: one question for each family.
+
+    Args:
+        found: The effects on the agents that the study is about.
+        other: Whether there are conditions beside them.
+    """
+    families: dict[tuple[str, str], list[Effects]] = {}
+    for one in found:
+        families.setdefault((one.family, one.control), []).append(one)
+    several = len({control for family, control in families if family != CONTROLS}) > 1
+    return [
+        _of_family(own, other=other, shown=spoken(own[0].modality) if several else "") for own in families.values()
+    ] or [_of_family((), other=other)]
+
+
+def _of_family(found: Sequence[Effects], *, other: bool, shown: str = "") -> Question:
+    several = len(found) > 1
+    tested = [
+        (f"of {one.condition}" + f" on {Subject.of(own.agent).name}" * several, one.difference.p_value)
+        for own in found
+        for one in own.effects
+    ]
+    return Question(
+        about="the modality"
+        if found and found[0].family == CONTROLS
+        else f"other conditions{shown and f' with {shown}'}",
+        answer=lambda many: effects_answer(found, other=other, shown=shown, many=many),
+        tested=tuple(tested),
+        corrected=True,
+    )
+
+
+def several_answers(questions: Sequence[Question]) -> str:
+    """The answers of a page, one after the other.
+
+    One screen that answers several questions is false if one answer is. So a change is said here if it is detected
+    after correction for all of them (Holm); the sections keep the P values of their own family.
+    """
+    every = "both" if len(questions) == 2 else f"all {len(questions)}"
+    after = f"after correction for {every} questions of this page"
+    said = []
+    for one, corrected in zip(questions, holm([one.p_value for one in questions]), strict=True):
+        if one.p_value is not None and corrected is not None and one.p_value < ALPHA <= corrected:
+            p_value = p_cell(one.p_value)
+            said.append(f"An effect of {one.about} was detected in its own section (P = {p_value}), but not {after}.")
+            continue
+        many = _many(one, questions)
+        said.append(one.answer(many))
+        if lost := [name for name, p_value in one.tested if p_value < ALPHA <= p_value * many]:
+            which = "The effect" if one.corrected else "Of these, the effect"
+            own = "detected in its own section, but not" if one.corrected else "not detected"
+            said.append(f"{which} {listed(lost, named=3)} was {own} {after}.")
+    return " ".join(dict.fromkeys(said))
+
+
+def _many(one: Question, questions: Sequence[Question]) -> int:
+    """For how many questions it is corrected: those whose effects are no clearer."""
+    p_values = [other.p_value for other in questions if other.p_value is not None]
+    return max(1, sum(p_value >= (one.p_value or 0.0) for p_value in p_values))

@@ -1,0 +1,81 @@
+"""Who a sentence is about: an agent by its spec, or people in the plural."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from lockprobe.foundation.formatting import capital
+from lockprobe.foundation.spec import PEOPLE
+from lockprobe.statistics.modalities import spoken
+from lockprobe.statistics.summary import AgentSummary, StudySummary
+from lockprobe.trial.record import PLAIN_WORDS
+
+__all__ = ["Subject", "subject_of", "subjects_by_name"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Subject:
+    """The grammatical subject of a sentence.
+
+    Attributes:
+        name: What a sentence calls it: ``llm:local (RGB)`` or ``people``.
+        plural: Whether its verbs are in the plural.
+    """
+
+    name: str
+    plural: bool = False
+
+    @classmethod
+    def of(cls, agent: str, shown: str = "") -> Subject:
+        """The subject that stands for an agent.
+
+        Args:
+            agent: Its name, or its spec if it has none.
+            shown: How the box was shown, where that has to be said.
+        """
+        plural = agent == PEOPLE
+        name = "people" if plural else agent
+        return cls(name=f"{name} ({shown})" if shown else name, plural=plural)
+
+    @classmethod
+    def seeing(cls, agent: str, modality: str) -> Subject:
+        """The subject that stands for an agent in a modality, which is said unless it is plain words."""
+        return cls.of(agent, "" if modality in PLAIN_WORDS else spoken(modality))
+
+    def form(self, one: str, many: str) -> str:
+        """The form of a word that agrees with it."""
+        return many if self.plural else one
+
+    @property
+    def first(self) -> str:
+        """Its name at the beginning of a sentence; a spec stays as it is.
+
+        >>> Subject.of("participant").first, Subject.of("random").first
+        ('People', 'random')
+        """
+        return capital(self.name) if self.plural else self.name
+
+    @property
+    def words(self) -> dict[str, str]:
+        """The words of a template that agree with it, where the sentence does not name the agent.
+
+        >>> "After a loop {agent} {is_} slower".format(**Subject.of("participant").words)
+        'After a loop people are slower'
+        """
+        return {
+            "agent": self.form("the agent", "people"),
+            "is_": self.form("is", "are"),
+            "loops": self.form("loops", "loop"),
+            "solves": self.form("solves", "solve"),
+            "its": self.form("its", "their"),
+        }
+
+
+def subject_of(agent: AgentSummary) -> Subject:
+    """The subject of sentences about one agent of a study."""
+    return Subject.of(agent.agent, agent.shown)
+
+
+def subjects_by_name(summary: StudySummary) -> dict[tuple[str, str], Subject]:
+    """Agent and modality -> the subject of sentences about it."""
+    return {(agent.agent, agent.modality): subject_of(agent) for agent in summary.agents}

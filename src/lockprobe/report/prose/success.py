@@ -1,0 +1,190 @@
+"""Sentences on success: the effect of a dose, the course over all doses, and the success of baselines."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import chain
+from math import ceil
+
+from lockprobe.foundation.formatting import capital, change, first_three, interval, p_value, percent, points
+from lockprobe.report.prose.doses import at_dose, cause
+from lockprobe.report.prose.idle import idle_doses_said
+from lockprobe.report.prose.subject import subject_of
+from lockprobe.statistics.axis import FLIPS, Axis
+from lockprobe.statistics.condition import ConditionSummary, Contrast
+from lockprobe.statistics.inference.course import CourseKind
+from lockprobe.statistics.proportions import Proportion
+from lockprobe.statistics.summary import AgentSummary, StudySummary
+
+__all__ = ["alike_said", "baselines_said", "course_said", "courses_said", "finding", "of_trials"]
+
+
+_MANY, _COPIES = 50, 3
+"""Trials from which on copies are mentioned, and trials per different sequence; ours, chosen by eye."""
+
+
+def of_trials(share: Proportion) -> str:
+    """A share as a count and in per cent."""
+    return f"{share.count} of {share.n} trials ({percent(share.value)})"
+
+
+def finding(agent: AgentSummary) -> str:
+    """The effect of false reports on one agent's success, after a warning where broken trials select."""
+    counted = [condition for condition in agent.conditions if condition.success.n]
+    if not counted:
+        return f"No trial of {subject_of(agent).name} has ended as solved or out of budget."
+    if agent.blind:
+        solved = f"it solved {of_trials(counted[0].success)} {at_dose(counted[0].dose, agent.axis)}"
+        same = f"the results of these trials are the same at every other {agent.axis.name}"
+        return f"{alike_said(agent)}: {solved}, and {same}."
+    if agent.contrast is None:
+        return _one_condition(agent, counted)
+    copies = _copies_said(agent, counted[0])
+    said = (_broken_said(agent), _contrast_said(agent, agent.contrast), idle_doses_said(agent), copies)
+    return " ".join(filter(None, said))
+
+
+def _copies_said(agent: AgentSummary, condition: ConditionSummary) -> str:
+    """That most trials repeat others, as those of a deterministic agent that is told the truth."""
+    n, different = condition.success.n, condition.distinct_sequences
+    if n < _MANY or different * _COPIES > n:
+        return ""
+    where = capital(at_dose(condition.dose, agent.axis))
+    return f"{where}, its {n} trials contain only {different} different sequences of actions."
+
+
+def alike_said(agent: AgentSummary) -> str:
+    """That an agent plays alike whatever it is told, and up to what share of reports it may still act on."""
+    most = ceil(100 * (agent.heeded or 0.0))
+    return f"{agent.name} played alike whatever it was told, so it acts on at most {most} % of reports"
+
+
+def _one_condition(agent: AgentSummary, counted: list[ConditionSummary]) -> str:
+    share = counted[0].success
+    why = idle_doses_said(agent) or "No trial has been played under two conditions yet."
+    if len(counted) == 1:
+        single = agent.axis.name if agent.shown else "condition"
+        why = f"With a single {single} there is no difference to test."
+    return f"{subject_of(agent).first} solved {of_trials(share)}, {interval(share.low, share.high)}. {why}"
+
+
+def _contrast_said(agent: AgentSummary, contrast: Contrast) -> str:
+    """The clearest difference from the lowest flip rate, and whether it was detected."""
+    found, who = contrast.difference, subject_of(agent)
+    first, second = at_dose(contrast.baseline.dose, agent.axis), at_dose(contrast.other.dose, agent.axis)
+    it = who.form("it", "they")
+    sample = "" if contrast.whole else f", of the trials that {it} finished under both conditions"
+    if contrast.detectable:
+        verdict = "more" if found.value > 0 else "less"
+        counts = f"{of_trials(found.second)} against {of_trials(found.first)}{sample}"
+        return f"{who.first} solved the box {verdict} often {second} than {first}: {counts} ({_interval(contrast)})."
+    risen = any(t.question == "shape" and t.recommended and t.rejects for t in agent.inference.tests)
+    subject = f"No effect of {cause(agent.axis)} on the success of {who.name} was detected"
+    if risen:
+        subject = (
+            f"No change of the success of {who.name} was detected at a single {agent.axis.name}; "
+            f"the course over all {'other ' * bool(agent.idle)}{agent.axis.plural} is tested below"
+        )
+    size = "the largest difference" if contrast.farthest else "the clearest difference"
+    return (
+        f"{subject}: {it} solved {of_trials(found.first)} {first} and {of_trials(found.second)} {second}{sample}, "
+        f"{size} ({_interval(contrast)}). This does not show that there is no effect."
+    )
+
+
+def _interval(contrast: Contrast) -> str:
+    """The difference, its interval, its P value, and what they are corrected for."""
+    found = contrast.difference
+    many = [f"selection among {contrast.choices} differences"] * (contrast.choices > 1)
+    many += [f"{contrast.agents} agents"] * (contrast.agents > 1)
+    chosen = f"; interval and P value corrected for {' and '.join(many)}" if many else ""
+    said = f"{change(found.value, found.low, found.high)}; permutation test, {p_value(found.p_value)}{chosen}"
+    if found.if_unsolved is None or found.if_solved is None:
+        return said
+    return (
+        f"{said}; {points(found.if_unsolved.value)} points with broken trials counted as unsolved, "
+        f"{points(found.if_solved.value)} with them counted as solved, and the P value is the largest of the three"
+    )
+
+
+def _broken_said(agent: AgentSummary) -> str:
+    """That broken trials select, where their share differs detectably between conditions."""
+    broken = agent.inference.broken
+    if broken is None or not broken.differ or broken.p_value is None:
+        return ""
+    shares = "; ".join(f"{share.count} of {share.n} {at_dose(p, agent.axis)}" for p, share in broken.at)
+    return (
+        f"Trials of {subject_of(agent).name} broke more often under some conditions than under others ({shares}; "
+        f"permutation test, {p_value(broken.p_value)}), so the remaining trials are a selected sample. A difference "
+        "counts as detected only if it holds with all broken trials counted as unsolved and with all counted as solved."
+    )
+
+
+def baselines_said(summary: StudySummary) -> str:
+    """The success of the baselines at their lowest p, and where nothing happened to them; empty without baselines."""
+    baselines = [agent for agent in summary.agents if agent not in summary.subjects]
+    shares = [
+        f"{subject_of(agent).name} {of_trials(first.success)}"
+        for agent in baselines
+        if (first := agent.conditions[0]).success.n
+    ]
+    lowest = at_dose(summary.conditions[0].dose, summary.axis) if shares else ""
+    said = f"For comparison, {lowest}: {', '.join(shares)}." if shares else ""
+    return " ".join(filter(None, (said, *map(idle_doses_said, baselines))))
+
+
+def courses_said(summary: StudySummary, *, brief: bool = False) -> str:
+    """Which agents' success is higher with false reports, lower, or both; empty for one agent or one p.
+
+    In brief, at most three agents are named for each course; blind agents and the correction of the tests are left
+    out.
+    """
+    heeding = [agent for agent in summary.agents if not agent.blind]
+    shown = [p for agent in heeding for p in (condition.dose for condition in agent.conditions if condition.success.n)]
+    if len(summary.agents) < 2 or len(set(shown)) < 2:
+        return ""
+    courses = [(subject_of(agent).name, agent.inference.course.kind) for agent in heeding if agent.inference.course]
+    listed = first_three if brief else ", ".join
+    kinds = dict.fromkeys(kind for _, kind in sorted(courses, key=lambda course: list(_COURSES).index(course[1])))
+    names = {kind: listed(name for name, found in courses if found == kind) for kind in kinds}
+    parts = [f"{course_said(kind, summary.axis)} for {names[kind]}" for kind in kinds]
+    if {"rises", "falls"} <= names.keys():
+        parts[list(kinds).index("falls")] = f"lower for {names['falls']}"
+    blind = [agent.name for agent in summary.agents if agent.blind and not brief]
+    parts += [f"the same for {listed(blind)} (played alike whatever was reported)"] if blind else []
+    many = "" if brief else _corrected_said(heeding)
+    compared = "Compared" if brief else "Success compared"  # brief, it stands in a heading on success
+    return f"{compared} with {summary.axis.name} {min(shown):g}: {'; '.join(parts)}.{many}" if parts else ""
+
+
+def _corrected_said(heeding: Sequence[AgentSummary]) -> str:
+    """For how many agents the courses are corrected."""
+    sizes: dict[bool, set[int]] = {}
+    for agent in heeding:
+        sizes.setdefault(agent.reference, set()).add(agent.inference.difference.agents)
+    if max(chain(*sizes.values()), default=1) < 2:
+        return ""
+    each = ", in each modality," * (len({agent.modality for agent in heeding}) > 1)
+    many = {kind: " or ".join(map(str, sorted(found))) for kind, found in sorted(sizes.items())}
+    what = {False: "agent", True: "baseline" if len(sizes) > 1 else "agent"}
+    kinds = [f"{n} {what[kind]}{'s' * (n != '1')}" for kind, n in many.items()]
+    return f" Tests are corrected{each} for {' and, apart, for '.join(kinds)} (Bonferroni)."
+
+
+_COURSES: dict[CourseKind, str] = {
+    "rises": "higher at some {dose}",
+    "falls": "lower at some {dose}",
+    "rises and falls": "first rises, then falls",
+    "falls and rises": "first falls, then rises",
+    "no change detectable": "no difference detected",
+    "not tested": "not tested",
+}
+
+
+def course_said(kind: CourseKind, axis: Axis = FLIPS) -> str:
+    """A course in words; a rise or a fall at one dose is none at all of them.
+
+    >>> course_said("rises"), course_said("no change detectable")
+    ('higher at some flip rate', 'no difference detected')
+    """
+    return _COURSES[kind].format(dose=axis.name)

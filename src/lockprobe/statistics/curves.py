@@ -1,0 +1,212 @@
+"""Cumulative success by step (one minus Kaplan-Meier), against chance and the optimum (paper, Fig. 3).
+
+A trial that runs out of budget is *censored*. With equal budgets the curve is the plain share solved. Trials that ended
+as ``error`` are counted apart.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from statistics import median
+from typing import Literal
+
+import numpy as np
+
+from lockprobe.foundation.errors import BadValue
+from lockprobe.statistics.clustered import crossed_proportion
+from lockprobe.statistics.incidence import Area, incidence
+from lockprobe.statistics.outcomes import Outcomes, ended, outcomes
+from lockprobe.trial.record import Trial
+
+__all__ = [
+    "LogRank",
+    "Relative",
+    "SuccessCurve",
+    "logrank",
+    "relative",
+    "success_curve",
+]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SuccessCurve:
+    """Cumulative success by step (paper, Fig. 3).
+
+    Attributes:
+        n: Trials that ended as solved or out of budget.
+        errors: Trials that ended as error; no share counts them.
+        solved_at: Steps of the solved trials, ascending.
+        share: Share solved by step 0, 1, ... up to the largest budget, [0, 1].
+        low, high: Ends of the pointwise 95 % band of :class:`Incidence`.
+        area: Mean share solved over steps 1 to the largest budget; None without a trial.
+    """
+
+    n: int
+    errors: int
+    solved_at: tuple[int, ...]
+    share: tuple[float, ...]
+    low: tuple[float, ...]
+    high: tuple[float, ...]
+    area: Area | None
+
+    @property
+    def steps(self) -> tuple[int, ...]:
+        """0 to the budget."""
+        return tuple(range(len(self.share)))
+
+    def steps_to(self, share: float = 0.8) -> int | None:
+        """The first step by which at least this share of the trials is solved; None if none is."""
+        return _first(self.share, share)
+
+    def steps_to_interval(self, share: float = 0.8) -> tuple[int | None, int | None]:
+        """The 95 % interval of :meth:`steps_to`, from the ends of the band; None means beyond the budget."""
+        return _first(self.high, share), _first(self.low, share)
+
+    @property
+    def km_median(self) -> int | None:
+        """Kaplan-Meier median of the steps over *all* trials; None if fewer than half are solved."""
+        return self.steps_to(0.5)
+
+    @property
+    def restricted_mean_steps(self) -> float | None:
+        """Restricted mean steps over *all* trials, unsolved ones counted with the whole budget; None without trials."""
+        return sum(1 - share for share in self.share[:-1]) if self.n else None
+
+    @property
+    def median_steps(self) -> float | None:
+        """Median steps of solved trials; None if none is. Failures lower it, so compare :attr:`km_median` instead."""
+        return float(median(self.solved_at)) if self.solved_at else None
+
+    @property
+    def mean_steps(self) -> float | None:
+        """Mean steps of solved trials; None if none is. It misleads as :attr:`median_steps` does."""
+        return sum(self.solved_at) / len(self.solved_at) if self.solved_at else None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LogRank:
+    """The log-rank test of the null hypothesis that groups of trials are solved equally fast.
+
+    Attributes:
+        statistic: Chi-squared.
+        df: Groups minus one.
+        p_value: Two-sided.
+    """
+
+    statistic: float
+    df: int
+    p_value: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Relative:
+    """An agent between chance and the optimum on the same box.
+
+    Attributes:
+        value: Area of its curve, scaled: 0 for a uniformly random agent, 1 for the shortest plan, negative if worse
+            than random. An agent that has to find out the interlock cannot reach 1.
+        low, high: Ends of the 95 % interval.
+        steps: Mean steps; an unsolved trial counts with the whole budget.
+        random_steps: Mean steps of the random agent, exact.
+        optimal_steps: Steps of the shortest plan.
+    """
+
+    value: float
+    low: float
+    high: float
+    steps: float
+    random_steps: float
+    optimal_steps: int
+
+
+def success_curve(trials: Sequence[Trial]) -> SuccessCurve:
+    """Cumulative success by step over the trials of one condition, with a band clustered by player."""
+    counted = ended(trials)
+    budget = max((trial.budget for trial in trials), default=0)
+    steps = np.array([len(trial.steps) for trial in counted], dtype=np.int64)
+    solved = np.array([trial.solved for trial in counted], dtype=np.bool_)
+    found = incidence(steps, solved, budget, _design_effect(outcomes(counted)))
+    return SuccessCurve(
+        n=len(counted),
+        errors=len(trials) - len(counted),
+        solved_at=tuple(sorted(steps[solved].tolist())),
+        share=found.share,
+        low=found.low,
+        high=found.high,
+        area=found.area,
+    )
+
+
+def _design_effect(counted: Outcomes) -> float:
+    """The design effect of clustering by player on the share solved; 1 if all trials are independent."""
+    if not counted.crossed:
+        return 1.0
+    ones = np.ones(len(counted))
+    return crossed_proportion(counted.solved, ones, counted.player, counted.luck).design_effect
+
+
+def _first(values: Sequence[float], share: float) -> int | None:
+    return next((step for step, value in enumerate(values) if value >= share - 1e-12), None)
+
+
+def logrank(groups: Sequence[Sequence[Trial]], weights: Literal["log-rank", "gehan"] = "log-rank") -> LogRank | None:
+    """Log-rank test of steps to solve between two or more groups of trials; unsolved trials are censored.
+
+    Groups are taken as independent. Shared luck with the same effect in all groups makes the test conservative.
+
+    Args:
+        groups: Trials of one condition each; error trials are left out.
+        weights: ``log-rank`` weighs all steps alike; ``gehan`` (Gehan-Wilcoxon) by the trials still running, which
+            is stronger where curves differ early and meet late.
+
+    Returns:
+        None with fewer than two groups at risk when the first trial was solved, or without a step at which some but
+        not all trials at risk were solved.
+    """
+    from scipy.stats import chi2
+    from statsmodels.duration.survfunc import survdiff
+
+    kept = [ended(group) for group in groups]
+    first = min((len(trial.steps) for members in kept for trial in members if trial.solved), default=0)
+    counted = [members for members in kept if first and any(len(trial.steps) >= first for trial in members)]
+    if len(counted) < 2:
+        return None
+    steps = np.array([len(trial.steps) for members in counted for trial in members])
+    solved = np.array([trial.solved for members in counted for trial in members], dtype=np.int64)
+    group = np.repeat(np.arange(len(counted)), [len(members) for members in counted])
+    try:
+        statistic, _ = survdiff(steps, solved, group, weight_type="gb" if weights == "gehan" else None)
+    except np.linalg.LinAlgError:
+        return None
+    df = len(counted) - 1
+    return LogRank(statistic=float(statistic), df=df, p_value=float(chi2.sf(statistic, df)))
+
+
+def relative(curve: SuccessCurve, random: Sequence[float], optimum: int | None) -> Relative | None:
+    """An agent's success curve on a scale from a uniformly random agent to the shortest plan on the same box.
+
+    Args:
+        curve: The agent's curve.
+        random: The exact curve of a random agent (:func:`lockprobe.boxes.solve.random_curve`) to the same budget.
+        optimum: The fewest steps that solve the box (:func:`lockprobe.boxes.solve.optimum`).
+
+    Returns:
+        None without a trial, or if a random agent is as fast as the optimum within the budget.
+    """
+    budget = len(curve.share) - 1
+    if len(random) != len(curve.share):
+        raise BadValue("random agent's curve", f"{len(random) - 1} steps", f"the budget of the trials, {budget} steps")
+    chance = sum(random[1:]) / budget if budget else 0.0
+    room = 0.0 if optimum is None else (budget - optimum + 1) / max(budget, 1) - chance
+    mean_steps = curve.restricted_mean_steps
+    if curve.area is None or mean_steps is None or optimum is None or room <= 0:
+        return None
+    return Relative(
+        value=(curve.area.value - chance) / room,
+        low=(curve.area.low - chance) / room,
+        high=(curve.area.high - chance) / room,
+        steps=mean_steps,
+        random_steps=sum(1 - share for share in random[:-1]),
+        optimal_steps=optimum,
+    )

@@ -1,0 +1,288 @@
+"""Differences in success between the lowest p and every other p, corrected for multiple comparisons.
+
+An estimate, its interval and its P value use the same sample. An agent's sample holds the trials that both p have:
+trials of equal repetition and trial share their luck, and an unfinished study has some of them at one p only. People
+meet no luck twice; their sample is all trials, clustered by person.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.statistics.clustered import ClusteredDifference, clustered_difference
+from lockprobe.statistics.outcomes import Outcomes, joined, solved_in_pairs
+from lockprobe.statistics.proportions import Paired, Proportion, paired, proportion
+
+__all__ = ["AnyDifference", "Bound", "DifferenceAt", "any_difference", "each_difference"]
+
+PERMUTATIONS = 2000
+
+_PER_AGENT = 400
+"""Permutations for each of the agents that are judged together: the smallest P value is a twentieth of the level."""
+
+Array = NDArray[np.float64]
+Groups = dict[tuple[int, ...], list[NDArray[np.bool_]]]
+
+_TIE = 1e-9
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Bound:
+    """The difference if all broken trials had ended alike: all unsolved, or all solved.
+
+    Attributes:
+        value: Success at the higher p minus success at the lowest, [-1, 1].
+        p_value: As :attr:`DifferenceAt.p_value`.
+    """
+
+    value: float
+    p_value: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DifferenceAt:
+    """The difference in success between one p and the lowest p, in one sample of trials.
+
+    Attributes:
+        dose: Flip probability, [0, 1].
+        first: Share of the compared trials solved at the lowest p.
+        second: Share of the compared trials solved at this p.
+        value: Success at this p minus success at the lowest p, [-1, 1].
+        low, high: Ends of the interval of ``value``; its level is 1 - 0.05 / (values of p compared with the lowest
+            times agents judged together).
+        pairs: The paired comparison of the trials that both p have; None for people.
+        exchange: Permutation P value, corrected for all p (Westfall & Young's single-step maximum of differences in
+            standard errors) and for the agents.
+        p_value: The larger of ``exchange`` and the corrected P value of the interval, so that it is below 0.05 only if
+            the interval excludes 0. If trials broke, the largest over their possible endings.
+        if_unsolved: The difference if every broken trial had ended unsolved; None if no trial broke.
+        if_solved: The difference if every broken trial had been solved.
+    """
+
+    dose: float
+    first: Proportion
+    second: Proportion
+    value: float
+    low: float
+    high: float
+    pairs: Paired | None
+    exchange: float
+    p_value: float
+    if_unsolved: Bound | None = None
+    if_solved: Bound | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AnyDifference:
+    """Whether success differs between values of p.
+
+    Attributes:
+        lowest: The reference p; None without trials.
+        at: The other values of p that share trials with it, ascending.
+        p_value: The smallest P value of ``at``, each corrected for all p and agents.
+        omnibus: P value of the permutation test on ``sum n_p (success_p - success)^2``, which uses all values of p.
+        permutations: Number of permutations drawn.
+        note: Why there is no test, as a short code; empty if there is one.
+        agents: Agents that are judged together and for which ``at`` is corrected.
+    """
+
+    lowest: float | None
+    at: tuple[DifferenceAt, ...]
+    p_value: float | None
+    omnibus: float | None
+    permutations: int
+    note: str
+    agents: int = 1
+
+    @property
+    def clearest(self) -> DifferenceAt | None:
+        """The difference with the smallest P value, and of equal ones the largest; None without one."""
+        return min(self.at, key=lambda one: (one.p_value, -abs(one.value)), default=None)
+
+
+def any_difference(
+    outcomes: Outcomes, rng: np.random.Generator, permutations: int = PERMUTATIONS, *, agents: int = 1
+) -> AnyDifference:
+    """Test whether success depends on p, allowing for shared luck and for the choice of the best p.
+
+    A finding must pass two tests. First a permutation of outcomes between the values of p of a cluster: its P value,
+    ``(1 + those at least as extreme) / (1 + permutations)``, is exact for any shared luck if p changes nothing. But if
+    p changes which trials are solved and not how many, it rejects in up to a third of studies. So, second, the interval
+    of the difference (Bonferroni over all differences) must exclude 0.
+
+    Several agents are one family: a sentence that says which of them change is false if one of its parts is. P values
+    are multiplied by their number and intervals widened alike (Bonferroni; Hsu 1996, Multiple Comparisons, Ch. 1), so
+    that a P value is below 0.05 only if its interval excludes 0. Holm's steps have no such intervals.
+
+    Args:
+        outcomes: The ended trials of one agent.
+        rng: The stream of the permutations.
+        permutations: Number of permutations; more are drawn for many agents, whose P values have to be smaller.
+        agents: Number of agents that are judged together.
+    """
+    permutations = max(permutations, _PER_AGENT * agents)
+    values, place = np.unique(outcomes.dose, return_inverse=True)
+    lowest = float(values[0]) if len(values) else None
+    groups = _groups(outcomes, place)
+    apart = not any(len(set(labels)) > 1 for labels in groups)
+    if apart and not (outcomes.crossed and len(values) > 1):
+        note = "no common trial"
+        return AnyDifference(lowest=lowest, at=(), p_value=None, omnibus=None, permutations=0, note=note, agents=agents)
+    n = np.bincount(place).astype(np.float64)
+    if apart:
+        solved, size = _permuted_whole_clusters(outcomes, place, permutations, rng)
+        away = compared = error = np.empty(0)
+    else:
+        solved, away, compared, error = _permuted_within_clusters(groups, len(values), permutations, rng)
+        size = np.broadcast_to(n, solved.shape)
+    if outcomes.crossed:
+        away, compared = solved / size - (solved / size)[:, :1], n
+        error = _error_of_shares(float(outcomes.solved.mean()), n)
+    tested = np.flatnonzero(compared[1:] > 0) + 1
+    spread = (n * (solved / size - solved[0].sum() / n.sum()) ** 2).sum(axis=1)
+    scaled = np.abs(away) / error
+    largest = scaled[:, tested].max(axis=1, initial=0.0)
+    exchanged = {i: _share(largest[1:], float(scaled[0, i])) for i in tested.tolist()}
+    at = tuple(
+        _at(outcomes, (float(values[0]), float(values[i])), min(1.0, agents * exchange), choices=agents * len(tested))
+        for i, exchange in exchanged.items()
+    )
+    return AnyDifference(
+        lowest=lowest,
+        at=at,
+        p_value=min((one.p_value for one in at), default=None),
+        omnibus=_share(spread[1:], spread[0]),
+        permutations=permutations,
+        note="" if at else "no trial at the lowest dose",
+        agents=agents,
+    )
+
+
+def each_difference(
+    groups: Sequence[Outcomes], rng: np.random.Generator, *, agents: int = 1
+) -> tuple[tuple[int, DifferenceAt], ...]:
+    """Each group of trials against the first one, in the pairs of trials that the two share.
+
+    A comparison looks at its own two groups alone, so that a further group changes its P value only by the number that
+    it is corrected for (Bonferroni, with the agents). The P value is the larger of two: McNemar's exact one and that of
+    the interval. With people it is that of a permutation clustered by person in place of McNemar's.
+
+    Args:
+        groups: The ended trials of one agent by condition, the control first.
+        rng: The stream of the permutations, which only people need.
+        agents: Number of agents that are judged together.
+
+    Returns:
+        The place of each group that shares a trial with the first one, and the difference; its dose is that place.
+    """
+    pairs = {i: joined([groups[0], one]) for i, one in enumerate(groups) if i and len(one) and len(groups[0])}
+    if any(together.crossed for together in pairs.values()):
+        found = {i: any_difference(together, rng, agents=agents * len(pairs)) for i, together in pairs.items()}
+        return tuple((i, replace(one, dose=float(i))) for i, tested in found.items() for one in tested.at)
+    shared = {i: together for i, together in pairs.items() if len(solved_in_pairs(groups[0], groups[i]))}
+    made = {i: _at(together, (0.0, 1.0), choices=agents * len(shared)) for i, together in shared.items()}
+    return tuple((i, replace(one, dose=float(i))) for i, one in made.items())
+
+
+def _at(outcomes: Outcomes, both: tuple[float, float], exchange: float | None = None, *, choices: int) -> DifferenceAt:
+    """The difference between two doses, from the trials that can be compared; McNemar's test without a permutation."""
+    together = outcomes.at(np.isin(outcomes.dose, both))
+    later = together.dose == both[1]
+    if outcomes.crossed:
+        found: Paired | ClusteredDifference = clustered_difference(
+            together.solved, later, together.player, together.luck, choices=choices
+        )
+        pairs, shares = None, [together.solved[~later], together.solved[later]]
+    else:
+        shares = list(solved_in_pairs(together.at(~later), together.at(later)).T)
+        pairs = found = paired(shares[0], shares[1], choices=choices)
+    first, second = (proportion(int(one.sum()), len(one)) for one in shares)
+    if exchange is None:
+        assert pairs is not None, "people are compared by a permutation"
+        exchange = min(1.0, choices * pairs.p_value)
+    return DifferenceAt(
+        dose=float(both[1]),
+        first=first,
+        second=second,
+        value=found.value,
+        low=found.low,
+        high=found.high,
+        pairs=pairs,
+        exchange=exchange,
+        p_value=max(exchange, min(1.0, choices * found.interval_p)),
+    )
+
+
+def _groups(outcomes: Outcomes, place: NDArray[np.intp]) -> Groups:
+    """Clusters grouped by the values of p at which they have trials: one array of outcomes per cluster."""
+    clusters = outcomes.cluster
+    order = np.lexsort((place, clusters))
+    groups: Groups = {}
+    for rows in np.split(order, np.flatnonzero(np.diff(clusters[order])) + 1):
+        groups.setdefault(tuple(place[rows].tolist()), []).append(outcomes.solved[rows])
+    return groups
+
+
+def _permuted_within_clusters(
+    groups: Groups, places: int, permutations: int, rng: np.random.Generator
+) -> tuple[Array, Array, Array, Array]:
+    """Outcomes permuted within clusters; the first row is as observed.
+
+    Returns:
+        Solved trials per p, shape (1 + permutations, values); share solved at each p minus that at the first p, over
+        the clusters that have both, of the same shape; number of such clusters, shape (values,); standard error of
+        these differences, with one more cluster that differs, of the same shape.
+    """
+    solved, away = np.zeros((2, 1 + permutations, places))
+    both, variance = np.zeros((2, places))
+    for labels, rows in groups.items():
+        members, at = np.array(rows), list(labels)
+        found = np.vstack([members.sum(axis=0), _permuted(members, permutations, rng)])
+        solved += found @ np.eye(places)[at]
+        if len(at) > 1 and at[0] == 0:
+            away += (found - found[:, :1]) @ np.eye(places)[at]
+            both[at] += len(members)
+            count = members.sum(axis=1)
+            variance[at] += float(np.sum(2 * count * (len(at) - count))) / (len(at) * (len(at) - 1))
+    most = np.maximum(both, 1)
+    return solved, away / most, both, np.sqrt(variance + 1) / most
+
+
+def _error_of_shares(share: float, n: Array) -> Array:
+    """The standard error of the difference of each share from the first, with one more trial that differs at either.
+
+    Without that trial a p with few trials, whose differences are large by chance, would hide every effect beside it.
+    """
+    error: Array = np.sqrt(share * (1 - share) * (1 / n + 1 / n[0]) + 1 / n**2 + 1 / n[0] ** 2)
+    return error
+
+
+def _permuted(members: NDArray[np.bool_], permutations: int, rng: np.random.Generator) -> Array:
+    """Solved trials per p, shape (permutations, values), after shuffling each cluster of (clusters, values)."""
+    varied = members[members.any(axis=1) & ~members.all(axis=1)].astype(np.uint8)
+    shuffled: NDArray[np.uint8] = rng.permuted(np.broadcast_to(varied, (permutations, *varied.shape)), axis=2)
+    totals: Array = shuffled.sum(axis=1, dtype=np.float64)
+    return totals + np.count_nonzero(members.all(axis=1))
+
+
+def _permuted_whole_clusters(
+    outcomes: Outcomes, place: NDArray[np.intp], permutations: int, rng: np.random.Generator
+) -> tuple[Array, Array]:
+    """Solved trials and trials per p, after shuffling whole clusters among the values of p.
+
+    Both have the shape (1 + permutations, values); the first row is as observed.
+    """
+    clusters = outcomes.cluster
+    _, first, sizes = np.unique(clusters, return_index=True, return_counts=True)
+    labels = place[first]
+    shuffled = np.vstack([labels, rng.permuted(np.broadcast_to(labels, (permutations, len(labels))), axis=1)])
+    member = (shuffled[..., None] == np.arange(int(place.max()) + 1)).swapaxes(1, 2)
+    return member @ np.bincount(clusters, weights=outcomes.solved), member @ (1.0 * sizes)
+
+
+def _share(drawn: Array, observed: float) -> float:
+    return float((1 + np.count_nonzero(drawn >= observed - _TIE)) / (1 + len(drawn)))

@@ -1,0 +1,298 @@
+"""Two tests of a U shape or an inverted U shape: the two-lines test, and Lind and Mehlum's.
+
+Share of studies in which each is significant at 5 %, with 30 trials at each of seven p from 0 to 0.6. The quadratic
+term of a logit model (likelihood ratio), shown for comparison, is no test of a U:
+
+=====================================  =========  ===========  =========
+success at p = 0, 0.1, ... 0.6         quadratic  Lind-Mehlum  two lines
+=====================================  =========  ===========  =========
+.5 throughout                              5 %         7 %         2 %
+.23 .38 .53 .62 .667 .667 .667            46 %        15 %         2 %
+.23 .45 .667 and so on                    73 %        44 %         4 %
+.23 .40 .53 .63 .667 .60 .50              86 %        71 %        27 %
+=====================================  =========  ===========  =========
+
+Only the two lines hold their level when success rises and levels off.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.statistics.inference.excess import excess, grid
+from lockprobe.statistics.inference.logit import Counts, LogitFit, counts, logit_fit
+from lockprobe.statistics.outcomes import Outcomes
+from lockprobe.statistics.proportions import ALPHA, Z
+
+__all__ = ["LindMehlum", "Line", "TwoLines", "UShape", "corrected", "lind_mehlum", "onset_lines", "two_lines"]
+
+UShape = Literal["U", "inverted U"]
+
+Array = NDArray[np.float64]
+
+_TOO_FEW = "fewer than three doses"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Line:
+    """One line of the two-lines test.
+
+    Attributes:
+        slope: In logits per unit of p; None if p separates the solved from the unsolved trials, or nothing differs,
+            and for loop onset.
+        z: The score of that slope in standard errors (Cochran-Armitage; of loop onset, log-rank), of the same sign; it
+            always exists.
+        p_value: Two-sided, of that score; with clusters by Student's t.
+    """
+
+    slope: float | None
+    z: float
+    p_value: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TwoLines:
+    """The two-lines test (Simonsohn 2018).
+
+    Attributes:
+        break_p: The break point: the p at which the lines meet; its trials belong to both lines.
+        first: The line up to the break.
+        second: The line from the break on.
+        p_value: The larger of the two P values if the slopes have opposite signs, else 1; None if there is no test.
+        direction: The shape concluded at the 5 % level, if any.
+        note: Why there is no test, as a short code; empty if there is one.
+    """
+
+    break_p: float | None = None
+    first: Line | None = None
+    second: Line | None = None
+    p_value: float | None = None
+    direction: UShape | None = None
+    note: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LindMehlum:
+    """The test of Lind & Mehlum (2010) on a quadratic of the logit of success.
+
+    Attributes:
+        slope_low: Slope at the lowest p, in logits per unit of p.
+        slope_high: Slope at the highest p.
+        p_value: The larger of the two one-sided P values; above 0.5 if the extremum lies outside the range of p.
+        direction: The shape concluded at the 5 % level, if any.
+        extremum: The p of the quadratic's extremum, inside the range of p or not.
+        low, high: Ends of its 95 % interval (Fieller's); None if it is unbounded.
+        note: Why there is no test, as a short code; empty if there is one.
+    """
+
+    slope_low: float | None = None
+    slope_high: float | None = None
+    p_value: float | None = None
+    direction: UShape | None = None
+    extremum: float | None = None
+    low: float | None = None
+    high: float | None = None
+    note: str = ""
+
+
+def two_lines(p: NDArray[np.float64], solved: NDArray[np.bool_], cluster: NDArray[np.int64] | None = None) -> TwoLines:
+    """Two-lines test of a change of direction: a line on each side of a break, both significant, of opposite sign.
+
+    The break is Simonsohn's Robin Hood choice among the inner values of p, from a cubic through empirical logits (his
+    is a spline through many x); values of p count alike. Each slope is tested two-sided at 5 %, as his. That found a
+    U in at most 5 % of studies of a success that is flat or levels off, with 10, 30 or 100 trials per p; one-sided
+    tests at 5 % would find it in up to 7 %.
+
+    With clusters, the variance of a slope is the larger of that between clusters and that of independent trials, with
+    Student's t over clusters.
+
+    Args:
+        p: Flip probability of each trial, shape (trials,); three values at least.
+        solved: Whether it was solved, of the same shape.
+        cluster: The cluster of each trial, of the same shape; without it trials are independent.
+    """
+    counted = counts(p, solved)
+    if len(counted.dose) < 3:
+        return TwoLines(note=_TOO_FEW)
+    at = _robin_hood_break(counted)
+    first, second = (
+        _line(side, None if cluster is None else _clustered_p(p[here], solved[here], cluster[here]))
+        for side, here in zip(_sides(counted, at), (p <= counted.dose[at], p >= counted.dose[at]), strict=True)
+    )
+    return _two_lines_test(float(counted.dose[at]), first, second)
+
+
+def _two_lines_test(break_p: float, first: Line, second: Line) -> TwoLines:
+    p_value = max(first.p_value, second.p_value) if first.z * second.z < 0 else 1.0
+    return TwoLines(
+        break_p=break_p,
+        first=first,
+        second=second,
+        p_value=p_value,
+        direction=_concluded(p_value, opens_up=first.z < 0),
+    )
+
+
+def corrected(found: TwoLines, agents: int) -> TwoLines:
+    """The test with its P value corrected for the agents that are judged together (Bonferroni)."""
+    if found.p_value is None or agents == 1:
+        return found
+    p_value = min(1.0, agents * found.p_value)
+    return replace(found, p_value=p_value, direction=found.direction if p_value < ALPHA else None)
+
+
+def onset_lines(outcomes: Outcomes) -> TwoLines:
+    """Two-lines test of loop onset: whether first loops come later and then sooner again over p, or the reverse.
+
+    As :func:`two_lines`, with log-rank scores for trend (Tarone 1975): at each step, the trials that still run without
+    a loop are compared over p. So trials of different length do not matter. The break is chosen from the first loops at
+    each p, against those expected there if p had no influence. Standard errors are clustered.
+    """
+    levels = np.unique(outcomes.dose)
+    if len(levels) < 3:
+        return TwoLines(note=_TOO_FEW)
+    running, event = grid(np.where(outcomes.looped, outcomes.onset, outcomes.length), outcomes.looped)
+    here = (levels[:, None] == outcomes.dose).astype(np.float64)
+    n, events, looped = running.sum(axis=0), event.sum(axis=0), here @ event.sum(axis=1)
+    expected = here @ running @ (events / np.maximum(n, 1.0))
+    steps = expected * n[events > 0].sum() / max(events.sum(), 1.0)  # as many as expect these first loops
+    at = _robin_hood_break(Counts(dose=levels, solved=looped, n=np.maximum(np.maximum(looped, steps), 1.0)))
+    first, second = (
+        _onset_line(outcomes.at(side), running[side], event[side])
+        for side in (outcomes.dose <= levels[at], outcomes.dose >= levels[at])
+    )
+    return _two_lines_test(float(levels[at]), first, second)
+
+
+def lind_mehlum(p: NDArray[np.float64], solved: NDArray[np.bool_]) -> LindMehlum:
+    """Test whether a quadratic rises at one end of the range of p and falls at the other (Sasabuchi's test).
+
+    It assumes a quadratic. Success that levels off is not quadratic, and is called a U too often. Arguments as for
+    :func:`two_lines`.
+    """
+    counted = counts(p, solved)
+    enough = len(counted.dose) >= 3
+    fit = logit_fit(np.vander(counted.dose, 3, increasing=True), counted) if enough else None
+    if fit is None:
+        return LindMehlum(note="quadratic separates" if enough else _TOO_FEW)
+    bend = float(fit.coefficients[2])
+    ends = np.array([[0.0, 1.0, 2 * end] for end in (counted.dose[0], counted.dose[-1])])
+    slopes = ends @ fit.coefficients
+    z = slopes / np.sqrt(np.einsum("ij,jk,ik->i", ends, fit.covariance, ends))
+    away = z * (-1, 1) * (1 if bend > 0 else -1)
+    p_value = max(_upper_tail(float(score)) for score in away)
+    low, high = _fieller_interval(fit)
+    return LindMehlum(
+        slope_low=float(slopes[0]),
+        slope_high=float(slopes[1]),
+        p_value=p_value,
+        direction=_concluded(p_value, opens_up=bend > 0),
+        extremum=float(-fit.coefficients[1] / (2 * bend)) if bend else None,
+        low=low,
+        high=high,
+    )
+
+
+def _upper_tail(z: float) -> float:
+    return 0.5 * math.erfc(z / math.sqrt(2))
+
+
+def _concluded(p_value: float, *, opens_up: bool) -> UShape | None:
+    if p_value > ALPHA:
+        return None
+    return "U" if opens_up else "inverted U"
+
+
+def _sides(counted: Counts, at: int) -> tuple[Counts, Counts]:
+    """The counts up to the break, and from it on."""
+    first, second = (
+        Counts(dose=counted.dose[part], solved=counted.solved[part], n=counted.n[part])
+        for part in (slice(at + 1), slice(at, None))
+    )
+    return first, second
+
+
+def _score(counted: Counts) -> float:
+    """The Cochran-Armitage score of a slope, in standard errors; 0 if nothing differs."""
+    share = counted.solved.sum() / counted.n.sum()
+    centred = counted.dose - np.average(counted.dose, weights=counted.n)
+    variance = share * (1 - share) * np.sum(counted.n * centred**2)
+    return float(counted.solved @ centred / math.sqrt(variance)) if variance > 0 else 0.0
+
+
+def _clustered_p(p: Array, solved: NDArray[np.bool_], cluster: NDArray[np.int64]) -> float:
+    """The two-sided P value of a slope's score where trials come in clusters."""
+    from scipy.stats import t
+
+    order = np.lexsort((solved, p, cluster))  # so that sums do not hang on the order of trials
+    centred, rest = (p - p.mean())[order], (solved - solved.mean())[order]
+    sums = np.bincount(np.unique(cluster[order], return_inverse=True)[1], weights=centred * rest)
+    k, independent = len(sums), float(solved.mean() * (1 - solved.mean()) * np.sum(centred**2))
+    if k < 3 or not independent:
+        return 1.0
+    variance = max(independent, k / (k - 2) * float(np.sum(sums**2)))
+    return float(2 * t.sf(abs(float(np.sum(sums))) / math.sqrt(variance), k - 2))
+
+
+def _line(counted: Counts, clustered_p: float | None) -> Line:
+    fit, z = logit_fit(np.vander(counted.dose, 2, increasing=True), counted), _score(counted)
+    return Line(
+        slope=None if fit is None else float(fit.coefficients[1]),
+        z=z,
+        p_value=math.erfc(abs(z) / math.sqrt(2)) if clustered_p is None else clustered_p,
+    )
+
+
+def _onset_line(outcomes: Outcomes, running: Array, event: Array) -> Line:
+    """The log-rank score of p among these trials; ``running`` and ``event`` have the shape (trials, steps)."""
+    x, one = outcomes.dose[None, :, None], np.zeros(len(outcomes), dtype=np.int64)
+    found = excess(x, event, running, stratum=one, cluster=outcomes.cluster)
+    total, variance, p_value = round(float(found.total[0]), 10), float(found.covariance[0, 0]), found.p_value_t
+    return Line(
+        slope=None,
+        z=total / math.sqrt(variance) if variance > 0 else 0.0,
+        p_value=1.0 if p_value is None else p_value,
+    )
+
+
+def _polynomial(counted: Counts, order: int) -> tuple[Array, Array, Array]:
+    """A polynomial through empirical logits: coefficients, fitted logits, standard errors. It always exists."""
+    yes, no = counted.solved + 0.5, counted.n - counted.solved + 0.5
+    weight = 1 / (1 / yes + 1 / no)
+    design = np.vander(counted.dose, order + 1, increasing=True)
+    covariance = np.linalg.pinv(design.T @ (weight[:, None] * design))
+    coefficients = covariance @ (design.T @ (weight * np.log(yes / no)))
+    return coefficients, design @ coefficients, np.sqrt(np.einsum("ij,jk,ik->i", design, covariance, design))
+
+
+def _robin_hood_break(counted: Counts) -> int:
+    """The index of Simonsohn's Robin Hood break: in the flat region about the extremum, nearer to the clearer line.
+
+    The flat region holds the inner values of p whose smooth fit lies within a standard error of the most extreme. The
+    lines about its median have the strengths z1 and z2; the break is its quantile z2 / (z1 + z2).
+    """
+    bend = _polynomial(counted, 2)[0][2]
+    _, fitted, error = _polynomial(counted, min(3, len(counted.dose) - 1))
+    inner = np.sign(bend or 1.0) * fitted[1:-1]
+    lowest = int(np.argmin(inner))
+    flat = 1 + np.flatnonzero(inner <= inner[lowest] + error[1:-1][lowest])
+    first, second = (abs(_score(side)) for side in _sides(counted, int(flat[(len(flat) - 1) // 2])))
+    quantile = second / (first + second) if first + second > 0 else 0.5
+    return int(flat[max(0, math.ceil(quantile * len(flat) - 1e-9) - 1)])
+
+
+def _fieller_interval(fit: LogitFit) -> tuple[float | None, float | None]:
+    """Fieller's interval of the extremum, if it is bounded: x with (b1 + 2 b2 x)^2 <= z^2 variance."""
+    _, b1, b2 = fit.coefficients.tolist()
+    v = Z**2 * fit.covariance
+    square, linear, constant = 4 * (b2**2 - v[2, 2]), 4 * (b1 * b2 - v[1, 2]), b1**2 - v[1, 1]
+    inside = linear**2 - 4 * square * constant
+    if square <= 0 or inside < 0:
+        return None, None
+    root = math.sqrt(inside)
+    return float((-linear - root) / (2 * square)), float((-linear + root) / (2 * square))

@@ -1,0 +1,52 @@
+"""Action loops: their definition, their onset, and covers of a trial by them (paper, Sec. 3.3)."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+from lockprobe.statistics.loops.choices import Rule, Solver
+
+if TYPE_CHECKING:
+    from lockprobe.statistics.loops.alphabet import Symbol, symbols
+    from lockprobe.statistics.loops.covering import LONGEST_ILP, LoopCover, cover
+    from lockprobe.statistics.loops.exact_search import LONGEST_SEARCH
+    from lockprobe.statistics.loops.measures import LoopMeasures, measure
+    from lockprobe.statistics.loops.sequence_line import parse_sequence
+    from lockprobe.statistics.loops.words import any_loop, any_loop_batch, longest_loop, onset, onset_batch
+
+__all__ = [
+    "LONGEST_ILP",
+    "LONGEST_SEARCH",
+    "LoopCover",
+    "LoopMeasures",
+    "Rule",
+    "Solver",
+    "Symbol",
+    "any_loop",
+    "any_loop_batch",
+    "cover",
+    "longest_loop",
+    "measure",
+    "onset",
+    "onset_batch",
+    "parse_sequence",
+    "symbols",
+]
+
+_HOMES = {
+    "covering": ("LONGEST_ILP", "LoopCover", "cover"),
+    "measures": ("LoopMeasures", "measure"),
+    "exact_search": ("LONGEST_SEARCH",),
+    "alphabet": ("Symbol", "symbols"),
+    "sequence_line": ("parse_sequence",),
+    "words": ("any_loop", "any_loop_batch", "longest_loop", "onset", "onset_batch"),
+}
+
+
+def __getattr__(name: str) -> object:
+    """Names are imported when they are first used, so that ``lockprobe loops --help`` does without NumPy."""
+    for module, names in _HOMES.items():
+        if name in names:
+            return getattr(import_module(f"{__name__}.{module}"), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

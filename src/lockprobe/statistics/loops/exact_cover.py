@@ -1,0 +1,130 @@
+"""The maximum cover of a trial by disjoint copies of loops, by dynamic programming.
+
+Choosing disjoint pieces of greatest total length is interval scheduling: the best cover of the trial from action i on
+follows from the best covers from later actions on. A loop of 2 m actions or more, m the shortest length, is two loops
+in a row, so loops of m to 2 m - 1 actions already cover as much as all: the cost is linear in the trial.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Hashable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.statistics.loops import kernels
+from lockprobe.statistics.loops.alphabet import Codes, actions_of, letters, numbered
+from lockprobe.statistics.loops.words import TRIAL_LENGTH, Interval, named
+
+__all__ = ["Words", "copies", "free_pieces", "in_order", "trial_pieces"]
+
+Words = tuple[tuple[Hashable, ...], ...]
+
+
+def free_pieces(
+    sequence: Sequence[Hashable] | NDArray[Any], min_length: int, *, overlap: bool
+) -> tuple[list[Interval], Words]:
+    """The pieces of the maximum cover, and their distinct words in order."""
+    if len(sequence) <= TRIAL_LENGTH:
+        pieces = trial_pieces(letters(sequence), min_length, overlap=overlap)
+        return pieces, in_order(sequence, pieces)
+    codes, longest = numbered(sequence), 2 * min_length - 1
+    if min_length > len(codes):
+        return [], ()
+    if fast := kernels.compiled(kernels.free_cover, len(codes)):
+        starts, lengths, fresh = fast(codes, min_length, overlap, longest)
+        pieces = list(zip(starts.tolist(), lengths.tolist(), strict=True))
+        return pieces, in_order(sequence, [pieces[k] for k in fresh.nonzero()[0]])
+    pieces = _fewest_longest(_longest_loops_up_to(longest, codes, min_length, overlap=overlap), min_length)
+    return pieces, in_order(sequence, pieces)
+
+
+def trial_pieces(text: str, min_length: int, *, overlap: bool = False) -> list[Interval]:
+    """The pieces of a trial's maximum cover, from loops of any length."""
+    reach = _longest_loops(text, min_length, overlap=overlap)
+    if not any(reach):
+        return []
+    return [part for piece in _fewest_longest(reach, min_length) for part in copies(text, piece, min_length)]
+
+
+def in_order(sequence: Sequence[Hashable] | NDArray[Any], pieces: Sequence[Interval]) -> Words:
+    """The distinct words of some pieces, in order of first appearance."""
+    return tuple(dict.fromkeys(tuple(actions_of(sequence[start : start + length])) for start, length in pieces))
+
+
+def copies(text: str, piece: Interval, min_length: int) -> list[Interval]:
+    """A piece as the copies of its shortest loop that it repeats; itself if it repeats none."""
+    start, length = piece
+    word = text[start : start + length]
+    for size in range(min_length, length // 2 + 1):
+        if length % size == 0 and word == word[:size] * (length // size):
+            return [(at, size) for at in range(start, start + length, size)]
+    return [piece]
+
+
+def _longest_loops(text: str, min_length: int, *, overlap: bool) -> list[int]:
+    """For each start the length of the longest loop there, 0 for none.
+
+    Every part of a loop (of ``min_length`` or more) is a loop. So as the start goes left the end of the longest never
+    goes right: at most 2 n searches.
+    """
+    reach = [0] * (len(text) + 1)
+    end = len(text)
+    for start in range(len(text) - min_length, -1, -1):
+        while end - start >= min_length:
+            word = text[start:end]
+            if text.rfind(word) - text.find(word) >= (1 if overlap else len(word)):
+                reach[start] = len(word)
+                break
+            end -= 1
+    return reach
+
+
+def _longest_loops_up_to(longest: int, codes: Codes, min_length: int, *, overlap: bool) -> list[int]:
+    """The same for loops of at most ``longest`` actions, by naming the words of 1, 2, 3, ... actions."""
+    reach = np.zeros(len(codes) + 1, dtype=np.int64)
+    names = np.zeros_like(codes)
+    for length in range(1, longest + 1):
+        names = named(names, codes[length - 1 :])
+        last = np.zeros_like(names)
+        last[names] = np.arange(len(names))
+        looping = last[names] - names >= (1 if overlap else max(length, min_length))
+        if not looping.any():
+            break
+        if length >= min_length:
+            reach[: len(names)][looping] = length
+    lengths: list[int] = reach.tolist()
+    return lengths
+
+
+def _fewest_longest(reach: list[int], min_length: int) -> list[Interval]:
+    """The greatest cover of fewest pieces; of those, the first piece starts earliest, is longest, and so on.
+
+    From the right: ``best[i]`` is the worth of the trial from action i on, one covered action counting more
+    than all pieces together. A piece from i may end anywhere in a window whose right edge only moves left, so
+    a queue of candidate ends with falling worth gives its best end, in linear time over all i.
+    """
+    n = len(reach) - 1
+    best, length = [0] * (n + 1), [0] * (n + 1)
+    ends: deque[tuple[int, int]] = deque()
+    for start in range(n - min_length, -1, -1):
+        best[start] = best[start + 1]
+        nearest = start + min_length
+        worth = best[nearest] + nearest * (n + 1)
+        while ends and ends[-1][0] < worth:
+            ends.pop()
+        ends.append((worth, nearest))
+        if reach[start]:
+            while ends[0][1] > start + reach[start]:
+                ends.popleft()
+            worth = ends[0][0] - start * (n + 1) - 1
+            if worth >= best[start]:
+                best[start], length[start] = worth, ends[0][1] - start
+    pieces, start = [], 0
+    while start < n:
+        if length[start]:
+            pieces.append((start, length[start]))
+        start += length[start] or 1
+    return pieces

@@ -1,0 +1,270 @@
+"""Measures of single trials, shipped or from packages, and their means over the trials of a condition.
+
+:data:`MEASURES` holds the shipped ones. An installed package adds a measure by an entry point of its name in the group
+``lockprobe.measures``; ``python:module:name?option=value`` names a function directly.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from inspect import signature
+from itertools import pairwise
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.foundation.errors import BadValue, UnknownName
+from lockprobe.foundation.plugins import Plugin, allow, find_plugin, is_own_function, plugin_names
+from lockprobe.foundation.spec import Spec, arguments_from
+from lockprobe.statistics.behaviour import has_loop, loop_coverage, redundant_share
+from lockprobe.statistics.clustered import clustered_proportion, crossed_proportion, two_way_variance
+from lockprobe.statistics.outcomes import ended
+from lockprobe.statistics.proportions import LEVEL, proportion
+from lockprobe.trial.record import Trial
+
+__all__ = ["MEASURES", "Measure", "Measured", "NamedMeasure", "find_measure", "measured"]
+
+Measure = Callable[[Trial], float | bool | None]
+"""A trial -> a number, yes or no, or None where it does not apply."""
+
+
+def _steps_to_solve(trial: Trial) -> int | None:
+    """Steps until the target moved, in solved trials only: read it with the share solved."""
+    return len(trial.steps) if trial.solved else None
+
+
+def _solved(trial: Trial) -> bool:
+    """Whether the target moved within the budget."""
+    return trial.solved
+
+
+def _repeated(trial: Trial) -> float | None:
+    """Share of choices that repeat the joint of the choice before, in trials of two steps or more, [0, 1]."""
+    chosen = [step.chosen or step.joint for step in trial.steps]
+    pairs = list(pairwise(chosen))
+    return sum(first == second for first, second in pairs) / len(pairs) if pairs else None
+
+
+def _redundant(trial: Trial) -> float | None:
+    """Share of steps that retry a joint in a true configuration in which it was already tried, [0, 1]."""
+    return redundant_share(trial) if trial.steps else None
+
+
+def _loop(trial: Trial) -> bool:
+    """Whether some run of three or more actions appears at least twice without overlap (Sec. 3.3)."""
+    return has_loop(trial)
+
+
+def _covered(trial: Trial) -> float | None:
+    """Share of steps in the best cover by action loops, [0, 1] (Sec. 3.3)."""
+    return loop_coverage(trial) if trial.steps else None
+
+
+def _told_falsely(trial: Trial) -> float | None:
+    """Share of reported attempts whose report was false, [0, 1]."""
+    reported = [step for step in trial.steps if step.told_moved is not None]
+    return sum(step.told_falsely for step in reported) / len(reported) if reported else None
+
+
+MEASURES: Mapping[str, Measure] = {
+    "solved": _solved,
+    "steps-to-solve": _steps_to_solve,
+    "repeated": _repeated,
+    "redundant": _redundant,
+    "loop": _loop,
+    "covered": _covered,
+    "told-falsely": _told_falsely,
+}
+"""Name -> measure."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NamedMeasure:
+    """A measure with the name that users call it by.
+
+    Attributes:
+        name: Its spec; of a function, its name.
+        what: The first line of its description.
+        of: The function.
+        plugin: Its origin, if it does not ship.
+    """
+
+    name: str
+    what: str
+    of: Measure
+    plugin: Plugin | None = None
+
+    def __call__(self, trial: Trial) -> float | bool | None:
+        """The measure of one trial.
+
+        Raises:
+            BadValue: If it is neither a finite number nor True, False or None.
+            BrokenPlugin: If it breaks, and a package has it.
+        """
+        if self.plugin is None:
+            value = self.of(trial)
+        else:
+            with self.plugin.guarded():
+                value = self.of(trial)
+        if value is None or isinstance(value, bool):
+            return value
+        if isinstance(value, np.bool_):
+            return bool(value)
+        if not isinstance(value, int | float | np.number) or not math.isfinite(value):
+            raise BadValue(f"measure {self.name}", value, "a finite number, True, False or None")
+        return float(value)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Measured:
+    """The mean of one measure over some trials, with its interval. Error trials are left out.
+
+    Attributes:
+        name: Its spec.
+        what: Its description in a line.
+        kind: ``share`` for a yes or no; ``mean`` for a number.
+        n: Trials to which it applies.
+        left_out: Ended trials (solved or out of budget) to which it does not apply.
+        value: The mean over the ``n`` trials; None without one.
+        low, high: Ends of its 95 % interval: for a share Wilson's, with the effective number of trials; for a mean
+            Student's t over clusters. None for a mean with fewer than two clusters, or if all values are equal.
+    """
+
+    name: str
+    what: str
+    kind: Literal["share", "mean"]
+    n: int
+    left_out: int
+    value: float | None
+    low: float | None
+    high: float | None
+
+
+def find_measure(measure: str | Measure | NamedMeasure) -> NamedMeasure:
+    """The measure that a spec names, or a function as one.
+
+    Args:
+        measure: A name, ``python:module:name?option=value``, or a function of a trial. Options are further arguments
+            of the function, or the arguments of a class.
+
+    Raises:
+        UnknownName: If there is none, or it has no such option.
+        BadValue: If it is no function of a trial.
+        BrokenPlugin: If what a package adds does not work.
+    """
+    if isinstance(measure, NamedMeasure):
+        return measure
+    if not isinstance(measure, str):
+        name = getattr(measure, "__name__", type(measure).__name__)
+        return NamedMeasure(name=name, what=_first_line(measure), of=measure)
+    spec = Spec.parse(measure, "measure")
+    name, options = spec.full_name, spec.options
+    if name in MEASURES:
+        if options:
+            raise BadValue("measure", measure, f"{name} without options")
+        return NamedMeasure(name=name, what=_first_line(MEASURES[name]), of=MEASURES[name])
+    allow(measure)
+    if (plugin := find_plugin("measure", measure)) is None:
+        raise UnknownName("measure", name, [*MEASURES, *plugin_names("measure")])
+    found, expected = plugin.load(), "a function of a trial"
+    if isinstance(found, type):
+        made = plugin.make(options, is_one=_is_class_of_measures, expected=expected)
+    elif is_own_function(found):
+        made = found if not options else partial(found, **_bound(plugin, found, options))
+    else:
+        raise BadValue("measure", measure, expected)
+    return NamedMeasure(name=measure, what=_first_line(found), of=made, plugin=plugin)
+
+
+def _is_class_of_measures(found: object) -> bool:
+    return isinstance(found, type) and any("__call__" in vars(kind) for kind in found.__mro__)
+
+
+def _bound(plugin: Plugin, found: Callable[..., object], options: Mapping[str, str]) -> dict[str, object]:
+    """The arguments of a function after its first, the trial."""
+    with plugin.guarded():
+        return arguments_from(found, plugin.name, options, list(signature(found).parameters)[:1])
+
+
+def measured(
+    trials: Sequence[Trial], measures: Iterable[str | Measure | NamedMeasure] = tuple(MEASURES)
+) -> tuple[Measured, ...]:
+    """The mean of each measure over some trials, with a 95 % interval, in the order of the measures.
+
+    Trials of equal luck (repetition and trial) are a cluster, and so are those of one player. Without clusters of
+    several trials a share has Wilson's interval.
+
+    Args:
+        trials: Of one agent under one condition.
+        measures: Specs, or functions of a trial.
+
+    Raises:
+        UserMistake: As :func:`find_measure`, and if a measure returns another type, or numbers of one trial and yes or
+            no of another.
+    """
+    counted = ended(trials)
+    return tuple(_measured(counted, find_measure(one)) for one in measures)
+
+
+def _measured(trials: Sequence[Trial], measure: NamedMeasure) -> Measured:
+    found = [(trial, value) for trial in trials if (value := measure(trial)) is not None]
+    kinds = {isinstance(value, bool) for _, value in found}
+    if len(kinds) > 1:
+        raise BadValue(f"measure {measure.name}", [value for _, value in found][:4], "numbers, or True and False")
+    share = kinds == {True}
+    values = np.array([value for _, value in found], dtype=np.float64)
+    kept = [trial for trial, _ in found]
+    value, low, high = (_share if share else _mean)(values, *_clusters(kept)) if found else (None, None, None)
+    return Measured(
+        name=measure.name,
+        what=measure.what,
+        kind="share" if share else "mean",
+        n=len(found),
+        left_out=len(trials) - len(found),
+        value=value,
+        low=low,
+        high=high,
+    )
+
+
+_Interval = tuple[float | None, float | None, float | None]
+
+
+def _clusters(trials: Sequence[Trial]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """The clusters of each trial, from 0: its luck, and its player or else its luck again."""
+    luck = [f"{trial.repetition}/{trial.trial}" for trial in trials]
+    player = [trial.player or f"/{same}" for trial, same in zip(trials, luck, strict=True)]
+    one, two = (np.unique(kind, return_inverse=True)[1].reshape(-1) for kind in (luck, player))
+    return one, two
+
+
+def _share(values: NDArray[np.float64], luck: NDArray[np.int64], player: NDArray[np.int64]) -> _Interval:
+    if len(np.unique(luck)) == len(np.unique(player)) == len(values):
+        alone = proportion(int(values.sum()), len(values))
+        return alone.value, alone.low, alone.high
+    if np.array_equal(luck, player):
+        found = clustered_proportion(np.bincount(luck, values), np.bincount(luck))
+    else:
+        found = crossed_proportion(values, np.ones(len(values)), player, luck)
+    return found.value, found.low, found.high
+
+
+def _mean(values: NDArray[np.float64], luck: NDArray[np.int64], player: NDArray[np.int64]) -> _Interval:
+    mean = float(values.mean())
+    clusters = min(len(np.unique(luck)), len(np.unique(player)))
+    if clusters < 2 or np.ptp(values) == 0:
+        return mean, None, None
+    from scipy.stats import t
+
+    second = np.arange(len(values)) if np.array_equal(luck, player) else player
+    error = math.sqrt(two_way_variance(values - mean, luck, second)) / len(values)
+    half = float(t.ppf((1 + LEVEL) / 2, clusters - 1)) * error
+    return mean, mean - half, mean + half
+
+
+def _first_line(thing: object) -> str:
+    return (getattr(thing, "__doc__", None) or "").strip().partition("\n")[0]

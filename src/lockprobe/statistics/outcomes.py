@@ -1,0 +1,242 @@
+"""The ended trials of one agent as columns with clusters, and its repetitions as points."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from math import inf
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.statistics.loops import onset_batch
+from lockprobe.trial.record import Trial
+
+__all__ = [
+    "Outcomes",
+    "Point",
+    "appended",
+    "broken_off",
+    "conditions_played",
+    "ended",
+    "joined",
+    "numbered",
+    "onset",
+    "outcomes",
+    "points",
+    "solved_in_pairs",
+    "with_players_of",
+]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Outcomes:
+    """Trials that ended as solved or out of budget, one row each. Every column has the shape (trials,).
+
+    Attributes:
+        dose: The dose on the axis of the analysis: flip probability, [0, 1], or another.
+        repetition: From 1.
+        trial: From 1. Trials of equal repetition and trial share their luck (labels, flips, draws) over all p.
+        length: Steps played.
+        solved: Whether the target moved.
+        onset: The step at which the first action loop was complete, from 1; 0 if the trial holds none.
+        player: :attr:`lockprobe.trial.record.Trial.player` of each; no rows where every trial stands alone.
+    """
+
+    dose: NDArray[np.float64]
+    repetition: NDArray[np.int64]
+    trial: NDArray[np.int64]
+    length: NDArray[np.int64]
+    solved: NDArray[np.bool_]
+    onset: NDArray[np.int64]
+    player: NDArray[np.str_] = field(default_factory=lambda: np.empty(0, dtype=np.str_))
+
+    def __len__(self) -> int:
+        return len(self.dose)
+
+    @property
+    def looped(self) -> NDArray[np.bool_]:
+        """Whether the trial holds an action loop."""
+        return self.onset > 0
+
+    @property
+    def luck(self) -> NDArray[np.int64]:
+        """The block of luck of each trial, from 0: equal repetition and trial, whatever p is, shape (trials,)."""
+        keys = self.repetition * (self.trial.max(initial=0) + 1) + self.trial
+        return np.unique(keys, return_inverse=True)[1].reshape(-1)
+
+    @property
+    def crossed(self) -> bool:
+        """Whether trials come in clusters of two kinds: by player and by luck."""
+        return len(self.player) > 0
+
+    @property
+    def cluster(self) -> NDArray[np.int64]:
+        """The main cluster of each trial, from 0, shape (trials,): its player if there are players, else its luck.
+
+        Trials of one player are alike in skill. No player meets a luck twice.
+        """
+        if not self.crossed:
+            return self.luck
+        names = np.where(self.player == "", np.char.add("/", self.luck.astype(np.str_)), self.player)
+        return np.unique(names, return_inverse=True)[1].reshape(-1)
+
+    @property
+    def stratum(self) -> NDArray[np.int64]:
+        """The stratum within which clusters are drawn: the repetition, or a single one for players."""
+        return np.zeros_like(self.repetition) if self.crossed else self.repetition
+
+    def at(self, chosen: NDArray[np.bool_]) -> Outcomes:
+        """The chosen trials, a boolean array of shape (trials,)."""
+        columns = {name: getattr(self, name) for name in Outcomes.__slots__}
+        return Outcomes(**{name: column[chosen] if len(column) else column for name, column in columns.items()})
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Point:
+    """One repetition of one condition, or the whole condition.
+
+    Attributes:
+        dose: Flip probability, [0, 1].
+        repetition: From 1; 0 for all repetitions together.
+        n: Trials that ended as solved or out of budget.
+        success: Share solved, [0, 1].
+        loop_rate: Share with an action loop, [0, 1].
+    """
+
+    dose: float
+    repetition: int
+    n: int
+    success: float
+    loop_rate: float
+
+
+def ended(trials: Iterable[Trial]) -> list[Trial]:
+    """The trials that ended as solved or out of budget. An error is not a failure to solve."""
+    return [trial for trial in trials if trial.ending != "error"]
+
+
+def conditions_played(trials: Iterable[Trial]) -> dict[str, str]:
+    """The conditions of trials with their modalities: flip rates, ascending, then the others in the order of trials."""
+    ordered = sorted(trials, key=lambda trial: inf if trial.p is None else trial.p)
+    return {trial.condition: trial.modality for trial in ordered}
+
+
+def onset(trial: Trial) -> int:
+    """The step at which the trial's first action loop was complete, from 1; 0 if it holds none."""
+    return _onset(numbered(trial))
+
+
+def numbered(trial: Trial) -> tuple[int, ...]:
+    """The actions numbered in order of first use: loops do not depend on names, so equal shapes share a cache entry."""
+    first: dict[str, int] = {}
+    return tuple(first.setdefault(joint, len(first)) for joint in trial.actions)
+
+
+@lru_cache(maxsize=1 << 17)
+def _onset(actions: tuple[int, ...]) -> int:
+    return int(onset_batch(np.array([actions], dtype=np.int64).reshape(1, -1))[0])
+
+
+def outcomes(trials: Sequence[Trial], doses: Sequence[float] | None = None) -> Outcomes:
+    """The columns of one agent's trials; error trials are left out.
+
+    ``doses`` are their doses on an axis; their flip rates if not given, 0 where other interventions acted.
+    """
+    return _columns(trials, doses, broken=False)
+
+
+def broken_off(trials: Sequence[Trial], doses: Sequence[float] | None = None) -> Outcomes:
+    """The columns of the trials that ended as error, up to the error; see :func:`outcomes`."""
+    return _columns(trials, doses, broken=True)
+
+
+def _columns(trials: Sequence[Trial], doses: Sequence[float] | None, *, broken: bool) -> Outcomes:
+    at = [trial.p or 0.0 for trial in trials] if doses is None else doses
+    kept = [pair for pair in zip(trials, at, strict=True) if (pair[0].ending == "error") == broken]
+    counted = [trial for trial, _ in kept]
+    players = [trial.player for trial in counted]
+    return Outcomes(
+        dose=np.array([dose for _, dose in kept], dtype=np.float64),
+        repetition=np.array([trial.repetition for trial in counted], dtype=np.int64),
+        trial=np.array([trial.trial for trial in counted], dtype=np.int64),
+        length=np.array([len(trial.steps) for trial in counted], dtype=np.int64),
+        solved=np.array([trial.solved for trial in counted], dtype=np.bool_),
+        onset=np.array([onset(trial) for trial in counted], dtype=np.int64),
+        player=np.array(players if any(players) else [], dtype=np.str_),
+    )
+
+
+def appended(first: Outcomes, second: Outcomes) -> Outcomes:
+    """Two groups of trials of one agent, concatenated."""
+    if not len(first) or not len(second):
+        return first if len(first) else second
+    return _stacked([first, second])
+
+
+def joined(groups: Sequence[Outcomes]) -> Outcomes:
+    """Several groups of trials, concatenated, with the number of the group (from 0) in the column ``p``."""
+    crossed = any(group.crossed for group in groups)
+    numbered = [
+        replace(
+            group,
+            dose=np.full(len(group), float(i)),
+            player=np.full(len(group), "") if crossed and not group.crossed else group.player,
+        )
+        for i, group in enumerate(groups)
+    ]
+    return _stacked(numbered)
+
+
+def _stacked(groups: Sequence[Outcomes]) -> Outcomes:
+    return Outcomes(**{name: np.concatenate([getattr(one, name) for one in groups]) for name in Outcomes.__slots__})
+
+
+def with_players_of(other: Outcomes, group: Outcomes) -> Outcomes:
+    """An agent's trials at one p, each in the cluster of the person, if any, who met the same luck at that p.
+
+    Args:
+        other: Trials of people.
+        group: The agent's trials. They are returned unchanged if they have players, or ``other`` has none.
+    """
+    if group.crossed or not other.crossed:
+        return group
+    played = dict(zip(_lucks(other), other.player.tolist(), strict=True))
+    return replace(group, player=np.array([played.get(luck, "") for luck in _lucks(group)], dtype=np.str_))
+
+
+def solved_in_pairs(first: Outcomes, second: Outcomes) -> NDArray[np.bool_]:
+    """Whether trials of equal luck were solved under each of two conditions.
+
+    Args:
+        first: Trials of one condition.
+        second: Trials of another.
+
+    Returns:
+        Shape (pairs, 2), by repetition and trial.
+    """
+    one, two = (_solved_by_luck(group) for group in (first, second))
+    both = sorted(one.keys() & two.keys())
+    return np.array([[one[luck], two[luck]] for luck in both], dtype=np.bool_).reshape(-1, 2)
+
+
+def _solved_by_luck(group: Outcomes) -> dict[tuple[int, int], bool]:
+    return dict(zip(_lucks(group), group.solved.tolist(), strict=True))
+
+
+def _lucks(group: Outcomes) -> list[tuple[int, int]]:
+    return list(zip(group.repetition.tolist(), group.trial.tolist(), strict=True))
+
+
+def points(counted: Outcomes, *, by_repetition: bool = True) -> list[Point]:
+    """The points of the paper's fits and correlation: shares by p and repetition, or by p alone."""
+    repetition = counted.repetition if by_repetition else np.zeros_like(counted.repetition)
+    keys = sorted(set(zip(counted.dose.tolist(), repetition.tolist(), strict=True)))
+    found = []
+    for p, number in keys:
+        here = (counted.dose == p) & (repetition == number)
+        n = int(here.sum())
+        success, loop_rate = counted.solved[here].sum() / n, counted.looped[here].sum() / n
+        found.append(Point(dose=p, repetition=number, n=n, success=float(success), loop_rate=float(loop_rate)))
+    return found

@@ -1,0 +1,53 @@
+"""The speed of two agents compared: hazard ratio and log-rank tests (paper, Fig. 3)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from lockprobe.statistics.axis_trials import AxisTrials
+from lockprobe.statistics.curves import logrank
+from lockprobe.statistics.inference.logrank import solution_logrank
+from lockprobe.statistics.outcomes import joined, with_players_of
+
+__all__ = ["Pace", "pace"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Pace:
+    """The speed of two agents, or of one agent in two modalities, at one p.
+
+    Attributes:
+        first, second: Agent and modality of each.
+        dose: The dose: flip probability, [0, 1], or another.
+        hazard_ratio: Hazard ratio of solving, second over first: above 1 if the second is faster; None if undefined.
+        p_value: Log-rank, two-sided, clustered by luck, or by player.
+        independent: P value of the log-rank test for independent trials; None if undefined.
+        gehan: The same with Gehan-Wilcoxon weights, which have more power for early differences.
+    """
+
+    first: tuple[str, str]
+    second: tuple[str, str]
+    dose: float
+    hazard_ratio: float | None
+    p_value: float | None
+    independent: float | None
+    gehan: float | None
+
+
+def pace(first: AxisTrials, second: AxisTrials) -> Pace | None:
+    """Compare two agents at one dose on trials with shared luck; None if one has no ended trial."""
+    one, two = first.outcomes, second.outcomes
+    if not len(one) or not len(two):
+        return None
+    one, two = with_players_of(two, one), with_players_of(one, two)
+    found = solution_logrank(joined([one, two])).primary
+    plain, early = logrank([first.trials, second.trials]), logrank([first.trials, second.trials], weights="gehan")
+    return Pace(
+        first=(first.agent, first.modality),
+        second=(second.agent, second.modality),
+        dose=first.doses[0],
+        hazard_ratio=found.hazard_ratio if found else None,
+        p_value=found.p_value if found else None,
+        independent=plain.p_value if plain else None,
+        gehan=early.p_value if early else None,
+    )

@@ -1,0 +1,377 @@
+"""Rationality of actions: each step judged by an ideal observer who was told the same as the agent.
+
+Two observers judge, both under a stated prior (:mod:`lockprobe.boxes.beliefs.structures`):
+
+* ``naive`` believes every report. Its expected steps are exact. At p = 0 it is right.
+* ``aware`` infers how often reports are false and whether false positions stay. Its expected steps are QMDP's, which
+  assume full knowledge after the next attempt: lower bounds that give no credit for information.
+
+Pictures are judged as if read without error: a picture counts as a report of positions (``symbolic?tell=state``), and
+a misreading counts against the agent.
+
+An action is *optimal* if no other costs fewer expected steps; its *regret* is its extra cost, in steps that the
+observer expects under its prior, not on the box that was played. Each share is compared with that of a uniformly
+random choice in the same situations, which is often optimal where several joints are equally good.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache, cached_property
+from itertools import accumulate
+from statistics import fmean
+
+import numpy as np
+
+from lockprobe.boxes.beliefs.planning import expected_steps, information, least
+from lockprobe.boxes.beliefs.posterior import (
+    Belief,
+    KnownReading,
+    ReportedAttempt,
+    begin,
+    entropy,
+    noise_model,
+    opened,
+    update,
+)
+from lockprobe.boxes.beliefs.structures import interlocks
+from lockprobe.foundation.seeds import generator
+from lockprobe.statistics.clustered import ClusteredMean, ClusteredProportion, cluster_bootstrap, clustered_proportion
+from lockprobe.statistics.outcomes import ended
+from lockprobe.trial.record import Trial
+
+__all__ = [
+    "ACTIONS",
+    "JUDGED",
+    "MANY",
+    "OBSERVERS",
+    "JudgedMoment",
+    "JudgedStep",
+    "JudgedTrial",
+    "Rationality",
+    "Worth",
+    "judge",
+    "moment",
+    "prior_for",
+    "rationality",
+]
+
+OBSERVERS = ("naive", "aware")
+"""The noise models of the judging observers."""
+
+JUDGED, ACTIONS = 100, 5000
+"""The most trials of a condition that are judged, the first by repetition and trial; and the actions after which no
+further trial is judged."""
+
+MANY = 1 << 14
+"""Moments that are cached; each takes a few kilobytes."""
+
+_NOTHING = 1e-9
+"""Expected information below which an attempt counts as uninformative, bits."""
+
+Told = tuple[int, ReportedAttempt | None]
+"""The number of the joint attempted, and its report; None if the box opened."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class JudgedStep:
+    """One judged action, compared with a uniformly random choice in the same situation.
+
+    Attributes:
+        step: From 1.
+        entropy: The observer's entropy over interlocks before the step, in bits.
+        gained: Bits by which the step reduced it; below 0 if the report confused the observer.
+        expected: Expected information of the action, bits.
+        best: Expected information of the most informative action, bits.
+        optimal: Whether no other action costs fewer expected steps.
+        regret: Expected steps more than those of the best action, >= 0.
+        uninformative: Whether it could neither give information nor open the box.
+        by_chance: Means of ``expected``, ``optimal``, ``regret`` and ``uninformative`` of the random choice.
+    """
+
+    step: int
+    entropy: float
+    gained: float
+    expected: float
+    best: float
+    optimal: bool
+    regret: float
+    uninformative: bool
+    by_chance: Mapping[str, float]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class JudgedTrial:
+    """The judged actions of one trial.
+
+    Attributes:
+        key: Its readable name.
+        prior: Name of the prior.
+        noise: Noise model of the observer.
+        steps: The actions.
+        entropy_left: The observer's entropy over interlocks after the last report, bits.
+        restarts: Reports that were impossible to the observer, so that it began again.
+    """
+
+    key: str
+    prior: str
+    noise: str
+    steps: tuple[JudgedStep, ...]
+    entropy_left: float
+    restarts: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rationality:
+    """The rationality of one condition's actions, judged by one observer. Shares and means are over all actions.
+
+    Intervals take the trial as a cluster. Error trials are left out.
+
+    Attributes:
+        prior: Name of the prior.
+        interlocks: Number of its interlocks.
+        noise: Noise model of the observer.
+        trials: Trials judged.
+        steps: Actions judged.
+        not_judged: Trials that ended but lie beyond :data:`JUDGED` or :data:`ACTIONS`.
+        optimal: Share of optimal actions.
+        regret: Mean regret in expected steps.
+        uninformative: Share of actions that could neither give information nor open the box.
+        gained, expected, best: Means of these fields of :class:`JudgedStep`, bits.
+        by_chance: ``optimal``, ``regret``, ``uninformative`` and ``expected`` of a random choice.
+        entropy_left: Mean entropy at the end of a trial, bits.
+        restarts: Mean restarts per trial.
+    """
+
+    prior: str
+    interlocks: int
+    noise: str
+    trials: int
+    steps: int
+    not_judged: int
+    optimal: ClusteredProportion
+    regret: ClusteredMean
+    uninformative: ClusteredProportion
+    gained: float
+    expected: float
+    best: float
+    by_chance: Mapping[str, float]
+    entropy_left: float
+    restarts: float
+
+
+def prior_for(joints: int) -> str | None:
+    """The prior of the report: ``single-parent`` up to 4 joints, ``chains`` for 5 and 6; None for more."""
+    return "single-parent" if joints <= 4 else "chains" if joints <= 6 else None
+
+
+def rationality(trials: Sequence[Trial]) -> tuple[Rationality, ...]:
+    """Judge the trials of one condition.
+
+    Empty if none has ended with a step, if the box is too large for a prior, or if in some of them an action was not
+    the choice or a report was missing: the others are those in which that did not happen, which is no fair sample.
+    """
+    counted = [trial for trial in ended(trials) if trial.steps]
+    if not all(trial.ordinary for trial in counted):
+        return ()
+    prior = prior_for(len(counted[0].joints)) if counted else None
+    told = [(trial, _told(trial)) for trial in _first(counted)]
+    return tuple(_condition(counted, told, prior, noise) for noise in OBSERVERS) if prior else ()
+
+
+def _condition(
+    trials: Sequence[Trial], told: Sequence[tuple[Trial, Sequence[Told]]], prior: str, noise: str
+) -> Rationality:
+    found = [_judge(trial, reports, prior, noise) for trial, reports in told]
+    sizes = [len(trial.steps) for trial in found]
+    steps = [step for trial in found for step in trial.steps]
+    first = trials[0]
+    acting = " + ".join(first.specs)
+    rng = generator(first.seed, "analysis", first.spec, first.modality, acting, "rationality", noise)
+    return Rationality(
+        prior=prior,
+        interlocks=len(interlocks(prior, len(first.joints))),
+        noise=noise,
+        trials=len(found),
+        steps=len(steps),
+        not_judged=len(trials) - len(found),
+        optimal=clustered_proportion([sum(step.optimal for step in trial.steps) for trial in found], sizes),
+        regret=cluster_bootstrap([step.regret for step in steps], np.repeat(np.arange(len(found)), sizes), rng),
+        uninformative=clustered_proportion([sum(step.uninformative for step in trial.steps) for trial in found], sizes),
+        gained=fmean([step.gained for step in steps]),
+        expected=fmean([step.expected for step in steps]),
+        best=fmean([step.best for step in steps]),
+        by_chance={name: fmean([step.by_chance[name] for step in steps]) for name in steps[0].by_chance},
+        entropy_left=fmean([trial.entropy_left for trial in found]),
+        restarts=fmean([trial.restarts for trial in found]),
+    )
+
+
+def _first(trials: Sequence[Trial]) -> Sequence[Trial]:
+    """The trials that are judged."""
+    before = accumulate((len(trial.steps) for trial in trials[:JUDGED]), initial=0)
+    return [trial for trial, actions in zip(trials[:JUDGED], before, strict=False) if actions < ACTIONS]
+
+
+def judge(trial: Trial, *, prior: str, noise: str = "naive") -> JudgedTrial:
+    """Judge every action of a trial, of any agent, by an ideal observer who was told the same.
+
+    Args:
+        trial: With at least one step.
+        prior: Name of the prior.
+        noise: ``naive``, ``aware`` or a flip probability.
+
+    Raises:
+        UnknownName: If there is no such prior.
+        BadValue: If there is no such noise model, or the prior has too many interlocks over this number of joints.
+    """
+    return _judge(trial, _told(trial), prior, noise)
+
+
+def _judge(trial: Trial, told: Sequence[Told], prior: str, noise: str) -> JudgedTrial:
+    known = begin(interlocks(prior, len(trial.joints)), noise_model(noise, _reading(trial)))
+    now, restarts, steps = moment(known), 0, []
+    for step, (joint, report) in zip(trial.steps, told, strict=True):
+        after, again = now.after(report)
+        steps.append(_judged(step.step, joint, now, now.entropy - after.entropy))
+        now, restarts = after, restarts + again
+    return JudgedTrial(
+        key=trial.key, prior=prior, noise=noise, steps=tuple(steps), entropy_left=now.entropy, restarts=restarts
+    )
+
+
+def _reading(trial: Trial) -> KnownReading:
+    """What the observer knows to be inverted: what was inverted in this trial, or outcomes."""
+    return "positions" if any(channel.get("inverts") == "position" for channel in trial.channels) else "outcomes"
+
+
+def _told(trial: Trial) -> list[Told]:
+    """Every attempt and its report, with joints as numbers."""
+    numbers, shown = _numbers(trial), _shown(trial)
+    positions = {told: _positions(trial, numbers, told) for told in set(shown)}
+    found: list[Told] = [
+        (
+            joint := numbers[step.joint],
+            ReportedAttempt(joint, bool(step.told_moved), positions[told], trial.states_only),
+        )
+        for step, told in zip(trial.steps, shown, strict=True)
+    ]
+    return [*found[:-1], (found[-1][0], None)] if trial.solved else found
+
+
+def _shown(trial: Trial) -> list[str | None]:
+    """The configuration as told or pictured after every step, a bit string in panel order; None if neither."""
+    last = trial.steps[-1]
+    moved = {trial.joints.index(last.joint)} if last.moved else set()
+    ended = "".join(str(int(bit) ^ (i in moved)) for i, bit in enumerate(last.state))
+    after = [*(step.state for step in trial.steps[1:]), ended]
+    return [
+        true if step.pictures and step.told_state is None else step.told_state
+        for step, true in zip(trial.steps, after, strict=True)
+    ]
+
+
+def _numbers(trial: Trial) -> dict[str, int]:
+    """The number of every joint: the target is 0, the others follow in the order of first attempts.
+
+    The priors treat all joints but the target alike, so trials that differ only in names share cache entries.
+    """
+    order = dict.fromkeys((trial.target, *trial.actions, *trial.joints))
+    return {joint: number for number, joint in enumerate(order)}
+
+
+def _positions(trial: Trial, numbers: Mapping[str, int], told: str | None) -> int | None:
+    """The joints reported away from their start, as bits."""
+    if told is None:
+        return None
+    pairs = zip(trial.joints, told, trial.steps[0].state, strict=True)
+    return sum((now != start) << numbers[joint] for joint, now, start in pairs)
+
+
+def _judged(step: int, joint: int, now: JudgedMoment, gained: float) -> JudgedStep:
+    values = now.worth
+    return JudgedStep(
+        step=step,
+        entropy=now.entropy,
+        gained=gained,
+        expected=values.bits[joint],
+        best=values.best,
+        optimal=values.optimal[joint],
+        regret=values.regret[joint],
+        uninformative=values.uninformative[joint],
+        by_chance=values.by_chance,
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Worth:
+    """The value of each attempt to an observer; tuples hold one value for each of the n joints.
+
+    Attributes:
+        bits: Expected information, bits.
+        best, optimal, regret, uninformative, by_chance: As in :class:`JudgedStep`.
+    """
+
+    bits: tuple[float, ...]
+    best: float
+    optimal: tuple[bool, ...]
+    regret: tuple[float, ...]
+    uninformative: tuple[bool, ...]
+    by_chance: Mapping[str, float]
+
+
+class JudgedMoment:
+    """A belief of an observer with its consequences, each computed once."""
+
+    def __init__(self, belief: Belief) -> None:
+        self._belief = belief
+        self._after: dict[ReportedAttempt | None, tuple[JudgedMoment, int]] = {}
+
+    @cached_property
+    def entropy(self) -> float:
+        """Entropy over interlocks, in bits, >= 0."""
+        return entropy(self._belief)
+
+    @cached_property
+    def worth(self) -> Worth:
+        """The value of each attempt."""
+        belief = self._belief
+        bits, steps = information(belief), expected_steps(belief)
+        optimal, regret, uninformative = least(steps), steps - steps.min(), bits <= _NOTHING
+        uninformative[0] &= not belief.weights @ belief.interlocks.may_move(belief.configuration)[:, 0]
+        values = {"expected": bits, "optimal": optimal, "regret": regret, "uninformative": uninformative}
+        return Worth(
+            bits=tuple(bits.tolist()),
+            best=float(bits.max()),
+            optimal=tuple(optimal.tolist()),
+            regret=tuple(regret.tolist()),
+            uninformative=tuple(uninformative.tolist()),
+            by_chance={name: float(found.sum()) / len(bits) for name, found in values.items()},
+        )
+
+    def after(self, report: ReportedAttempt | None) -> tuple[JudgedMoment, int]:
+        """The moment after a report, or after the box has opened (None), and the restarts of the observer."""
+        found = self._after.get(report)
+        if found is None:
+            belief = opened(self._belief) if report is None else update(self._belief, report)
+            again = belief.restarts - self._belief.restarts
+            # Scaled weights of equal beliefs differ in their last digits.
+            scaled = report is None or (again and report.joint == 0)
+            found = self._after[report] = (JudgedMoment if scaled else moment)(belief), again
+        return found
+
+
+def moment(belief: Belief) -> JudgedMoment:
+    """The moment of a belief, the same object for equal beliefs.
+
+    Once there are :data:`MANY`, all are forgotten, since each holds its successors.
+    """
+    if _moment.cache_info().currsize >= MANY:
+        _moment.cache_clear()
+    return _moment(belief)
+
+
+@cache
+def _moment(belief: Belief) -> JudgedMoment:
+    return JudgedMoment(belief)

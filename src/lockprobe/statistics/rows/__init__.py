@@ -1,0 +1,34 @@
+"""What a study found, as rows: the content of ``results.json``, which tables, figures and pages read.
+
+A number is an :class:`Estimate`, a line of a figure a :class:`Curve`. What is no number is a :class:`Finding` (a
+sentence), a :class:`Fact` (a property, as text) or an :class:`Exhibit` (a trial, step by step). A quantity that could
+not be measured has no row; a fact says why.
+"""
+
+from lockprobe.statistics.rows.course import Cell, Course
+from lockprobe.statistics.rows.design import Condition, Design, DoseAxis, LeftOut, Player, Progress, axis_key
+from lockprobe.statistics.rows.results import MEASURES, NoSuchRow, Results
+from lockprobe.statistics.rows.row import UNITS, Curve, Estimate, Exhibit, ExhibitStep, Fact, Finding, Row
+
+__all__ = [
+    "MEASURES",
+    "UNITS",
+    "Cell",
+    "Condition",
+    "Course",
+    "Curve",
+    "Design",
+    "DoseAxis",
+    "Estimate",
+    "Exhibit",
+    "ExhibitStep",
+    "Fact",
+    "Finding",
+    "LeftOut",
+    "NoSuchRow",
+    "Player",
+    "Progress",
+    "Results",
+    "Row",
+    "axis_key",
+]

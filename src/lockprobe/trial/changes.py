@@ -1,0 +1,182 @@
+"""What interventions change: values passed from one to the next, and the steps at which each had an effect.
+
+An intervention changes a step if it changed what it was given, and the agent would have got something else without it:
+what no report shows, or a later intervention hides, is no change.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, is_dataclass
+from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
+
+from lockprobe.trial.condition import spec_of
+from lockprobe.trial.protocols import Intervention
+
+if TYPE_CHECKING:
+    import numpy as np
+
+__all__ = ["Acting", "Changes", "Passed", "pass_through", "whole"]
+
+_One = TypeVar("_One")
+_V = TypeVar("_V")
+
+
+@dataclass(frozen=True, slots=True)
+class Acting(Generic[_One]):
+    """An intervention of a trial.
+
+    Attributes:
+        number: Its place in the condition, from 0.
+        one: The intervention.
+        rng: Its random stream.
+    """
+
+    number: int
+    one: _One
+    rng: np.random.Generator
+
+
+class Passed(NamedTuple, Generic[_V]):
+    """A value that has passed through interventions.
+
+    Attributes:
+        value: The value that came out.
+        changed: The numbers of the interventions that changed it.
+        differs: Whether it differs from the value that went in.
+    """
+
+    value: _V
+    changed: tuple[int, ...]
+    differs: bool
+
+
+def whole(value: object) -> object:
+    """All of a value, and its way to take a picture if it has one: equality leaves that out."""
+    return value, getattr(value, "look", None)
+
+
+def pass_through(
+    acting: Sequence[Acting[_One]],
+    given: _V,
+    apply: Callable[[Acting[_One], _V], _V],
+    shown: Callable[[_V], object] = whole,
+) -> Passed[_V]:
+    """Pass a value through interventions, and find out which of them changed it.
+
+    Args:
+        acting: The interventions, in the order in which they act.
+        given: The value before the first of them.
+        apply: What one of them makes of a value.
+        shown: The part of a value that the agent gets.
+    """
+    value, changers = given, list[_Changer[_One, _V]]()
+    for one in acting:
+        state = one.rng.bit_generator.state if changers else None
+        before, value = value, apply(one, value)
+        if value is not before and whole(value) != whole(before):
+            changers.append(_Changer(one, before, state))
+    if not changers:
+        return Passed(value, (), False)
+    end = shown(value)
+    changed = tuple(
+        changer.acting.number
+        for at, changer in enumerate(changers)
+        if _shown_without(changer.before, changers[at + 1 :], apply, shown) != end
+    )
+    return Passed(value, changed, shown(given) != end)
+
+
+class _Changer(NamedTuple, Generic[_One, _V]):
+    """An intervention that changed a value: the value before, and the state of its stream before if it is needed."""
+
+    acting: Acting[_One]
+    before: _V
+    state: Any
+
+
+def _shown_without(
+    value: _V,
+    later: Sequence[_Changer[_One, _V]],
+    apply: Callable[[Acting[_One], _V], _V],
+    shown: Callable[[_V], object],
+) -> object:
+    """What the agent would have got without an intervention: ``later`` act again, on the value before it.
+
+    Their streams are drawn from as before, and are afterwards where they are now. One that breaks needs what was
+    changed before it.
+    """
+    now = [changer.acting.rng.bit_generator.state for changer in later]
+    try:
+        for changer in later:
+            changer.acting.rng.bit_generator.state = changer.state
+            value = apply(changer.acting, value)
+        return shown(value)
+    except Exception:  # noqa: BLE001  anybody's code runs here, and the trial has gone on without this
+        return object()
+    finally:
+        for changer, state in zip(later, now, strict=True):
+            changer.acting.rng.bit_generator.state = state
+
+
+class Changes:
+    """Counts the steps of one trial that interventions changed.
+
+    A report counts at the step whose decision it precedes: no agent reads the last one.
+
+    Args:
+        interventions: Those of the trial, in order.
+
+    Attributes:
+        steps: Steps at which the agent was told, asked or remembered something else than without interventions, or
+            another joint than the chosen one was attempted.
+    """
+
+    def __init__(self, interventions: Sequence[Intervention]) -> None:
+        self.steps = 0
+        self._names = _names(interventions)
+        self._counts: Counter[int] = Counter()
+        self._now: list[Passed[Any]] = []
+        self._next: list[Passed[Any]] = []
+
+    def note(self, passed: Passed[_V]) -> _V:
+        """Note what was changed for the decision of this step, or for its attempt."""
+        if passed.changed or passed.differs:
+            self._now.append(passed)
+        return passed.value
+
+    def note_report(self, passed: Passed[_V]) -> _V:
+        """Note what was changed in the report before the next decision."""
+        if passed.changed or passed.differs:
+            self._next.append(passed)
+        return passed.value
+
+    def begin(self) -> None:
+        """The next decision is about to be asked for."""
+        self._now, self._next = self._next, []
+
+    def end(self) -> None:
+        """The step of the last decision is over: count it."""
+        if not self._now:
+            return
+        self.steps += any(passed.differs for passed in self._now)
+        for number in {number for passed in self._now for number in passed.changed}:
+            self._counts[number] += 1
+
+    @property
+    def by_intervention(self) -> Mapping[str, int]:
+        """The spec of every intervention -> the number of steps that it changed."""
+        return {name: self._counts[number] for number, name in self._names.items()}
+
+
+def _names(interventions: Sequence[Intervention]) -> dict[int, str]:
+    """The number of every intervention that has a spec -> the spec, and how often it came before if it did."""
+    seen: Counter[str] = Counter()
+    names: dict[int, str] = {}
+    for number, one in enumerate(interventions):
+        if is_dataclass(one) and not getattr(one, "shows", False):
+            spec = spec_of(one)
+            seen[spec] += 1
+            names[number] = spec if seen[spec] == 1 else f"{spec} ({seen[spec]})"
+    return names

@@ -1,0 +1,135 @@
+"""A condition: a named, ordered composition of interventions, and a modality."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.plugins import plugin_name_of
+from lockprobe.foundation.spec import Spec, in_words, options_of
+from lockprobe.foundation.terminal_text import printable
+from lockprobe.trial.doses import doses_of, flip_rate
+from lockprobe.trial.protocols import Intervention
+from lockprobe.trial.record import STATES
+
+__all__ = ["PLACES", "TRUTH", "Condition", "Recorded", "place_of", "spec_of"]
+
+PLACES = {"told": "perceive", "asked": "brief", "remembered": "recall", "done": "act"}
+"""Where an intervention can act -> the method by which it does, of the Protocols in :mod:`lockprobe.trial.protocols`.
+"""
+
+TRUTH = "truth"
+"""The condition in which nothing acts."""
+
+_SHIPPED = "lockprobe.interventions."
+"""Where the modules are whose classes have a ``name`` for specs; others are named by the entry point of their package.
+"""
+
+_LONGEST = 200
+"""The most characters of the name of a condition."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Recorded:
+    """An intervention as named in a study's settings, which import no code: its spec and its doses."""
+
+    spec: str
+    doses: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Condition:
+    """The interventions that act in a trial, and the modality of the box; the empty condition is the truth.
+
+    Attributes:
+        interventions: The interventions, in the order in which they act.
+        modality: The spec of the modality: how the box is shown. It acts last.
+        name: The experimenter's name for it; empty for its spec.
+        specs: The specs of the interventions, with every dose. Conditions of equal specs, modality and name are equal.
+
+    Raises:
+        BadValue: If the name cannot stand in the key of a record.
+    """
+
+    interventions: tuple[Intervention | Recorded, ...] = field(default=(), compare=False)
+    modality: str = STATES
+    name: str = ""
+    specs: tuple[str, ...] = field(init=False)
+
+    def __post_init__(self) -> None:
+        specs = tuple(one.spec if isinstance(one, Recorded) else spec_of(one) for one in self.interventions)
+        object.__setattr__(self, "specs", specs)
+        if not self.label.isprintable() or self.label != self.label.strip() or len(self.label) > _LONGEST:
+            expected = f"a name of at most {_LONGEST} visible characters without blanks around it"
+            if not self.name and len(self.label) > _LONGEST:
+                expected = f"at most {_LONGEST} characters, not {len(self.label)}, or a name: --condition 'NAME=SPEC'"
+            raise BadValue("condition", printable(self.label), expected)
+
+    @property
+    def spec(self) -> str:
+        """The specs joined by plus signs, ``tremble?p=0.1 + nudge?after=2``; ``truth`` without interventions."""
+        shown = () if self.modality == STATES else (self.modality,)
+        return " + ".join((*self.specs, *shown)) or TRUTH
+
+    @property
+    def label(self) -> str:
+        """Its name, or its spec."""
+        return self.name or self.spec
+
+    @property
+    def is_recorded(self) -> bool:
+        """Whether an intervention of it is only named, so that its code is not loaded."""
+        return any(isinstance(one, Recorded) for one in self.interventions)
+
+    @property
+    def dose_names(self) -> tuple[tuple[str, ...], ...]:
+        """For every intervention the names of its dose options; at 0 of the first one it does nothing."""
+        return tuple(tuple(getattr(one, "doses", ())) for one in self.interventions)
+
+    @property
+    def doses(self) -> Mapping[str, float]:
+        """The doses above 0 of its interventions and of its modality, ``{"flip.p": 0.4}``."""
+        return doses_of(self.specs, self.dose_names, self.modality)
+
+    @property
+    def p(self) -> float | None:
+        """The flip rate, [0, 1], if nothing but flips acts, 0 for the truth; else None."""
+        return flip_rate(self.specs, self.modality, self.doses)
+
+    @property
+    def does_nothing(self) -> bool:
+        """Whether it equals the truth: no intervention, or doses of 0."""
+        options = [Spec.parse(spec, "intervention").options for spec in self.specs]
+        return all(doses and float(found[doses[0]]) == 0 for found, doses in zip(options, self.dose_names, strict=True))
+
+
+def place_of(kind: type[Any]) -> str:
+    """The place of the loop, of four, at which a class of interventions acts.
+
+    Raises:
+        BadValue: If that is none of them, or more than one.
+    """
+    found = [place for place, method in PLACES.items() if callable(getattr(kind, method, None))]
+    if len(found) != 1:
+        raise BadValue("intervention", kind.__name__, f"exactly one of {', '.join(PLACES.values())}")
+    return found[0]
+
+
+def spec_of(intervention: Intervention) -> str:
+    """The spec that makes an intervention: its doses, and all options not at their defaults, ``flip?p=0&others=kept``.
+
+    Options that others imply (``implied``) are left out, so that equal interventions have equal specs.
+    """
+    kind: Any = type(intervention)
+    ships = kind.__module__.startswith(_SHIPPED) and isinstance(getattr(kind, "name", None), str)
+    name = kind.name if ships else plugin_name_of("intervention", kind)
+    implied: tuple[str, ...] = getattr(intervention, "implied", ())
+    options = {
+        option.name: in_words(getattr(intervention, option.field))
+        for option in options_of(kind)
+        if option.field not in implied
+        and (option.field in getattr(kind, "doses", ()) or getattr(intervention, option.field) != option.default)
+    }
+    return str(Spec.parse(name, "intervention").adding(options))

@@ -1,0 +1,42 @@
+"""Checks whether a decision can be executed and recorded. Anyone can write an agent, so every decision is checked."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from lockprobe.trial.record import Decision
+
+__all__ = ["why_unusable"]
+
+
+def why_unusable(decision: Decision, labels: Sequence[str]) -> str | None:
+    """The reason why a decision cannot be executed and recorded; None if it can.
+
+    ``labels`` are those of the joints.
+    """
+    if not isinstance(decision, Decision):
+        return f"{type(decision).__name__} is no Decision"
+    if decision.joint not in labels:
+        return f"{decision.joint!r} is no joint"
+    if decision.claimed not in ("moved", "blocked", None):
+        return f"claimed {decision.claimed!r} is none of moved, blocked, None"
+    if (why := _why_out_of_range(decision)) is not None:
+        return why
+    try:
+        "".join((decision.hypothesis, decision.served, *decision.replies)).encode("utf-8")
+    except (UnicodeEncodeError, TypeError) as error:
+        return f"its text cannot be written ({error})"
+    return None
+
+
+def _why_out_of_range(decision: Decision) -> str | None:
+    """The number of a decision that is out of range; None if all are in range."""
+    numbers = (*(decision.probabilities or ()), decision.claim_probability or 0.0)
+    if not all(isinstance(number, float | int) and 0 <= number <= 1 for number in numbers):
+        return "a probability lies outside 0 to 1"
+    sure = decision.confidence
+    if sure is not None and not (type(sure) is int and 0 <= sure <= 100):
+        return f"confidence {sure!r} is no whole number from 0 to 100"
+    if decision.report_false is not None and not isinstance(decision.report_false, bool):
+        return f"report_false {decision.report_false!r} is neither true nor false"
+    return None

@@ -1,0 +1,155 @@
+"""The doses of a condition: how much each of its interventions does, by name, as a record holds them."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+
+from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.spec import Spec
+
+__all__ = [
+    "DOSES_SAID",
+    "FLIP_RATE",
+    "MODALITY_DOSES",
+    "OF_PLAIN_FLIPS",
+    "can_be_fitted",
+    "dose_of",
+    "doses_of",
+    "flip_rate",
+    "modality_doses",
+    "without_doses",
+]
+
+FLIP_RATE = "flip.p"
+"""The dose of the paper: the probability that a report is inverted (Sec. 3.2)."""
+
+MODALITY_DOSES = ("p", "blur", "noise", "occlude")
+"""Options of a modality that are doses: how often pictures are false, and how much they are degraded."""
+
+_LEAST, _MOST = 1e-9, 1e9
+
+DOSES_SAID = (
+    f"0, or a number from {_LEAST:g} to {_MOST:g} or from -{_MOST:g} to -{_LEAST:g}, which curves can be fitted to"
+)
+"""The doses that :func:`can_be_fitted` takes, in words."""
+
+OF_PLAIN_FLIPS = frozenset({"p", "inverts", "others", "keep"})
+"""The options of a flip that acts on every report."""
+
+
+_IN_WORDS: Mapping[tuple[str, str], tuple[str, Mapping[str, float]]] = {("flip", "keep"): ("others", {"kept": 1.0})}
+"""Kind and dose -> the option that says the dose in a word, and what its words mean."""
+
+
+def dose_of(spec: Spec, option: str, first: str) -> float:
+    """A dose of an intervention.
+
+    >>> flip = Spec.parse("flip?p=0.4&others=kept")
+    >>> dose_of(flip, "p", "p"), dose_of(flip, "keep", "p"), dose_of(Spec.parse("flip?p=0.4"), "keep", "p")
+    (0.4, 1.0, 0.0)
+
+    Args:
+        spec: Its spec.
+        option: The dose.
+        first: Its first dose, which every spec says. Another one may be said in a word, and is 0 if it is left out.
+
+    Returns:
+        The dose; NaN if it is the first one and not said.
+    """
+    if option in spec.options or option == first:
+        return float(spec.options.get(option, "nan"))
+    word, meant = _IN_WORDS.get((spec.full_name, option), ("", {}))
+    return meant.get(spec.options.get(word, ""), 0.0)
+
+
+def without_doses(spec: Spec, options: Sequence[str]) -> Spec:
+    """The spec without these doses, however they are said.
+
+    >>> str(without_doses(Spec.parse("flip?p=0.4&others=kept"), ["keep"]))
+    'flip?p=0.4'
+    """
+    words = [_IN_WORDS[spec.full_name, option][0] for option in options if (spec.full_name, option) in _IN_WORDS]
+    return spec.without([*options, *words])
+
+
+def doses_of(specs: Sequence[str], names: Sequence[Sequence[str]], modality: str) -> dict[str, float]:
+    """The doses that act, by intervention and option.
+
+    >>> doses_of(["flip?p=0.4", "nudge"], [["p"], []], "rgb?blur=8")
+    {'flip.p': 0.4, 'rgb.blur': 8.0}
+    >>> doses_of(["flip?p=0.4&at=3", "flip?p=0.1"], [["p"], ["p"]], "rgb")
+    {'flip.p': 0.4, 'flip#2.p': 0.1}
+
+    Args:
+        specs: Specs of the interventions.
+        names: For every one the options that are its doses. At 0 of the first one none of them acts.
+        modality: Spec of the modality, whose doses follow.
+
+    Returns:
+        Those that are not 0.
+    """
+    found: dict[str, float] = {}
+    seen: Counter[str] = Counter()
+    for spec, options in zip(specs, names, strict=True):
+        said = Spec.parse(spec, "intervention")
+        seen[said.full_name] += 1
+        number = f"#{seen[said.full_name]}" if seen[said.full_name] > 1 else ""
+        given = {option: dose_of(said, option, options[0]) for option in options}
+        if options and given[options[0]]:
+            found |= {f"{said.full_name}{number}.{option}": dose for option, dose in given.items() if dose}
+    shown = Spec.parse(modality, "modality").full_name
+    pictured = {option: _number(modality, option, dose) for option, dose in modality_doses(modality)[1].items()}
+    return found | {f"{shown}.{option}": dose for option, dose in pictured.items() if dose}
+
+
+def _number(modality: str, option: str, text: str) -> float:
+    """The dose of a picture.
+
+    Raises:
+        BadValue: If it is no number, as a list of several.
+    """
+    try:
+        return float(text)
+    except ValueError:
+        several = f"; several: --sweep '{modality}'" if "," in text else ""
+        raise BadValue(f"{option} of {modality}", text, f"a number{several}") from None
+
+
+def flip_rate(specs: tuple[str, ...], modality: str, doses: Mapping[str, float]) -> float | None:
+    """The flip rate, [0, 1], if nothing but plain flips acts, 0 under the truth; else None."""
+    return doses.get(FLIP_RATE, 0.0) if _flips_alone(specs, modality) else None
+
+
+@lru_cache(maxsize=4096)
+def _flips_alone(specs: tuple[str, ...], modality: str) -> bool:
+    found = [Spec.parse(spec, "intervention") for spec in specs]
+    flips = [one for one in found if one.full_name == "flip" and one.options.keys() <= OF_PLAIN_FLIPS]
+    return len(specs) <= 1 and len(flips) == len(specs) and not modality_doses(modality)[1]
+
+
+@lru_cache(maxsize=1024)
+def _modality_doses(modality: str) -> tuple[str, tuple[tuple[str, str], ...]]:
+    spec = Spec.parse(modality, "modality")
+    doses = {option: value for option, value in spec.options.items() if option in MODALITY_DOSES}
+    return str(spec.without(doses)), tuple(doses.items())
+
+
+def modality_doses(modality: str) -> tuple[str, dict[str, str]]:
+    """A modality without its doses, and the doses.
+
+    >>> modality_doses("rgbd?blur=8&depth=height")
+    ('rgbd?depth=height', {'blur': '8'})
+    """
+    bare, doses = _modality_doses(modality)
+    return bare, dict(doses)
+
+
+def can_be_fitted(dose: float) -> bool:
+    """Whether a dose is of a magnitude that fits can square without losing it.
+
+    >>> can_be_fitted(0.4), can_be_fitted(1e300), can_be_fitted(1e-300)
+    (True, False, False)
+    """
+    return dose == 0 or _LEAST <= abs(dose) <= _MOST

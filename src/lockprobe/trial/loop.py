@@ -1,0 +1,427 @@
+"""The closed loop: the only place where plant, interventions and agent meet (paper, Sec. 2.2).
+
+One step: memories decide what is *remembered* and prompts what is *asked*; the agent decides; actuators turn its choice
+into what is *done*; the plant acts; channels decide what is *told*.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import math
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, nullcontext
+from dataclasses import is_dataclass, replace
+from functools import partial
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+
+from lockprobe.boxes.box import Configuration, bits
+from lockprobe.foundation.errors import ChannelFault, LockprobeError, ModelFault, PlantFault, ReplyFault, TrialFault
+from lockprobe.foundation.redaction import without_keys
+from lockprobe.foundation.spec import settings_of
+from lockprobe.trial.briefing import Briefing
+from lockprobe.trial.changes import Acting, Changes, pass_through, whole
+from lockprobe.trial.decision_check import why_unusable
+from lockprobe.trial.model_call import Usage
+from lockprobe.trial.pictures.frame import Frame
+from lockprobe.trial.pictures.picture import Picture, PictureKind
+from lockprobe.trial.plan import Fork, Names, Plan
+from lockprobe.trial.protocols import Actuator, Agent, Channel, Intervention, Memory, Plant, Prompt
+from lockprobe.trial.record import (
+    Decision,
+    Ending,
+    Fact,
+    Look,
+    Moment,
+    Percept,
+    Situation,
+    Snapshot,
+    Step,
+    Trial,
+    TrialError,
+    Turn,
+)
+from lockprobe.trial.told_outcome import told_moved, told_positions
+
+if TYPE_CHECKING:
+    import numpy as np
+
+__all__ = ["Executor", "broken", "here", "play", "streams_of"]
+
+_T = TypeVar("_T")
+
+
+class Executor(Protocol):
+    """Runs the blocking work of plants and channels: here, or in another thread or process."""
+
+    async def __call__(self, work: Callable[[], _T], /) -> _T:
+        """Run the work there and return its result."""
+        ...
+
+
+async def here(work: Callable[[], _T], /) -> _T:
+    """Run the work in the calling thread."""
+    return work()
+
+
+@contextmanager
+def _boundary(fault: type[TrialFault]) -> Iterator[None]:
+    """Attribute any error inside to one boundary. Lockprobe's own errors pass unchanged."""
+    try:
+        yield
+    except (LockprobeError, KeyboardInterrupt, GeneratorExit, asyncio.CancelledError):
+        raise
+    except BaseException as error:  # an agent's sys.exit() ends its trial, not the study
+        raise fault(f"{type(error).__name__}: {error}") from error
+
+
+async def play(
+    plan: Plan,
+    *,
+    plant: Plant,
+    interventions: Sequence[Intervention],
+    agent: Agent,
+    on_step: Callable[[Step], None] | None = None,
+    keep: Callable[[Picture], None] | None = None,
+    place: Executor = here,
+) -> Trial:
+    """Play one trial to its end.
+
+    The truth decides when it ends: the trial is solved when the target really moves, whatever is told of it. An error
+    ends it as ``error`` with the steps played so far; an error is never scored as a failure.
+
+    Args:
+        plan: The trial to play.
+        plant: A fresh plant that holds ``plan.box``.
+        interventions: In the order in which they act.
+        agent: The agent that decides.
+        on_step: Called after every step.
+        keep: Called with every picture that the record names; without it the pictures are lost.
+        place: Runs the work of plant and channels.
+
+    Raises:
+        UserMistake: If the agent cannot start at all, for example because a key is missing.
+        BudgetReached: If its next call could cost more than is left.
+    """
+    names = Names(plan)
+    loop = _Loop(plan, names, plant, interventions, agent, keep, place)
+    error: TrialError | None = None
+    ending: Ending = "budget"
+    try:
+        await loop.open()
+        for _ in range(plan.budget):
+            step = await loop.step()
+            if on_step is not None:
+                on_step(step)
+            if step.moved and step.joint == plan.box.target:
+                ending = "solved"
+                break
+    except TrialFault as broke:
+        ending, error = "error", _error(broke, len(loop.steps) + 1)
+    facts, made, fault = _facts_said(agent, plant, plan)
+    if fault is not None:
+        ending, error = "error", error or _error(fault, len(loop.steps) + 1)
+    return replace(
+        _blank(plan, names, ending),
+        facts=facts,
+        channels=tuple(_facts_of(one) for one in interventions if isinstance(one, Channel)),
+        interventions=tuple(_facts_of(one, "intervention") for one in interventions if not isinstance(one, Channel)),
+        opening=loop.opening,
+        steps=tuple(loop.steps),
+        error=error,
+        plant=made,
+        opening_pictures=loop.opening_pictures,
+        changed=loop.changes.by_intervention,
+        changed_steps=loop.changes.steps,
+    )
+
+
+def _facts_said(agent: Agent, plant: Plant, plan: Plan) -> tuple[dict[str, Fact], dict[str, Fact], TrialFault | None]:
+    """What agent and plant say of themselves, and the fault if one breaks when it is asked."""
+    facts = dict[str, Fact]()
+    try:
+        with _boundary(ModelFault):
+            facts = _facts(agent.facts)
+        with _boundary(PlantFault):
+            return facts, _facts({"plant": plan.plant, **plant.facts}) if plant.facts else {}, None
+    except TrialFault as fault:
+        return facts, {}, fault
+
+
+def broken(plan: Plan, fault: TrialFault) -> Trial:
+    """The record of a trial that broke before its first step, for example because its process died."""
+    return replace(_blank(plan, Names(plan), "error"), error=_error(fault, 1))
+
+
+def _error(fault: TrialFault, step: int) -> TrialError:
+    replies, spent = (fault.replies, fault.usage) if isinstance(fault, ReplyFault) else ((), {})
+    usage = Usage(**spent) if spent else None
+    kept = tuple(map(without_keys, replies))
+    return TrialError(boundary=fault.boundary, message=str(fault), step=step, replies=kept, usage=usage)
+
+
+def _blank(plan: Plan, names: Names, ending: Ending) -> Trial:
+    return Trial(
+        key=plan.key,
+        study=plan.study,
+        agent=plan.agent,
+        called=plan.called,
+        facts={},
+        box=plan.box.name,
+        condition=plan.label,
+        specs=plan.condition.specs,
+        doses=plan.condition.doses,
+        modality=plan.modality,
+        channels=(),
+        repetition=plan.repetition,
+        trial=plan.trial,
+        seed=plan.seed,
+        budget=plan.budget,
+        joints=plan.box.names,
+        labels=names.labels,
+        listing=names.listing,
+        target=plan.box.target,
+        opening="",
+        steps=(),
+        ending=ending,
+        assessment=plan.assessment,
+        hypothesis=plan.hypothesis,
+        fork=plan.fork.name if plan.fork is not None else None,
+    )
+
+
+def _facts(facts: Mapping[str, object]) -> dict[str, Fact]:
+    return {str(name): _fact(value) for name, value in facts.items()}
+
+
+def _fact(value: object) -> Fact:
+    plain = value is None or isinstance(value, str | int | bool) or (isinstance(value, float) and math.isfinite(value))
+    return value if plain else str(value)  # type: ignore[return-value]
+
+
+def _look(look: Look, positions: tuple[bool, ...] | None = None) -> Frame:
+    """Take a picture. A failure is the plant's fault."""
+    with _boundary(PlantFault):
+        return look(positions)
+
+
+def _without_keys(decision: Decision) -> Decision:
+    """The decision with API keys removed from its texts."""
+    if not decision.hypothesis and not decision.replies:
+        return decision
+    hypothesis, replies = without_keys(decision.hypothesis), tuple(map(without_keys, decision.replies))
+    return replace(decision, hypothesis=hypothesis, replies=replies, served=without_keys(decision.served))
+
+
+def _facts_of(one: Intervention, what: str = "channel") -> dict[str, Fact]:
+    """The specification of an intervention: its class and its settings."""
+    return _facts({what: type(one).__name__} | (settings_of(one) if is_dataclass(one) else {}))
+
+
+def streams_of(plan: Plan, interventions: Sequence[Intervention]) -> list[np.random.Generator]:
+    """The random stream of each intervention, named after its kind and its number among those of its kind.
+
+    So an intervention has the same luck whatever else is in its condition. If a class has an attribute ``stream``, that
+    names its stream instead: two classes with the same ``stream`` share their luck. With ``ahead`` an intervention has
+    the luck of the trial that many later.
+    """
+    seen: Counter[str] = Counter()
+    streams = []
+    for one in interventions:
+        kind = type(one).__name__
+        streams.append(plan.stream(f"{getattr(one, 'stream', kind)}-{seen[kind]}", getattr(one, "ahead", 0)))
+        seen[kind] += 1
+    return streams
+
+
+class _Loop:
+    """The state of one trial while it runs."""
+
+    def __init__(
+        self,
+        plan: Plan,
+        names: Names,
+        plant: Plant,
+        interventions: Sequence[Intervention],
+        agent: Agent,
+        keep: Callable[[Picture], None] | None,
+        place: Executor,
+    ) -> None:
+        self.steps: list[Step] = []
+        self.opening = ""
+        self.opening_pictures: Mapping[PictureKind, str] = {}
+        self._keep, self._at = keep, place
+        self._names = names
+        self._plant = plant
+        self._agent = agent
+        self._plan, self._acting = plan, tuple(interventions)
+        self.changes = Changes(self._acting)
+        self._on_record = plan.fork is not None
+        self._rng = plan.stream("agent")
+        self._deal_streams(plan)
+        self._joints = plan.box.names
+        self._task, self._unsaid = names.task(plan), Briefing(hypothesis=plan.hypothesis)
+        self._turns: tuple[Turn, ...] = ()
+        self._moments: tuple[Moment, ...] = ()
+        self._configuration: Configuration = ()
+
+    def _deal_streams(self, plan: Plan) -> None:
+        """Give every intervention its random stream."""
+        dealt = zip(self._acting, streams_of(plan, self._acting), strict=True)
+        streams: list[Acting[Any]] = [Acting(number, one, rng) for number, (one, rng) in enumerate(dealt)]
+        told = [acting for acting in streams if isinstance(acting.one, Channel)]
+        others = [acting for acting in streams if not isinstance(acting.one, Channel)]
+        last = max((at for at, acting in enumerate(told) if getattr(acting.one, "shows", False)), default=len(told))
+        self._channels, self._showing, self._after = told[:last], told[last : last + 1], told[last + 1 :]
+        self._shown = next((acting.one.shown for acting in self._showing if hasattr(acting.one, "shown")), whole)
+        self._prompts = [acting for acting in others if isinstance(acting.one, Prompt)]
+        self._memories = [acting for acting in others if isinstance(acting.one, Memory)]
+        self._actuators = [acting for acting in others if isinstance(acting.one, Actuator)]
+
+    async def open(self) -> None:
+        """Look at the box for the first time."""
+        with _boundary(PlantFault):
+            snapshot = await self._at(self._plant.observe)
+        self._configuration = snapshot.configuration
+        first = await self._at(partial(self._tell, snapshot))
+        self._moments = (first,)
+        self.opening, self.opening_pictures = first.told.text, self._kept(first.told)
+
+    def _tell(self, snapshot: Snapshot, chosen: str | None = None, attempted: str | None = None) -> Moment:
+        percept = self._names.percept(snapshot)
+        was, facts = percept, None
+        if percept.look is not None:
+            was = replace(percept, look=None)
+            percept = replace(percept, look=partial(_look, percept.look))
+        with _boundary(ChannelFault):
+            if self._channels:
+                percept = self.changes.note_report(pass_through(self._channels, percept, self._perceived, self._shown))
+            for acting in self._showing:
+                facts, percept = _unlooked(percept), self._perceived(acting, percept)
+            if self._after:
+                passed = pass_through(self._after, percept, self._perceived)
+                if (passed.value.outcome, passed.value.positions) != (percept.outcome, percept.positions):
+                    facts = None  # something after the words changed what is told: that holds the facts now
+                percept = self.changes.note_report(passed)
+        return Moment(was=was, told=_unlooked(percept), chosen=chosen, attempted=attempted, facts=facts)
+
+    def _perceived(self, acting: Acting[Channel], percept: Percept) -> Percept:
+        made = acting.one.perceive(percept, self._moments, self._task, acting.rng)
+        return percept if self._replaced(acting.one) else made
+
+    def _replaced(self, channel: Channel) -> bool:
+        """Whether the arm of a fork acts in place of this channel; what makes words and pictures goes on acting."""
+        fork = self._plan.fork
+        if fork is None or not fork.replaces(len(self._moments)) or any(channel is one for one in fork.acting):
+            return False
+        return not (getattr(channel, "shows", False) or getattr(channel, "after_words", False))
+
+    def _kept(self, percept: Percept) -> dict[PictureKind, str]:
+        if self._keep is not None:
+            for picture in percept.pictures:
+                self._keep(picture)
+        return {picture.kind: picture.name for picture in percept.pictures}
+
+    def _situation(self) -> Situation:
+        """What the agent may use now: the remembered turns, the last percept, and what it is asked."""
+        turns, briefing = self._turns, self._unsaid
+        with _boundary(ChannelFault) if self._memories or self._prompts else nullcontext():
+            if self._memories:
+                turns = self.changes.note(pass_through(self._memories, turns, self._recalled))
+            if self._prompts:
+                briefing = self.changes.note(pass_through(self._prompts, briefing, self._briefed))
+        return Situation(task=self._task, past=turns, percept=self._moments[-1].told, briefing=briefing)
+
+    def _recalled(self, acting: Acting[Memory], turns: tuple[Turn, ...]) -> tuple[Turn, ...]:
+        return acting.one.recall(turns, self._task, acting.rng)
+
+    def _briefed(self, acting: Acting[Prompt], briefing: Briefing) -> Briefing:
+        return acting.one.brief(briefing, self._moments, self._task, acting.rng)
+
+    def _acted(self, acting: Acting[Actuator], joint: str) -> str:
+        return acting.one.act(joint, self._moments, self._task, acting.rng)
+
+    def _attempted(self, chosen: str) -> str:
+        """The label of the joint that is really attempted."""
+        if not self._actuators:
+            return chosen
+        with _boundary(ChannelFault):
+            joint = self.changes.note(pass_through(self._actuators, chosen, self._acted))
+            if joint not in self._names.labels:
+                raise ChannelFault(f"{joint!r} is not a joint")
+        return joint
+
+    async def step(self) -> Step:
+        """Ask the agent, attempt a joint, tell it what happened."""
+        self.changes.begin()
+        situation = self._situation()
+        with _boundary(ModelFault):
+            decision = await self._decision(situation)
+        if (why := why_unusable(decision, self._names.labels)) is not None:
+            raise ReplyFault(why, tuple(map(str, getattr(decision, "replies", ()))))
+        decision = _without_keys(decision)
+        if not self._task.assessment:
+            decision = replace(decision, claimed=None, claim_probability=None)  # nobody asked
+        if not situation.briefing.confidence and (decision.confidence, decision.report_false) != (None, None):
+            decision = replace(decision, confidence=None, report_false=None)
+        label = self._attempted(decision.joint)
+        joint = self._names.index(label)
+        with _boundary(PlantFault):
+            snapshot = await self._at(partial(self._plant.attempt, joint))
+        moment = await self._at(partial(self._tell, snapshot, decision.joint, label))
+        step = self._written(decision, joint, snapshot, moment, situation.briefing.remark)
+        self.steps.append(step)
+        self.changes.end()
+        told = Turn(percept=self._moments[-1].told, decision=decision, remark=situation.briefing.remark)
+        self._turns, self._moments = (*self._turns, told), (*self._moments, moment)
+        self._configuration = snapshot.configuration
+        if self._plan.fork is not None:
+            self._compare(step, self._plan.fork)
+        return step
+
+    async def _decision(self, situation: Situation) -> Decision:
+        """Ask the agent. On a fork the past is on record: nothing is asked there whose answer costs money.
+
+        An agent with a random stream decides again, so that the stream is where it was. One that draws its own luck is
+        not asked for as long as everything is as on record, also after the fork.
+        """
+        fork, now = self._plan.fork, len(self.steps)
+        if fork is None or not self._on_record or now >= len(fork.recorded):
+            return await self._agent.decide(situation, self._rng)
+        if getattr(self._agent, "unseeded", False):
+            return fork.recorded[now].decision
+        return await self._agent.decide(situation, self._rng)
+
+    def _compare(self, step: Step, fork: Fork) -> None:
+        """Compare a step of a fork with the record, and change the luck after the fork for all but the first time."""
+        before = fork.recorded[step.step - 1] if self._on_record and step.step <= len(fork.recorded) else None
+        self._on_record = step == before
+        if step.step < fork.name.at and not self._on_record:
+            raise ModelFault(f"step {step.step} cannot be replayed from the record without asking the agent again")
+        if step.step == fork.name.at and fork.name.time > 1:
+            again = replace(self._plan, luck=fork.name.time)
+            self._rng = again.stream("agent")
+            self._deal_streams(again)
+
+    def _written(self, decision: Decision, joint: int, snapshot: Snapshot, moment: Moment, remark: str) -> Step:
+        """The record of one step."""
+        told = moment.told
+        return Step(
+            step=len(self.steps) + 1,
+            state=bits(self._configuration),
+            joint=self._joints[joint],
+            moved=snapshot.outcome == "moved",
+            told_moved=told_moved(moment, self._moments, self._task, really=snapshot.outcome == "moved"),
+            told_state=self._names.told_state(told_positions(moment)),
+            told=told.text,
+            decision=decision,
+            sensed=_facts(snapshot.sensed),
+            pictures=self._kept(told),
+            chosen=None if moment.chosen == moment.attempted else self._joints[self._names.index(decision.joint)],
+            remark=remark,
+        )
+
+
+def _unlooked(percept: Percept) -> Percept:
+    """The percept without a way to look."""
+    return percept if percept.look is None else replace(percept, look=None)

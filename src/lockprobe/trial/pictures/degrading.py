@@ -1,0 +1,82 @@
+"""Image degradation: an opaque patch, then blur, then sensor noise."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.validation import check_probability
+from lockprobe.trial.pictures.frame import Frame
+
+__all__ = ["Damage", "degraded"]
+
+_PATCH: Final = 128
+"""Grey level of the patch."""
+
+_MARGIN: Final = 0.5
+"""Margin of the panel around the handles, as a share of a handle's travel."""
+
+_SEEDS: Final = 2**53
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Damage:
+    """The degradation of a picture.
+
+    Attributes:
+        blur: Standard deviation of a Gaussian blur of colours, pixels, from 0.
+        noise: Standard deviation of noise in every pixel and colour, as a share of full brightness, from 0.
+        occlude: Share of the panel that an opaque patch hides, [0, 1].
+
+    Raises:
+        BadValue: If a value is out of range.
+    """
+
+    blur: float = 0.0
+    noise: float = 0.0
+    occlude: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("blur", "noise"):
+            if not 0 <= (value := getattr(self, name)) < float("inf"):
+                raise BadValue(name, value, "a number from 0")
+        check_probability("occlude", self.occlude)
+
+
+def degraded(frame: Frame, damage: Damage, luck: NDArray[np.float64]) -> Frame:
+    """Degrade a picture; without damage it is unchanged.
+
+    A larger patch covers every smaller one, and more noise is the same noise scaled. ``luck`` holds three numbers,
+    [0, 1): position of the patch across and down, and the seed of the noise.
+    """
+    if damage == Damage():
+        return frame
+    rgb, depth = frame.rgb.astype(np.float64), frame.depth
+    if damage.occlude:
+        left, top, right, bottom = _patch(frame, damage.occlude, luck)
+        depth = depth.copy()
+        rgb[top:bottom, left:right], depth[top:bottom, left:right] = _PATCH, 0
+    if damage.blur:
+        from scipy.ndimage import gaussian_filter
+
+        rgb = gaussian_filter(rgb, (damage.blur, damage.blur, 0), mode="nearest")
+    if damage.noise:
+        rng = np.random.Generator(np.random.PCG64(int(luck[2] * _SEEDS)))
+        rgb = rgb + 255 * damage.noise * rng.standard_normal(rgb.shape)
+    return replace(frame, rgb=np.rint(np.clip(rgb, 0, 255)).astype(np.uint8), depth=depth)
+
+
+def _patch(frame: Frame, share: float, luck: NDArray[np.float64]) -> tuple[int, int, int, int]:
+    """The patch in pixels: first column and row, and the column and row after its last."""
+    places = frame.camera.project(frame.handles)[..., :2]
+    apart = float(np.median(np.linalg.norm(places[:, 1] - places[:, 0], axis=-1)))
+    low = places.min(axis=(0, 1)) - _MARGIN * apart
+    size = places.max(axis=(0, 1)) + _MARGIN * apart - low
+    first = low + luck[:2] * size * (1 - np.sqrt(share))
+    last = first + size * np.sqrt(share)
+    (left, top), (right, bottom) = (np.clip(np.rint(end), 0, None).astype(int).tolist() for end in (first, last))
+    return left, top, right, bottom

@@ -1,0 +1,121 @@
+"""Depth maps as pictures, over a fixed window, so that a colour means the same distance in every picture."""
+
+from __future__ import annotations
+
+import functools
+import json
+from dataclasses import dataclass
+from importlib import resources
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.validation import check_choice
+from lockprobe.trial.pictures.frame import Camera
+
+__all__ = ["HEIGHTS", "DepthKind", "Window", "encode", "from_millimetres", "legend", "to_millimetres", "turbo"]
+
+DepthKind = Literal["turbo", "gray", "height", "packed"]
+"""Colours from near to far; greys from near to far; colours by height above the board; 16 bits in three channels."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Window:
+    """The depth range of a picture: depths of the first and the last colour, metres, 0 <= near < far <= 65.
+
+    Raises:
+        BadValue: If a depth is out of range.
+    """
+
+    near: float
+    far: float
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.near < self.far <= 65:
+            raise BadValue("depth window", (self.near, self.far), "0 <= near < far <= 65 metres")
+
+
+HEIGHTS = (-0.02, 0.06)
+"""The window of pictures by height, metres above the board: handles end at 0.05, and the ground is below the board."""
+
+_MOST_MILLIMETRES = 2**16 - 1
+
+
+def encode(depth: NDArray[np.float32], kind: DepthKind, window: Window, camera: Camera) -> NDArray[np.uint8]:
+    """Encode depth as a picture. A value outside the window has the colour of the window's nearer end.
+
+    Args:
+        depth: Shape (height, width), metres; 0 where there is no reading, which is black.
+        kind: The kind of picture.
+        window: For ``turbo`` and ``gray``; ``height`` uses :data:`HEIGHTS`.
+        camera: Pose of the board, for ``height``.
+
+    Returns:
+        Shape (height, width) for ``gray``, (height, width, 3) otherwise.
+    """
+    check_choice("depth", kind, get_args(DepthKind))
+    if kind == "packed":
+        return _packed(depth)
+    if kind == "height":
+        return _painted(depth, np.take(turbo(), _level(camera.heights(depth), *HEIGHTS), axis=0))
+    levels = _level(depth, window.far, window.near)
+    if kind == "gray":
+        return _painted(depth, np.maximum(levels, 1))
+    return _painted(depth, np.take(turbo(), levels, axis=0))
+
+
+def legend(kind: DepthKind, window: Window) -> str:
+    """The meaning of the colours in one sentence."""
+    check_choice("depth", kind, get_args(DepthKind))
+    near, far = f"{window.near:g} m", f"{window.far:g} m"
+    return {
+        "turbo": f"Colour is distance from the camera: red {near} or nearer, through yellow, green and blue to dark "
+        f"violet {far} or farther, black no reading.",
+        "gray": f"Brightness is distance from the camera: white {near} or nearer, dark grey {far} or farther, black no "
+        "reading.",
+        "height": f"Colour is height: dark violet {-100 * HEIGHTS[0]:g} cm or more below the board, blue the board, "
+        f"through green and yellow to red {100 * HEIGHTS[1]:g} cm or more above it, black no reading.",
+        "packed": "Distance from the camera in millimetres is 256 R + 4 G + B / 8 of a pixel's red, green and blue, "
+        "black no reading.",
+    }[kind]
+
+
+def to_millimetres(depth: NDArray[np.float32]) -> NDArray[np.uint16]:
+    """Metres as whole millimetres; 0 (no reading) from 65.536 m on."""
+    millimetres = np.rint(depth * np.float32(1000))
+    return np.where(millimetres <= _MOST_MILLIMETRES, millimetres, 0).astype(np.uint16)
+
+
+def from_millimetres(millimetres: NDArray[np.uint16]) -> NDArray[np.float32]:
+    """Whole millimetres as metres."""
+    return millimetres.astype(np.float32) / np.float32(1000)
+
+
+@functools.cache
+def turbo() -> NDArray[np.uint8]:
+    """Google's turbo colour map from dark blue to dark red, shape (256, 3); no colour is black."""
+    text = resources.files("lockprobe.trial.pictures").joinpath("turbo.json").read_text(encoding="utf-8")
+    colours = np.array([list(bytes.fromhex(colour)) for colour in json.loads(text)["colours"]], np.uint8)
+    colours.setflags(write=False)
+    return colours
+
+
+def _level(values: NDArray[np.floating], first: float, last: float) -> NDArray[np.uint8]:
+    """Scale linearly from 0 at ``first`` to 255 at ``last``, clipped."""
+    share = (values - first) / (last - first)
+    level: NDArray[np.uint8] = np.rint(np.clip(share, 0, 1) * 255).astype(np.uint8)
+    return level
+
+
+def _painted(depth: NDArray[np.float32], colours: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    colours[depth <= 0] = 0
+    return colours
+
+
+def _packed(depth: NDArray[np.float32]) -> NDArray[np.uint8]:
+    """The packing of SpatialBot (arXiv 2406.13642): 6, 5 and 5 bits, each in the upper bits of a channel."""
+    millimetres = to_millimetres(depth)
+    channels = [millimetres // 1024 * 4, millimetres // 32 % 32 * 8, millimetres % 32 * 8]
+    return np.stack(channels, axis=-1).astype(np.uint8)

@@ -1,0 +1,208 @@
+"""Reads the position of each joint from pictures: a small classical estimator, coarse on purpose.
+
+It knows the spots in the image of each joint's handle at position 0 and at position 1, and decides which spot shows a
+handle. It first downsamples the picture to the reader's acuity, as vision models do, so small handles are misread. The
+offset of the coarse pixels is a hash of the picture: pseudo-random, but equal for equal pictures in any file. Two cues:
+
+* colour: a handle is more colourful than the board, or of another hue; an empty place is wood, shadow, or a black and
+  white mark. The cue is the distance of a chromaticity from all mixtures of the board and grey. Brightness does not
+  count;
+* depth: a handle stands out of the board, whose plane is fitted to the picture.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.trial.pictures.depth import turbo
+from lockprobe.trial.pictures.picture import Picture, PictureKind
+from lockprobe.trial.pictures.png import from_png
+
+__all__ = ["Handles", "evidence", "gaze_at", "needed_acuity", "shrunk"]
+
+Handles = Sequence[tuple[tuple[float, float], tuple[float, float]]]
+"""For each joint where its handle is seen, (column, row), at position 0 and at position 1."""
+
+_Image = NDArray[np.float64]
+_Places = NDArray[np.float64]
+
+_GREY = np.full(3, 1 / 3)
+_DISC = 0.12
+"""Size of the soft disc that is looked at, as a share of the way from position 0 to position 1."""
+
+_DIM = 0.15
+"""Sum of red, green and blue, 0 to 3, below which a colour is hardly told from grey."""
+
+_ROUNDS = 4
+"""Iterations of the plane fit to the board, each without the points that stand out of it."""
+
+_FARTHEST, _SPAN = 2.0, 0.14
+"""Metres: nothing farther is read from packed depth, and what counts as one there, as the usual window does."""
+
+_BLACK = 0.5 / 255
+"""Greys up to this are no reading."""
+
+_GAZES = ((0.0, 0.0), (0.25, 0.5), (0.5, 0.25), (0.75, 0.75))
+"""Offsets of the coarse pixels with which an acuity is tried."""
+
+_FEW, _MARGIN = 1 / 16, 1.25
+"""Share of joints that the least acuity may misread; a higher one misreads none, and gets so many more pixels."""
+
+_FAINT = {"rgb": 0.04, "depth": 0.03}
+"""The size of either cue at an empty place: a difference of so much is no certainty."""
+
+
+def shrunk(image: _Image, width: int, gaze: tuple[float, float] = (0.0, 0.0)) -> _Image:
+    """A picture (rows, columns, channels) scaled down to ``width`` by averaging over areas, if it is wider.
+
+    ``gaze`` shifts the coarse pixels to the left and up by a fraction of a pixel, [0, 1). The result then has one more
+    pixel in either direction, partial at the border: shape (about rows * width / columns + 1, width + 1, channels).
+    """
+    rows, columns, _ = image.shape
+    if width >= columns:
+        return image
+    size = columns / width
+    across = np.einsum("ic,rck->rik", _shares(columns, size, gaze[0]), image, optimize=True)
+    small: _Image = np.einsum("jr,rik->jik", _shares(rows, size, gaze[1]), across, optimize=True)
+    return small
+
+
+def _shares(fine: int, size: float, shift: float) -> _Image:
+    """The share of each coarse pixel that each fine pixel covers, shape (coarse, fine)."""
+    edges = np.clip((np.arange(math.ceil(fine / size + shift) + 1) - shift) * size, 0, fine)
+    start, end = edges[:-1, None], edges[1:, None]
+    pixel = np.arange(fine)
+    covered = np.clip(np.minimum(end, pixel + 1) - np.maximum(start, pixel), 0, None)
+    shares: _Image = covered / np.maximum(covered.sum(axis=1, keepdims=True), 1e-12)
+    return shares
+
+
+def gaze_at(image: NDArray[np.uint8] | NDArray[np.uint16]) -> tuple[float, float]:
+    """The offset of the coarse pixels on a picture, [0, 1) across and down: a hash of its pixels."""
+    drawn = hashlib.sha256(f"{image.shape} {image.dtype}".encode() + image.tobytes()).digest()
+    return int.from_bytes(drawn[:4], "big") / 2**32, int.from_bytes(drawn[4:8], "big") / 2**32
+
+
+def evidence(pictures: Sequence[Picture], handles: Handles, *, acuity: int) -> tuple[float, ...]:
+    """The evidence on each joint's position, from -1 (certainly 0) to 1 (certainly 1), from pictures of one moment.
+
+    It is the mean over the pictures, after downsampling to a width of ``acuity`` pixels.
+    """
+    files = [(picture.kind, from_png(picture.png)) for picture in pictures]
+    cues = [_cue(kind, file, np.array(handles, dtype=float), acuity, gaze_at(file)) for kind, file in files]
+    return tuple(np.mean(cues, axis=0).tolist())
+
+
+def needed_acuity(pictures: Sequence[Picture], handles: Handles, least: int) -> int:
+    """The least acuity that reads pictures as their finest pixels do, wherever the coarse pixels lie.
+
+    ``least`` does if it misreads few joints: how small handles are, and how near to each other, differs between models
+    of boxes.
+    """
+    files = [(picture.kind, from_png(picture.png)) for picture in pictures]
+    places = np.array(handles, dtype=float)
+    width: int = max(file.shape[1] for _, file in files)
+    truth = np.mean([_cue(kind, file, places, width, (0.0, 0.0)) for kind, file in files], axis=0) > 0
+    acuity, most_wrong = least, _FEW
+    while acuity < width:
+        cues = [np.mean([_cue(kind, file, places, acuity, gaze) for kind, file in files], axis=0) for gaze in _GAZES]
+        if ((np.array(cues) > 0) != truth).mean() <= most_wrong:
+            break
+        acuity, most_wrong = math.ceil(1.25 * acuity), 0.0
+    return min(acuity if acuity == least else math.ceil(_MARGIN * acuity), max(width, least))
+
+
+def _cue(
+    kind: PictureKind,
+    file: NDArray[np.uint8] | NDArray[np.uint16],
+    handles: _Places,
+    acuity: int,
+    gaze: tuple[float, float],
+) -> _Image:
+    """The cue of one picture for each joint, from -1 to 1, shape (joints,)."""
+    fine = _unpacked(file) if kind == "depth" else file / 255.0
+    size, gaze = max(fine.shape[1] / acuity, 1.0), gaze if acuity < fine.shape[1] else (0.0, 0.0)
+    image = shrunk(fine, acuity, gaze)
+    places = (handles + 0.5) / size + gaze - 0.5
+    apart = float(np.median(np.linalg.norm(places[:, 1] - places[:, 0], axis=-1)))
+    part, first = _around_handles(image, places, apart / 2 + 1)
+    if kind == "rgb":
+        strange = _strangeness(part)
+    else:
+        board = _board(*_around_handles(fine, handles, size * apart / 2))
+        middles = (np.arange(length) + begin for length, begin in zip(part.shape[1::-1], first, strict=True))
+        columns, rows = ((middle + 0.5 - shift) * size - 0.5 for middle, shift in zip(middles, gaze, strict=True))
+        near, known = _nearness(part)
+        strange = np.where(known, near - (board[0] + board[1] * columns + board[2] * rows[:, None]), 0.0)
+    found = np.clip(_around(strange, places - first, max(_DISC * apart, 0.4)), 0, None)
+    certainty: _Image = (found[:, 1] - found[:, 0]) / (found.sum(axis=1) + _FAINT[kind])
+    return certainty
+
+
+def _around_handles(image: _Image, places: _Places, margin: float) -> tuple[_Image, NDArray[np.int64]]:
+    """The part of an image in which handles lie, and its first column and row."""
+    first = np.clip(places.min(axis=(0, 1)) - margin, 0, np.array(image.shape[1::-1]) - 1).astype(np.int64)
+    last = np.ceil(places.max(axis=(0, 1)) + margin + 1).astype(np.int64)
+    return image[first[1] : last[1], first[0] : last[0]], first
+
+
+def _around(values: _Image, places: _Places, size: float) -> _Image:
+    """The mean of an image in soft discs around places, shape (joints, 2)."""
+    columns, rows = (
+        np.exp(-(((np.arange(length) - places[..., axis, None]) / size) ** 2) / 2)
+        for axis, length in enumerate(values.shape[::-1])
+    )
+    total = np.einsum("jpr,rc,jpc->jp", rows, values, columns, optimize=True)
+    mean: _Image = total / np.maximum(rows.sum(axis=-1) * columns.sum(axis=-1), 1e-12)
+    return mean
+
+
+def _strangeness(image: _Image) -> _Image:
+    """The distance of each pixel's chromaticity from all mixtures of the board's colour and grey."""
+    brightness = image.sum(axis=-1, keepdims=True)
+    chromaticity = (image + _DIM / 3) / (brightness + _DIM)
+    across = np.median(chromaticity.reshape(-1, 3), axis=0) - _GREY
+    along = np.clip((chromaticity - _GREY) @ across / max(float(across @ across), 1e-9), 0, 1)
+    distance: _Image = np.linalg.norm(chromaticity - _GREY - along[..., None] * across, axis=-1)
+    return distance
+
+
+def _unpacked(fine: NDArray[np.uint8] | NDArray[np.uint16]) -> _Image:
+    """A depth picture as values that can be averaged: metres if packed, else grey or colours, 0 to 1."""
+    if fine.ndim == 2:
+        return fine[..., None] / 255.0
+    if not (fine % (4, 8, 8)).any():
+        metres = (256.0 * fine[..., 0] + 4.0 * fine[..., 1] + fine[..., 2] / 8.0) / 1000
+        return np.where(metres > 0, np.clip((_FARTHEST - metres) / _SPAN, 0, None), 0)[..., None]
+    return fine / 255.0
+
+
+def _board(image: _Image, first: NDArray[np.int64]) -> _Image:
+    """The plane of the board: nearness at column 0 and row 0, and its slopes per column and row; 0 if unknown."""
+    step = max(1, min(image.shape[:2]) // 40)  # single fine pixels do: the board is large
+    near, known = _nearness(image[::step, ::step])
+    row, column = np.mgrid[: near.shape[0], : near.shape[1]] * step
+    terms = np.stack([np.ones_like(near), column + first[0], row + first[1]], axis=-1)[known]
+    sample = near[known]
+    board = np.zeros(3)
+    left = np.ones(sample.shape, dtype=bool)
+    for _ in range(_ROUNDS if sample.size else 0):
+        board = np.linalg.lstsq(terms[left], sample[left], rcond=None)[0]
+        away = np.abs(sample - terms @ board)
+        left = away <= max(float(np.median(away)), 1e-4)
+    return board
+
+
+def _nearness(image: _Image) -> tuple[_Image, NDArray[np.bool_]]:
+    """The nearness (or height) at each pixel of a depth picture, and whether the pixel has a reading."""
+    if image.shape[-1] == 1:
+        return image[..., 0], image[..., 0] > _BLACK
+    from scipy.spatial import KDTree
+
+    nearest = np.asarray(KDTree(np.concatenate([turbo() / 255.0, np.zeros((1, 3))])).query(image)[1])
+    return nearest / 255.0, nearest < 256

@@ -1,0 +1,222 @@
+"""The plan of one trial, and the names of its joints for the agent."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import lru_cache, partial
+
+import numpy as np
+
+from lockprobe.boxes.box import Configuration, Lockbox, Shuffle, bits
+from lockprobe.boxes.layouts import locking_pairs, neutral_order
+from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.seeds import study_stream, trial_stream
+from lockprobe.foundation.spec import group_of
+from lockprobe.trial.briefing import Ask
+from lockprobe.trial.condition import Condition
+from lockprobe.trial.pictures.frame import Frame
+from lockprobe.trial.protocols import Intervention
+from lockprobe.trial.record import Percept, Snapshot, Step, Task
+from lockprobe.trial.trial_name import ForkName, TrialName
+
+__all__ = ["LABELS", "Fork", "Names", "Plan", "drawn_orders", "orders_of_study"]
+
+LABELS = "ABCDEFGH"
+"""Neutral labels; a box has at most this many joints."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Fork:
+    """A fork of a recorded trial: one report, or the next action, is changed, and the agent plays on.
+
+    Up to the report of step ``at`` the trial is the one on record. What its condition tells is replaced in that report
+    by the truth, on which the arm acts.
+
+    Attributes:
+        name: The forked trial, the step and the arm.
+        condition: Label of the condition of the forked trial.
+        acting: The intervention of the arm on the report, or on the action after it.
+        recorded: The recorded steps.
+    """
+
+    name: ForkName
+    condition: str
+    acting: tuple[Intervention, ...]
+    recorded: tuple[Step, ...]
+
+    def replaces(self, step: int) -> bool:
+        """Whether the arm acts on the true report of this step, from 1, whatever the condition tells."""
+        return step == self.name.at or (self.name.truthful and step > self.name.at)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Plan:
+    """The plan of one trial.
+
+    Attributes:
+        study: Name of the study.
+        agent: Agent spec.
+        box: The box.
+        condition: Its interventions and modality.
+        repetition: From 1.
+        trial: From 1.
+        seed: Seed of the study.
+        budget: Steps; 20 in the paper.
+        plant: The plant's spec.
+        shuffle: How often labels are assigned to joints, and listed, in random order. With ``never`` the labels run
+            along the panel, and a model's preference for a name or a list position is confounded with the box.
+        assessment: Whether the agent is asked what its last action did.
+        hypothesis: When the agent is asked how the box works, unless an intervention says otherwise.
+        fork: The fork of a recorded trial; None for an ordinary trial.
+        luck: The number of its luck, from 1; only continuations of a fork have numbers above 1.
+        called: The name that the experimenter gave the agent; empty without one.
+    """
+
+    study: str
+    agent: str
+    box: Lockbox
+    condition: Condition
+    repetition: int
+    trial: int
+    seed: int
+    budget: int = 20
+    plant: str = "symbolic"
+    shuffle: Shuffle = "trial"
+    assessment: bool = True
+    hypothesis: Ask = "before"
+    fork: Fork | None = None
+    luck: int = 1
+    called: str = ""
+
+    @property
+    def group(self) -> str:
+        """What keys call its agent, as :attr:`lockprobe.trial.record.Trial.group`."""
+        return self.called or group_of(self.agent)
+
+    @property
+    def name(self) -> TrialName:
+        """Its place in the study; of a fork that of its parent."""
+        return TrialName(self.study, self.group, self.label, self.repetition, self.trial)
+
+    @property
+    def label(self) -> str:
+        """The label of its condition; of a fork that of its parent, to which the arm adds."""
+        return self.condition.label if self.fork is None else self.fork.condition
+
+    @property
+    def key(self) -> str:
+        """The readable name of its record."""
+        return str(self.name if self.fork is None else self.fork.name)
+
+    @property
+    def modality(self) -> str:
+        """How the box is shown."""
+        return self.condition.modality
+
+    @property
+    def p(self) -> float | None:
+        """Flip probability, [0, 1], if only flips act; else None."""
+        return self.condition.p
+
+    def stream(self, name: str, ahead: int = 0) -> np.random.Generator:
+        """One of the trial's random streams. It depends on seed, repetition and trial, not on the condition.
+
+        ``ahead`` takes the stream of the trial that many later.
+        """
+        name = name if self.luck == 1 else f"{name}/luck-{self.luck}"
+        return trial_stream(self.seed, self.repetition, self.trial + ahead, name)
+
+
+def drawn_orders(joints: int, rng: np.random.Generator) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """The random assignment of labels to joints and the order in which joints are listed in one trial.
+
+    Returns:
+        For each joint in panel order the number of its label; for each list position a joint in panel order.
+    """
+    dealt, listed = rng.permutation(joints), rng.permutation(joints)
+    return tuple(dealt.tolist()), tuple(listed.tolist())
+
+
+def orders_of_study(box: Lockbox, seed: int) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """The same, drawn once for a whole study: neither labels nor their list follow the interlock.
+
+    Among joints of successive labels, and among neighbours in the list, as many lock each other as on average over all
+    orders (:func:`lockprobe.boxes.layouts.neutral_order`).
+    """
+    return _orders_of_study(frozenset(locking_pairs(box)), len(box.joints), seed)
+
+
+@lru_cache(maxsize=64)
+def _orders_of_study(
+    locking: frozenset[tuple[int, int]], joints: int, seed: int
+) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    rng, row = study_stream(seed, "labels"), [(i, i + 1) for i in range(joints - 1)]
+    labelled, listed = (neutral_order(locking, row, joints, rng) for _ in range(2))
+    return tuple(labelled.index(joint) for joint in range(joints)), tuple(listed)
+
+
+class Names:
+    """Translates between the agent's labels and listing and the box's joints in panel order.
+
+    Attributes:
+        labels: For each joint in panel order its label.
+        order: For each list position a joint, by index in panel order.
+        listing: The labels as they are listed to the agent.
+    """
+
+    def __init__(self, plan: Plan) -> None:
+        count = len(plan.box.joints)
+        if plan.shuffle == "study":
+            dealt, self.order = orders_of_study(plan.box, plan.seed)
+        elif plan.shuffle == "trial":
+            dealt, self.order = drawn_orders(count, plan.stream("labels"))
+        else:
+            dealt = self.order = tuple(range(count))
+        self.labels = tuple(LABELS[i] for i in dealt)
+        self.listing = tuple(self.labels[i] for i in self.order)
+
+    def task(self, plan: Plan) -> Task:
+        """The agent's knowledge before it begins."""
+        joints = [plan.box.joints[i] for i in self.order]
+        return Task(
+            joints=self.listing,
+            target=self.labels[plan.box.target_index],
+            budget=plan.budget,
+            places=tuple(joint.place for joint in joints),
+            kinds=tuple(joint.kind for joint in joints),
+            assessment=plan.assessment,
+        )
+
+    def index(self, label: str) -> int:
+        """The joint of a label, by index in panel order."""
+        return self.labels.index(label)
+
+    def percept(self, snapshot: Snapshot) -> Percept:
+        """The truth in the agent's terms."""
+        return Percept(
+            joint=None if snapshot.joint is None else self.labels[snapshot.joint],
+            outcome=snapshot.outcome,
+            positions=tuple(snapshot.configuration[i] for i in self.order),
+            look=None if snapshot.look is None else partial(self._seen, snapshot),
+        )
+
+    def _seen(self, snapshot: Snapshot, positions: tuple[bool, ...] | None = None) -> Frame:
+        """The current picture, or one of told positions; handles in the order of the listing."""
+        told = snapshot.configuration if positions is None else self._configuration(positions)
+        if told == snapshot.configuration:
+            assert snapshot.look is not None
+            frame = snapshot.look()
+        elif snapshot.render is None:
+            raise BadValue("false picture", bits(told), "a plant that can draw false pictures: fast-twin or twin")
+        else:
+            frame = snapshot.render(told)
+        return replace(frame, handles=frame.handles[list(self.order)])
+
+    def _configuration(self, positions: tuple[bool, ...]) -> Configuration:
+        """Positions of the joints as listed, in panel order."""
+        told = dict(zip(self.listing, positions, strict=True))
+        return tuple(told[label] for label in self.labels)
+
+    def told_state(self, positions: tuple[bool, ...] | None) -> str | None:
+        """Reported positions as a bit string in panel order."""
+        return None if positions is None else bits(self._configuration(positions))

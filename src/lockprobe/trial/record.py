@@ -1,0 +1,426 @@
+"""Records of trials: the truth and the reports of every step.
+
+A :class:`Trial` is one closed loop of one agent on one box. Every step holds the truth, what the agent was told, and
+what it said had happened. Clock readings are not part of a record: the same seed gives the same bytes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Literal, Protocol
+
+from lockprobe.foundation.errors import FINAL, Boundary
+from lockprobe.foundation.spec import PEOPLE, group_of
+from lockprobe.trial.briefing import Ask, Briefing
+from lockprobe.trial.doses import flip_rate
+from lockprobe.trial.model_call import Count, Finite, Usage, Whole
+from lockprobe.trial.pictures.picture import Picture, PictureKind
+from lockprobe.trial.trial_name import ForkName, TrialName
+
+if TYPE_CHECKING:
+    from lockprobe.trial.pictures.frame import Frame
+
+__all__ = [
+    "PLAIN_WORDS",
+    "STATES",
+    "STRUCTURED",
+    "Decision",
+    "Ending",
+    "Fact",
+    "Look",
+    "Moment",
+    "Outcome",
+    "Percept",
+    "Situation",
+    "Snapshot",
+    "Step",
+    "Task",
+    "Trial",
+    "TrialError",
+    "Turn",
+]
+
+STATES = "symbolic?tell=state"
+"""The paper's symbolic observation (Sec. 2.2), as its spec: where the joints stand. Studies show it by default."""
+
+STRUCTURED = "symbolic?tell=state&form=json"
+"""The same as one JSON object, with the label and the state of every joint."""
+
+PLAIN_WORDS = (STATES, STRUCTURED, "symbolic")
+"""The modalities in words that studies have by default; pages do not name them where all trials have one of them."""
+
+Outcome = Literal["moved", "blocked"]
+"""The outcome of an attempt for the attempted joint."""
+
+Ending = Literal["solved", "budget", "error"]
+"""How a trial ended: the target moved, the steps ran out, or something broke."""
+
+Fact = str | Whole | Finite | bool | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Task:
+    """The task: an agent's knowledge before it begins.
+
+    Attributes:
+        joints: Labels in the order in which they are listed to the agent.
+        target: Label of the joint that has to move.
+        budget: The number of steps.
+        places: Each joint's place (:class:`lockprobe.boxes.box.Joint`), as ``joints``; empty if not shown.
+        assessment: Whether the agent is asked what its last action did. Asking may change behaviour.
+        kinds: Whether each joint slides (``prismatic``) or turns (``revolute``), as ``places``.
+    """
+
+    joints: tuple[str, ...]
+    target: str
+    budget: int
+    places: tuple[tuple[float, float], ...] = ()
+    assessment: bool = True
+    kinds: tuple[str, ...] = ()
+
+
+class Look(Protocol):
+    """Takes a picture in the agent's terms: handles in the order of ``Task.joints``."""
+
+    def __call__(self, positions: tuple[bool, ...] | None = None, /) -> Frame:
+        """Take a picture of the true positions, or of told ones.
+
+        Args:
+            positions: Told positions, aligned with ``Task.joints``; None for the true ones.
+
+        Raises:
+            BadValue: If they are false, and the plant can show only the truth.
+        """
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Snapshot:
+    """The truth at one moment, as a plant reports it.
+
+    Attributes:
+        configuration: One position per joint in panel order.
+        joint: The joint just attempted, by index in panel order; None before the first attempt.
+        outcome: The true outcome of that attempt.
+        sensed: A robot's measurements of it, including its own verdict; they may be wrong.
+        look: Takes a picture now; must be called before the next attempt. None without a camera.
+        render: Draws the picture of another configuration, also before the next attempt; None if that cannot be shown.
+    """
+
+    configuration: tuple[bool, ...]
+    joint: int | None = None
+    outcome: Outcome | None = None
+    sensed: Mapping[str, Fact] = field(default_factory=dict)
+    look: Callable[[], Frame] | None = field(default=None, compare=False, repr=False)
+    render: Callable[[tuple[bool, ...]], Frame] | None = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Percept:
+    """One observation, in the agent's terms. Channels change it; the truth is kept separately.
+
+    Attributes:
+        joint: Label of the joint just attempted; None before the first attempt.
+        outcome: The outcome as reported.
+        positions: Positions as reported, aligned with ``Task.joints``; None if they are not told.
+        text: The observation as sentences.
+        pictures: The observation as pictures.
+        handles: For each of ``Task.joints``, where pictures show its handle, (column, row), at positions 0 and 1.
+        states_only: Whether reports tell positions and never outcomes.
+        in_full: Whether the text tells the position of every joint, and not only which are at 1.
+        corrects: The first report, which this one corrects; None without a correction.
+        look: Takes a picture of the truth or of the report; for channels, never for agents.
+    """
+
+    joint: str | None = None
+    outcome: Outcome | None = None
+    positions: tuple[bool, ...] | None = None
+    text: str = ""
+    pictures: tuple[Picture, ...] = ()
+    handles: tuple[tuple[tuple[float, float], tuple[float, float]], ...] = ()
+    states_only: bool = False
+    in_full: bool = False
+    corrects: Percept | None = None
+    look: Look | None = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Decision:
+    """The agent's answer.
+
+    Attributes:
+        joint: Label of the joint to attempt next.
+        claimed: Its claim about its previous action; None before the first attempt or if it was not asked.
+        hypothesis: Its words about the box; often empty.
+        probabilities: Exact probability of each joint, aligned with ``Task.joints``, if the agent has one.
+        claim_probability: Exact probability that it says ``moved``, if the agent has one.
+        replies: Raw replies in the order in which they came; all but the last were malformed.
+        usage: The usage of the decision.
+        served: The model that answered, as its provider names it.
+        confidence: Its confidence in ``claimed``, 0 to 100; None if it was not asked.
+        report_false: Whether it thinks that the last report is false; None if it was not asked.
+        tidied: What was tidied to read the last reply, by :data:`lockprobe.agents.reply_text.TIDIED`.
+    """
+
+    joint: str
+    claimed: Outcome | None = None
+    hypothesis: str = ""
+    probabilities: tuple[float, ...] | None = None
+    claim_probability: float | None = None
+    replies: tuple[str, ...] = ()
+    usage: Usage | None = None
+    served: str = ""
+    confidence: int | None = None
+    report_false: bool | None = None
+    tidied: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Turn:
+    """One finished exchange: a report and the agent's decision after it.
+
+    Attributes:
+        percept: The report.
+        decision: The decision.
+        remark: The remark with the report.
+    """
+
+    percept: Percept
+    decision: Decision
+    remark: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Moment:
+    """One moment of a trial for interventions, truth and report: the first look, or the result of an attempt.
+
+    Attributes:
+        was: The truth in the agent's terms: joint, outcome and positions.
+        told: The final report or picture for the agent.
+        chosen: Label of the joint that the agent chose; None for the first look.
+        attempted: Label of the joint that was attempted; None for the first look.
+        facts: The facts of the report before they became words or pictures; None if ``told`` holds them.
+    """
+
+    was: Percept
+    told: Percept
+    chosen: str | None = None
+    attempted: str | None = None
+    facts: Percept | None = None
+
+    @property
+    def reported(self) -> Percept:
+        """The facts of the report, from which words or pictures were made."""
+        return self.told if self.facts is None else self.facts
+
+    @property
+    def shown(self) -> tuple[bool, ...] | None:
+        """The positions that the agent was told or that its pictures show; None if neither."""
+        told = self.told.positions
+        return self.reported.positions if told is None and self.told.pictures else told
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Situation:
+    """Everything that an agent may use to decide.
+
+    Attributes:
+        task: The task.
+        past: Finished exchanges, oldest first.
+        percept: The current report.
+        briefing: The requests and remarks of this step.
+    """
+
+    task: Task
+    past: tuple[Turn, ...]
+    percept: Percept
+    briefing: Briefing = field(default_factory=Briefing)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Step:
+    """One step, truth and report.
+
+    Attributes:
+        step: From 1.
+        state: True configuration before the step, a bit string in panel order.
+        joint: The joint attempted, by its name in the box.
+        moved: Whether it really moved.
+        told_moved: The reported outcome of the attempt, also as positions imply it; None if nothing was reported.
+        told_state: The reported configuration after the step, in panel order; None if not told, or truly pictured.
+        told: The report after the step as the agent saw it.
+        decision: The agent's answer; ``decision.claimed`` is about the *previous* step.
+        sensed: A robot's measurements, including its own verdict (moved, blocked, failed); empty without a robot.
+        pictures: File names of the pictures taken afterwards, by kind.
+        chosen: The joint that the agent chose, by its name, if another one was attempted; else None.
+        remark: The remark to the agent with the report before this step.
+    """
+
+    step: int
+    state: str
+    joint: str
+    moved: bool
+    told_moved: bool | None
+    told_state: str | None
+    told: str
+    decision: Decision
+    sensed: Mapping[str, Fact] = field(default_factory=dict)
+    pictures: Mapping[PictureKind, str] = field(default_factory=dict)
+    chosen: str | None = None
+    remark: str = ""
+
+    @property
+    def told_falsely(self) -> bool:
+        """Whether the report afterwards said the opposite of what happened."""
+        return self.told_moved is not None and self.told_moved != self.moved
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TrialError:
+    """The error that ended a trial.
+
+    Attributes:
+        boundary: The part of the loop that broke.
+        message: The error message.
+        step: The step that could not be played, from 1.
+        replies: Raw malformed replies, or the words of a refusal, if that was the reason.
+        usage: Their usage.
+        again: Whether a user asked for a replay of the trial, although its agent broke it.
+    """
+
+    boundary: Boundary
+    message: str
+    step: Count
+    replies: tuple[str, ...] = ()
+    usage: Usage | None = None
+    again: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Trial:
+    """One finished trial.
+
+    Attributes:
+        key: Its :class:`~lockprobe.trial.trial_name.TrialName`, for example ``flips/random/flip?p=0.4/rep=2/trial=7``.
+        study: Name of the study.
+        agent: Agent spec; of a person ``participant:ID``.
+        facts: The facts of the agent: model name, file hash, runtime, sampling settings.
+        box: Name of the box.
+        condition: Label of its condition.
+        specs: Specs of the interventions of the condition, in order.
+        doses: Their doses above 0, and those of the modality: ``{"flip.p": 0.4}``.
+        modality: How the box was shown.
+        channels: The channels between box and agent, in order, each with its settings.
+        repetition, trial: From 1.
+        seed: Seed of the study.
+        budget: The number of steps.
+        joints, labels: Joint names, and the labels the agent knew them by, in panel order.
+        listing: The same labels in the order in which they were listed to the agent.
+        target: Name of the target joint.
+        opening: The report before the agent's first step.
+        steps: The steps.
+        ending: ``solved``, ``budget`` or ``error``. An error is never a failure to solve.
+        error: The error, if the ending is ``error``.
+        plant: The facts of the plant: its settings, engine, renderer; empty for the symbolic plant.
+        opening_pictures: File names of the pictures taken before the first step, by kind.
+        assessment: Whether the agent was asked what its last action did.
+        hypothesis: When it was asked how the box works, unless an intervention of its condition says otherwise.
+        interventions: The other interventions (asked, remembered, done), in order, each with its settings.
+        changed: Spec of every intervention -> steps at which it changed what was told, asked, remembered or done.
+        changed_steps: Steps at which all of them together did.
+        replays: How often it was replayed on request after an error of its agent; the earlier records stay.
+        fork: Of a fork, the recorded trial, the step and the arm; else None.
+        called: The name that the experimenter gave the agent; empty without one.
+    """
+
+    key: str
+    study: str
+    agent: str
+    facts: Mapping[str, Fact]
+    box: str
+    condition: str
+    modality: str
+    channels: tuple[Mapping[str, Fact], ...]
+    repetition: Count
+    trial: Count
+    seed: Whole
+    budget: int
+    joints: tuple[str, ...]
+    labels: tuple[str, ...]
+    listing: tuple[str, ...]
+    target: str
+    opening: str
+    steps: tuple[Step, ...]
+    ending: Ending
+    error: TrialError | None = None
+    plant: Mapping[str, Fact] = field(default_factory=dict)
+    opening_pictures: Mapping[PictureKind, str] = field(default_factory=dict)
+    assessment: bool = True
+    hypothesis: Ask = "before"
+    interventions: tuple[Mapping[str, Fact], ...] = ()
+    specs: tuple[str, ...] = ()
+    doses: Mapping[str, Finite] = field(default_factory=dict)
+    changed: Mapping[str, Count] = field(default_factory=dict)
+    changed_steps: Count = 0
+    replays: Count = 0
+    fork: ForkName | None = None
+    called: str = ""
+
+    def __repr__(self) -> str:
+        ending = f"error at {self.error.boundary}" if self.error else self.ending
+        return f"<Trial {self.key}: {ending} after {len(self.steps)} of {self.budget} steps>"
+
+    @property
+    def solved(self) -> bool:
+        """Whether the target moved."""
+        return self.ending == "solved"
+
+    @property
+    def group(self) -> str:
+        """What keys, tables and pages call its agent: its name, or its :attr:`spec` if it has none."""
+        return self.called or self.spec
+
+    @property
+    def spec(self) -> str:
+        """The spec of the agent that it counts for: its own, or ``participant`` for any person."""
+        return group_of(self.agent)
+
+    @property
+    def player(self) -> str:
+        """The person's spec: one cluster of trials. Empty for agents, whose trials are independent."""
+        return self.agent if self.group == PEOPLE else ""
+
+    @property
+    def ordinary(self) -> bool:
+        """Whether every chosen joint was attempted and every attempt was reported, as models of choices assume."""
+        return all(step.chosen is None and step.told_moved is not None for step in self.steps)
+
+    @property
+    def states_only(self) -> bool:
+        """Whether reports or pictures gave only positions, never outcomes."""
+        return bool(self.opening_pictures) or any(channel.get("tell") == "state" for channel in self.channels)
+
+    @property
+    def actions(self) -> tuple[str, ...]:
+        """The joints attempted, in order."""
+        return tuple(step.joint for step in self.steps)
+
+    @property
+    def picture_names(self) -> frozenset[str]:
+        """File names of all pictures that were taken."""
+        return frozenset(self.opening_pictures.values()).union(*(step.pictures.values() for step in self.steps))
+
+    @property
+    def p(self) -> float | None:
+        """The flip rate, [0, 1], if nothing but flips acted, 0 under the truth; else None."""
+        return flip_rate(self.specs, self.modality, self.doses)
+
+    @property
+    def name(self) -> TrialName:
+        """Its place in the study; of a fork that of its parent."""
+        return TrialName(self.study, self.group, self.condition, self.repetition, self.trial)
+
+    @property
+    def owed_again(self) -> bool:
+        """Whether it has to be played again: a fault outside the agent broke it, or a user asked for a replay."""
+        return self.error is not None and (self.error.boundary not in FINAL or self.error.again)

@@ -1,0 +1,50 @@
+"""What a report says of the attempt that came before it: the outcome and the positions that it implies."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from lockprobe.trial.record import Moment, Task, Trial
+
+__all__ = ["flipped", "told_moved", "told_positions"]
+
+
+def told_moved(now: Moment, before: Sequence[Moment], task: Task, *, really: bool) -> bool | None:
+    """The reported outcome of the attempt, from outcome or positions; None if nothing is reported.
+
+    Positions are compared with the last ones told or pictured. A picture that was not made from a report shows the
+    truth.
+    """
+    told, shown = now.told, now.shown
+    if told.outcome is not None:
+        return told.outcome == "moved"
+    if told.pictures and shown is None:
+        return really
+    if told.joint is None or shown is None:
+        return None
+    last = next((known for moment in reversed(before) if (known := moment.shown) is not None), None)
+    if last is None:
+        return None
+    joint = task.joints.index(told.joint)
+    return shown[joint] != last[joint]
+
+
+def told_positions(moment: Moment) -> tuple[bool, ...] | None:
+    """Positions for the record: the told ones, or those that false pictures show; None for true pictures."""
+    if moment.told.positions is None and moment.shown == moment.was.positions:
+        return None
+    return moment.shown
+
+
+def flipped(trial: Trial, i: int) -> bool:
+    """Whether the report of step ``i + 1`` was inverted; the trial goes on after it.
+
+    What an agent infers from two reports of positions is inverted if outcomes are. Where positions are inverted
+    (``flip?inverts=position``), the earlier report may be false too; then the report itself counts: it is false if it
+    shows the attempted joint in the wrong position.
+    """
+    step = trial.steps[i]
+    if not (trial.states_only and any(channel.get("inverts") == "position" for channel in trial.channels)):
+        return step.told_falsely
+    place = trial.joints.index(step.joint)
+    return step.told_state is not None and step.told_state[place] != trial.steps[i + 1].state[place]

@@ -1,0 +1,141 @@
+"""Writes a trial as one line of JSON and reads it back. Impossible records are refused, not analysed.
+
+A line of a journal ends with two more fields: ``identity`` says what was played, and ``crc`` is its checksum
+(:mod:`lockprobe.foundation.storage.jsonl`).
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+
+from pydantic import TypeAdapter, ValidationError
+
+from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.storage.jsonl import with_checksum, without_checksum
+from lockprobe.foundation.validation import check_choice, check_probability
+from lockprobe.trial.pictures.picture import PICTURE_NAME, PictureKind
+from lockprobe.trial.record import Step, Trial
+
+__all__ = ["trial_from_json", "trial_from_line", "trial_to_json", "trial_to_line"]
+
+_adapter: TypeAdapter[Trial] = TypeAdapter(Trial)
+
+_IDENTITY = re.compile(rb',"identity":"([0-9a-f]{12})"\}\Z')
+
+LONGEST = 10_000
+"""The most steps of a trial."""
+
+
+def trial_to_json(trial: Trial) -> bytes:
+    """One line of JSON without a newline; fields at their defaults are left out."""
+    return _adapter.dump_json(trial, exclude_defaults=True)
+
+
+def trial_to_line(trial: Trial, identity: str) -> bytes:
+    """One line of a journal without a newline. ``identity`` says what was played (:meth:`Study.record_identity`)."""
+    return with_checksum(trial_to_json(trial)[:-1] + b',"identity":"%s"}' % identity.encode())
+
+
+def trial_from_line(line: bytes) -> tuple[Trial, str]:
+    """The trial on one line of a journal, and the identity of what was played.
+
+    Raises:
+        BadValue: As :func:`trial_from_json`, and if the line has no identity, or the checksum is not its own.
+    """
+    said = without_checksum(line)
+    if (named := _IDENTITY.search(said)) is None:
+        raise BadValue("trial record, identity", "none", "twelve hexadecimal digits before the checksum")
+    return _trial(said[: named.start()] + b"}"), named[1].decode()
+
+
+def trial_from_json(line: bytes | str) -> Trial:
+    """The trial on one line as :func:`trial_to_json` makes it.
+
+    Raises:
+        BadValue: If the line is not a trial, or is impossible.
+    """
+    return _trial(line.encode() if isinstance(line, str) else line)
+
+
+def _trial(line: bytes) -> Trial:
+    try:
+        trial = _adapter.validate_json(line, strict=True, extra="forbid")
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(str(part) for part in first["loc"])
+        raise BadValue("trial record", where or "line", f"a trial ({first['msg']})") from error
+    _check(trial)
+    return trial
+
+
+def _check(trial: Trial) -> None:
+    """Refuse a record of something that cannot have happened."""
+    _check_name(trial)
+    if trial.target not in trial.joints:
+        raise BadValue("trial record, target", trial.target, f"one of the joints {', '.join(trial.joints)}")
+    if not (len(trial.joints) == len(trial.labels) and sorted(trial.labels) == sorted(trial.listing)):
+        raise BadValue("trial record, labels", trial.labels, f"one for each of {len(trial.joints)} joints, each listed")
+    if not len(trial.steps) <= trial.budget <= LONGEST:
+        raise BadValue("trial record, steps", len(trial.steps), f"at most the budget of {min(trial.budget, LONGEST)}")
+    _check_pictures("trial record", trial.opening_pictures)
+    _check_changes(trial)
+    for number, step in enumerate(trial.steps, 1):
+        _check_step(trial, step, number)
+        _check_pictures(f"trial record, step {number}", step.pictures)
+    _check_ending(trial)
+
+
+def _check_name(trial: Trial) -> None:
+    """Check that its key is the one of its fields, so that no two trials of a study share a key."""
+    if trial.fork is not None and trial.fork.parent != str(trial.name):
+        raise BadValue("trial record, fork of", trial.fork.parent, str(trial.name))
+    if trial.key != (expected := str(trial.fork or trial.name)):
+        raise BadValue("trial record, key", trial.key, expected)
+    if trial.p is not None:
+        check_probability("trial record, flip.p", trial.p)
+
+
+def _check_pictures(where: str, pictures: Mapping[PictureKind, str]) -> None:
+    """Refuse names of pictures that are not hashes, so that no record points outside its directory."""
+    for kind, name in pictures.items():
+        if not PICTURE_NAME.fullmatch(name):
+            raise BadValue(f"{where}, {kind} picture", name, "twenty hexadecimal digits and .png")
+
+
+def _check_changes(trial: Trial) -> None:
+    """Check that no intervention changed more steps than there are."""
+    for spec, count in (*trial.changed.items(), ("all together", trial.changed_steps)):
+        if not 0 <= count <= len(trial.steps):
+            raise BadValue(f"trial record, steps changed by {spec}", count, f"0 to {len(trial.steps)}, its steps")
+
+
+def _check_ending(trial: Trial) -> None:
+    """Check that the trial ends when the target moves or the steps run out, or with an error if there is one."""
+    reached = [step.step for step in trial.steps if step.moved and step.joint == trial.target]
+    if (trial.error is None) == (trial.ending == "error"):
+        raise BadValue("trial record, error", trial.error, f"one exactly if the ending is error, not {trial.ending}")
+    if reached != ([len(trial.steps)] if trial.solved else []):
+        expected = "a last step that moved the target" if trial.solved else "no step that moved the target"
+        raise BadValue("trial record, ending", trial.ending, f"solved, or {expected}" if reached else expected)
+    if trial.ending == "budget" and len(trial.steps) != trial.budget:
+        raise BadValue("trial record, steps", len(trial.steps), f"{trial.budget}, since the steps ran out")
+
+
+def _check_step(trial: Trial, step: Step, number: int) -> None:
+    """Refuse a step that does not fit its number or the joints, or a decision that does not fit the labels."""
+    where, joints, decision = f"trial record, step {number}", len(trial.joints), step.decision
+    if step.step != number:
+        raise BadValue(f"{where}, number", step.step, str(number))
+    check_choice(f"{where}, joint", step.joint, trial.joints)
+    check_choice(f"{where}, decision", decision.joint, trial.labels)
+    for name, bits in (("state", step.state), ("told state", step.told_state)):
+        if bits is not None and not (len(bits) == joints and set(bits) <= {"0", "1"}):
+            raise BadValue(f"{where}, {name}", bits, f"{joints} positions, each 0 or 1")
+    chances = decision.probabilities
+    if chances is not None and not (len(chances) == joints and all(0 <= chance <= 1 for chance in chances)):
+        raise BadValue(f"{where}, probabilities", chances, f"{joints} numbers from 0 to 1")
+    if decision.claim_probability is not None:
+        check_probability(f"{where}, claim probability", decision.claim_probability)
+    if decision.confidence is not None and not 0 <= decision.confidence <= 100:
+        raise BadValue(f"{where}, confidence", decision.confidence, "a whole number from 0 to 100")

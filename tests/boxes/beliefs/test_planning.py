@@ -1,0 +1,206 @@
+"""Plans are the best there are: against dynamic programming without shortcuts, and the exact figures of the notes."""
+
+from collections import defaultdict
+
+import numpy as np
+import pytest
+from boxes.beliefs.enumeration import histories
+from hypothesis import given
+from hypothesis import strategies as st
+
+from lockprobe.boxes.beliefs.exact import MOST_PLANNED, Planner, can_plan, planner
+from lockprobe.boxes.beliefs.planning import best_joints, expected_steps, information, least, qmdp
+from lockprobe.boxes.beliefs.posterior import ReportedAttempt, begin, entropy, noise_model, opened, update
+from lockprobe.boxes.beliefs.structures import interlocks
+from lockprobe.foundation.errors import BadValue
+
+CHAIN = tuple((joint + 1, 1) if joint < 3 else None for joint in range(4))
+NAIVE = noise_model("naive")
+
+
+def truthful(belief, joint, true):
+    """The belief after the true report of an attempt; None once the box is open."""
+    allowed = belief.interlocks.may_move(belief.configuration)[true, joint]
+    if allowed and joint == 0:
+        return None
+    positions = int(belief.configuration[true]) ^ int(allowed) << joint
+    return update(belief, ReportedAttempt(joint, bool(allowed), positions))
+
+
+def course(prior, plan="steps"):
+    """Exact probability that chain-4 is solved at step 1, 2, ..., ties broken evenly, told the truth."""
+    known = interlocks(prior, 4)
+    true, front, solved = known.needs.index(CHAIN), {begin(known, NAIVE): 1.0}, [0.0]
+    while front:
+        later = defaultdict(float)
+        solved.append(0.0)
+        for belief, mass in front.items():
+            best = np.flatnonzero(best_joints(belief, plan))
+            for joint in best.tolist():
+                after = truthful(belief, joint, true)
+                if after is None:
+                    solved[-1] += mass / len(best)
+                else:
+                    later[after] += mass / len(best)
+        front = later
+        assert len(solved) < 30
+    return np.array(solved)
+
+
+@pytest.mark.parametrize(
+    ("prior", "mean", "by", "last"),
+    [
+        ("chains", 5.5, {4: 1 / 6, 5: 3 / 6, 6: 5 / 6, 7: 1}, 7),
+        ("single-parent", 8.5, {7: 1 / 6, 8: 3 / 6, 9: 5 / 6, 10: 1}, 10),
+        ("any-literal", 25 / 3, {6: 1 / 6, 8: 3 / 6, 9: 5 / 6, 10: 1}, 10),
+    ],
+)
+def test_steps_to_solve_the_papers_chain(prior, mean, by, last):
+    solved = course(prior)
+    assert solved.sum() == pytest.approx(1)
+    assert np.arange(len(solved)) @ solved == pytest.approx(mean)
+    assert len(solved) - 1 == last
+    for step, share in by.items():
+        assert solved[: step + 1].sum() == pytest.approx(share)
+
+
+def test_one_who_first_wants_to_know_solves_it_too():
+    solved = course("single-parent", "information")
+    assert solved.sum() == pytest.approx(1)
+    assert np.arange(len(solved)) @ solved == pytest.approx(95 / 12)
+
+
+def test_expected_steps_over_the_prior_and_beliefs_looked_at():
+    for prior, joints, steps, most in [
+        ("chains", 4, 5.5, 16),
+        ("chains", 6, 11.0, 500),
+        ("single-parent", 4, 483 / 142, 200),
+        ("single-parent", 5, 4.442957297641810, 3000),
+        ("any-literal", 4, 5754 / 2152, 7000),
+    ]:
+        known = interlocks(prior, joints)
+        fresh = Planner(known)
+        assert min(fresh.values((1 << len(known)) - 1, 0)) == pytest.approx(steps)
+        assert len(fresh) <= most
+
+
+def slow_values(known):
+    """V of every set and configuration that can be met from the prior anywhere, by sweeps over all of them."""
+    start = [
+        (frozenset(np.flatnonzero(known.distance[:, c] < 255).tolist()), c) for c in range(0, 1 << known.joints, 2)
+    ]
+    ways, queue = {}, start
+    while queue:
+        alive, here = state = queue.pop()
+        if state in ways:
+            continue
+        ways[state] = []
+        for joint in range(known.joints):
+            moved = frozenset(s for s in alive if known.masks[here][joint] >> s & 1)
+            parts = [(moved, here ^ 1 << joint if joint else None), (alive - moved, here)]
+            ways[state].append([(len(part) / len(alive), part, there) for part, there in parts if part])
+            queue += [(part, there) for part, there in parts if part and there is not None]
+    values = dict.fromkeys(ways, 0.0)
+    for _ in range(100):
+        values = {
+            state: min(
+                1 + sum(f * (values[part, there] if there is not None else 0.0) for f, part, there in way)
+                for way in found
+            )
+            for state, found in ways.items()
+        }
+    return values
+
+
+@pytest.mark.parametrize(("prior", "joints"), [("chains", 3), ("single-parent", 3), ("chains", 4)])
+def test_planning_is_dynamic_programming(prior, joints):
+    known = interlocks(prior, joints)
+    fresh, slow = Planner(known), slow_values(known)
+    assert len(slow) >= 12
+    for (alive, here), value in slow.items():
+        number = sum(1 << s for s in alive)
+        assert fresh.value(number, here) == pytest.approx(value)
+        assert min(fresh.values(number, here)) == pytest.approx(value)
+
+
+@given(st.integers(0, 141), st.lists(st.integers(0, 3), max_size=6))
+def test_what_is_known_for_nothing_bounds_what_has_to_be_found_out(true, joints):
+    known = interlocks("single-parent", 4)
+    belief = begin(known, NAIVE)
+    for joint in joints:
+        belief = truthful(belief, joint, true) or belief
+    assert (qmdp(belief) <= expected_steps(belief) + 1e-9).all()
+    assert 0 <= information(belief).min() <= information(belief).max() <= min(1.0, entropy(belief)) + 1e-9
+    if entropy(belief) == 0:
+        assert expected_steps(belief) == pytest.approx(qmdp(belief))
+
+
+@pytest.mark.parametrize(
+    ("name", "kinds", "states_only"),
+    [
+        ("0.3", ["memoryless"], False),
+        ("0.3", ["latched"], False),
+        ("0.3", ["outcome-only"], False),
+        ("aware", ["memoryless", "latched"], False),
+        ("0.3", ["memoryless"], True),
+        ("0.3", ["latched"], True),
+        ("0.3", ["re-observed"], False),
+        ("0.3", ["integrated"], False),
+        ("0.3", ["re-observed"], True),
+        ("0.3", ["integrated"], True),
+        ("aware", ["memoryless", "latched"], True),
+        ("aware", ["re-observed", "integrated"], True),
+    ],
+)
+def test_information_is_what_reports_give_on_average(name, kinds, states_only):
+    """Over every next report, told or that the box opens, weighed by slow enumeration."""
+    known = interlocks("single-parent", 3)
+    unsaid = "outcomes" if "re-observed" in kinds else "positions"
+    noise = noise_model(name, kinds[0] if kinds[0] != "outcome-only" and len(kinds) == 1 else unsaid)
+    for joints in [(1, 2), (1, 1), (0, 2)]:
+        longer = [histories(known.needs, kinds, (*joints, joint), noise.p, states_only) for joint in range(3)]
+        for reports, behind in histories(known.needs, kinds, joints, noise.p, states_only).items():
+            belief = begin(known, noise)
+            for report in reports:
+                belief = update(belief, report)
+            total, expected = sum(behind.values()), []
+            for joint in range(3):
+                left = 0.0
+                for more, mass in longer[joint].items():
+                    if more[:-1] == reports:
+                        left += sum(mass.values()) / total * entropy(update(belief, more[-1]))
+                if joint == 0 and (opens := belief.weights @ known.may_move(belief.configuration)[:, 0]) > 0:
+                    left += opens * entropy(opened(belief))
+                expected.append(entropy(belief) - left)
+            assert information(belief) == pytest.approx(expected, abs=1e-9)
+
+
+def test_expected_steps_under_noise_are_qmdps():
+    known, noise = interlocks("single-parent", 3), noise_model("aware")
+    belief = update(begin(known, noise), ReportedAttempt(1, moved=True, positions=2))
+    for joint, value in enumerate(expected_steps(belief)):
+        left = 0.0
+        for s, where in enumerate(belief.configuration.tolist()):
+            moves = known.masks[where][joint] >> s & 1
+            left += belief.weights[s] * (0 if moves and joint == 0 else known.distance[s, where ^ moves << joint])
+        assert value == pytest.approx(1 + left)
+
+
+def test_only_the_least_are_best():
+    assert least(np.array([2.0, 1.0, 1.0 + 1e-12, 1.1])).tolist() == [False, True, True, False]
+
+
+def test_what_cannot_be_planned_is_refused_with_what_can():
+    known = interlocks("chains", 7)
+    assert not can_plan(known)
+    with pytest.raises(
+        BadValue,
+        match=f"got '720 interlocks of prior chains over 7 joints', expected at most {MOST_PLANNED} .*plan=information",
+    ):
+        expected_steps(begin(known, NAIVE))
+    assert best_joints(begin(known, NAIVE), "information").any()
+    assert planner(interlocks("chains", 6)) is planner(interlocks("chains", 6))
+
+
+def test_every_prior_of_the_papers_box_can_be_planned():
+    assert all(can_plan(interlocks(prior, 4)) for prior in ("chains", "single-parent", "any-literal"))

@@ -1,0 +1,186 @@
+"""The posterior is Bayes': against slow enumeration, and calibrated where all is drawn from the prior."""
+
+from itertools import product
+
+import numpy as np
+import pytest
+from boxes.beliefs.enumeration import as_box, histories, told
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from lockprobe.boxes.beliefs.posterior import ReportedAttempt, begin, entropy, noise_model, opened, update
+from lockprobe.boxes.beliefs.structures import interlocks
+from lockprobe.foundation.errors import BadValue
+
+SMALL = interlocks("single-parent", 3)
+REPORTS = st.builds(ReportedAttempt, st.integers(0, 2), st.booleans(), st.none() | st.integers(0, 7), st.booleans())
+
+
+def after(known, noise, reports):
+    belief = begin(known, noise)
+    for report in reports:
+        belief = update(belief, report)
+    return belief
+
+
+@pytest.mark.parametrize(
+    ("name", "reading", "kinds", "states_only"),
+    [
+        ("0.3", "memoryless", ["memoryless"], False),
+        ("0.3", "latched", ["latched"], False),
+        ("0.3", "outcomes", ["outcome-only"], False),
+        ("0.3", "positions", ["memoryless", "latched"], False),
+        ("aware", "positions", ["memoryless", "latched"], False),
+        ("aware", "memoryless", ["outcome-only"], False),
+        ("0.3", "memoryless", ["memoryless"], True),
+        ("0.3", "latched", ["latched"], True),
+        ("0.3", "re-observed", ["re-observed"], False),
+        ("aware", "integrated", ["integrated"], False),
+        ("0.3", "re-observed", ["re-observed"], True),
+        ("aware", "re-observed", ["re-observed"], True),
+        ("0.3", "integrated", ["integrated"], True),
+        ("aware", "positions", ["memoryless", "latched"], True),
+        ("0.3", "outcomes", ["re-observed", "integrated"], False),
+        ("aware", "outcomes", ["re-observed", "integrated"], True),
+    ],
+)
+def test_the_posterior_is_that_of_enumeration(name, reading, kinds, states_only):
+    noise = noise_model(name, reading)
+    for joints in product(range(3), repeat=3):
+        for reports, behind in histories(SMALL.needs, kinds, joints, noise.p, states_only).items():
+            belief = after(SMALL, noise, reports)
+            total = sum(behind.values())
+            expected = [sum(behind[place, moved] for moved in (False, True)) / total for place in range(len(SMALL))]
+            assert np.allclose(belief.weights, expected, atol=1e-12)
+            assert belief.moved == pytest.approx(sum(m for (_, moved), m in behind.items() if moved) / total)
+            assert belief.restarts == 0
+
+
+def test_a_longer_history_of_chains():
+    known, noise = interlocks("chains", 4), noise_model("0.3")
+    for reports, behind in histories(known.needs, ["re-observed", "integrated"], (1, 2, 1, 0, 3), 0.3).items():
+        total = sum(behind.values())
+        expected = [sum(behind[place, moved] for moved in (False, True)) / total for place in range(6)]
+        assert np.allclose(after(known, noise, reports).weights, expected, atol=1e-12)
+
+
+@settings(max_examples=40)
+@given(st.integers(0, 141), st.lists(st.integers(0, 3), max_size=8), st.booleans())
+def test_told_the_truth_all_that_is_left_would_have_done_the_same(place, joints, states_only):
+    known = interlocks("single-parent", 4)
+    heard = told(as_box(known.needs[place]), "memoryless", joints, [False] * len(joints), states_only)
+    if heard is None:
+        return
+    belief = after(known, noise_model("naive"), heard[0])
+    left = [
+        s
+        for s, needs in enumerate(known.needs)
+        if told(as_box(needs), "memoryless", joints, [False] * len(joints), states_only) == heard
+    ]
+    assert belief.alive == sum(1 << s for s in left)
+    assert entropy(belief) == pytest.approx(np.log2(len(left)))
+    assert belief.restarts == 0
+
+
+@given(st.lists(REPORTS, max_size=8), st.sampled_from(["naive", "0.3", "1", "aware"]), st.booleans())
+def test_whatever_is_told_leaves_a_belief(reports, name, box_opens):
+    belief = after(SMALL, noise_model(name), reports)
+    belief = opened(belief) if box_opens else belief
+    assert belief.weights.sum() == pytest.approx(1)
+    assert (belief.weights > 0).tolist() == belief.possible.any(axis=0).tolist()
+    assert 0 <= entropy(belief) <= np.log2(len(SMALL)) + 1e-12
+    assert belief.moved is None or 0 <= belief.moved <= 1 + 1e-12
+    assert not (belief.configuration[belief.weights > 0] & 1).any()
+
+
+def test_beliefs_are_calibrated():
+    """Of interlocks believed with probability x a share of x is true, and so with moves, if all is drawn from the prior."""
+    known, noise, rng = interlocks("single-parent", 4), noise_model("aware"), np.random.default_rng(5)
+    predicted, hits = [], []
+    for _ in range(300):
+        place, p = rng.integers(len(known)), rng.random()
+        kind = ("re-observed", "integrated")[rng.integers(2)]
+        joints, flips = rng.integers(0, 4, 9).tolist(), (rng.random(9) < p).tolist()
+        box = as_box(known.needs[place])
+        while (heard := told(box, kind, joints, flips)) is None:
+            joints, flips = joints[:-1], flips[:-1]
+        if not joints:
+            continue
+        belief = after(known, noise, heard[0])
+        predicted += [*belief.weights.tolist(), belief.moved]
+        hits += [*(s == place for s in range(len(known))), heard[1][-1]]
+    predicted, hits = np.array(predicted), np.array(hits)
+    for low, high in [(0, 0.01), (0.01, 0.05), (0.05, 0.2), (0.2, 0.5), (0.5, 0.9), (0.9, 1.01)]:
+        here = (predicted >= low) & (predicted < high)
+        expected, spread = predicted[here].sum(), np.sqrt((predicted[here] * (1 - predicted[here])).sum())
+        assert here.sum() > 20
+        assert abs(hits[here].sum() - expected) < 4 * spread + 1e-9
+
+
+def test_a_naive_observer_begins_again_from_the_last_report():
+    """Told that joint 1 moved, then that it is where it was: only the second report is kept."""
+    known = interlocks("chains", 4)
+    belief = after(
+        known,
+        noise_model("naive"),
+        [ReportedAttempt(1, moved=True, positions=2), ReportedAttempt(2, moved=False, positions=0)],
+    )
+    assert belief.restarts == 1
+    assert belief.alive == after(known, noise_model("naive"), [ReportedAttempt(2, moved=False, positions=0)]).alive
+
+
+def test_a_naive_observer_goes_on_from_where_it_believes_the_box_to_be_if_that_is_not_told():
+    known, said = interlocks("chains", 3), [ReportedAttempt(1, True), ReportedAttempt(1, False)]
+    belief = after(known, noise_model("naive"), said)
+    assert (belief.restarts, belief.likeliest) == (1, 0b010)
+    assert [known.needs[s][1] for s in range(2) if belief.alive >> s & 1] == [(2, 1)]
+
+
+def test_that_the_trial_goes_on_is_believed_whatever_is_told_of_the_target():
+    for name in ("naive", "aware"):
+        belief = after(SMALL, noise_model(name), [ReportedAttempt(0, moved=True, positions=1)])
+        assert [SMALL.needs[s][0] for s in range(len(SMALL)) if belief.alive >> s & 1].count(None) == 0
+        assert belief.moved == 0
+        assert belief.restarts == (name == "naive")
+        assert (belief.configuration[belief.weights > 0] & 1).max() == 0
+
+
+def test_the_kind_of_flip_shows_in_the_next_report():
+    """A false position that stays is sticky, one that goes is transient."""
+    false, stays, goes = ReportedAttempt(1, True, 2), ReportedAttempt(2, False, 2), ReportedAttempt(2, False, 0)
+    known = interlocks("chains", 3)  # of two chains, one frees joint 1
+    transient, sticky = (
+        after(known, noise_model("aware"), [false, goes]),
+        after(known, noise_model("aware"), [false, stays]),
+    )
+    assert transient.possible.tolist() == [[True, False], [False, False]]
+    assert sticky.possible[1].all()
+
+
+def test_equal_beliefs_are_equal():
+    for other in (ReportedAttempt(1, True, 2), ReportedAttempt(1, False, 2), ReportedAttempt(2, False, 0)):
+        one, two = (after(SMALL, noise_model("aware"), [ReportedAttempt(1, True, 2)]) for _ in range(2))
+        assert one == two
+        assert hash(one) == hash(two)
+        assert (one == after(SMALL, noise_model("aware"), [other])) == (other == ReportedAttempt(1, True, 2))
+
+
+def test_the_box_that_opens_tells_as_well():
+    belief = opened(begin(SMALL, noise_model("aware")))
+    assert {SMALL.needs[s][0] for s in range(len(SMALL)) if belief.weights[s]} == {None}
+    assert belief.restarts == 0
+    surprised = opened(after(interlocks("chains", 3), noise_model("naive"), [ReportedAttempt(1, False, 0)]))
+    assert surprised.restarts == 1
+
+
+@pytest.mark.parametrize("name", ["1.5", "-0.1", "nan", "often", ""])
+def test_a_noise_model_that_does_not_exist_is_refused(name):
+    with pytest.raises(BadValue, match="noise: got .*, expected naive, aware, or a number from 0 to 1"):
+        noise_model(name)
+
+
+def test_a_flip_probability_of_nought_is_naive():
+    assert noise_model("0").naive
+    assert noise_model("naive").naive
+    assert not noise_model("aware").naive
+    assert noise_model("0.1").p == 0.1

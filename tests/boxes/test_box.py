@@ -1,0 +1,100 @@
+"""Laws of the puzzle."""
+
+import itertools
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from lockprobe.boxes.box import Joint, Lockbox, bits
+from lockprobe.boxes.families import box, named_boxes
+from lockprobe.foundation.errors import BadValue
+
+NAMES = ("a", "b", "c", "d")
+
+
+def literals(joint: str):
+    others = [name for name in NAMES if name != joint]
+    return st.dictionaries(st.sampled_from(others), st.booleans(), max_size=3)
+
+
+@st.composite
+def boxes(draw) -> Lockbox:
+    return Lockbox(
+        name="drawn",
+        joints=tuple(Joint(name=name, kind="prismatic") for name in NAMES),
+        interlock={
+            name: tuple(draw(st.lists(literals(name), min_size=1, max_size=3)))
+            for name in draw(st.sets(st.sampled_from(NAMES)))
+        },
+        initial=tuple(draw(st.lists(st.booleans(), min_size=4, max_size=4))),
+        target="a",
+    )
+
+
+@settings(max_examples=25)
+@given(boxes())
+def test_attempts_in_every_configuration(drawn):
+    """A joint moves if any clause holds entirely. Nothing else changes, and a second attempt undoes the first."""
+    for configuration, joint in itertools.product(itertools.product((False, True), repeat=4), range(4)):
+        after, moved = drawn.attempt(configuration, joint)
+        assert all(after[other] == configuration[other] for other in range(4) if other != joint)
+        assert moved == (after[joint] != configuration[joint])
+        assert drawn.attempt(after, joint)[0] == configuration
+        state = dict(zip(NAMES, configuration, strict=True))
+        clauses = drawn.interlock.get(NAMES[joint], ({},))
+        expected = any(set(clause.items()) <= set(state.items()) for clause in clauses)
+        assert drawn.may_move(configuration, joint) == moved == expected
+
+
+@settings(max_examples=25)
+@given(boxes())
+def test_a_joint_without_alternatives_is_always_free(drawn):
+    for place, name in enumerate(NAMES):
+        free = all(drawn.may_move(at, place) for at in itertools.product((False, True), repeat=4))
+        assert free or drawn.alternatives(name)
+        assert all(drawn.alternatives(name))
+
+
+def test_chain_4_is_the_box_of_the_design():
+    chain = box("chain-4")
+    assert chain.names == ("revolute-left", "slider-1", "slider-2", "revolute-right")
+    assert [joint.kind for joint in chain.joints] == ["revolute", "prismatic", "prismatic", "revolute"]
+    assert chain.target == "revolute-left"
+    free = {
+        configuration: [joint for joint in range(4) if chain.may_move(configuration, joint)]
+        for configuration in itertools.product((False, True), repeat=4)
+    }
+    assert free[(False,) * 4] == [3]
+    assert free[(True,) * 4] == [0, 1, 2, 3]
+    assert free[False, False, True, False] == [1, 3]
+
+
+def test_bits_run_in_panel_order():
+    assert bits((False, True, True)) == "011"
+
+
+@pytest.mark.parametrize("name", named_boxes())
+def test_every_named_box_loads(name):
+    assert box(name).name == name
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"target": "z"}, "target: got 'z', expected one of a, b"),
+        ({"initial": (False,)}, "initial: got '0', expected one position for each of 2 joints"),
+        ({"interlock": {"a": ({"z": True},)}}, "interlock of a: got 'z', expected one of a, b"),
+        ({"interlock": {"a": ({"a": True},)}}, "interlock of a: got 'a', expected positions of other joints"),
+    ],
+)
+def test_contradictions_are_refused_with_the_reason(change, message):
+    facts = {
+        "name": "x",
+        "joints": (Joint(name="a", kind="revolute"), Joint(name="b", kind="prismatic")),
+        "interlock": {},
+        "initial": (False, False),
+        "target": "a",
+    }
+    with pytest.raises(BadValue, match="^" + message):
+        Lockbox(**(facts | change))

@@ -1,0 +1,166 @@
+"""Box files are data from strangers."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from lockprobe.boxes.box import Joint, Lockbox
+from lockprobe.boxes.boxfile import box_from_data, read_box, toml_of
+from lockprobe.boxes.check import fault_of
+from lockprobe.boxes.families import box, named_boxes
+from lockprobe.boxes.generate import Recipe, generate
+from lockprobe.foundation.errors import BadFile, UserMistake
+from lockprobe.foundation.inputs import LARGEST_TOML
+
+GOOD = """
+name = "latch"
+target = "door"
+initial = "00"
+[[joints]]
+name = "door"
+kind = "revolute"
+[[joints]]
+name = "pin"
+kind = "prismatic"
+place = [0.8, 0.5]
+[interlock]
+door = [{ pin = 1 }]
+"""
+
+
+def written(tmp_path, text):
+    path = tmp_path / "box.toml"
+    path.write_text(text, "utf-8")
+    return path
+
+
+def test_a_box_is_read(tmp_path):
+    box = read_box(written(tmp_path, GOOD))
+    assert box.names == ("door", "pin")
+    assert not box.may_move((False, False), 0)
+    assert box.may_move((False, True), 0)
+    assert box.joints[1].place == (0.8, 0.5)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "reason"),
+    [
+        ("[{ pin = 1 }]", "[{ bolt = 1 }]", "interlock of door: got 'bolt'"),
+        ("[{ pin = 1 }]", "[{ pin = 2 }]", "interlock.door.0.pin"),
+        ("[{ pin = 1 }]", "[{ pin = 1 }]\npin = [{ door = 1 }]", "unsolvable"),
+        ('initial = "00"', 'initial = "0"', "initial"),
+        ('target = "door"', 'target = "lid"', "target: got 'lid', expected one of door, pin"),
+        ('name = "latch"', 'name = "../latch"', "name"),
+        ('kind = "prismatic"', 'kind = "magnetic"', "joints.1.kind"),
+        ('name = "latch"', 'name = "latch"\nrun = "rm"', "run"),
+        ('name = "latch"', "name = ", "not TOML"),
+        ("place = [0.8, 0.5]", "place = [nan, 0.5]", "joints.1.place"),
+        ("place = [0.8, 0.5]", "place = [1.1, 0.5]", "joints.1.place"),
+        ("[{ pin = 1 }]", "[{ door = 1 }]", "interlock of door: got 'door', expected positions of other joints"),
+        (
+            "[{ pin = 1 }]",
+            "[{ pin = 1 }, { pin = 0 }]\npin = [{ door = 1 }]",
+            "contradictory: {pin = 1} of target door",
+        ),
+        ("[{ pin = 1 }]", "[{ pin = 1, pin = 0 }]", "not TOML"),
+        ("[{ pin = 1 }]", "[]", "interlock.door"),
+        ("[{ pin = 1 }]", "[{ 'a\\nb' = 1 }]", "expected a name: a letter"),
+        ("door = [{", "lid = [{", "interlock of lid: got 'lid', expected one of door, pin"),
+        ('name = "pin"', 'name = "door"', "joints: got ['door', 'door'], expected every name once"),
+        ('initial = "00"', 'initial = "000"', "initial: got '000', expected one position for each of 2 joints"),
+        ('initial = "00"', 'initial = "0x"', "initial: expected a 0 or 1 for each of 2 to 8 joints"),
+        ('initial = "00"', "initial = 0", "initial"),
+        ('kind = "prismatic"', 'kind = "prismatic"\nforce = 9', "joints.1.force"),
+    ],
+)
+def test_what_is_wrong_is_named(tmp_path, old, new, reason):
+    assert old in GOOD
+    path = written(tmp_path, GOOD.replace(old, new))
+    with pytest.raises(BadFile) as mistake:
+        read_box(path)
+    assert str(mistake.value).startswith(f"{path}: ")
+    assert reason in str(mistake.value)
+    assert "\n" not in str(mistake.value)
+
+
+def test_a_large_file_is_refused_unread(tmp_path):
+    with pytest.raises(BadFile, match="larger than"):
+        read_box(written(tmp_path, GOOD + "#" * LARGEST_TOML))
+
+
+def test_a_file_that_is_not_there(tmp_path):
+    with pytest.raises(BadFile, match="cannot be read"):
+        read_box(tmp_path / "none.toml")
+
+
+def test_deep_nesting_is_refused(tmp_path):
+    with pytest.raises(BadFile):
+        read_box(written(tmp_path, "a = " + "[" * 20000 + "]" * 20000))
+
+
+@pytest.mark.parametrize("name", named_boxes())
+def test_a_box_written_as_data_is_read_back(name):
+    assert box_from_data(box(name).as_data()) == box(name)
+
+
+@pytest.mark.parametrize("data", [None, [], {"name": "x"}, {**box("chain-2").as_data(), "target": "lid"}])
+def test_data_that_is_no_box_is_refused(data):
+    with pytest.raises(UserMistake):
+        box_from_data(data)
+
+
+def test_more_joints_than_labels_are_refused(tmp_path):
+    more = "".join(f'[[joints]]\nname = "j{i}"\nkind = "revolute"\n' for i in range(8))
+    with pytest.raises(BadFile, match="joints: expected at most 8 items"):
+        read_box(written(tmp_path, GOOD.replace("[interlock]", more + "[interlock]")))
+
+
+def test_a_folder_is_no_box(tmp_path):
+    with pytest.raises(BadFile, match="a directory, not a regular file"):
+        read_box(tmp_path)
+
+
+@settings(max_examples=25)
+@given(st.data())
+def test_a_box_that_can_be_played_is_read_back_as_it_was_written(boxes, tmp_path_factory, data):
+    drawn = data.draw(boxes)
+    place = st.tuples(st.floats(0, 1), st.floats(0, 1))
+    drawn = replace(drawn, joints=tuple(replace(joint, place=data.draw(place)) for joint in drawn.joints))
+    assume(fault_of(drawn) is None)
+    path = tmp_path_factory.getbasetemp() / "round.toml"
+    path.write_text(toml_of(drawn), "utf-8")
+    assert read_box(path) == drawn
+    assert toml_of(read_box(path)) == toml_of(drawn)
+
+
+@settings(max_examples=30)
+@given(st.sampled_from(["random-8", "branched", "common-cause-4"]), st.booleans(), st.integers(0, 10**6))
+def test_generated_boxes_are_written_and_read(tmp_path_factory, family, dealt, seed):
+    drawn = generate(Recipe(family=family, dealt=dealt, layout="scattered", seed=seed, literals=7, alternatives=4))
+    assume(isinstance(drawn, Lockbox))
+    path = tmp_path_factory.getbasetemp() / "generated.toml"
+    path.write_text(toml_of(drawn), "utf-8")
+    assert read_box(path) == drawn
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"name": 'x"\nrun = 1'},
+        {"name": "../x"},
+        {"joints": (Joint(name='a"', kind="revolute"), Joint(name="b", kind="revolute")), "target": 'a"'},
+        {"joints": (Joint(name="a", kind="revolute", place=(2, 0)), Joint(name="b", kind="revolute")), "target": "a"},
+    ],
+)
+def test_names_and_places_that_no_file_may_have_are_not_written(change):
+    with pytest.raises(BadFile):
+        toml_of(replace(box("chain-2"), **({"interlock": {}} | change)))
+
+
+def test_the_example_of_the_documentation_is_read(tmp_path):
+    text = (Path(__file__).parents[2] / "docs" / "boxes.md").read_text("utf-8")
+    example = text.split("```toml\n", 1)[1].split("```", 1)[0]
+    assert read_box(written(tmp_path, example)).target == "door"

@@ -1,0 +1,141 @@
+"""Every measure against its definition."""
+
+import itertools
+from math import inf
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from lockprobe.boxes.box import Joint, Lockbox
+from lockprobe.boxes.difficulty import cycle_success, depths, difficulty
+from lockprobe.boxes.families import box
+from lockprobe.boxes.solve import optimal_plans, random_curve
+from lockprobe.boxes.state_space import space_of
+
+FOUR = ("chain-4", "bichain-4", "fork", "converge", "reset", "gray-code", "common-cause-3", "common-effect-3")
+
+
+def replayed(drawn, plan):
+    """Configurations before each attempt of a plan, and after the last."""
+    path = [drawn.initial]
+    for name in plan:
+        after, moved = drawn.attempt(path[-1], drawn.names.index(name))
+        assert moved
+        path.append(after)
+    return path
+
+
+@settings(max_examples=30)
+@given(st.data())
+def test_undone_moves_and_distractors_are_those_of_the_plans(boxes, data):
+    drawn = data.draw(boxes)
+    found, plans = difficulty(drawn), optimal_plans(drawn, limit=None)
+    assert found.optimal_plans == plans.count == len(plans.listed)
+    if not plans.listed:
+        assert (found.optimum, found.undone, found.distractors) == (None, None, ())
+        return
+    back = []
+    for plan in plans.listed:
+        path = replayed(drawn, plan)
+        returns = [path[i + 1][j] == drawn.initial[j] for i, j in enumerate(map(drawn.names.index, plan))]
+        back.append(sum(returns))
+    assert found.undone == min(back)
+    moved = {name for plan in plans.listed for name in plan}
+    assert found.distractors == tuple(name for name in drawn.names if name not in moved)
+    assert found.optimum == len(plans.listed[0])
+
+
+@settings(max_examples=30)
+@given(st.data())
+def test_depth_never_exceeds_the_optimum(boxes, data):
+    drawn = data.draw(boxes)
+    found = difficulty(drawn)
+    if found.optimum is not None:
+        assert 1 <= found.depth <= found.optimum
+    assert sum(layer == 1 for layer in depths(drawn).values()) == found.free
+
+
+@settings(max_examples=30)
+@given(st.data())
+def test_a_box_has_dead_ends_only_if_nothing_opens_it(boxes, data):
+    """Brute force: from how many reachable configurations does no sequence of attempts move the target?"""
+    drawn = data.draw(boxes)
+    target = drawn.target_index
+    states = list(itertools.product((False, True), repeat=4))
+    alive = {s for s in states if drawn.may_move(s, target)}
+    while grown := {s for s in states for j in range(4) if j != target and drawn.attempt(s, j)[0] in alive} - alive:
+        alive |= grown
+    seen = {drawn.initial}
+    while grown := {drawn.attempt(s, j)[0] for s in seen for j in range(4) if j != target} - seen:
+        seen |= grown
+    found = difficulty(drawn)
+    assert found.reachable == len(seen)
+    assert found.dead_ends == len(seen - alive)
+    assert found.dead_ends == (0 if found.optimum else found.reachable)
+
+
+@pytest.mark.parametrize("name", FOUR)
+def test_expected_steps_are_the_area_above_the_curve(name):
+    """The mean of a waiting time is the sum of what is left, over all steps."""
+    expected = difficulty(box(name)).random_steps
+    left = 1 - np.array(random_curve(box(name), round(40 * expected)))
+    assert left[-1] < 1e-12
+    assert expected == pytest.approx(left.sum(), rel=1e-9)
+
+
+def test_expected_steps_by_hand():
+    """chain-2: two states; from rest the free joint (1/2) leads on, from there the target (1/2) or back (1/2)."""
+    assert difficulty(box("chain-2")).random_steps == pytest.approx(6)
+    assert difficulty(box("chain-3")).random_steps == pytest.approx(16)
+
+
+@pytest.mark.parametrize("name", ["chain-4", "reset", "common-effect-3"])
+def test_blocked_attempts_are_those_of_simulated_agents(name):
+    drawn, rng, steps, blocked = box(name), np.random.default_rng(3), 0, 0
+    for _ in range(400):
+        configuration, solved = drawn.initial, False
+        while not solved:
+            joint = int(rng.integers(4))
+            configuration, moved = drawn.attempt(configuration, joint)
+            solved = moved and joint == drawn.target_index
+            steps, blocked = steps + 1, blocked + (not moved)
+    found = difficulty(drawn)
+    assert blocked / steps == pytest.approx(found.random_blocked, abs=0.03)
+    assert steps / 400 == pytest.approx(found.random_steps, rel=0.2)
+
+
+@pytest.mark.parametrize("name", FOUR)
+@pytest.mark.parametrize("budget", [0, 5, 20])
+def test_cycle_success_is_the_share_of_all_cycles(name, budget):
+    drawn = box(name)
+
+    def solves(cycle):
+        configuration = drawn.initial
+        for joint in itertools.islice(itertools.cycle(cycle), budget):
+            configuration, moved = drawn.attempt(configuration, joint)
+            if moved and joint == drawn.target_index:
+                return True
+        return False
+
+    share = np.mean([solves(cycle) for cycle in itertools.permutations(range(4))])
+    assert cycle_success(space_of(drawn), budget) == pytest.approx(share)
+
+
+def test_measures_of_the_boxes_that_tell_them_apart():
+    chain, fork, reset = (difficulty(box(name)) for name in ("chain-4", "fork", "reset"))
+    assert (chain.depth, chain.undone, chain.optimal_plans, chain.cycle_success) == (4, 0, 1, 1)
+    assert (fork.depth, fork.optimal_plans, fork.distractors, fork.free) == (2, 2, ("revolute-right",), 3)
+    assert (reset.depth, reset.optimum, reset.undone, reset.optimal_plans) == (4, 5, 1, 2)
+    assert difficulty(box("gray-code")).undone == 3
+
+
+def test_a_box_that_nothing_opens():
+    joints = tuple(Joint(name=name, kind="revolute") for name in "abc")
+    interlock = {"a": ({"b": True},), "b": ({"a": True},)}
+    found = difficulty(Lockbox(name="x", joints=joints, interlock=interlock, initial=(False,) * 3, target="a"))
+    assert (found.optimum, found.optimal_plans, found.depth, found.random_blocked) == (None, 0, None, None)
+    assert found.random_steps == inf
+    assert found.dead_ends == found.reachable == 2
+    assert found.cycle_success == 0

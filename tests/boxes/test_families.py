@@ -1,0 +1,79 @@
+"""Every name that a box may have."""
+
+import hashlib
+import json
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from lockprobe.boxes.check import fault_of
+from lockprobe.boxes.families import box, named_boxes, sized
+from lockprobe.boxes.solve import optimum
+from lockprobe.foundation.errors import BadValue, UnknownName
+
+
+@settings(max_examples=40)
+@given(st.integers(2, 8), st.integers(0, 10**9 - 1))
+def test_every_random_name_is_a_box_that_can_be_played(joints, seed):
+    drawn = box(f"random-{joints}-{seed}")
+    assert drawn.name == f"random-{joints}-{seed}"
+    assert len(drawn.joints) == joints
+    assert fault_of(drawn, shortest=min(joints, 3)) is None
+    assert drawn == box(drawn.name)
+
+
+def test_random_boxes_differ():
+    kinds = {json.dumps(box(f"random-5-{seed}").as_data()["interlock"]) for seed in range(100)}
+    assert len(kinds) > 90
+    assert {optimum(box(f"random-5-{seed}")) for seed in range(100)} >= {3, 4, 5, 6}
+
+
+def test_random_boxes_are_pinned():
+    """A name in a paper has to mean the same box in every release: this must not be changed."""
+    text = json.dumps([box(f"random-{n}-{seed}").as_data() for n in range(2, 9) for seed in (0, 17)], sort_keys=True)
+    assert hashlib.sha256(text.encode()).hexdigest()[:16] == "de7a24a27339c780"
+
+
+@pytest.mark.parametrize(
+    ("name", "mistake", "message"),
+    [
+        ("chain-9", UnknownName, r"no box is called 'chain-9' \(did you mean 'chain-8'\?\); .*chain-2.*random-N-SEED"),
+        ("random-5", UnknownName, "no box is called 'random-5'"),
+        ("random-5-x", UnknownName, "no box is called 'random-5-x'"),
+        ("random-5--1", UnknownName, "no box is called"),
+        ("random-٣-1", UnknownName, "no box is called"),
+        ("random-9-1", BadValue, "random-9-1: got 9, expected 2 to 8 joints"),
+        ("random-1-1", BadValue, "random-1-1: got 1, expected 2 to 8 joints"),
+        ("random-4-1000000000", BadValue, "got 1000000000, expected a seed of at most 999999999"),
+    ],
+)
+def test_other_names_are_refused(name, mistake, message):
+    with pytest.raises(mistake, match=message):
+        box(name)
+
+
+def test_a_family_and_a_number_of_joints_are_a_name():
+    assert sized("chain", 5) == "chain-5"
+    assert sized("chain", None) == "chain-4"
+    assert sized("chain-6", None) == sized("chain-6", 6) == "chain-6"
+    assert sized("gray-code", None) == "gray-code"
+    assert sized("gray-code", 6) == "gray-code-6"
+    assert sized("common-cause", 5) == "common-cause-4"
+    assert sized("random", 7) == "random-7"
+    assert sized("branched", None) == "branched"
+    assert {len(box(sized("common-effect", joints)).joints) for joints in (4, 5)} == {4, 5}
+
+
+@pytest.mark.parametrize(("family", "joints"), [("chain", 9), ("common-cause", 3), ("fork", 5), ("chain-6", 5)])
+def test_sizes_that_a_family_lacks_are_refused(family, joints):
+    with pytest.raises(BadValue, match=f"joints of {family}: got {joints}, expected one of"):
+        sized(family, joints)
+
+
+def test_what_is_no_family_is_left_to_the_recipe():
+    assert sized("chian", 4) == "chian"
+
+
+def test_names_are_listed_once():
+    assert len(set(named_boxes())) == len(named_boxes())

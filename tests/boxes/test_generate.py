@@ -1,0 +1,180 @@
+"""A thousand boxes, each one valid or refused for a reason that holds."""
+
+from collections import Counter
+from dataclasses import replace
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from lockprobe.boxes.box import MAX_JOINTS, Lockbox
+from lockprobe.boxes.check import fault_of
+from lockprobe.boxes.generate import Recipe, RefusedRecipe, generate, random_box
+from lockprobe.boxes.solve import optimum
+from lockprobe.boxes.structures import STRUCTURES
+from lockprobe.foundation.errors import BadValue, UnknownName
+
+LAYOUTS = ("serial", "zigzag", "ngram", "grid", "scattered", "misleading")
+RANDOM = tuple(f"random-{joints}" for joints in range(2, 9))
+FAMILIES = (*STRUCTURES, *RANDOM * 4)
+
+recipes = st.builds(
+    Recipe,
+    family=st.sampled_from(FAMILIES),
+    layout=st.sampled_from(LAYOUTS),
+    dealt=st.booleans(),
+    initial=st.sampled_from(["rest", "random"]),
+    alternatives=st.integers(1, 4),
+    literals=st.integers(1, 7),
+    negative=st.floats(0, 1),
+    shortest=st.integers(1, 4),
+    seed=st.integers(0, 2**31 - 1),
+)
+
+
+def spread(i):
+    """Recipe number i of a set that goes through everything."""
+    return Recipe(
+        family=FAMILIES[i % len(FAMILIES)],
+        layout=LAYOUTS[i // 7 % 6],
+        dealt=i % 2 == 0,
+        initial=("rest", "random")[i // 3 % 2],
+        alternatives=1 + i // 5 % 4,
+        literals=1 + i // 11 % 4,
+        negative=i // 13 % 5 / 5,
+        shortest=1 + i // 17 % 3,
+        seed=i,
+    )
+
+
+def test_a_thousand_boxes_are_valid_or_refused_with_the_reason(brute_optimum):
+    """The optimum of each is that of a solver that shares nothing with the library's."""
+    counts = Counter()
+    for i in range(0, 3_000, 3):
+        recipe = spread(i)
+        found = generate(recipe)
+        if isinstance(found, Lockbox):
+            counts["made"] += 1
+            assert 2 <= len(found.joints) <= MAX_JOINTS
+            steps = optimum(found)
+            assert steps >= recipe.shortest
+            assert steps == brute_optimum(found)
+        else:
+            counts[found.fault.kind] += 1
+            assert found.recipe == recipe
+            assert found.fault.reason
+            easier = generate(replace(recipe, shortest=1))
+            assert isinstance(easier, Lockbox) == (found.fault.kind == "too short")
+            if isinstance(easier, Lockbox):
+                assert brute_optimum(easier) < recipe.shortest
+    assert set(counts) == {"made", "too short", "unsolvable", "contradictory", "nothing moves"}
+    assert counts["made"] > 500
+
+
+@settings(max_examples=40)
+@given(recipes)
+def test_same_recipe_same_box(recipe):
+    assert generate(recipe) == generate(replace(recipe))
+
+
+@settings(max_examples=40)
+@given(recipes)
+def test_a_box_that_was_made_passes_every_check(recipe):
+    found = generate(recipe)
+    if isinstance(found, RefusedRecipe):
+        assert found.fault.kind in found.fault.reason or found.fault.kind == "nothing moves"
+    else:
+        assert fault_of(found, recipe.shortest) is None
+        assert found.name == recipe.name
+        if recipe.initial == "rest":
+            assert not any(found.initial)
+
+
+@settings(max_examples=40)
+@given(recipes, st.sampled_from(LAYOUTS))
+def test_the_layout_changes_nothing_but_the_panel(recipe, layout):
+    plain = replace(recipe, dealt=False, initial="rest")
+    first, second = generate(plain), generate(replace(plain, layout=layout))
+    assert isinstance(first, Lockbox) == isinstance(second, Lockbox)
+    if isinstance(first, Lockbox):
+        assert (first.interlock, first.target) == (second.interlock, second.target)
+
+
+@settings(max_examples=40)
+@given(recipes)
+def test_the_start_changes_nothing_but_the_start(recipe):
+    rest, drawn = (generate(replace(recipe, initial=initial, shortest=1)) for initial in ("rest", "random"))
+    if isinstance(rest, Lockbox) and isinstance(drawn, Lockbox):
+        assert replace(drawn, initial=rest.initial) == rest
+
+
+@settings(max_examples=40)
+@given(st.sampled_from(RANDOM), st.integers(1, 4), st.integers(1, 7), st.integers(0, 10**6))
+def test_random_interlocks_keep_to_what_was_asked(family, alternatives, literals, seed):
+    asked = Recipe(family=family, alternatives=alternatives, literals=literals, negative=0.3, shortest=1, seed=seed)
+    for recipe in (asked, replace(asked, negative=0.0), replace(asked, negative=1.0)):
+        found = generate(recipe)
+        if isinstance(found, RefusedRecipe):
+            assert recipe.negative > 0  # what only has to be open can always be opened
+            continue
+        clauses = [clause for several in found.interlock.values() for clause in several]
+        assert all(1 <= len(several) <= alternatives for several in found.interlock.values())
+        assert all(1 <= len(clause) <= literals for clause in clauses)
+        assert not any(found.target in clause for clause in clauses)
+        positions = {position for clause in clauses for position in clause.values()}
+        assert positions <= ({True} if recipe.negative == 0 else {False} if recipe.negative == 1 else {True, False})
+
+
+def test_no_alternative_is_idle():
+    """No clause holds whenever another of the same joint does, and no two of one position always hold together."""
+    for seed in range(200):
+        found = generate(Recipe(family="random-5", alternatives=4, literals=3, negative=0.5, shortest=1, seed=seed))
+        if isinstance(found, Lockbox):
+            for several in found.interlock.values():
+                sets = [set(clause.items()) for clause in several]
+                assert not any(a <= b for i, a in enumerate(sets) for j, b in enumerate(sets) if i != j)
+                assert not any({(o, True)} in sets and {(o, False)} in sets for o in found.names)
+
+
+def test_closed_positions_bring_moves_that_have_to_be_undone():
+    from lockprobe.boxes.difficulty import difficulty
+
+    def share(negative):
+        found = [generate(Recipe(family="random-6", negative=negative, shortest=3, seed=seed)) for seed in range(150)]
+        undone = [difficulty(drawn).undone > 0 for drawn in found if isinstance(drawn, Lockbox)]
+        return sum(undone) / len(undone)
+
+    assert share(0.0) == 0 < share(0.4)
+
+
+@pytest.mark.parametrize(
+    ("change", "mistake", "message"),
+    [
+        ({"family": "chian"}, UnknownName, "no family is called 'chian'.*random-2 to random-8"),
+        ({"family": "random-9"}, UnknownName, "no family is called 'random-9'"),
+        ({"family": "random-5-17"}, UnknownName, "no family is called 'random-5-17'"),
+        ({"layout": "round"}, UnknownName, "no layout is called 'round'; there are: serial, zigzag, ngram, grid"),
+        ({"initial": "open"}, UnknownName, "no initial is called 'open'"),
+        ({"alternatives": 0}, BadValue, "alternatives: got 0, expected a whole number from 1 to 4"),
+        ({"literals": 8}, BadValue, "literals: got 8, expected a whole number from 1 to 7"),
+        ({"negative": 1.1}, BadValue, "negative: got 1.1, expected a number from 0 to 1"),
+        ({"negative": float("nan")}, BadValue, "negative"),
+        ({"shortest": 0}, BadValue, "shortest: got 0"),
+        ({"seed": -1}, BadValue, "seed: got -1"),
+        ({"seed": 2**31}, BadValue, "seed: got 2147483648"),
+    ],
+)
+def test_recipes_out_of_range_are_refused(change, mistake, message):
+    with pytest.raises(mistake, match=message):
+        Recipe(**change)
+
+
+def test_the_longest_name_is_one_that_a_file_may_have():
+    longest = max((Recipe(family=f, layout="misleading", seed=2**31 - 1).name for f in FAMILIES), key=len)
+    assert len(longest) <= 40
+
+
+def test_a_random_box_is_the_first_of_its_sequence_that_can_be_played():
+    assert random_box(2, 3).name == "random-2-3"
+    assert optimum(random_box(2, 3)) == 2
+    assert all(optimum(random_box(3, seed)) >= 3 for seed in range(20))

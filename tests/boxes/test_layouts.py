@@ -1,0 +1,170 @@
+"""Where joints may sit, and that moving them changes nothing else."""
+
+import itertools
+from collections import Counter
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from lockprobe.boxes.box import bits
+from lockprobe.boxes.families import box
+from lockprobe.boxes.layouts import laid_out, locking_pairs, neighbours, neutral_order, permuted, places, redealt
+from lockprobe.boxes.solve import optimal_plans, random_no_repeat_success, random_success
+
+LAYOUTS = ("serial", "zigzag", "ngram", "grid", "scattered", "misleading")
+NAMES = ("chain-6", "bichain-4", "reset", "common-cause-4", "branched", "random-7-2")
+
+
+def rng(seed=1):
+    return np.random.default_rng(seed)
+
+
+def distances(drawn):
+    here = np.array([joint.place for joint in drawn.joints])
+    return np.hypot(*(here[:, None] - here[None]).transpose(2, 0, 1))
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+@pytest.mark.parametrize("count", range(2, 9))
+def test_joints_lie_on_the_panel_and_apart(layout, count):
+    for seed in range(20):
+        spots = places(layout, count, rng(seed))
+        assert len(spots) == count
+        assert all(0 <= x <= 1 and 0 <= y <= 1 for x, y in spots)
+        assert min(np.hypot(a[0] - b[0], a[1] - b[1]) for a, b in itertools.combinations(spots, 2)) > 0.1
+
+
+def test_serial_and_zigzag_run_from_left_to_right():
+    row, zigzag = places("serial", 5, rng()), places("zigzag", 5, rng())
+    assert [x for x, _ in row] == [x for x, _ in zigzag] == sorted(x for x, _ in row)
+    assert {y for _, y in row} == {0.5}
+    assert [y > 0.5 for _, y in zigzag] == [True, False, True, False, True]
+
+
+@pytest.mark.parametrize("count", [5, 7, 8])
+def test_ngram_is_one_star(count):
+    """Corners of a regular polygon, each as far from the next as a star in one go can reach."""
+    spots = np.array([*places("ngram", count, rng()), places("ngram", count, rng())[0]])
+    rays = np.hypot(*np.diff(spots, axis=0).T)
+    assert rays == pytest.approx([rays[0]] * count, abs=2e-3)
+    assert rays[0] > 0.8 * 0.8  # of a circle of diameter 0.8
+
+
+@pytest.mark.parametrize("count", [4, 6])
+def test_where_there_is_no_such_star_pairs_lie_across(count):
+    """lockbox_ngram_4.yaml and lockbox_ngram_6.yaml."""
+    spots = places("ngram", count, rng())
+    for first, second in zip(spots[::2], spots[1::2], strict=True):
+        assert np.hypot(first[0] - second[0], first[1] - second[1]) == pytest.approx(0.8, abs=2e-3)
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("layout", LAYOUTS)
+@pytest.mark.parametrize("dealt", [False, True])
+def test_another_panel_is_the_same_puzzle(name, layout, dealt):
+    old, new = box(name), laid_out(box(name), layout, rng(), dealt=dealt)
+    assert random_success(new) == pytest.approx(random_success(old), rel=1e-9)
+    assert random_no_repeat_success(new) == pytest.approx(random_no_repeat_success(old), rel=1e-9)
+    assert optimal_plans(new).count == optimal_plans(old).count
+    if not dealt:
+        assert new.interlock == old.interlock
+        assert set(new.names) == set(old.names)
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_joints_are_listed_from_the_left(layout):
+    for name, dealt in itertools.product(NAMES, (False, True)):
+        spots = [joint.place for joint in laid_out(box(name), layout, rng(), dealt=dealt).joints]
+        assert spots == sorted(spots, key=lambda spot: (spot[0], -spot[1]))
+
+
+def test_dealt_names_say_kind_and_place_and_nothing_of_the_interlock():
+    starts = set()
+    for seed in range(30):
+        dealt = laid_out(box("chain-5"), "serial", rng(seed), dealt=True)
+        for i, joint in enumerate(dealt.joints, 1):
+            assert joint.name == f"{'slider' if joint.kind == 'prismatic' else 'knob'}-{i}"
+        starts.add(dealt.target_index)
+    assert starts == set(range(5))
+
+
+@pytest.mark.parametrize("name", ["chain-4", "chain-6", "chain-8", "bichain-5", "branched"])
+def test_misleading_puts_joints_that_lock_each_other_apart(name):
+    """No order of the same places puts them further apart; of a long chain, no joint's nearest locks it."""
+    laid = laid_out(box(name), "misleading", rng())
+    far, pairs = distances(laid), locking_pairs(laid)
+    apart = sum(far[pair] for pair in pairs)
+    for seed in range(300):
+        order = rng(seed).permutation(len(laid.joints))
+        assert sum(far[order[a], order[b]] for a, b in pairs) <= apart + 1e-6
+    if name in ("chain-6", "chain-8"):
+        for a, row in enumerate(far + np.eye(len(far)) * 9):
+            nearest = set(np.flatnonzero(row < row.min() + 1e-6).tolist())
+            assert not any((min(a, b), max(a, b)) in pairs for b in nearest)
+
+
+def test_locking_pairs_are_the_edges_of_the_interlock():
+    assert locking_pairs(box("chain-4")) == locking_pairs(box("bichain-4")) == {(0, 1), (1, 2), (2, 3)}
+    assert locking_pairs(box("fork")) == {(0, 1), (0, 2)}
+
+
+def test_neighbours_are_nearest_to_one_of_them():
+    assert neighbours(box("chain-4")) == {(0, 1), (1, 2), (2, 3)}
+    uneven = replace(
+        box("chain-3"),
+        joints=tuple(
+            replace(joint, place=place)
+            for joint, place in zip(box("chain-3").joints, ((0.1, 0.5), (0.2, 0.5), (0.9, 0.5)), strict=True)
+        ),
+    )
+    assert neighbours(uneven) == {(0, 1), (1, 2)}  # the third is nobody's nearest, and the second is its own
+    far = laid_out(box("chain-6"), "misleading", rng())
+    assert not neighbours(far) & locking_pairs(far)
+    assert neighbours(box("chain-2")) == {(0, 1)}
+
+
+@settings(max_examples=40)
+@given(st.sampled_from(NAMES), st.integers(0, 10**6))
+def test_a_new_deal_keeps_joints_interlock_and_places(name, seed):
+    old = box(name)
+    new = redealt(old, rng(seed))
+    assert [joint.place for joint in new.joints] == [joint.place for joint in old.joints]
+    assert {(j.name, j.kind) for j in new.joints} == {(j.name, j.kind) for j in old.joints}
+    assert (new.name, new.interlock, new.target) == (old.name, old.interlock, old.target)
+
+
+def test_every_deal_comes_up():
+    assert {redealt(box("chain-3"), rng(seed)).names for seed in range(100)} == set(
+        itertools.permutations(box("chain-3").names)
+    )
+
+
+def test_a_joint_takes_its_start_along():
+    old = permuted(box("chain-3"), (0, 1, 2))
+    opened = type(old)(
+        name=old.name, joints=old.joints, interlock=old.interlock, initial=(False, True, False), target=old.target
+    )
+    new = permuted(opened, (2, 0, 1))
+    assert new.names == ("revolute-right", "revolute-left", "slider-1")
+    assert bits(new.initial) == "001"
+
+
+@pytest.mark.parametrize("name", ["chain-4", "fork", "reset"])
+def test_a_neutral_order_neither_follows_nor_avoids_the_interlock_and_puts_every_joint_anywhere(name):
+    locking, row = locking_pairs(box(name)), [(0, 1), (1, 2), (2, 3)]
+    luck = rng()
+    drawn = Counter(tuple(neutral_order(locking, row, 4, luck)) for _ in range(4000))
+    met = [
+        sum(tuple(sorted(order[i : i + 2])) in locking for i in range(3)) for order in itertools.permutations(range(4))
+    ]
+    kept = [
+        order
+        for order, count in zip(itertools.permutations(range(4)), met, strict=True)
+        if abs(count - np.mean(met)) < 1
+    ]
+    assert {*drawn} == {*kept}
+    assert all(0.7 < count * len(kept) / 4000 < 1.3 for count in drawn.values())
+    assert {Counter(at)[joint] for at in zip(*kept, strict=True) for joint in range(4)} == {len(kept) // 4}

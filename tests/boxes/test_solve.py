@@ -1,0 +1,182 @@
+"""The solver against brute force, and the published figures of the default box."""
+
+import itertools
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from lockprobe.boxes.box import Joint, Lockbox
+from lockprobe.boxes.families import box
+from lockprobe.boxes.solve import optimal_plans, optimum, random_curve, random_no_repeat_success, random_success
+
+
+def solves(puzzle, attempts):
+    configuration = puzzle.initial
+    for joint in attempts:
+        configuration, moved = puzzle.attempt(configuration, joint)
+        if moved and joint == puzzle.target_index:
+            return True
+    return False
+
+
+@pytest.mark.parametrize("size", [2, 3, 4])
+def test_optimum_is_the_shortest_solving_sequence(size):
+    puzzle = box(f"chain-{size}")
+    shortest = next(
+        length
+        for length in itertools.count(1)
+        if any(solves(puzzle, attempts) for attempts in itertools.product(range(size), repeat=length))
+    )
+    assert optimum(puzzle) == shortest == size
+
+
+def test_a_box_that_nothing_opens_has_no_optimum():
+    joints = (Joint(name="a", kind="revolute"), Joint(name="b", kind="revolute"))
+    puzzle = Lockbox(
+        name="x",
+        joints=joints,
+        interlock={"a": ({"b": True},), "b": ({"a": True},)},
+        initial=(False, False),
+        target="a",
+    )
+    assert optimum(puzzle) is None
+    assert random_success(puzzle) == 0
+
+
+@pytest.mark.parametrize("budget", [1, 3, 5])
+def test_random_success_is_the_share_of_all_sequences(budget):
+    puzzle = box("chain-3")
+    sequences = list(itertools.product(range(3), repeat=budget))
+    apart = [s for s in sequences if all(a != b for a, b in itertools.pairwise(s))]
+    assert random_success(puzzle, budget) == pytest.approx(np.mean([solves(puzzle, s) for s in sequences]))
+    assert random_no_repeat_success(puzzle, budget) == pytest.approx(np.mean([solves(puzzle, s) for s in apart]))
+
+
+@pytest.mark.parametrize(("repeats", "success"), [(True, random_success), (False, random_no_repeat_success)])
+@pytest.mark.parametrize("name", ["chain-3", "chain-4"])
+def test_curves_hold_success_at_every_budget(repeats, success, name):
+    puzzle = box(name)
+    found = random_curve(puzzle, 9, repeats=repeats)
+    assert len(found) == 10
+    assert found == pytest.approx([success(puzzle, budget) for budget in range(10)])
+    assert found[optimum(puzzle) - 1] == 0 < found[optimum(puzzle)]
+
+
+def test_curves_are_what_blind_agents_reach():
+    puzzle, rng = box("chain-4"), np.random.default_rng(1)
+    uniform = rng.integers(0, 4, (3000, 20))
+    apart = np.cumsum(np.hstack([uniform[:, :1], rng.integers(1, 4, (3000, 19))]), axis=1) % 4
+    for repeats, sequences in ((True, uniform), (False, apart)):
+        exact = np.array(random_curve(puzzle, repeats=repeats))
+        for steps in (6, 12, 20):
+            share = np.mean([solves(puzzle, sequence[:steps]) for sequence in sequences])
+            assert share == pytest.approx(exact[steps], abs=4.5 * np.sqrt(exact[steps] * (1 - exact[steps]) / 3000))
+
+
+@pytest.mark.parametrize("repeats", [True, False])
+def test_blind_agents_open_a_large_box_in_the_end(repeats):
+    found = random_curve(box("chain-8"), 2000, repeats=repeats)
+    assert len(found) == 2001
+    assert list(found) == sorted(found)
+    assert found[7] == 0 < found[8]
+    assert found[-1] == pytest.approx(1, abs=1e-9)
+    assert random_curve(box("chain-8"), 0, repeats=repeats) == (0.0,)
+
+
+def test_published_figures_of_chain_4():
+    assert random_success(box("chain-4")) == pytest.approx(0.392655, abs=1e-6)
+    assert random_no_repeat_success(box("chain-4")) == pytest.approx(0.6893, abs=1e-4)
+    assert random_curve(box("chain-4"))[-1] == random_success(box("chain-4"))
+
+
+def test_every_cycle_of_the_four_joints_opens_chain_4():
+    """Looping is not failing: all 24 fixed cycles solve the box within the paper's budget."""
+    assert all(solves(box("chain-4"), cycle * 5) for cycle in itertools.permutations(range(4)))
+
+
+def value_iteration(puzzle):
+    """Steps to go from every configuration, straight from the interlock's text."""
+    names = puzzle.names
+    togo = {}
+    while True:
+        better = {}
+        for positions in itertools.product((False, True), repeat=len(names)):
+            state = dict(zip(names, positions, strict=True))
+            for name in names:
+                clauses = puzzle.interlock.get(name, ({},))
+                if any(all(state[other] == wanted for other, wanted in clause.items()) for clause in clauses):
+                    after = tuple(state[n] != (n == name) for n in names)
+                    steps = 1 if name == puzzle.target else 1 + togo.get(after, np.inf)
+                    better[positions] = min(better.get(positions, np.inf), steps)
+        if better == togo:
+            return togo
+        togo = better
+
+
+@settings(max_examples=30)
+@given(st.data())
+def test_optimum_is_that_of_value_iteration(boxes, brute_optimum, data):
+    puzzle = data.draw(boxes)
+    steps = value_iteration(puzzle).get(puzzle.initial, np.inf)
+    assert optimum(puzzle) == (None if steps == np.inf else steps) == brute_optimum(puzzle)
+
+
+@settings(max_examples=30)
+@given(st.data())
+def test_optimal_plans_are_all_shortest_sequences_that_solve(boxes, data):
+    puzzle = data.draw(boxes)
+    steps = optimum(puzzle)
+    plans = optimal_plans(puzzle)
+    if steps is None or steps > 6:
+        assert plans.count >= (steps is not None)
+        assert all(len(plan) == steps for plan in plans.listed)
+        return
+    solving = {
+        tuple(puzzle.names[j] for j in attempts)
+        for attempts in itertools.product(range(4), repeat=steps)
+        if solves(puzzle, attempts)
+    }
+    assert set(plans.listed) == solving
+    assert plans.count == len(plans.listed) == len(solving)
+    order = [tuple(map(puzzle.names.index, plan)) for plan in plans.listed]
+    assert order == sorted(order)
+
+
+def test_plans_are_counted_where_they_are_too_many_to_list():
+    """Seven sliders that all have to be open can be opened in any order."""
+    names = "abcdefgh"
+    joints = tuple(Joint(name=name, kind="prismatic") for name in names)
+    wide = Lockbox(
+        name="wide",
+        joints=joints,
+        interlock={"a": (dict.fromkeys(names[1:], True),)},
+        initial=(False,) * 8,
+        target="a",
+    )
+    plans = optimal_plans(wide, limit=3)
+    assert (plans.count, len(plans.listed)) == (5040, 3)
+    assert plans.listed[0] == tuple("bcdefgha")
+    assert optimal_plans(wide, limit=0).listed == ()
+    assert optimal_plans(box("gray-code-8")).count == 1
+
+
+def test_what_cannot_be_opened_has_no_plan():
+    joints = tuple(Joint(name=name, kind="revolute") for name in "ab")
+    interlock = {"a": ({"b": True},), "b": ({"a": True},)}
+    shut = Lockbox(name="x", joints=joints, interlock=interlock, initial=(False, False), target="a")
+    assert optimal_plans(shut) == optimal_plans(shut, limit=None)
+    assert (optimal_plans(shut).count, optimal_plans(shut).listed) == (0, ())
+
+
+@settings(max_examples=30)
+@given(st.data())
+def test_what_solves_at_the_optimum_is_what_the_curve_says(boxes, data):
+    """Each of the plans has probability (1/4)**optimum, and nothing else solves so soon."""
+    puzzle = data.draw(boxes)
+    steps = optimum(puzzle)
+    if steps is not None:
+        curve = random_curve(puzzle, steps)
+        assert curve[steps] == pytest.approx(optimal_plans(puzzle).count / 4**steps)
+        assert curve[steps - 1] == 0

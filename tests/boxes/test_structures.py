@@ -1,0 +1,92 @@
+"""The named interlocks are what the literature says, and as hard as was computed for it."""
+
+import pytest
+
+from lockprobe.boxes.check import fault_of
+from lockprobe.boxes.difficulty import difficulty
+from lockprobe.boxes.families import box, named_boxes
+from lockprobe.boxes.solve import optimal_plans, optimum, random_no_repeat_success, random_success
+from lockprobe.boxes.structures import FAMILIES, STRUCTURES
+
+
+@pytest.mark.parametrize(
+    ("name", "steps", "random", "no_repeat"),
+    [
+        ("chain-4", 4, 0.39, 0.69),
+        ("bichain-4", 4, 0.33, 0.55),
+        ("fork", 3, 0.56, 0.73),
+        ("converge", 4, 0.38, 0.64),
+        ("reset", 5, 0.23, 0.48),
+        ("gray-code", 8, 0.02, 0.09),
+    ],
+)
+def test_the_candidate_structures_are_as_hard_as_published(name, steps, random, no_repeat):
+    assert optimum(box(name)) == steps
+    assert round(random_success(box(name)), 2) == random
+    assert round(random_no_repeat_success(box(name)), 2) == no_repeat
+
+
+def test_exact_success_on_chain_4():
+    assert random_success(box("chain-4")) == pytest.approx(0.392655, abs=5e-7)
+
+
+def test_chain_4_is_byte_for_byte_what_studies_were_played_on():
+    assert box("chain-4").as_data() == {
+        "name": "chain-4",
+        "joints": [
+            {"name": "revolute-left", "kind": "revolute", "place": [0.125, 0.5]},
+            {"name": "slider-1", "kind": "prismatic", "place": [0.375, 0.5]},
+            {"name": "slider-2", "kind": "prismatic", "place": [0.625, 0.5]},
+            {"name": "revolute-right", "kind": "revolute", "place": [0.875, 0.5]},
+        ],
+        "interlock": {
+            "revolute-left": [{"slider-1": 1}],
+            "slider-1": [{"slider-2": 1}],
+            "slider-2": [{"revolute-right": 1}],
+        },
+        "initial": "0000",
+        "target": "revolute-left",
+    }
+
+
+@pytest.mark.parametrize("size", range(2, 9))
+def test_optima_of_the_sized_families(size):
+    assert optimum(box(f"chain-{size}")) == size
+    assert optimum(box(f"bichain-{size}")) == size
+    assert optimum(box(f"gray-code-{size}")) == 2 ** (size - 1)
+    assert difficulty(box(f"bichain-{size}")).reachable == size
+
+
+@pytest.mark.parametrize("levers", [3, 4])
+def test_the_rooms_of_openlock_have_their_published_solutions(levers):
+    """scenarios/CC3.py to CE4.py: every solution has three actions, and there is one for each alternative lever."""
+    others = [f"lever-{i}" for i in range(1, levers)]
+    cause = optimal_plans(box(f"common-cause-{levers}"))
+    assert set(cause.listed) == {("lever-0", lever, "door") for lever in others}
+    effect = optimal_plans(box(f"common-effect-{levers}"))
+    assert set(effect.listed) == {(lever, "lever-0", "door") for lever in others}
+
+
+def test_branched_is_the_chain_of_five_with_a_branch_that_an_open_joint_locks():
+    """lockbox_serial_5_with_branch.yaml: joint 5 is locked while joint 2 is at its far end, joint 6 until joint 5 is."""
+    branched = box("branched")
+    assert len(branched.joints) == 7
+    assert branched.interlock["branch-1"] == ({"slider-2": False},)
+    assert branched.interlock["branch-2"] == ({"branch-1": True},)
+    found = difficulty(branched)
+    assert (found.optimum, found.distractors) == (5, ("branch-1", "branch-2"))
+
+
+def test_the_four_joint_structures_are_those_of_the_paper():
+    """Sec. 2.1: two prismatic joints in the middle, two revolute ones, and the leftmost is the target."""
+    for name in ("chain-4", "bichain-4", "fork", "converge", "reset", "gray-code"):
+        joints = box(name).joints
+        assert [joint.kind for joint in joints] == ["revolute", "prismatic", "prismatic", "revolute"]
+        assert box(name).target == joints[0].name
+
+
+@pytest.mark.parametrize("name", named_boxes())
+def test_every_named_box_can_be_played_and_is_described(name):
+    assert fault_of(box(name), shortest=2) is None
+    assert any(name == family or name.startswith(f"{family}-") for family in FAMILIES)
+    assert STRUCTURES[name]() == STRUCTURES[name]()

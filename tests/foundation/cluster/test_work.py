@@ -1,0 +1,208 @@
+"""The driver's side of a cluster, with a fake Ray that loses what it is told to lose."""
+
+import time
+from types import SimpleNamespace
+
+import pytest
+
+from lockprobe.foundation.cluster import Cluster, Lost, work
+from lockprobe.foundation.errors import Missing
+
+
+class RayError(Exception):
+    pass
+
+
+class RayTaskError(RayError):
+    def __init__(self, cause):
+        super().__init__(str(cause))
+        self.cause = cause
+
+
+class FakeRay:
+    """Calls are answered in order, in this process. ``lose(actor, jobs)`` names an error instead."""
+
+    exceptions = SimpleNamespace(RayError=RayError, RayTaskError=RayTaskError)
+
+    def __init__(self, processors=2, lose=lambda actor, jobs: None, silent=lambda actor, jobs: False):
+        self.processors, self.lose, self.silent = processors, lose, silent
+        self.actors = self.calls = 0
+        self.killed, self.sizes, self.worked = set(), [], []
+
+    def nodes(self):
+        node = {"Alive": True, "NodeManagerHostname": "one", "Resources": {"CPU": float(self.processors)}}
+        return [node, node | {"Alive": False}, node | {"Resources": {}}]
+
+    def remote(self, **options):
+        assert options == {"num_cpus": 1, "max_restarts": 0, "max_task_retries": 0}
+        return lambda kind: SimpleNamespace(remote=lambda begin: self._actor(kind(begin)))
+
+    def _actor(self, made):
+        self.actors += 1
+        number = self.actors
+        return SimpleNamespace(
+            number=number,
+            ready=SimpleNamespace(remote=lambda: self._call(number, made.ready, None)),
+            work=SimpleNamespace(remote=lambda jobs: self._call(number, made.work, jobs)),
+        )
+
+    def _call(self, actor, method, jobs):
+        self.calls += 1
+        if jobs is not None:
+            self.sizes.append(len(jobs))
+        return (self.calls, actor, method, None if jobs is None else tuple(jobs))
+
+    def wait(self, calls, num_returns, timeout):
+        found = [call for call in calls if not self.silent(call[1], call[3])][:num_returns]
+        if not found:
+            time.sleep(0.05)
+        return found, [call for call in calls if call not in found]
+
+    def get(self, call, timeout):
+        _, actor, method, jobs = call
+        if (error := self.lose(actor, jobs)) is not None:
+            raise type(error, (RayError,), {})
+        try:
+            answer = method() if jobs is None else method(list(jobs))
+        except Exception as error:
+            raise RayTaskError(error) from error
+        self.worked += jobs or ()
+        return answer
+
+    def kill(self, actor):
+        self.killed.add(actor.number)
+
+
+@pytest.fixture(autouse=True)
+def known_versions(monkeypatch):
+    monkeypatch.setattr(work, "_versions", lambda: {"lockprobe": "1", "Ray": "2", "Python": "3"})
+
+
+def squares():
+    return lambda job: job * job
+
+
+def results_of(ray, jobs=range(40), begin=squares):
+    return list(Cluster(ray).each(begin, jobs))
+
+
+def test_every_job_has_one_result():
+    assert sorted(results_of(ray := FakeRay())) == [(job, job * job) for job in range(40)]
+    assert ray.actors == 2
+    assert ray.killed == {1, 2}
+    assert sorted(ray.worked) == list(range(40))
+
+
+def test_no_more_actors_than_jobs():
+    results_of(ray := FakeRay(processors=50), range(3))
+    assert ray.actors == 3
+
+
+def test_nothing_to_do_needs_no_actor():
+    assert results_of(ray := FakeRay(), []) == []
+    assert ray.actors == 0
+
+
+def test_results_come_in_the_order_of_the_jobs():
+    assert list(Cluster(FakeRay()).map(abs, [-3, 2, -1])) == [3, 2, 1]
+
+
+def test_short_jobs_are_sent_together_but_not_the_last_ones():
+    results_of(ray := FakeRay(), range(2000))
+    assert max(ray.sizes) > 100
+    assert ray.sizes[0] == 1  # nothing is known yet
+    assert ray.sizes[-1] == 1
+
+
+@pytest.mark.parametrize("lost", [0, 7, 39])
+def test_a_lost_actors_jobs_are_done_by_another_one(lost):
+    deaths = iter(["ActorDiedError"])
+    ray = FakeRay(lose=lambda actor, jobs: next(deaths, None) if jobs and lost in jobs else None)
+    assert sorted(results_of(ray)) == [(job, job * job) for job in range(40)]
+    assert ray.actors == 3
+    assert ray.killed == {1, 2, 3}
+
+
+def test_a_lost_job_goes_alone_afterwards():
+    sent = []
+
+    def lose(actor, jobs):
+        if jobs and 30 in jobs:
+            sent.append(jobs)
+            return "ActorDiedError" if len(sent) == 1 else None
+        return None
+
+    results_of(FakeRay(lose=lose))
+    assert sent[1] == (30,)
+
+
+def test_a_job_that_kills_every_actor_is_given_up_and_the_others_are_done():
+    ray = FakeRay(lose=lambda actor, jobs: "ActorDiedError" if jobs and 5 in jobs else None)
+    found = dict(results_of(ray, range(400)))
+    assert found.pop(5) == Lost("ActorDiedError")
+    assert found == {job: job * job for job in range(400) if job != 5}
+
+
+def test_losses_in_a_row_end_the_work():
+    with pytest.raises(
+        Missing, match="lost its workers 3 times in a row, with nothing finished in between .ActorDiedError"
+    ):
+        results_of(FakeRay(lose=lambda actor, jobs: "ActorDiedError"))
+
+
+def test_a_node_with_many_processors_is_one_loss():
+    ray = FakeRay(processors=16, lose=lambda actor, jobs: "ActorDiedError" if actor <= 16 and jobs else None)
+    assert sorted(results_of(ray)) == [(job, job * job) for job in range(40)]
+    assert ray.actors == 32
+
+
+def test_any_number_of_losses_is_normal_if_something_is_finished_in_between(monkeypatch):
+    monkeypatch.setattr(work, "_AT_ONCE", 0.0)
+    lost = set()
+
+    def lose(actor, jobs):
+        if not jobs or jobs[0] % 5 or lost.intersection(jobs):
+            return None
+        lost.update(jobs)
+        return "ActorUnavailableError"
+
+    ray = FakeRay(lose=lose)
+    assert sorted(results_of(ray, range(60))) == [(job, job * job) for job in range(60)]
+    assert ray.actors > 6
+
+
+def test_an_actor_that_does_not_answer_is_given_up(monkeypatch):
+    monkeypatch.setattr(work, "_PATIENCE", 0.04)
+    ray = FakeRay(processors=1, silent=lambda actor, jobs: actor == 1 and jobs is not None)
+    assert sorted(results_of(ray, range(5))) == [(job, job * job) for job in range(5)]
+    assert ray.actors == 2
+
+
+def test_what_a_job_raises_is_raised_here():
+    def begin():
+        return lambda job: 1 // job
+
+    with pytest.raises(ZeroDivisionError):
+        results_of(FakeRay(), [0], begin)
+
+
+def test_what_a_node_lacks_is_said_with_its_name():
+    def begin():
+        raise Missing("no model here", "pull it")
+
+    with pytest.raises(Missing, match="the node .* cannot play: no model here: pull it"):
+        results_of(FakeRay(), [0], begin)
+
+
+def test_other_versions_are_refused(monkeypatch):
+    found = iter([{"lockprobe": "1", "Ray": "2", "Python": "3.12"}])
+    monkeypatch.setattr(work, "_versions", lambda: next(found, {"lockprobe": "1", "Ray": "2", "Python": "3.11"}))
+    with pytest.raises(Missing, match=r"has Python 3.12, this machine 3.11: install the same on all"):
+        results_of(FakeRay(processors=1), [0])
+
+
+def test_what_is_stopped_leaves_no_actor():
+    results = Cluster(ray := FakeRay()).each(squares, range(40))
+    next(results)
+    results.close()
+    assert ray.killed == {1, 2}

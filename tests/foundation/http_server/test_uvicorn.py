@@ -1,0 +1,66 @@
+"""The class of uvicorn that connections extend, which uvicorn does not promise to keep."""
+
+import inspect
+import re
+import tomllib
+from importlib.metadata import version
+from pathlib import Path
+
+import pytest
+from uvicorn.protocols.http.h11_impl import H11Protocol, RequestResponseCycle
+
+from lockprobe.foundation.http_server.connections import Connection
+
+PROJECT = tomllib.loads(Path(__file__).parents[3].joinpath("pyproject.toml").read_text("utf-8"))
+
+WHAT_TO_DO = """
+uvicorn has moved. Connection in src/lockprobe/foundation/http_server/connections.py extends its H11Protocol, so:
+1. Read what changed in uvicorn/protocols/http/h11_impl.py since the version named here.
+2. Run tests/http_server, tests/web and tests/interfaces/mcp/test_http.py with the new version.
+3. Mend Connection, then raise the bounds of uvicorn in pyproject.toml (extras web and mcp) and USED below.
+"""
+
+USED = {
+    "__init__": "(self, config, server_state, app_state, _loop)",
+    "connection_made": "(self, transport)",
+    "connection_lost": "(self, exc)",
+    "data_received": "(self, data)",
+    "on_response_complete": "(self)",
+    "pause_writing": "(self)",
+    "resume_writing": "(self)",
+    "send_400_response": "(self, msg)",
+}
+"""Each method that Connection overrides or calls, with its parameters in uvicorn 0.54."""
+
+
+@pytest.mark.parametrize("extra", ["web", "mcp"])
+def test_each_extra_has_the_tested_version_and_an_upper_bound(extra):
+    (wanted,) = [one for one in PROJECT["project"]["optional-dependencies"][extra] if one.startswith("uvicorn")]
+    bounds = re.fullmatch(r"uvicorn>=(\d+)\.(\d+),<(\d+)\.(\d+)", wanted)
+    assert bounds, WHAT_TO_DO
+    low, high = (tuple(map(int, pair)) for pair in (bounds.groups()[:2], bounds.groups()[2:]))
+    assert high == (low[0], low[1] + 1), WHAT_TO_DO
+    assert low <= tuple(map(int, version("uvicorn").split(".")[:2])) < high, WHAT_TO_DO
+
+
+def test_the_methods_are_as_they_were():
+    found = {}
+    for name in USED:
+        parameters = inspect.signature(getattr(H11Protocol, name, lambda: None)).parameters
+        found[name] = f"({', '.join(parameters)})"
+    assert found == USED, WHAT_TO_DO
+
+
+def test_nothing_else_of_the_class_is_overridden():
+    own = {name for name in vars(Connection) if hasattr(H11Protocol, name) and not name.startswith("__")}
+    assert own | {"__init__"} == set(USED), WHAT_TO_DO
+
+
+def test_the_fields_that_are_read_are_there():
+    source = inspect.getsource(H11Protocol)
+    for field in ("self.cycle", "self.flow", "self.transport", "self.client", "self.loop"):
+        assert f"{field}: " in source or f"{field} = " in source, WHAT_TO_DO
+    cycle = inspect.getsource(RequestResponseCycle)
+    for field in ("self.response_complete = ", "self.more_body = "):
+        assert field in cycle, WHAT_TO_DO
+    assert "write_paused" in inspect.getsource(inspect.getmodule(H11Protocol).FlowControl), WHAT_TO_DO

@@ -1,0 +1,224 @@
+"""A file that is written is there whole, or what was there before is; what is no regular file stays what it is."""
+
+import os
+import socket
+import stat
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from lockprobe.foundation.errors import BadFile
+from lockprobe.foundation.storage.atomic_file import (
+    Replacement,
+    atomic_directory,
+    atomic_file,
+    remove_file,
+    sync_directory,
+    write_file,
+    write_files,
+    write_private,
+)
+
+
+def names(directory):
+    return sorted(path.name for path in directory.iterdir())
+
+
+def half_written(path, error):
+    with atomic_file(path) as draft:
+        draft.write_text("half")
+        raise error
+
+
+def test_the_file_is_replaced_and_no_draft_is_left(tmp_path):
+    for content in ("one\r\n", b"two"):
+        write_file(tmp_path / "x.csv", content)
+    assert (tmp_path / "x.csv").read_bytes() == b"two"
+    assert names(tmp_path) == ["x.csv"]
+
+
+def test_an_error_leaves_what_was_there(tmp_path):
+    write_file(tmp_path / "x.csv", "before")
+    with pytest.raises(BadFile, match=r"x.csv: cannot be written \(No space left on device\)"):
+        half_written(tmp_path / "x.csv", OSError(28, "No space left on device"))
+    with pytest.raises(KeyboardInterrupt):
+        half_written(tmp_path / "x.csv", KeyboardInterrupt())
+    assert (tmp_path / "x.csv").read_text() == "before"
+    assert names(tmp_path) == ["x.csv"]
+
+
+def test_of_several_files_all_are_written_or_none(tmp_path):
+    write_file(tmp_path / "a", "before")
+    (tmp_path / "b").mkdir()
+    with pytest.raises(BadFile, match="b: is a directory, not a regular file"):
+        write_files({tmp_path / "a": "after", tmp_path / "b": "after"})
+    assert (tmp_path / "a").read_text() == "before"
+    assert names(tmp_path) == ["a", "b"]
+
+
+def test_the_disk_has_file_and_directory_before_it_returns(tmp_path, monkeypatch):
+    synced, fsync = [], os.fsync
+
+    def noted(descriptor):
+        synced.append(os.fstat(descriptor).st_ino)
+        fsync(descriptor)
+
+    monkeypatch.setattr("os.fsync", noted)
+    write_file(tmp_path / "x", "content")
+    assert synced == [(tmp_path / "x").stat().st_ino, tmp_path.stat().st_ino]
+
+
+def test_a_link_stays_and_its_file_is_replaced(tmp_path):
+    (tmp_path / "there").mkdir()
+    (tmp_path / "link.csv").symlink_to(tmp_path / "there" / "x.csv")
+    for content in ("new", "newer"):  # first the link leads nowhere yet
+        write_file(tmp_path / "link.csv", content)
+        assert (tmp_path / "there" / "x.csv").read_text() == content
+        assert (tmp_path / "link.csv").is_symlink()
+    assert names(tmp_path / "there") == ["x.csv"]
+
+
+@pytest.mark.parametrize("kind", ["a pipe", "a socket", "a directory", "a device"])
+@pytest.mark.parametrize("linked", [False, True])
+def test_what_is_no_regular_file_is_refused_and_stays(tmp_path, monkeypatch, kind, linked):
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / "it"
+    if kind == "a pipe":
+        os.mkfifo(path)
+    elif kind == "a socket":
+        bound = socket.socket(socket.AF_UNIX)
+        bound.bind("it")
+        bound.close()
+    elif kind == "a directory":
+        path.mkdir()
+    else:
+        path.symlink_to("/dev/null")
+    if linked:
+        (tmp_path / "link").symlink_to(path)
+        path = tmp_path / "link"
+    before = stat.S_IFMT(path.stat().st_mode)
+    with pytest.raises(BadFile, match=f"is {kind}, not a regular file: choose another name"):
+        write_file(path, "content")
+    assert stat.S_IFMT(path.stat().st_mode) == before
+    assert stat.S_ISCHR(Path("/dev/null").stat().st_mode)
+    assert not [name for name in names(tmp_path) if "draft" in name]
+
+
+def test_permissions_stay(tmp_path):
+    (tmp_path / "x").touch(mode=0o600)
+    write_file(tmp_path / "x", "content")
+    assert stat.S_IMODE((tmp_path / "x").stat().st_mode) == 0o600
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write everything")
+def test_a_file_that_is_read_only_is_left_alone(tmp_path):
+    (tmp_path / "x").touch(mode=0o444)
+    with pytest.raises(BadFile, match="Permission denied"):
+        write_file(tmp_path / "x", "content")
+
+
+def permissions(path):
+    return stat.S_IMODE(path.stat().st_mode)
+
+
+def test_a_draft_has_the_permissions_of_its_file_from_the_first_byte(tmp_path):
+    (tmp_path / "x").touch(mode=0o600)
+    with atomic_file(tmp_path / "x") as draft:
+        assert (permissions(draft), draft.read_bytes()) == (0o600, b"")
+
+
+@pytest.mark.parametrize("name", ["no/x.csv", "x" * 300, "x\0"])
+def test_a_path_that_cannot_be_is_one_line(tmp_path, name):
+    with pytest.raises(BadFile, match="cannot be written"):
+        write_file(tmp_path / name, "content")
+
+
+def test_a_directory_is_there_whole_or_not_at_all(tmp_path):
+    with pytest.raises(BadFile, match="is a directory"), atomic_directory(tmp_path / "new") as draft:
+        write_files({draft / "a": "a", draft: ""})
+    assert names(tmp_path) == []
+    (tmp_path / "new").mkdir()
+    with atomic_directory(tmp_path / "new") as draft:
+        (draft / "a").write_text("a")
+        assert names(tmp_path / "new") == []
+    assert names(tmp_path / "new") == ["a"]
+    with pytest.raises(BadFile, match="cannot be written"), atomic_directory(tmp_path / "new") as draft:
+        (draft / "b").write_text("b")
+    assert names(tmp_path / "new") == ["a"]
+
+
+def killed(path):
+    """What is there of a file that one process writes alone, when that is killed while it writes."""
+    code = (
+        "import os, sys; from pathlib import Path; from lockprobe.foundation.storage.atomic_file import atomic_file\n"
+        "with atomic_file(Path(sys.argv[1]), alone=True) as draft: draft.write_text('torn'); os._exit(9)"
+    )
+    assert subprocess.run([sys.executable, "-c", code, str(path)]).returncode == 9
+    return names(path.parent)
+
+
+def test_a_killed_draft_is_hidden_from_whoever_lists_the_files_and_the_next_writer_deletes_it(tmp_path):
+    path = tmp_path / "x.jsonl"
+    assert killed(path) == [".x.jsonl.draft"]
+    assert not list(tmp_path.glob("*.jsonl"))
+    write_file(path, "whole", alone=True)
+    assert (names(tmp_path), path.read_text()) == (["x.jsonl"], "whole")
+
+
+def test_a_killed_draft_goes_with_its_file(tmp_path):
+    path = tmp_path / "x.jsonl"
+    write_file(path, "whole", alone=True)
+    assert killed(path) == [".x.jsonl.draft", "x.jsonl"]
+    for _ in range(2):
+        remove_file(path)
+        assert names(tmp_path) == []
+
+
+def test_a_draft_that_cannot_be_made_is_one_line(tmp_path):
+    (tmp_path / ".x.draft").mkdir()
+    with pytest.raises(BadFile, match="x: cannot be written"):
+        write_file(tmp_path / "x", "content", alone=True)
+
+
+def test_several_processes_may_write_one_file(tmp_path):
+    first, second = (Replacement(tmp_path / "x.csv") for _ in range(2))
+    for one in (first, second):
+        one.draft.write_text(one.draft.name)
+    for one in (first, second):
+        one.sync()
+        one.rename()
+    assert (tmp_path / "x.csv").read_text() == second.draft.name
+    assert second.draft.name.endswith(".draft.csv")
+
+
+def test_a_private_file_makes_a_directory_that_nobody_else_reads(tmp_path):
+    path = tmp_path / "new" / "people" / "secret"
+    for content in ("one", "two"):
+        write_private(path, content, mode=0o600)
+        assert path.read_text() == content
+    assert (permissions(path), permissions(path.parent)) == (0o600, 0o700)
+    assert names(path.parent) == ["secret"]
+    (tmp_path / "file").touch()
+    with pytest.raises(BadFile, match="cannot be written"):
+        write_private(tmp_path / "file" / "x", "content")
+
+
+def test_what_is_in_its_place_is_written_even_where_the_directory_cannot_be_forced_to_the_disk(tmp_path, monkeypatch):
+    fsync = os.fsync
+
+    def files_only(descriptor):
+        if stat.S_ISDIR(os.fstat(descriptor).st_mode):
+            raise OSError(22, "Invalid argument")
+        fsync(descriptor)
+
+    monkeypatch.setattr("os.fsync", files_only)
+    write_file(tmp_path / "x", "content")
+    assert (tmp_path / "x").read_text() == "content"
+
+
+def test_of_a_directory_that_is_not_there_the_disk_knows_nothing(tmp_path):
+    sync_directory(tmp_path)
+    with pytest.raises(OSError, match="No such file"):
+        sync_directory(tmp_path / "missing")

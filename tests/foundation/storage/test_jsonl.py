@@ -1,0 +1,80 @@
+"""Files of lines: what a crash tore is cut off, and nothing else."""
+
+import json
+from contextlib import closing
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.storage.jsonl import LineFile, whole_lines, with_checksum, without_checksum
+
+LONG = b"x" * 200_000
+
+
+@pytest.mark.parametrize(
+    ("content", "kept"),
+    [
+        (b"", b""),
+        (b"torn", b""),
+        (b"\n", b"\n"),
+        (b"a\nb\n", b"a\nb\n"),
+        (b"a\nb\ntorn", b"a\nb\n"),
+        (b"a\n" + LONG, b"a\n"),
+        (LONG, b""),
+        (LONG + b"\n" + LONG, LONG + b"\n"),
+        (b"a\n\0\0\0", b"a\n"),
+    ],
+    ids=["nothing", "one torn", "blank", "whole", "last torn", "long", "one long", "long after long", "zeroes"],
+)
+def test_an_unfinished_last_line_is_cut_off(tmp_path, content, kept):
+    path = tmp_path / "lines"
+    path.write_bytes(content)
+    with closing(LineFile(path)) as file:
+        file.cut_torn_tail()
+        file.append(b"next")
+    assert path.read_bytes() == kept + b"next\n"
+
+
+@pytest.mark.parametrize("size", [65_535, 65_536, 65_537, 131_072])
+def test_a_torn_line_of_any_length_is_cut_off_whole(tmp_path, size):
+    path = tmp_path / "lines"
+    path.write_bytes(b"a\n" + b"x" * size)
+    with closing(LineFile(path)) as file:
+        file.cut_torn_tail()
+    assert path.read_bytes() == b"a\n"
+
+
+def test_lines_are_numbered_as_in_the_file_and_torn_ones_are_none(tmp_path):
+    path = tmp_path / "lines"
+    path.write_bytes(b"a\n\n  \nb\r\ntorn")
+    assert list(whole_lines(path)) == [(1, b"a\n"), (4, b"b\r\n")]
+
+
+OBJECTS = st.dictionaries(st.text(max_size=5), st.one_of(st.integers(), st.text(max_size=9)), min_size=1, max_size=4)
+
+
+@given(OBJECTS)
+def test_a_line_comes_back_without_its_checksum(content):
+    line = json.dumps(content).encode()
+    marked = with_checksum(line)
+    assert json.loads(marked) == {**content, "crc": json.loads(marked)["crc"]}
+    assert without_checksum(marked + b"\n") == line
+
+
+def test_every_single_bit_is_noticed():
+    line = with_checksum(b'{"key":"a/flip?p=0.2","steps":[1,2,3]}')
+    assert without_checksum(line)
+    for number in range(8 * len(line)):
+        place, bit = divmod(number, 8)
+        changed = bytearray(line)
+        changed[place] ^= 1 << bit
+        with pytest.raises(BadValue, match="checksum"):
+            without_checksum(bytes(changed))
+
+
+@pytest.mark.parametrize("line", [b"{}", b'{"a":1}', b'{"crc":"12345678","a":1}', b"", b'{"a":"x,crc"}'])
+def test_a_line_without_a_checksum_is_refused(line):
+    with pytest.raises(BadValue, match="checksum: got 'none', expected one at the end of the line"):
+        without_checksum(line)

@@ -1,0 +1,93 @@
+"""Inside the directory of a study no link is followed for writing; above it and elsewhere links are the user's own."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+from lockprobe.foundation.errors import BadFile
+from lockprobe.foundation.storage.atomic_file import NewDirectory, remove_file, write_file, write_private
+from lockprobe.foundation.storage.jsonl import LineFile
+from lockprobe.foundation.storage.links import make_directory, refuse_links
+
+WRITERS = {
+    "file": lambda path: write_file(path, "new"),
+    "file by one process": lambda path: write_file(path, "new", alone=True),
+    "private": lambda path: write_private(path, "new"),
+    "lines": LineFile,
+    "directory": make_directory,
+    "new directory": NewDirectory,
+    "file in a directory": lambda path: write_file(path / "x", "new"),
+    "deleted file in a directory": lambda path: remove_file(path / "there"),
+}
+
+
+@pytest.fixture
+def study(tmp_path):
+    (tmp_path / "study").mkdir()
+    (tmp_path / "study" / "study.json").write_text("{}")
+    (tmp_path / "away").mkdir()
+    (tmp_path / "away" / "there").write_text("mine")
+    (tmp_path / "away" / "study.json").write_text("{}")  # somebody's own study is no way in either
+    (tmp_path / "victim").write_text("mine")
+    return tmp_path / "study"
+
+
+def snapshot(directory: Path) -> dict[str, bytes | None]:
+    return {str(path): path.read_bytes() if path.is_file() else None for path in sorted(directory.rglob("*"))}
+
+
+@pytest.mark.parametrize("writer", WRITERS)
+@pytest.mark.parametrize("leads", ["../victim", "../away", "../missing", "/dev/null", "there.txt"])
+def test_a_link_inside_a_study_is_named_and_not_followed(study, monkeypatch, writer, leads):
+    (study / "there.txt").write_text("mine")
+    (study / "link").symlink_to(leads)
+    before = snapshot(study.parent)
+    for path in (
+        study / "link",
+        Path("link"),
+        study / "link" / "deeper",
+        study.parent / "away" / ".." / "study" / "link",
+    ):
+        monkeypatch.chdir(study)
+        with pytest.raises(BadFile, match=r"study/link: is a link inside the directory of a study .*, which is not"):
+            WRITERS[writer](path)
+    assert snapshot(study.parent) == before
+
+
+def test_a_link_to_the_study_and_links_elsewhere_are_followed(study, tmp_path):
+    (tmp_path / "link").symlink_to("study")
+    write_file(tmp_path / "link" / "report.html", "new")
+    assert (study / "report.html").read_text() == "new"
+    (tmp_path / "other").symlink_to("victim")
+    write_file(tmp_path / "other", "new")
+    assert (tmp_path / "victim").read_text() == "new"
+    refuse_links(tmp_path / "other")
+    with pytest.raises(BadFile, match="other: is a link inside the directory of a study"):
+        refuse_links(tmp_path / "other", within=tmp_path)
+
+
+def test_the_directory_of_a_suite_counts_with_all_that_is_in_it(study, tmp_path):
+    suite = tmp_path / "suite"
+    suite.mkdir()
+    (suite / "suite.json").symlink_to("nowhere")
+    (suite / "chain-4").symlink_to("../study")
+    with pytest.raises(BadFile, match="suite/chain-4: is a link"):
+        write_file(suite / "chain-4" / "report.html", "new")
+    with pytest.raises(BadFile, match=r"suite/suite\.json: is a link"):
+        write_file(suite / "suite.json", "new")
+
+
+def test_what_has_a_second_name_is_not_appended_to_and_is_replaced_as_a_whole(study, tmp_path):
+    os.link(tmp_path / "victim", study / "trials.jsonl")
+    with pytest.raises(BadFile, match="has a second name elsewhere"):
+        LineFile(study / "trials.jsonl")
+    write_file(study / "trials.jsonl", "new")
+    assert (tmp_path / "victim").read_text() == "mine"
+    LineFile(study / "trials.jsonl").close()
+
+
+def test_a_link_at_the_name_of_a_draft_is_not_followed(study, tmp_path):
+    (study / ".report.html.draft").symlink_to("../victim")
+    write_file(study / "report.html", "new", alone=True)
+    assert (tmp_path / "victim").read_text() == "mine"

@@ -1,0 +1,378 @@
+"""What other packages add is found by its name, imported late, and breaks in one line."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+import strangers
+
+from lockprobe.agents.catalogue import resolve
+from lockprobe.boxes.families import box, find_box
+from lockprobe.cli import build, main
+from lockprobe.foundation import plugins
+from lockprobe.foundation.errors import BadFile, BadValue, BrokenPlugin, UnknownName, UserMistake
+from lockprobe.foundation.plugins import (
+    GROUPS,
+    allow,
+    allowed,
+    find_plugin,
+    no_foreign_code,
+    plugin_name_of,
+    plugin_names,
+)
+from lockprobe.interventions.catalogue import interventions_of, kinds
+from lockprobe.plants.catalogue import resolve_plant
+from lockprobe.report.sections import section_of_package
+from lockprobe.statistics.measures import find_measure
+from lockprobe.studies.single import run_trial
+from lockprobe.studies.study_options import read_options_file
+from lockprobe.trial.condition import spec_of
+from lockprobe.trial.trial_json import trial_from_json, trial_from_line, trial_to_json
+
+USES = {
+    "agent": lambda spec: resolve(spec).make(),
+    "box": find_box,
+    "intervention": interventions_of,
+    "measure": find_measure,
+    "plant": lambda spec: resolve_plant(spec).check(box()),
+    "plant source": lambda spec: resolve_plant(spec).check(box()),
+    "section": lambda spec: section_of_package(find_plugin("section", spec)),
+    "command": lambda spec: build([spec]),
+}
+"""What is added -> how a spec of it is used."""
+
+
+@pytest.fixture(autouse=True)
+def fresh(monkeypatch):
+    """Nothing has been named yet."""
+    monkeypatch.setattr(plugins, "_permission", plugins._Permission())
+
+
+@pytest.fixture
+def lockprobe(capsys, monkeypatch):
+    def run(*arguments):
+        monkeypatch.setattr("sys.argv", ["lockprobe", *map(str, arguments)])
+        with pytest.raises(SystemExit) as ended:
+            main()
+        out, err = capsys.readouterr()
+        return ended.value.code or 0, out, err
+
+    return run
+
+
+@pytest.fixture
+def strange(tmp_path, monkeypatch):
+    strangers.install(tmp_path, monkeypatch)
+
+
+@pytest.mark.usefixtures("strange")
+def test_a_package_adds_one_of_each_kind_by_name():
+    assert {kind: plugin_names(kind) for kind in GROUPS} == {
+        "agent": ("first",), "box": ("gate",), "intervention": ("hush",), "measure": ("untold",), "plant": ("plain",),
+        "section": ("quiet",), "command": ("shout",), "plant source": ("seen",), "tool": (),
+    }  # fmt: skip
+    trial = run_trial(agent="first?place=2", box="gate?size=4", plant="plain?force=2", condition="hush?steps=2")
+    assert (trial.agent, trial.box, trial.joints[0]) == ("first?place=2", "gate-4", "gate")
+    assert trial.facts == {"place": 2}
+    assert trial.plant == {"plant": "plain?force=2", "force": 2.0}
+    assert [step.told_moved is None for step in trial.steps[:3]] == [True, True, False]
+    assert find_measure("untold")(trial) == pytest.approx(2 / 20)
+    assert find_measure("untold?weight=2.5")(trial) == pytest.approx(5 / 20)
+    assert trial_from_json(trial_to_json(trial)) == trial
+
+
+@pytest.mark.usefixtures("strange")
+def test_the_same_stands_behind_python_without_an_entry_point():
+    agent, gate, plant = "python:strange:First?place=1", "python:strange:GATE", "python:strange:Plain"
+    trial = run_trial(agent=agent, box=gate, plant=plant, condition="python:strange:Hush?steps=3 + tremble?p=0")
+    assert (trial.box, trial.plant["plant"], trial.agent) == ("gate-4", plant, agent)
+    assert find_measure("python:strange:hasty")(trial) is False
+
+
+@pytest.mark.usefixtures("strange")
+def test_a_condition_is_written_with_the_name_of_its_package():
+    allow("python:strange:Hush?steps=2")
+    (hush,) = interventions_of("python:strange:Hush?steps=2")
+    assert spec_of(hush) == "hush?steps=2"
+    assert plugin_name_of("intervention", type(resolve("first").make())) == "python:strange:First"
+
+
+@pytest.mark.usefixtures("strange")
+@pytest.mark.parametrize(
+    ("kind", "spec", "said"),
+    [
+        ("agent", "first?plaice=1", "no option of first is called 'plaice' (did you mean 'place'?)"),
+        ("agent", "first?place=one", "place: got 'one', expected a whole number"),
+        ("agent", "frist", "no agent is called 'frist' (did you mean 'first'?)"),
+        ("agent", "python:strange:Quits", "agent 'python:strange:Quits' does not work (SystemExit: it quits)"),
+        ("agent", "python:strange:breaks", "expected a class with `facts`"),
+        ("agent", "python:strange:Plain", "expected a class with `facts`"),
+        ("agent", "python:os:system?command=false", "expected a module of your own: os is one of Python"),
+        ("agent", "python:strange:os.system?command=false", "expected a module of your own: posix is one of Python"),
+        ("agent", "python:strange:subprocess.Popen?args=false", "subprocess is one of Python"),
+        ("agent", "python:strange:gate", "expected a class with `facts`"),
+        ("box", "python:strange:hasty", "box 'python:strange:hasty' does not work (TypeError: "),
+        ("box", "python:os:system?command=false", "os is one of Python"),
+        ("box", "python:strange:breaks", "box 'python:strange:breaks' does not work (ZeroDivisionError: by nothing)"),
+        ("box", "python:strange:First", "expected a Lockbox, or a function that returns one"),
+        ("box", "python:strange:GATE?size=3", "expected no options: it is a Lockbox"),
+        ("box", "gate?size=9", "joints: got 9, expected at most 8"),
+        ("box", "python:strange:STUCK", "expected one that can be played (unsolvable: no sequence"),
+        ("box", "gat", "no box is called 'gat'"),
+        ("plant", "python:strange:First", "expected a class with `facts`, `observe()`"),
+        ("plant", "python:strange:breaks", "expected a class with `facts`, `observe()`"),
+        ("plant", "python:strange:falls", "plant 'python:strange:falls' does not work (SystemExit: it falls)"),
+        ("plant", "python:subprocess:run?args=false", "subprocess is one of Python"),
+        ("plant", "plan", "no plant is called 'plan' (did you mean 'plain'?)"),
+        ("plant", "plain?box=3", "no option of plain is called 'box'"),
+        ("intervention", "hush?steps=few", "steps: got 'few', expected a whole number"),
+        ("intervention", "python:strange:First", "expected a frozen dataclass"),
+        ("measure", "untold?trial=1", "no option of untold is called 'trial'"),
+        ("measure", "python:strange:GATE", "expected a function of a trial"),
+        ("measure", "python:strange:First", "expected a function of a trial"),
+        ("measure", "python:strange:subprocess.Popen?args=false", "subprocess is one of Python"),
+        ("measure", "solved?x=1", "expected solved without options"),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_is_one_line(kind, spec, said):
+    allow(spec)
+    with pytest.raises(UserMistake) as mistake:
+        USES[kind](spec)
+    assert said in str(mistake.value)
+    assert "\n" not in str(mistake.value)
+
+
+BROKEN = "import not_installed_anywhere\n"
+NAMED = "of broken-things 0.3 does not work (ModuleNotFoundError: No module named 'not_installed_anywhere')"
+
+
+@pytest.fixture
+def broken(tmp_path, monkeypatch):
+    """One package that works, and one that does not and adds as many of each kind."""
+    for name in ("good", "bad"):
+        (tmp_path / name).mkdir()
+    strangers.install(tmp_path / "good", monkeypatch)
+    bad = {group: {f"bad-{group}": "Thing"} for group in strangers.POINTS}
+    strangers.install(tmp_path / "bad", monkeypatch, "broken", BROKEN, bad, "broken-things")
+
+
+@pytest.mark.usefixtures("broken")
+@pytest.mark.parametrize("kind", USES)
+def test_a_broken_package_is_named_by_those_who_use_it_and_disturbs_nobody_else(kind):
+    with pytest.raises(BrokenPlugin) as mistake:
+        USES[kind](GROUPS[kind].replace("lockprobe.", "bad-"))
+    assert str(mistake.value).endswith(NAMED)
+    assert run_trial(agent="first", box="gate", plant="plain", condition="hush + drop?p=0.5").steps
+    assert "broken" not in sys.modules
+
+
+@pytest.mark.usefixtures("broken")
+@pytest.mark.parametrize("command", ["agents", "plants", "interventions", "measures"])
+def test_lists_have_what_works_and_name_what_does_not(lockprobe, command):
+    status, out, err = lockprobe(command, "--json")
+    rows = {row["spec"]: row for row in map(json.loads, out.splitlines())}
+    (good,) = strangers.POINTS[command]
+    assert (status, err) == (0, "")
+    assert rows[good]["package"] == "strange-things 0.3"
+    assert rows[good]["what"]
+    assert rows[f"bad-{command}"]["what"].endswith(NAMED)
+    assert len(rows) >= 5
+    assert lockprobe(command)[1].count("broken-things") >= 1
+
+
+@pytest.mark.usefixtures("broken")
+def test_boxes_are_listed_with_those_of_packages(lockprobe):
+    rows = {row["name"]: row for row in map(json.loads, lockprobe("box", "list", "--json")[1].splitlines())}
+    assert (rows["gate"]["optimum"], rows["gate"]["package"]) == (3, "strange-things 0.3")
+    assert rows["bad-boxes"]["error"].endswith(NAMED)
+    assert "gate             " in lockprobe("box", "list")[1]
+    assert json.loads(lockprobe("box", "show", "gate?size=5", "--json")[1])["optimum"] == 5
+
+
+@pytest.mark.usefixtures("broken")
+def test_a_command_of_a_package_is_one_of_lockprobe_s(lockprobe):
+    assert lockprobe("shout", "hush", "--times", "2") == (0, "HUSH HUSH\n", "")
+    assert "shout          Print words in capitals." in lockprobe("--help")[1]
+    assert NAMED in " ".join(lockprobe("--help")[1].split())
+    assert lockprobe("shot")[2] == "lockprobe: No such command 'shot'. Did you mean 'shout'?\n"
+    status, out, err = lockprobe("bad-commands")
+    assert (status, out, err.rstrip().endswith(NAMED)) == (2, "", True)
+
+
+@pytest.mark.usefixtures("strange")
+def test_a_plant_of_a_package_can_have_a_camera():
+    source = resolve_plant("seen?width=80")
+    assert (source.has_camera, source.picture_size, source.ships) == (True, (80, 64), False)
+    with no_foreign_code():
+        assert not resolve_plant("seen").has_camera
+        with pytest.raises(BadValue, match="no other code runs here"):
+            resolve_plant("seen").make(box(), box().names, None)
+
+
+def test_a_plant_source_that_is_none_is_one_line(tmp_path, monkeypatch):
+    strangers.install(
+        tmp_path, monkeypatch, points={"plant_sources": {"odd": "untold"}}, text="def untold(spec): return 3"
+    )
+    with pytest.raises(BadValue, match="expected a function of spec that returns a PlantSource"):
+        resolve_plant("odd")
+
+
+def test_a_name_of_lockprobe_s_own_cannot_be_taken(tmp_path, monkeypatch, lockprobe):
+    taken = {
+        "agents": {"random": "First"}, "interventions": {"drop": "Hush"}, "boxes": {"fork": "gate"},
+        "commands": {"chance": "shout", "rig": "shout"}, "plant_sources": {"twin": "seen"}, "tools": {"film": "shout"},
+    }  # fmt: skip
+    strangers.install(tmp_path, monkeypatch, points=taken)
+    assert type(resolve("random").make()).__name__ == "RandomAgent"
+    assert type(interventions_of("drop")[0]).__name__ == "Drop"
+    assert kinds()["drop"].__module__ == "lockprobe.interventions.drop"
+    assert find_box("fork") == box("fork")
+    assert "Lockprobe itself uses this one (strange-things 0.3)" in lockprobe("interventions")[1]
+    assert find_plugin("plant source", "twin").ships
+    assert find_plugin("command", "rig").ships
+    assert find_plugin("tool", "film").ships
+    assert lockprobe("chance", "--length", "3", "--json")[0] == 0
+
+
+def test_a_name_that_two_packages_have_is_refused(tmp_path, monkeypatch):
+    for name in ("a", "b"):
+        (tmp_path / name).mkdir()
+        strangers.install(tmp_path / name, monkeypatch, f"strange_{name}", package=f"things-{name}")
+    with pytest.raises(
+        BadValue, match=r"^agent: got 'first', expected a name from only one package, not from things-b 0.3 and"
+    ):
+        resolve("first")
+
+
+def test_nothing_of_a_package_is_imported_before_it_is_used(tmp_path, monkeypatch):
+    strangers.install(tmp_path, monkeypatch, text="raise SystemExit('it ran')")
+    assert resolve("first?place=2").senses == "pictures"
+    assert not resolve_plant("plain").has_camera
+    assert not resolve_plant("python:strange:Plain").has_camera
+    assert find_plugin("box", "gate").package == "strange-things 0.3"
+    with pytest.raises(UnknownName, match="gate"):
+        box("gate")  # what a record names is a box of Lockprobe's own, or none
+
+
+@pytest.mark.usefixtures("strange")
+@pytest.mark.parametrize(
+    ("kind", "spec"),
+    [
+        ("agent", "python:strange:First?place=1"),
+        ("intervention", "python:strange:Hush?steps=2"),
+        ("plant", "python:strange:Plain"),
+    ],
+)
+def test_what_no_person_has_named_is_not_imported(kind, spec):
+    sys.modules.pop("strange", None)
+    for named in ((), (f"{spec}1",) if kind == "agent" else ("python:strange:GATE",)):
+        allow(*named)
+        with pytest.raises(
+            BadValue, match="expected --allow with it in this command .*: what a file or a directory names"
+        ):
+            USES[kind](spec)
+    assert "strange" not in sys.modules
+    allow(f"tremble?p=0.1 + {spec}" if kind == "intervention" else spec)
+    USES[kind](spec)
+    assert spec in allowed()
+
+
+@pytest.mark.usefixtures("strange")
+def test_nothing_of_others_runs_where_none_may():
+    allow("python:strange:First")
+    with no_foreign_code():
+        for kind, spec in {"agent": "python:strange:First", "intervention": "hush", "plant": "plain"}.items():
+            with pytest.raises(BadValue, match="no other code runs here"):
+                USES[kind](spec)
+    assert USES["agent"]("python:strange:First").facts == {"place": 0}
+
+
+@pytest.mark.parametrize(
+    "way_out", ["raise SystemExit('it ran')", "raise BaseException('it ran')", "import sys; sys.exit()"]
+)
+def test_a_module_that_ends_the_process_is_one_line(tmp_path, monkeypatch, lockprobe, way_out):
+    strangers.install(tmp_path, monkeypatch, text=way_out)
+    status, _, err = lockprobe("run", "flips", "--agent", "python:strange:First", "--out", tmp_path / "d")
+    assert (status, err.count("\n")) == (2, 1), err
+    assert err.startswith("lockprobe: agent: got 'python:strange:First', expected python:module:Name")
+    for kind, (command, names) in zip(("agent", "plant"), list(strangers.POINTS.items())[::4], strict=True):
+        (name,) = names
+        with pytest.raises(BrokenPlugin, match=r"of strange-things 0\.3 does not work"):
+            USES[kind](name)
+        status, out, _ = lockprobe(command)
+        assert (status, "Cannot be used." in out) == (0, True)
+
+
+ENDS = """
+class Ends(First):
+    async def aclose(self): raise SystemExit(0)
+
+class Said(First):
+    @property
+    def facts(self): raise SystemExit(0)
+    @facts.setter
+    def facts(self, facts): pass
+
+class Shut(Plain):
+    def close(self): raise SystemExit(0)
+
+class Falls(Plain):
+    def attempt(self, joint): raise BaseException("it falls")
+"""
+
+
+@pytest.mark.parametrize(
+    ("options", "status", "said"),
+    [
+        (("--agent", "python:strange:Ends"), 1, "agent 'python:strange:Ends' does not work (SystemExit: 0)"),
+        (("--agent", "python:strange:Said"), 2, "agent 'python:strange:Said' does not work (SystemExit: 0)"),
+        (("--agent", "first", "--plant", "python:strange:Shut"), 2, "plant 'python:strange:Shut' does not work (SystemExit: 0)"),
+        (("--agent", "first", "--plant", "python:strange:Falls"), 1, "BaseException: it falls"),
+    ],
+)  # fmt: skip
+def test_what_ends_the_process_at_a_call_ends_no_run_in_silence(
+    tmp_path, monkeypatch, lockprobe, options, status, said
+):
+    strangers.install(tmp_path, monkeypatch, text=strangers.WORKING + ENDS)
+    line = ("run", "flips", *options, "--p", "0", "--trials", "1", "--repetitions", "1", "--no-report")
+    found, out, err = lockprobe(*line, "--out", tmp_path / "d")
+    assert (found, said in out + err) == (status, True), out + err
+    assert "Traceback" not in err
+
+
+@pytest.mark.parametrize("setting", ["agent", "plant", "box"])
+def test_no_file_runs_code(tmp_path, setting):
+    (tmp_path / "mine.toml").write_text(f'{setting} = "python:strange:Thing"\n', "utf-8")
+    with pytest.raises(BadFile, match=f"{setting}: python:strange:Thing would run code; name it on the command line"):
+        read_options_file(tmp_path / "mine.toml")
+
+
+def test_a_plant_that_breaks_in_one_trial_breaks_that_trial(tmp_path, monkeypatch):
+    moody = strangers.WORKING + (
+        "\nclass Moody(Plain):\n"
+        "    def __init__(self, *, box, labels, rng):\n"
+        "        super().__init__(box=box, labels=labels, rng=rng)\n"
+        "        if labels[0] in 'BCD': raise OSError('no answer')\n"
+    )
+    strangers.install(tmp_path, monkeypatch, text=moody)
+    fine, broken = (run_trial(plant="python:strange:Moody", shuffle=shuffle, seed=2) for shuffle in ("never", "trial"))
+    assert fine.error is None
+    assert (broken.error.boundary, broken.error.message) == ("plant", "OSError: no answer")
+
+
+def test_a_study_is_run_with_what_a_module_here_has(tmp_path):
+    """A command line names a module in the working directory; workers import it too, and the study is resumed."""
+    (tmp_path / "mine.py").write_text(strangers.WORKING, "utf-8")
+    command = [
+        sys.executable, "-m", "lockprobe", "run", "flips", "--agent", "python:mine:First", "--agent", "random",
+        "--plant", "python:mine:Plain", "--box", "python:mine:gate?size=5", "--p", "0", "--trials", "2",
+        "--repetitions", "1", "--workers", "2", "--no-report", "--out", "d",
+    ]  # fmt: skip
+    for _ in range(2):
+        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120)
+        assert done.returncode == 0, done.stderr
+    records = [trial_from_line(line)[0] for line in (tmp_path / "d" / "trials.jsonl").read_bytes().splitlines()]
+    assert {(trial.agent, trial.box) for trial in records} == {("python:mine:First", "gate-5"), ("random", "gate-5")}
+    assert len(records) == 4
+    assert all(trial.plant["force"] == 1.5 and trial.steps[0].sensed == {"force": 1.5} for trial in records)

@@ -1,0 +1,173 @@
+"""Specs as values, and their options."""
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from lockprobe.agents.catalogue import resolve
+from lockprobe.foundation.errors import BadValue, UnknownName
+from lockprobe.foundation.spec import (
+    Spec,
+    arguments_from,
+    in_words,
+    options_of,
+    settings_of,
+    spec_kind,
+    spec_name,
+    split_specs,
+    with_options,
+)
+
+NAMES = st.text(st.characters(codec="utf-8", exclude_characters="?"))
+KINDS = st.text(st.characters(codec="utf-8", exclude_characters="?:"))
+OPTIONS = st.dictionaries(st.text(st.characters(codec="utf-8")), st.text(st.characters(codec="utf-8")))
+
+
+@given(kind=KINDS, name=NAMES, options=OPTIONS)
+def test_a_spec_that_is_written_and_read_is_the_same(kind, name, options):
+    spec = Spec(kind, name, options)
+    assert Spec.parse(str(spec)) == spec
+    assert hash(Spec.parse(str(spec))) == hash(spec)
+
+
+@given(text=st.text(st.characters(codec="utf-8", exclude_characters="?")), query=st.text("ab=&;%2+/: "))
+def test_the_text_of_a_spec_that_was_read_stays_byte_for_byte(text, query):
+    for written in (text, f"{text}?{query}"):
+        try:
+            spec = Spec.parse(written)
+        except BadValue:
+            continue
+        assert str(spec) == written
+        assert spec.full_name == spec_name(written)
+        assert spec.kind == spec_kind(written)
+
+
+def test_a_spec_has_a_kind_a_name_and_options():
+    assert Spec.parse("rgbd?depth=height&near=0.5") == Spec("rgbd", options={"depth": "height", "near": "0.5"})
+    assert Spec.parse("human-inspired:proximity") == Spec("human-inspired", "proximity")
+    assert Spec.parse("viewer:human-inspired:proximity").name == "human-inspired:proximity"
+    assert spec_name("rgbd?depth=height&near=0.5?") == "rgbd"
+    assert spec_kind("llm:openai/gpt-4o?no options") == "llm"
+
+
+def test_options_are_added_replaced_and_taken_away():
+    spec = Spec.parse("tremble?p=0,1%2E5")
+    assert str(spec.adding({"p": "4;8"})) == "tremble?p=4;8"
+    assert str(spec.without(["p", "q"])) == "tremble"
+    assert str(spec.appending("path", "a/b")) == "tremble?p=0,1%2E5&path=a/b"
+    assert str(Spec.parse("viewer").appending("acuity", "40")) == "viewer?acuity=40"
+    with pytest.raises(BadValue, match="each option at most once"):
+        spec.appending("p", "2")
+
+
+@pytest.mark.parametrize("value", ["a/b", "A&B", "100% +", "x=1&y?z", "ä;b", "%26"])
+def test_any_text_is_the_value_of_an_option(value):
+    spec = Spec.parse("manual?device=1").with_value("camera", value)
+    assert spec.options == {"device": "1", "camera": value}
+    assert Spec.parse(str(spec)) == spec
+    with pytest.raises(BadValue, match="each option at most once"):
+        spec.with_value("camera", "other")
+
+
+def test_several_specs_are_joined_with_plus_signs():
+    assert split_specs("flip?p=0.4 + nudge+rgb") == ["flip?p=0.4", "nudge", "rgb"]
+
+
+@pytest.mark.parametrize("spec", ["a?x", "a?x=1&x=2", "a?=1&", "a?"])
+def test_options_have_a_name_and_a_value_and_come_once(spec):
+    with pytest.raises(BadValue, match="^agent: got"):
+        Spec.parse(spec)
+
+
+@pytest.mark.parametrize(
+    ("spec", "message"),
+    [
+        ("human-inspired?laps=1", "no option of human-inspired is called 'laps' (did you mean 'lapse'?)"),
+        ("human-inspired?memory=long", "memory: got 'long', expected one of since-move, configuration, none"),
+        ("human-inspired?nearest=1", "nearest: got '1', expected yes or no"),
+        ("cognitive:softmax-memory?failure=much", "failure: got 'much', expected a number"),
+        ("cognitive:softmax-memory?failure=inf", "failure: got inf, expected a finite number"),
+        ("cognitive:softmax-memory?decay=2", "decay: got 2.0, expected a number from 0 to 1"),
+        ("cognitive:random-map?window=1.5", "window: got '1.5', expected a whole number"),
+        ("cognitive:random-map?window=9", "window: got 9, expected 0 to 3"),
+        (
+            "cognitive:random-map?window=0&avoid=last",
+            "avoid: got 'last', expected none or failed, because the window is 0",
+        ),
+        ("llm:a/b?temperature=hot", "temperature: got 'hot', expected a number"),
+        ("llm:a/b?max_tokens=many", "max_tokens: got 'many', expected a whole number"),
+        ("llm:a/b?schema=hard", "schema: got 'hard', expected one of strict, loose, none"),
+        ("cognitive:softmax", "no cognitive model is called 'softmax' (did you mean 'softmax-memory'?)"),
+        ("cognitive", "no cognitive model is called ''; there are: softmax-memory, random-map, careful, perseverant"),
+        ("ideal-observer:fast", "no agent is called 'ideal-observer:fast'"),
+        ("random?lapse=1", "no agent is called 'random?lapse=1'"),
+    ],
+)
+def test_what_is_wrong_with_an_option_is_said_in_one_line(spec, message):
+    with pytest.raises((BadValue, UnknownName)) as mistake:
+        resolve(spec)
+    assert str(mistake.value).startswith(message)
+
+
+@dataclass(frozen=True)
+class Optional:
+    """Fields that nobody has to set."""
+
+    number: float | None = None
+    count: int | None = None
+    kind: Literal["one", "two"] | None = None
+
+
+def test_an_option_that_need_not_be_set_takes_what_it_holds_if_it_is():
+    assert with_options(Optional, "x", {}) == Optional()
+    found = with_options(Optional, "x", {"number": "1.5", "count": "3", "kind": "two"})
+    assert found == Optional(number=1.5, count=3, kind="two")
+
+
+@dataclass(frozen=True)
+class Many:
+    """Fields of every kind."""
+
+    p: float = 0.5
+    from_: int | None = None
+    at: tuple[int, ...] = ()
+    digest: str = field(init=False, default="")
+    _own: int = 3
+
+
+def test_an_option_is_named_without_the_underscore_behind_a_word_of_python():
+    assert [option.name for option in options_of(Many)] == ["p", "from", "at"]
+    assert with_options(Many, "x", {"from": "2", "at": "4;8"}) == Many(from_=2, at=(4, 8))
+    for private in ("from_", "digest", "_own"):
+        with pytest.raises(UnknownName, match="there are: p, from, at"):
+            with_options(Many, "x", {private: "1"})
+
+
+def test_settings_are_by_option():
+    assert settings_of(Many()) == {"p": 0.5, "from": None, "at": "", "digest": ""}
+    assert settings_of(Many(from_=2, at=(4, 8))) == {"p": 0.5, "from": 2, "at": "4;8", "digest": ""}
+
+
+def test_several_values_are_read_as_they_are_written():
+    assert with_options(Many, "x", {"at": in_words((1, 20))}).at == (1, 20)
+
+
+def test_arguments_of_anybody_s_function_are_read_by_annotation_or_default():
+    def written(box, *, size: "int", share=0.5, loud=False, word=None, many: int | None = None):
+        return size
+
+    class Made:
+        def __init__(self, rng: "not_there.Generator" = None, lag: "int" = 1):  # noqa: F821
+            self.lag = lag
+
+    given = {"size": "3", "share": "1", "loud": "yes", "word": "5", "many": "7"}
+    read = arguments_from(written, "written", given, ["box"])
+    assert read == {"size": 3, "share": 1.0, "loud": True, "word": "5", "many": 7}
+    assert arguments_from(Made, "made", {"lag": "2"}) == {"lag": 2}
+    with pytest.raises(UnknownName, match="no option of written is called 'box'"):
+        arguments_from(written, "written", {"box": "x"}, ["box"])
+    with pytest.raises(BadValue, match="^loud: got 'true', expected yes or no"):
+        arguments_from(written, "written", {"loud": "true"})

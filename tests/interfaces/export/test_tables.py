@@ -1,0 +1,174 @@
+"""What people did stands in the tables once, and what was left is no failure."""
+
+import json
+from dataclasses import replace
+
+import pytest
+from builders import play_study, small_study, with_right_checksums, write_study
+from taking_part import take_part
+
+from lockprobe.interfaces.export import tidy_rows, trial_rows
+from lockprobe.interfaces.export.tables import PeopleRecords, tables_of
+from lockprobe.people.experiment import Experiment
+from lockprobe.people.withdrawal import note_withdrawal
+from lockprobe.studies.journal import Journal
+
+STUDY = small_study(["random", "participant"], p=[0.0, 0.4], trials=2)
+ANN, BOB, CEM = "aaaa01", "bbbb02", "cccc03"
+
+
+@pytest.fixture
+def directory(tmp_path):
+    return write_study(tmp_path, STUDY, play_study(replace(STUDY, agents=("random",))))
+
+
+def tables(directory):
+    return {table.name: table for table in tables_of(PeopleRecords.read(directory))}
+
+
+def test_steps_are_the_tidy_steps_with_what_only_people_have(directory):
+    take_part(directory, STUDY, ANN, [(0.4, 1, 1), (0.0, 1, 2)])
+    records = PeopleRecords.read(directory)
+    steps = tables(directory)["steps"]
+    tidy = list(tidy_rows(records.trials))
+    as_written = [{**row, "state": f"b{row['state']}"} for row in tidy]
+    assert [{name: row[name] for name in tidy[0]} for row in steps.rows] == as_written
+    ours = [row for row in steps.rows if row["participant"] == ANN]
+    assert [row["position"] for row in ours] == sorted(row["position"] for row in ours)
+    assert {row["view"] for row in ours} == {"panel"}
+    assert all(row["rt_ms"] == 1000.5 + row["step"] and row["told"] for row in ours)
+    assert [row.get("claimed_rt_ms") for row in ours] == [300.25 if row["claimed"] else None for row in ours]
+    others = [row for row in steps.rows if row["agent"] == "random"]
+    assert others
+    assert all(row["participant"] == "" and "rt_ms" not in row and row["position"] == "" for row in others)
+
+
+def test_who_left_is_in_the_acts_and_in_no_step(directory):
+    take_part(directory, STUDY, BOB, [(0.0, 1, 1), (0.4, 2, 1)], left_after=1)
+    found = tables(directory)
+    left = "flips/participant/flip?p=0.4/rep=2/trial=1"
+    assert left not in {row["key"] for row in found["steps"].rows}
+    assert [
+        (row["position"], row["step"], row["recorded"]) for row in found["acts"].rows if row.get("key") == left
+    ] == [(2, 1, 0)]
+    (row,) = found["participants"].rows
+    assert (row["boxes_assigned"], row["boxes_finished"], row["left_in_box"], row["left_after_step"]) == (2, 1, 2, 1)
+
+
+def test_every_act_is_a_row_and_says_whether_its_step_is_recorded(directory):
+    trials = take_part(directory, STUDY, ANN, [(0.4, 1, 1)])
+    found = tables(directory)["acts"]
+    assert [row["turn"] for row in found.rows] == list(range(2, len(found.rows) + 2))
+    assert sum(row.get("recorded", 0) for row in found.rows) == len(trials[0].steps)
+    practice = [row for row in found.rows if row.get("position") == 0 and row["scene"] == "box"]
+    assert [(row["key"], row["recorded"], row["label"], row["ended"]) for row in practice] == [("", 0, "A", "solved")]
+    assert all("rt_ms" not in row for row in found.rows if row["scene"] in ("page", "over"))
+
+
+def test_participants_with_what_was_read_and_how_their_checks_went(directory):
+    take_part(directory, STUDY, ANN, [(0.4, 1, 1)], check=True)
+    take_part(directory, STUDY, BOB, [(0.4, 1, 2)], check=False)
+    take_part(directory, STUDY, CEM, [(0.4, 2, 2)], check=None)
+    rows = {row["participant"]: row for row in tables(directory)["participants"].rows}
+    assert {name: (row["checks_right"], row["checks_wrong"]) for name, row in rows.items()} == {
+        ANN: (1, 0),
+        BOB: (0, 1),
+        CEM: (0, 0),
+    }
+    assert all((row["language"], row["texts"]) == ("en", "3f9a01bc22d1") for row in rows.values())
+    assert all("left_in_box" not in row for row in rows.values())
+
+
+def test_checks_and_answers_stand_with_their_questions(directory):
+    take_part(directory, STUDY, ANN, [(0.4, 1, 1)], check=False, answers={"why": "because"})
+    asked = {
+        "checks": [{"after": 1, "question": "Blue, please.", "options": ["red", "blue"], "right": "blue"}],
+        "questions": [{"name": "why", "question": "Why?"}],
+    }
+    (directory / "people" / "experiment.json").write_text(json.dumps(asked))
+    found = tables(directory)
+    (check,), (answer,) = found["checks"].rows, found["answers"].rows
+    assert (check["check"], check["question"], check["answer"], check["right"]) == ("1", "Blue, please.", "red", 0)
+    assert (answer["name"], answer["question"], answer["answer"]) == ("why", "Why?", "because")
+    assert PeopleRecords.read(directory).experiment == Experiment.model_validate(asked)
+
+
+def test_trials_are_those_of_the_export_with_who_played_them(directory):
+    take_part(directory, STUDY, ANN, [(0.4, 1, 1), (0.0, 1, 2)])
+    records = PeopleRecords.read(directory)
+    trials = tables(directory)["trials"]
+    plain = list(trial_rows(records.trials))
+    assert [{name: row[name] for name in plain[0]} for row in trials.rows] == plain
+    ours = [row for row in trials.rows if row["participant"]]
+    assert [(row["participant"], row["position"], row["view"]) for row in ours] == [
+        (ANN, 1, "panel"), (ANN, 2, "panel")
+    ]  # fmt: skip
+
+
+def test_a_participant_has_conditions_a_device_and_an_end(directory):
+    take_part(directory, STUDY, ANN, [(0.4, 1, 1), (0.0, 1, 2)], answers={"why": ""})
+    take_part(directory, STUDY, BOB, [(0.0, 1, 1)])
+    take_part(directory, STUDY, CEM, [(0.0, 2, 1), (0.4, 2, 2)], left_after=1)
+    path = directory / "people" / f"{ANN}.jsonl"
+    no_device = '"pointer":null,"viewport":null'
+    text = path.read_text("utf-8").replace(no_device, '"pointer":"touch","viewport":[390,844]', 2)
+    path.write_text(text.replace(no_device, '"pointer":"mouse","viewport":[1280,800]'), "utf-8")
+    with_right_checksums(path)
+    rows = {row["participant"]: row for row in tables(directory)["participants"].rows}
+    assert [row["conditions"] for row in rows.values()] == [
+        "flip?p=0.4; truth",
+        "truth",
+        "truth; flip?p=0.4",
+    ]
+    assert {name: row["finished"] for name, row in rows.items()} == {ANN: 1, BOB: 1, CEM: 0}
+    device = ("pointers", "window_width", "window_height")
+    assert [rows[ANN][name] for name in device] == ["mouse touch", 390, 844]
+    assert [rows[BOB][name] for name in device] == ["", "", ""]
+    (directory / "people" / "experiment.json").write_text(json.dumps({"questions": [{"name": "why", "question": "?"}]}))
+    rows = {row["participant"]: row for row in tables(directory)["participants"].rows}
+    assert {name: row["finished"] for name, row in rows.items()} == {ANN: 1, BOB: 0, CEM: 0}
+
+
+def test_nothing_is_read_of_somebody_whose_deletion_was_cut_off(directory):
+    take_part(directory, STUDY, ANN, [(0.4, 1, 1)])
+    take_part(directory, STUDY, BOB, [(0.0, 1, 1)])
+    with Journal.open(directory, STUDY) as journal:
+        note_withdrawal(journal, ANN)  # and the server is killed
+    found = tables(directory)
+    assert {row["participant"] for row in found["acts"].rows} == {BOB}
+    assert {row["participant"] for row in found["trials"].rows} == {"", BOB}
+
+
+def test_a_box_that_broke_is_neither_finished_nor_left(directory):
+    take_part(directory, STUDY, ANN, [(0.4, 1, 1), (0.0, 1, 2)], left_after=0)
+    path = directory / "people" / f"{ANN}.jsonl"
+    turn = path.read_bytes().count(b"\n") + 1
+    with path.open("a") as file:
+        file.write(f'{{"kind":"broken","at":1790000900.0,"turn":{turn},"box":2}}\n')
+        file.write('{"kind":"released","at":1790000999.0}\n')
+    with_right_checksums(path)
+    found = tables(directory)
+    (row,) = found["participants"].rows
+    assert (row["boxes_finished"], row["boxes_broken"], row["released"], "left_in_box" in row) == (1, 1, 1, False)
+    last = found["acts"].rows[-1]
+    assert (last["scene"], last["position"], last["turn"]) == ("broken", 2, turn)
+
+
+@pytest.mark.parametrize(
+    ("said", "written"),
+    [
+        ("=1+1", "'=1+1"),
+        ("@SUM(A1)", "'@SUM(A1)"),
+        ("-cmd", "'-cmd"),
+        ("\t=1", "'\t=1"),
+        ("-3.5", "-3.5"),
+        ("+4", "+4"),
+        ("a=1", "a=1"),
+        ("", ""),
+    ],
+)
+def test_no_answer_is_a_formula(directory, said, written):
+    take_part(directory, STUDY, ANN, [(0.4, 1, 1)], answers={"why": said}, platform={"PID": said})
+    found = tables(directory)
+    assert found["answers"].rows[0]["answer"] == written
+    assert found["participants"].rows[0]["platform_PID"] == written

@@ -1,0 +1,161 @@
+"""Tidy rows, one a step or one a trial, have the promised columns, and the truth of every cell."""
+
+import csv
+import io
+import json
+import re
+from dataclasses import replace
+
+import pytest
+from builders import SOLUTION, make_trial, play_study, small_study
+
+import lockprobe
+from lockprobe.interfaces.export import (
+    COLUMNS,
+    TRIAL_COLUMNS,
+    tidy,
+    tidy_rows,
+    trial_rows,
+    write_csv,
+    write_jsonl,
+    write_parquet,
+)
+
+PROMISED = (
+    "key, agent, box, modality, p, repetition, trial, step, joint, moved, told_moved, claimed, state, target, ending"
+)
+
+
+def test_columns_are_those_promised():
+    assert ", ".join(COLUMNS) == PROMISED
+    assert all(tuple(row) == COLUMNS for row in tidy_rows(play_study(small_study())))
+
+
+def test_rows_by_hand():
+    trial = make_trial(SOLUTION, p=0.4, false_at=[2], claims=[None, "moved", "blocked", "moved"])
+    rows = list(tidy_rows([trial]))
+    assert [row["step"] for row in rows] == [1, 2, 3, 4]
+    assert [row["joint"] for row in rows] == ["revolute-right", "slider-2", "slider-1", "revolute-left"]
+    assert [row["moved"] for row in rows] == [1, 1, 1, 1]
+    assert [row["told_moved"] for row in rows] == [1, 0, 1, 1]
+    assert [row["claimed"] for row in rows] == ["", "moved", "blocked", "moved"]
+    assert [row["state"] for row in rows] == ["0000", "0001", "0011", "0111"]
+    assert [row["target"] for row in rows] == [0, 0, 0, 1]
+    assert {row["ending"] for row in rows} == {"solved"}
+
+
+def test_where_panels_differ_each_row_names_its_own():
+    trials = play_study(replace(small_study(), layout="shuffled"))
+    assert len({trial.joints for trial in trials}) > 1
+    rows = list(tidy_rows(trials))
+    assert all(tuple(row) == (*COLUMNS, "panel") for row in rows)
+    for row in rows:
+        assert sorted(row["panel"].split()) == sorted(trials[0].joints)
+        assert len(row["state"]) == len(row["panel"].split())
+    file = io.StringIO()
+    write_csv(trials, file)
+    assert file.getvalue().splitlines()[0] == PROMISED.replace(", ", ",") + ",panel"
+
+
+def test_a_blocked_target_is_not_the_row_that_moved_it():
+    assert [row["target"] for row in tidy_rows([make_trial([0, 0])])] == [0, 0]
+
+
+def test_csv_and_jsonl_hold_the_same():
+    trials = [*play_study(small_study(trials=1)), make_trial([], broken="model")]
+    as_csv, as_jsonl = io.StringIO(), io.StringIO()
+    write_csv(trials, as_csv)
+    write_jsonl(trials, as_jsonl)
+    from_csv = list(csv.DictReader(io.StringIO(as_csv.getvalue())))
+    from_jsonl = [json.loads(line) for line in as_jsonl.getvalue().splitlines()]
+    assert from_jsonl[0]["state"] == "0000"
+    as_text = [{name: str(cell) for name, cell in row.items()} for row in from_jsonl]
+    assert from_csv == [row | {"state": f"b{row['state']}"} for row in as_text]
+    assert len(from_csv) == sum(len(trial.steps) for trial in trials)
+    assert from_csv[0]["state"] == "b0000"
+
+
+def test_where_a_robot_played_its_verdict_comes_last():
+    robot = make_trial([3, 0], budget=2, verdicts=["moved", "failed"])
+    rows = list(tidy_rows([robot, make_trial([1])]))
+    assert all(tuple(row) == (*COLUMNS, "verdict") for row in rows)
+    assert [row["verdict"] for row in rows] == ["moved", "failed", ""]
+    file = io.StringIO()
+    write_csv([robot], file)
+    assert file.getvalue().splitlines()[0] == PROMISED.replace(", ", ",") + ",verdict"
+
+
+def asked_how_sure(trial, *answers):
+    """The trial with what its agent said in every step: how sure it is, and whether it thinks the report false."""
+    steps = [
+        replace(step, decision=replace(step.decision, confidence=sure, report_false=false))
+        for step, (sure, false) in zip(trial.steps, answers, strict=True)
+    ]
+    return replace(trial, steps=tuple(steps))
+
+
+def test_what_an_agent_said_of_its_assessment_comes_last_and_is_empty_where_nobody_asked():
+    sure = asked_how_sure(make_trial([3, 0, 2], budget=3), (None, None), (0, False), (100, True))
+    rows = list(tidy_rows([sure, make_trial([1])]))
+    assert all(tuple(row) == (*COLUMNS, "confidence", "report_false") for row in rows)
+    assert [row["confidence"] for row in rows] == ["", 0, 100, ""]
+    assert [row["report_false"] for row in rows] == ["", 0, 1, ""]
+    assert tuple(next(tidy_rows([make_trial([1])]))) == COLUMNS
+
+
+def test_parquet_has_no_value_where_nobody_asked(tmp_path):
+    parquet = pytest.importorskip("pyarrow.parquet")
+    write_parquet([asked_how_sure(make_trial([3, 0], budget=2), (None, None), (70, True))], tmp_path / "x.parquet")
+    table = parquet.read_table(tmp_path / "x.parquet")
+    assert table.column("confidence").to_pylist() == [None, 70]
+    assert [str(table.schema.field(name).type) for name in ("confidence", "report_false")] == ["int64", "int64"]
+
+
+def test_parquet_keeps_types_and_leading_zeros(tmp_path):
+    parquet = pytest.importorskip("pyarrow.parquet")
+    trials = [*play_study(small_study(trials=1)), make_trial([], broken="model")]
+    write_parquet(trials, tmp_path / "x.parquet")
+    table = parquet.read_table(tmp_path / "x.parquet")
+    assert table.to_pylist() == list(tidy_rows(trials))
+    kinds = {field.name: str(field.type) for field in table.schema}
+    assert (kinds["state"], kinds["p"], kinds["step"], kinds["moved"]) == ("string", "double", "int64", "int64")
+    assert [path.name for path in tmp_path.iterdir()] == ["x.parquet"]
+
+
+def test_parquet_of_nothing_has_all_columns(tmp_path):
+    parquet = pytest.importorskip("pyarrow.parquet")
+    write_parquet([], tmp_path / "x.parquet")
+    assert tuple(parquet.read_table(tmp_path / "x.parquet").column_names) == COLUMNS
+
+
+def test_what_steers_a_terminal_reaches_no_row():
+    trial = replace(make_trial(SOLUTION), agent="x\x1b[2J\u202ey", key="flips/x\x07/truth/rep=1/trial=1")
+    for write in (write_csv, write_jsonl):
+        file = io.StringIO()
+        write([trial], file)
+        assert not {"\x1b", "\x07", "\u202e", "\\u202e", "\\u001b"} & set(re.findall(r"\\u....|.", file.getvalue()))
+        assert "x?[2J?y" in file.getvalue()
+
+
+def test_a_table_of_one_trial_or_several_is_at_hand():
+    first, second = play_study(small_study())[:2]
+    assert tidy([first, second]) == [*tidy(first), *tidy(second)]
+    assert lockprobe.tidy is tidy
+
+
+def test_rows_of_trials_by_hand():
+    solved = make_trial(SOLUTION, p=0.4, false_at=[2], claims=[None, "moved", "moved", "moved"])
+    looping = make_trial([0, 0, 0, 0, 0, 0])
+    broken = make_trial([], broken="model")
+    rows = list(trial_rows([solved, looping, broken]))
+    assert all(tuple(row) == TRIAL_COLUMNS for row in rows)
+    found = [
+        (row["ending"], row["solved"], row["steps"], row["moves"], row["false_reports"], row["claims"],
+         row["misinterpretations"], row["any_loop"], row["loop_coverage"], row["error"])
+        for row in rows
+    ]  # fmt: skip
+    assert found == [
+        ("solved", 1, 4, 4, 1, 3, 1, 0, 0.0, ""),
+        (looping.ending, 0, 6, 0, 0, 0, 0, 1, 1.0, ""),
+        ("error", "", 0, 0, 0, 0, 0, 0, "", "model"),
+    ]

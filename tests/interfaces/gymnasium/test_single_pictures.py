@@ -1,0 +1,279 @@
+"""One box that is looked at: pictures instead of reports, and the very pictures that a study keeps."""
+
+import copy
+import pickle
+from dataclasses import dataclass, replace
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium import spaces
+from gymnasium.utils.env_checker import check_env
+from painted import painted_twins
+
+from lockprobe import run_trial
+from lockprobe.foundation.errors import BadValue, ChannelFault, PlantFault
+from lockprobe.interfaces.gymnasium.learned_agent import LearnedAgent
+from lockprobe.interfaces.gymnasium.single import LockboxEnv
+from lockprobe.plants import catalogue
+from lockprobe.studies.picture_store import Album
+from lockprobe.trial.pictures.png import from_png, to_png
+
+SMALL = "fast-twin?width=80&height=64"
+SOLUTION = (3, 2, 1, 0)
+
+
+@pytest.fixture(autouse=True)
+def made(monkeypatch):
+    return painted_twins(monkeypatch)
+
+
+def looking(observation="rgb", **asked):
+    return LockboxEnv(**{"observation": observation, "plant": SMALL} | asked)
+
+
+def seen(env, actions, **asked):
+    """All pictures of an episode."""
+    pictures = [env.reset(**asked)[0]]
+    pictures += [env.step(action)[0] for action in actions]
+    return pictures
+
+
+@pytest.mark.parametrize("observation", ["symbolic", "rgb", "rgbd"])
+def test_gymnasium_finds_nothing_to_say_against_it(observation):
+    check_env(gymnasium.make("lockprobe/Lockbox-v0", observation=observation, plant=SMALL, shuffle="trial").unwrapped)
+
+
+def test_the_spaces_are_those_of_the_plants_pictures():
+    assert looking().observation_space == spaces.Box(0, 255, (64, 80, 3), np.uint8)
+    space = looking("rgbd", plant="fast-twin?width=100&height=70").observation_space
+    assert space["rgb"] == spaces.Box(0, 255, (70, 100, 3), np.uint8)
+    assert space["depth"] == spaces.Box(0.0, 4.0, (70, 100, 1), np.float32)
+    assert LockboxEnv(observation="rgb", plant="twin").observation_space.shape == (480, 640, 3)
+
+
+def test_depth_is_in_metres_and_zero_where_there_is_none():
+    picture, _ = looking("rgbd").reset(seed=1)
+    assert picture["depth"].dtype == np.float32
+    assert np.unique(picture["depth"]).tolist() == pytest.approx([0, 0.65, 0.7])
+    assert picture["depth"][0].max() == 0  # nothing was there
+    assert picture["depth"][1].max() == 0  # it was farther away than the space says
+    assert (picture["rgb"] == looking().reset(seed=1)[0]).all()
+
+
+class Recorded(LearnedAgent):
+    """Solves the box, and keeps what it was given to look at."""
+
+    observation = "rgbd"
+
+    def __init__(self, listing):
+        self.given = None
+        self.listing = listing
+
+    def act(self, observations, rng):
+        self.given = observations
+        return self.listing[len(observations["rgb"]) - 1]
+
+
+@pytest.mark.parametrize("observation", ["rgb", "rgbd"])
+def test_an_episode_shows_the_pictures_of_the_study(observation, tmp_path):
+    player = Recorded(SOLUTION)
+    trial = run_trial(
+        agent=player, plant=SMALL, modality=observation if observation == "rgbd" else "rgbd", seed=5, repetition=2,
+        trial=3, shuffle="never", pictures=tmp_path,
+    )  # fmt: skip
+    here = seen(looking(observation), SOLUTION, seed=5, options={"repetition": 2, "trial": 3})
+    assert trial.solved
+    for picture, names in zip(here, (trial.opening_pictures, *(step.pictures for step in trial.steps)), strict=True):
+        kept = from_png((tmp_path / names["rgb"]).read_bytes())
+        assert ((picture["rgb"] if observation == "rgbd" else picture) == kept).all()
+    if observation == "rgbd":
+        assert (player.given["rgb"] == np.stack([picture["rgb"] for picture in here[:-1]])).all()
+        assert (player.given["depth"] == np.stack([picture["depth"] for picture in here[:-1]])).all()
+
+
+def test_the_record_is_that_of_the_study():
+    env = looking("rgbd", shuffle="trial")
+    there = run_trial(agent=Shuffled(), plant=SMALL, modality="rgbd", seed=4)
+    env.reset(seed=4)
+    for step in there.steps:
+        env.step(there.listing.index(step.decision.joint))
+    here = env.trial
+    assert replace(here, key=there.key, study=there.study, agent=there.agent, steps=()) == replace(there, steps=())
+    assert [replace(step, decision=None) for step in here.steps] == [
+        replace(step, decision=None) for step in there.steps
+    ]
+
+
+FALSE = [
+    {"modality": "rgb?p=0.4"},
+    {"modality": "rgbd?depth=height", "p": 0.5, "flip": "sticky"},
+    {"observation": "rgb", "condition": "burst?p=0.4"},
+]
+SHOWN = [
+    *FALSE,
+    {"modality": "rgb?blur=2&noise=0.1&occlude=0.2"},
+    {"condition": "tremble?p=0.3 + rgbd", "layout": "shuffled"},
+]
+
+
+@pytest.mark.parametrize("asked", SHOWN)
+def test_false_and_damaged_pictures_pass_gymnasiums_check(asked):
+    env = LockboxEnv(plant=SMALL, **asked)
+    check_env(env, skip_render_check=True)
+    assert isinstance(env.observation_space, spaces.Dict) == ("rgbd" in str(asked))
+
+
+@pytest.mark.parametrize("asked", SHOWN)
+def test_false_and_damaged_pictures_are_those_of_the_trial(asked, tmp_path):
+    words = {"modality" if name == "observation" else name: value for name, value in asked.items()}
+    there = run_trial(agent=Shuffled(), plant=SMALL, seed=4, max_steps=8, pictures=tmp_path, **words)
+    env = LockboxEnv(plant=SMALL, shuffle="trial", max_steps=8, **asked)
+    shown = seen(env, [there.listing.index(step.decision.joint) for step in there.steps], seed=4)
+    names = [there.opening_pictures, *(step.pictures for step in there.steps)]
+    for picture, kept in zip(shown, names, strict=True):
+        rgb = picture["rgb"] if isinstance(picture, dict) else picture
+        assert (rgb == from_png((tmp_path / kept["rgb"]).read_bytes())).all()
+    assert [replace(step, decision=None, pictures={}) for step in env.trial.steps] == [
+        replace(step, decision=None, pictures={}) for step in there.steps
+    ]
+    assert any(step.told_falsely for step in there.steps) == (asked in FALSE)
+
+
+class Shuffled(LearnedAgent):
+    observation = "rgb"
+
+    def act(self, observations, rng):
+        return int(rng.integers(4))
+
+
+def test_an_observation_holds_nothing_but_what_is_seen(monkeypatch):
+    told = [looking(info="truth", shuffle="trial").reset(seed=2)]
+    assert sorted(told[0][1]) == ["labels", "target", "truth"]
+    picture, info = looking(shuffle="trial").reset(seed=2)
+    assert (picture == told[0][0]).all()
+    assert sorted(info) == ["labels", "target"]
+    env = looking(shuffle="trial")
+    env.reset(seed=2)
+    task = env._episode.heard.task
+    assert (info["labels"][info["target"]], info["labels"]) == (task.target, "".join(task.joints))
+    percept = env._episode.heard.percept
+    assert (percept.outcome, percept.positions, percept.look) == (None, None, percept.look)
+
+
+def test_the_same_seed_shows_the_same_and_a_reset_goes_on():
+    env = looking()
+    first, second = (seen(env, SOLUTION[:2], **asked) for asked in ({"seed": 3}, {}))
+    assert (np.array(first) == np.array(seen(looking(), SOLUTION[:2], seed=3))).all()
+    assert (np.array(second) == np.array(seen(looking(), SOLUTION[:2], seed=3, options={"trial": 2}))).all()
+    assert (np.array(first) != np.array(second)).any()
+
+
+def test_every_plant_is_let_go_of_once(made):
+    env = looking()
+    env.close()
+    assert made == []  # nothing is opened before it is needed
+    for _ in range(3):
+        seen(env, SOLUTION)
+    env.close()
+    env.close()
+    assert [plant.closed for plant in made] == [1, 1, 1]
+    with pytest.raises(gymnasium.error.ResetNeeded):
+        env.step(0)
+
+
+def test_it_is_looked_at_once_a_step_and_not_at_all_without_need(made):
+    env = looking("rgbd", render_mode="rgb_array")
+    env.reset(seed=1)
+    env.step(0)
+    env.render()
+    env.render()
+    env.close()
+    seen(LockboxEnv(plant=SMALL), SOLUTION)
+    assert [plant.looks for plant in made] == [2, 0]
+
+
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))])
+def test_a_copy_goes_on_as_the_original_does(copied):
+    env = looking("rgbd")
+    env.reset(seed=2)
+    env.step(3)
+    other = copied(env)
+    for joint in (2, 0, 1):
+        here, there = env.step(joint), other.step(joint)
+        assert (here[0]["rgb"] == there[0]["rgb"]).all()
+        assert here[1:] == there[1:]
+
+
+@pytest.mark.parametrize("observation", ["symbolic", "rgb"])
+def test_it_is_rendered_whatever_the_observation_is(observation):
+    pictures = looking().reset(seed=1)[0]
+    env = looking(observation, render_mode="rgb_array")
+    assert env.render() is None
+    env.reset(seed=1)
+    assert (env.render() == pictures).all()
+    for joint in SOLUTION:
+        env.step(joint)
+    assert (env.render() != pictures).any()  # also after the last step
+    deep = looking(observation, render_mode="depth_array")
+    deep.reset(seed=1)
+    assert deep.render().shape == (64, 80)
+    words = looking(render_mode="ansi")
+    words.reset(seed=1)
+    words.step(1)
+    assert words.render().startswith("Joints: 0 A, 1 B, 2 C, 3 D. Target: A. Steps left: 19.\n")
+    assert "moved" not in words.render()
+    assert "did not" not in words.render()
+
+
+def test_what_can_be_rendered_is_said():
+    assert LockboxEnv().metadata["render_modes"] == ["ansi"]
+    assert looking().metadata["render_modes"] == ["ansi", "rgb_array", "depth_array"]
+    blind = gymnasium.make("lockprobe/Lockbox-v0", render_mode="rgb_array")  # tools ask every environment for pictures
+    blind.reset(seed=1)
+    with pytest.raises(BadValue, match="^render_mode: got 'rgb_array', expected ansi, or plant='fast-twin' or 'twin'"):
+        blind.unwrapped.render()
+
+
+@dataclass(frozen=True)
+class Dimmed:
+    """Makes pictures dark on their way."""
+
+    def perceive(self, percept, past, task, rng):
+        dark = tuple(replace(picture, png=to_png(from_png(picture.png) // 2)) for picture in percept.pictures)
+        return replace(percept, pictures=dark)
+
+
+@dataclass(frozen=True)
+class Blindfold:
+    def perceive(self, percept, past, task, rng):
+        return replace(percept, pictures=())
+
+
+def test_channels_act_on_what_is_seen():
+    bright = looking().reset(seed=1)[0]
+    assert (looking(channels=[Dimmed()]).reset(seed=1)[0] == bright // 2).all()
+    with pytest.raises(ChannelFault, match="no picture of the kind rgb reached the agent"):
+        looking(channels=[Blindfold()]).reset(seed=1)
+
+
+def test_a_plant_that_breaks_is_no_failure_to_solve(monkeypatch):
+    def broken(settings):
+        def make(box, labels, rng):
+            raise RuntimeError("no power")
+
+        return make
+
+    monkeypatch.setattr(catalogue, "_physical", broken)
+    with pytest.raises(PlantFault, match="RuntimeError: no power"):
+        looking().reset(seed=1)
+
+
+def test_pictures_can_be_kept(tmp_path):
+    """What `trial` names is what the observations held."""
+    env = looking()
+    pictures = seen(env, SOLUTION, seed=1)
+    names = [env.trial.opening_pictures["rgb"], *(step.pictures["rgb"] for step in env.trial.steps)]
+    percept = env._episode.heard.percept
+    Album(tmp_path).keep(percept.pictures[0])
+    assert (from_png((tmp_path / names[-1]).read_bytes()) == pictures[-1]).all()

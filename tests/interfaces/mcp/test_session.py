@@ -1,0 +1,425 @@
+"""A study played with tools: records like any other agent's, nothing lost, and no call that is refused changes a file."""
+
+import asyncio
+import gc
+import json
+from dataclasses import replace
+
+import pytest
+from seen import PhotographedPlant
+from tool_player import AGENT, SPEC, Player, plain_records
+
+from lockprobe.foundation.errors import BadFile, BadValue, DirectoryBusy, SettingsChanged
+from lockprobe.interfaces.mcp.connection import Connection
+from lockprobe.interfaces.mcp.session import CallRefused, SessionOptions, ToolSession
+from lockprobe.plants import catalogue
+from lockprobe.plants.symbolic import SymbolicPlant
+from lockprobe.studies.journal import load, read_timings
+from lockprobe.studies.runner import run_study
+from lockprobe.studies.studyfile import study
+
+STUDY = {"p": [0.0, 0.3], "trials": 2, "repetitions": 2, "max_steps": 12}
+STDIO = Connection(client="test", version="1")
+
+
+def planned(agent=AGENT, **more):
+    return study("flips", agent=[agent], **{**STUDY, **more})
+
+
+def opened(directory, a_study=None, agent=AGENT, **options):
+    options = {"isolation": "none", "together": 0.0, **options}
+    return ToolSession.open(directory, a_study or planned(), agent, SessionOptions(**options))
+
+
+def calls(session, connection=STDIO):
+    """The session as :class:`Player` calls it."""
+
+    async def call(tool, given):
+        try:
+            return (await getattr(session, tool)(connection, **given)).text
+        except CallRefused:
+            return None
+
+    return call
+
+
+def all_files(directory):
+    return {path: path.read_bytes() for path in directory.rglob("*") if path.is_file()}
+
+
+@pytest.fixture(scope="module")
+def alone(tmp_path_factory):
+    directory = tmp_path_factory.mktemp("alone")
+    run_study(planned(SPEC), directory)
+    return plain_records(directory)
+
+
+def test_records_are_those_of_the_same_policy_played_directly(tmp_path, alone):
+    async def play():
+        async with opened(tmp_path) as session:
+            assert session.owed == 8
+            assert await Player(calls(session)).play() == 8
+            assert session.owed == 0
+
+    asyncio.run(play())
+    assert plain_records(tmp_path) == alone
+    facts = [dict(trial.facts) for trial in load(tmp_path)]
+    assert [one.pop("position") for one in facts] == list(range(1, 9))
+    assert all(one == facts[0] for one in facts)
+    assert (facts[0]["client"], facts[0]["transport"], facts[0]["isolation"]) == ("test", "stdio", "none")
+    assert [timing.steps for timing in read_timings(tmp_path)] == [len(trial.steps) for trial in load(tmp_path)]
+
+
+def test_an_agent_is_added_to_a_study_and_shares_its_luck(tmp_path, alone):
+    run_study(planned(SPEC), tmp_path)
+
+    async def play():
+        async with opened(tmp_path) as session:
+            await Player(calls(session)).play()
+
+    asyncio.run(play())
+    trials = load(tmp_path)
+    by_agent = {agent: [t for t in trials if t.agent == agent] for agent in (SPEC, AGENT)}
+    places = [[(t.p, t.repetition, t.trial, t.labels, t.steps) for t in of] for of in by_agent.values()]
+    assert places[0] == places[1]
+    assert json.loads((tmp_path / "study.json").read_text())["agents"] == [SPEC, AGENT]
+
+
+def test_a_server_that_is_gone_at_any_step_loses_nothing(tmp_path, alone):
+    """A new server after every single step; the one before is dropped without a word, as by a kill."""
+
+    async def play():
+        steps, done = 0, False
+        while not done:
+            async with opened(tmp_path) as session:
+                player = Player(calls(session))
+                done = not await player.begin()
+                if not done:
+                    steps += 1
+                    await player.step()
+                    session._trial = None  # nothing is said or written
+        return steps
+
+    assert asyncio.run(play()) == sum(len(trial.steps) for trial in load(tmp_path))
+    assert plain_records(tmp_path) == alone
+    assert [trial.facts.get("resumed", 0) for trial in load(tmp_path)] == [len(t.steps) - 1 for t in load(tmp_path)]
+
+
+def test_a_trial_that_ended_before_it_was_recorded_is_recorded_by_the_next_server(tmp_path, alone, monkeypatch):
+    async def play():
+        async with opened(tmp_path) as session:
+            monkeypatch.setattr(session, "_record", lambda trial: None)
+            player = Player(calls(session))
+            await player.begin()
+            while await player.step():
+                pass
+        assert (tmp_path / "trials.jsonl").read_bytes() == b""
+        async with opened(tmp_path) as session:
+            await Player(calls(session)).play()
+
+    asyncio.run(play())
+    assert plain_records(tmp_path) == alone
+
+
+REFUSED = {
+    "unknown joint": ("attempt", {"joint": "Z"}, "is none of"),
+    "empty joint": ("attempt", {"joint": ""}, "is none of"),
+    "huge joint": ("attempt", {"joint": "A" * 10**6}, "is none of"),
+    "half a character": ("attempt", {"joint": "\ud800"}, "is none of"),
+    "no claim": ("attempt", {"joint": "A"}, "last_action is missing"),
+    "no claim in words": ("attempt", {"joint": "A", "last_action": "none"}, "last_action is missing"),
+    "another claim": ("attempt", {"joint": "A", "last_action": "perhaps"}, "is none of moved, did not move, none"),
+    "huge hypothesis": ("attempt", {"joint": "A", "last_action": "moved", "hypothesis": "x" * 4001}, "at most 4000"),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_a_refused_call_says_why_and_changes_nothing(tmp_path, name):
+    tool, given, why = REFUSED[name]
+
+    async def play():
+        async with opened(tmp_path) as session:
+            await session.begin(STDIO)
+            await session.attempt(STDIO, "A", "none")
+            before, seen = all_files(tmp_path), await session.observe(STDIO)
+            with pytest.raises(CallRefused, match=why) as refused:
+                await getattr(session, tool)(STDIO, **given)
+            assert len(str(refused.value)) < 200
+            assert (all_files(tmp_path), await session.observe(STDIO)) == (before, seen)
+            assert await session.begin(STDIO) != seen  # it says the instruction again, and takes no step
+            assert all_files(tmp_path) == before
+
+    asyncio.run(play())
+
+
+def test_calls_without_a_beginning_and_after_the_end_change_nothing(tmp_path):
+    async def play():
+        async with opened(tmp_path, planned(trials=1, repetitions=1, p=[0.0])) as session:
+            before = all_files(tmp_path)
+            for tool, given in (("observe", {}), ("attempt", {"joint": "A"})):
+                with pytest.raises(CallRefused, match="Call begin first"):
+                    await getattr(session, tool)(STDIO, **given)
+            assert all_files(tmp_path) == before
+            player = Player(calls(session))
+            await player.begin()
+            with pytest.raises(CallRefused, match="no last action yet"):
+                await session.attempt(STDIO, "A", "moved")
+            while await player.step():
+                pass
+            before = all_files(tmp_path)
+            for tool, given, why in (("observe", {}, "begin first"), ("begin", {}, "No trial is left")):
+                with pytest.raises(CallRefused, match=why):
+                    await getattr(session, tool)(STDIO, **given)
+            with pytest.raises(CallRefused, match="begin first"):
+                await session.attempt(STDIO, "A", "moved")
+            assert all_files(tmp_path) == before
+
+    asyncio.run(play())
+
+
+def test_calls_at_once_are_one_call_and_refusals(tmp_path):
+    async def play():
+        async with opened(tmp_path, together=0.01) as session:
+            await session.begin(STDIO)
+            many = [session.attempt(STDIO, joint) for joint in "ABCD" * 5]
+            got = await asyncio.gather(*many, session.observe(STDIO), session.begin(STDIO), return_exceptions=True)
+            refused = [one for one in got if isinstance(one, CallRefused)]
+            assert len(refused) == len(got) - 1
+            assert all("one call at a time" in str(one) for one in refused)
+            assert (tmp_path / "attempts.jsonl").read_text().count('"kind":"attempt"') == 1
+
+    asyncio.run(play())
+
+
+def test_a_client_that_stops_waiting_interrupts_no_attempt(tmp_path):
+    async def play():
+        async with opened(tmp_path, together=0.001) as session:
+            await session.begin(STDIO)
+            waiting = asyncio.create_task(session.attempt(STDIO, "A"))
+            await asyncio.sleep(0)
+            waiting.cancel()
+            await asyncio.sleep(0.1)
+            assert (tmp_path / "attempts.jsonl").read_text().count('"kind":"attempt"') == 1
+            assert "You attempted A." in (await session.observe(STDIO)).text
+
+    asyncio.run(play())
+
+
+def test_another_connection_takes_a_trial_over_by_beginning(tmp_path, alone):
+    first, second = (Connection(identity=name, client="test") for name in ("first", "second"))
+
+    async def play():
+        async with opened(tmp_path, transport="http") as session:
+            player = Player(calls(session, first))
+            await player.begin()
+            await player.step()
+            with pytest.raises(CallRefused, match="Another connection"):
+                await session.observe(second)
+            later = Player(calls(session, second))
+            await later.begin()
+            assert (later.told, later.chosen) == (player.told, player.chosen)
+            with pytest.raises(CallRefused, match="Another connection"):
+                await session.attempt(first, "A", "moved")
+            while await later.step():
+                pass
+            assert await later.play() == 7
+
+    asyncio.run(play())
+    assert plain_records(tmp_path) == alone
+    assert [trial.facts.get("resumed", 0) for trial in load(tmp_path)] == [1, *[0] * 7]
+
+
+def test_a_connection_may_have_its_number_of_trials(tmp_path):
+    async def play():
+        async with opened(tmp_path, transport="http", trials_each=2) as session:
+            for name in "abcd":
+                assert await Player(calls(session, Connection(identity=name))).play() == 2
+                with pytest.raises(CallRefused, match=r"played its trials \(2\)|No trial is left"):
+                    await session.begin(Connection(identity=name))
+
+    asyncio.run(play())
+    assert [trial.facts["position"] for trial in load(tmp_path)] == [1, 2] * 4
+
+
+def test_a_client_without_a_session_is_told_what_gives_it_more_trials(tmp_path):
+    async def play():
+        async with opened(tmp_path, transport="http", trials_each=1) as session:
+            assert await Player(calls(session, Connection(identity=""))).play() == 1
+            with pytest.raises(CallRefused, match=r"played its trials \(1\). Start the server anew for another one"):
+                await session.begin(Connection(identity=""))
+
+    asyncio.run(play())
+
+
+def test_a_refused_call_whose_client_has_gone_is_retrieved(tmp_path):
+    async def play():
+        lost = []
+        asyncio.get_running_loop().set_exception_handler(lambda loop, context: lost.append(context["message"]))
+        async with opened(tmp_path) as session:
+            await session.begin(STDIO)
+            call = asyncio.ensure_future(session.attempt(STDIO, "no joint"))
+            await asyncio.sleep(0)
+            call.cancel()
+            await asyncio.wait([call])
+            await asyncio.sleep(0.05)
+            del call
+            gc.collect()
+        return lost
+
+    assert asyncio.run(play()) == []
+
+
+def test_another_way_to_play_is_another_agent(tmp_path):
+    async def play():
+        async with opened(tmp_path) as session:
+            await Player(calls(session)).play(1)
+            with pytest.raises(CallRefused, match="another --agent-name"):
+                await session.begin(replace(STDIO, client="other"))
+            assert await Player(calls(session, replace(STDIO, version="2"))).play(1) == 1
+        for options in ({"isolation": "checked"}, {"transport": "http"}):
+            with pytest.raises(SettingsChanged, match=f"mcp:scripted, {next(iter(options))}"):
+                async with opened(tmp_path, **options):
+                    pass
+        async with opened(tmp_path, planned("mcp:other"), "mcp:other", isolation="checked") as session:
+            assert session.owed == 8
+
+    asyncio.run(play())
+
+
+def test_one_process_plays_a_study_at_a_time(tmp_path):
+    async def play():
+        async with opened(tmp_path):
+            with pytest.raises(DirectoryBusy):
+                async with opened(tmp_path):
+                    pass
+
+    asyncio.run(play())
+
+
+def test_steps_on_disk_hold_a_study_to_its_settings(tmp_path):
+    async def play():
+        async with opened(tmp_path) as session:
+            await session.begin(STDIO)
+        with pytest.raises(SettingsChanged, match="seed"):
+            async with opened(tmp_path, planned(seed=2)):
+                pass
+        with pytest.raises(ZeroDivisionError):
+            async with opened(tmp_path):
+                raise ZeroDivisionError
+        async with opened(tmp_path) as session:
+            assert await Player(calls(session)).play() == 8
+
+    asyncio.run(play())
+
+
+def test_a_report_that_differs_from_the_one_on_disk_is_never_told(tmp_path, monkeypatch):
+    async def play():
+        async with opened(tmp_path) as session:
+            player = Player(calls(session))
+            await player.begin()
+            await player.step()
+        monkeypatch.setattr(SymbolicPlant, "attempt", lambda self, joint: self.observe())
+        async with opened(tmp_path) as session:
+            with pytest.raises(CallRefused, match="cannot write or read its records") as refused:
+                await session.begin(STDIO)
+            assert "as it was shown before" in str(refused.value.__cause__)
+            assert str(tmp_path) not in str(refused.value)
+
+    asyncio.run(play())
+
+
+def test_a_full_disk_undoes_the_attempt(tmp_path, monkeypatch):
+    async def play():
+        async with opened(tmp_path) as session:
+            await session.begin(STDIO)
+            before = all_files(tmp_path)
+            with monkeypatch.context() as full:
+
+                def refuse(line):
+                    raise BadFile("attempts.jsonl", "cannot be written (No space left on device)")
+
+                full.setattr(session._log, "_write", refuse)
+                with pytest.raises(CallRefused, match="did nothing"):
+                    await session.attempt(STDIO, "A")
+            assert all_files(tmp_path) == before
+            assert "goes on" not in (await session.begin(STDIO)).text
+
+    asyncio.run(play())
+
+
+class _Stuck(SymbolicPlant):
+    breaks = 2
+
+    def attempt(self, joint):
+        type(self).breaks -= 1
+        if type(self).breaks == 0:
+            raise OSError("stuck")
+        return super().attempt(joint)
+
+
+def test_a_box_that_breaks_is_an_error_and_is_played_again_from_its_first_step(tmp_path, monkeypatch, alone):
+    source = catalogue.PlantSource(spec="symbolic", make=lambda box, labels, rng: _Stuck(box))
+    monkeypatch.setattr("lockprobe.studies.play.resolve_plant", lambda spec: source)
+
+    async def play():
+        async with opened(tmp_path) as session:
+            player = Player(calls(session))
+            await player.begin()
+            await player.step()
+            reply = await session.attempt(STDIO, "A", "moved")
+            assert reply.text.startswith("The box broke")
+            assert await player.play() == 7
+            assert session.owed == 1
+            with pytest.raises(CallRefused, match="1 broke and are owed"):
+                await session.begin(STDIO)
+        async with opened(tmp_path) as session:
+            assert await Player(calls(session)).play() == 1
+
+    asyncio.run(play())
+    errors = [line for line in (tmp_path / "trials.jsonl").read_bytes().splitlines() if b'"ending":"error"' in line]
+    assert len(errors) == 1
+    (tmp_path / "trials.jsonl").write_bytes(
+        b"".join(line + b"\n" for line in (tmp_path / "trials.jsonl").read_bytes().splitlines() if line not in errors)
+    )
+    assert plain_records(tmp_path) == alone
+
+
+def test_pictures_are_shown_and_kept(tmp_path, monkeypatch):
+    source = catalogue.PlantSource(spec="fast-twin", make=lambda box, labels, rng: PhotographedPlant(box))
+    for room in ("studies.play", "mcp_server.session"):
+        monkeypatch.setattr(f"lockprobe.{room}.resolve_plant", lambda spec: source)
+    shown = planned(p=[0.0], plant="fast-twin", modality=["rgb", "rgbd"])
+
+    async def play():
+        async with opened(tmp_path, shown) as session:
+            for pictures in (1, 2):
+                replies = [await session.begin(STDIO)]
+                replies.append(await session.attempt(STDIO, "A"))
+                replies.append(await session.observe(STDIO))
+                assert [len(reply.pictures) for reply in replies] == [pictures] * 3
+                assert replies[1] == replies[2]
+                assert "At 1" not in replies[1].text
+                kept = {path.name for path in (tmp_path / "pictures").iterdir()}
+                assert {picture.name for reply in replies for picture in reply.pictures} <= kept
+                reply = replies[1]
+                while reply.pictures:
+                    reply = await session.attempt(STDIO, "A", "moved")
+
+    asyncio.run(play())
+
+
+def test_a_condition_that_cannot_act_on_a_client_is_refused_before_anything_is_written(tmp_path):
+    async def play():
+        with pytest.raises(BadValue, match="history"):
+            async with opened(tmp_path / "new", study("flips", agent=[AGENT], condition=["history?last=2"])):
+                pass
+        assert not (tmp_path / "new").exists()
+
+    asyncio.run(play())
+
+
+def test_a_run_does_not_play_clients_and_says_who_does(tmp_path):
+    with pytest.raises(BadValue, match="lockprobe mcp"):
+        run_study(planned(), tmp_path / "alone")
+    trials = run_study(study("flips", agent=["random", AGENT], **STUDY), tmp_path / "both")
+    assert {trial.agent for trial in trials} == {"random"}

@@ -1,0 +1,261 @@
+"""The page for everybody: small screens, no mouse, screen readers, slow lines; and what it tells a browser."""
+
+import asyncio
+import json
+import re
+from collections import Counter
+from dataclasses import replace
+
+import pytest
+from browser import browser, needs_a_browser, new_tab, plan_of, run, served, trials_of, violations
+
+from lockprobe.boxes.families import box
+from lockprobe.interventions.conditions import flips
+from lockprobe.people.texts import read_words
+from lockprobe.studies.study import Study
+
+pytestmark = needs_a_browser
+
+STUDY = Study(
+    name="flips",
+    agents=("participant",),
+    box=box("chain-4"),
+    conditions=flips((0.4,)),
+    repetitions=1,
+    trials=2,
+    seed=11,
+    max_steps=4,
+)
+SHORT = replace(STUDY, max_steps=2)
+LARGE = Study(
+    name="flips",
+    agents=("participant",),
+    box=box("random-8-3"),
+    conditions=flips((0.4,)),
+    repetitions=1,
+    trials=2,
+    seed=11,
+    max_steps=2,
+)
+PICTURES = Study(
+    name="modalities", agents=("participant",), box=box("chain-4"), conditions=flips((0.0,), modalities=("rgbd",)), repetitions=1, trials=2, max_steps=2,
+    plant="fast-twin?width=160&height=120",
+)  # fmt: skip
+CHECK = {"after": 0, "question": "Choose blue.", "options": ["red", "blue"], "right": "blue"}
+ASKED = [{"name": "how", "question": "How?"}, {"name": "which", "question": "Which?", "options": ["one", "two"]}]
+WHOLE = {"checks": [CHECK], "questions": ASKED, "completion_url": "https://example.org/done", "completion_code": "C0DE"}
+
+TARGETS = """() => [...document.querySelectorAll("button, a, summary, [data-option], textarea")]
+  .filter((part) => part.checkVisibility() && !part.closest("dialog:not([open])"))
+  .map((part) => [part.innerText, part.getBoundingClientRect()])
+  .filter(([_, at]) => at.width < 43.9 || at.height < 43.9)
+  .map(([text, at]) => `${text}: ${at.width} x ${at.height}`)"""
+
+OVERLAPS = """() => {
+  const joints = [...document.querySelectorAll("button[data-joint]")].map((part) => part.getBoundingClientRect());
+  return joints.some((a, i) => joints.some((b, k) => k > i && a.left < b.right - 0.5 && b.left < a.right - 0.5
+    && a.top < b.bottom - 0.5 && b.top < a.bottom - 0.5));
+}"""
+
+
+async def every_scene(tab, url, study, experiment, directory, inspect):
+    """Walk through a whole session; each scene is inspected, the last too. Kinds of scenes that were seen."""
+    look, seen = await tab.open(f"{url}?PROLIFIC_PID=w1"), []
+    while True:
+        seen.append(look.scene)
+        await inspect(look)
+        if look.scene == "debrief":
+            return seen
+        if look.scene != "box":
+            look = await tab.go_on(look)
+        else:
+            await tab.choose("A", "moved" if look.asks else None)
+            look = await tab.look(after=look.turn)
+
+
+EXAMPLES = (
+    """() => [...document.querySelectorAll(".example [role=img]")].map((part) => part.getAttribute("aria-label"))"""
+)
+
+
+async def check_example(page, words, asks):
+    """One example, which says in words what is seen in it, and in which nothing can be reached."""
+    (name,) = await page.evaluate(EXAMPLES)
+    assert words.page.target in name
+    assert (words.page.question in name) is asks
+    await page.evaluate("document.querySelector('.example button').focus()")
+    assert not await page.evaluate("document.activeElement.closest('.example')")
+
+
+LOOKS = {
+    "words, German": (STUDY, "text", {"locale": "de-DE"}),
+    "panel": (STUDY, "panel", {}),
+    "eight joints": (LARGE, "panel", {}),
+    "pictures": (PICTURES, "panel", {}),
+}
+
+
+@pytest.mark.parametrize("case", LOOKS.values(), ids=LOOKS)
+def test_every_scene_on_a_phone_and_read_aloud(case, tmp_path):
+    study, view, settings = case
+    if study is PICTURES:
+        pytest.importorskip("mujoco")
+
+    async def on_a_phone():
+        context = {"viewport": {"width": 360, "height": 740}, **settings}
+        shown = {"view": view, "practice": "chain-3", "language": settings.get("locale", "en")[:2], **WHOLE}
+        async with browser() as chromium, served(tmp_path, study, **shown) as url:
+            tab = await new_tab(chromium, "touch", **context)
+            page, told, seen_so_far = tab.page, [], Counter()
+            page.on("console", lambda message: told.append(message.text))
+            page.on("pageerror", lambda error: told.append(str(error)))
+
+            async def inspect(look):
+                wide = await page.evaluate("() => document.documentElement.scrollWidth")
+                assert wide <= 360, f"{look.scene} is {wide} pixels wide"
+                assert await page.evaluate(TARGETS) == [], look.scene
+                assert not await page.evaluate(OVERLAPS), look.scene
+                # A box before and after the first report: then it repeats, and so do further boxes.
+                kind = (look.scene, look.box > 0 if look.scene == "box" else look.heading)
+                seen_so_far[kind] += 1
+                if seen_so_far[kind] <= 2:
+                    await page.emulate_media(color_scheme="light")
+                    assert await violations(page) == [], look.scene
+                    await page.emulate_media(color_scheme="dark")
+                    assert await violations(page, rules=["color-contrast"]) == [], f"{look.scene}, dark"
+                if look.scene == "page":
+                    await check_example(page, read_words(shown["language"]), look.turn == 3)
+
+            seen = await every_scene(tab, url, study, WHOLE, tmp_path, inspect)
+            assert set(seen) == {"consent", "page", "box", "over", "check", "ask", "debrief"}
+            assert told == []
+
+    run(on_a_phone())
+
+
+def test_what_is_wrong_would_be_found():
+    async def looked_at():
+        async with browser() as chromium:
+            page = (await new_tab(chromium)).page
+            await page.set_content(
+                "<!doctype html><html><button data-joint=A style='width:20px'></button>"
+                "<button data-joint=B style='position:absolute;left:10px'>B</button><p style='width:3000px'>wide"
+            )
+            width = await page.evaluate("() => document.documentElement.scrollWidth")
+            small, lies = await page.evaluate(TARGETS), await page.evaluate(OVERLAPS)
+            rules = {found.partition(":")[0] for found in await violations(page)}
+            return width > 3000, len(small), lies, rules >= {"button-name", "html-has-lang", "document-title"}
+
+    assert run(looked_at()) == (True, 2, True, True)
+
+
+class Keyboard:
+    """Somebody who has no mouse: Tab, Enter, arrows."""
+
+    def __init__(self, page):
+        self.page = page
+        self.press = page.keyboard.press
+
+    async def tab_to(self, part):
+        for _ in range(40):
+            if await self.page.evaluate("part => document.activeElement.matches(part)", part):
+                outline = await self.page.evaluate("() => getComputedStyle(document.activeElement).outlineStyle")
+                assert outline != "none", f"{part} does not show that it has the focus"
+                return
+            await self.press("Tab")
+        raise AssertionError(f"{part} cannot be reached")
+
+    async def enter(self, part):
+        await asyncio.sleep(0.22)  # the same key within 0.2 s is taken for one that bounced
+        await self.tab_to(part)
+        await self.press("Enter")
+
+    async def answer(self, look):
+        """Do what has to be done in a scene."""
+        if look.asks:
+            await self.enter("[data-claim=blocked]")
+        if look.options:
+            await self.tab_to("input")
+            await self.press("ArrowDown")
+        if look.written:
+            await self.tab_to("textarea")
+            await self.page.keyboard.type("by trying")
+        acts = {"consent": "agree", "check": "answer", "ask": "answer"}
+        await self.enter(
+            "button[data-joint=B]" if look.scene == "box" else f"[data-act={acts.get(look.scene, 'next')}]"
+        )
+
+
+def test_the_keyboard_alone_is_enough(tmp_path):
+    async def without_a_mouse():
+        async with browser() as chromium, served(tmp_path, SHORT, practice="chain-3", **WHOLE) as url:
+            tab = await new_tab(chromium)
+            page, keyboard = tab.page, Keyboard(tab.page)
+            look = await tab.open(f"{url}?PROLIFIC_PID=w1")
+            while look.scene != "debrief":
+                await keyboard.answer(look)
+                look = await tab.look(after=look.turn)
+            await keyboard.tab_to("[data-act=leave]")
+            await keyboard.enter("[data-act=withdraw]")
+            await page.wait_for_selector("dialog[open]")
+            assert await violations(page) == []
+            for _ in range(5):  # the dialog keeps the focus
+                await keyboard.press("Tab")
+                assert await page.evaluate(
+                    "() => document.activeElement === document.body || document.activeElement.closest('dialog') !== null"
+                )
+            await keyboard.press("Escape")
+            assert not await page.locator("dialog[open]").count()
+
+    run(without_a_mouse())
+
+
+def test_a_whole_session_tells_no_truth_and_asks_nobody_else(tmp_path):
+    sent = []
+
+    async def overheard():
+        async with browser() as chromium, served(tmp_path, STUDY, view="panel", **WHOLE) as url:
+            tab = await new_tab(chromium)
+            tab.page.on("requestfinished", lambda request: sent.append(request))  # noqa: PLW0108 - it has to be a function
+            doms = []
+
+            async def keep(look):
+                doms.append((look, await tab.page.content()))
+
+            await every_scene(tab, url, STUDY, WHOLE, tmp_path, keep)
+            await asyncio.sleep(0.2)
+            assert {request.url.startswith(url) for request in sent} == {True}
+            sizes = [await request.sizes() for request in sent]
+            loaded = [size for request, size in zip(sent, sizes, strict=True) if "/api/" not in request.url]
+            assert 0 < sum(size["responseBodySize"] for size in loaded) < 200_000
+            api = [request for request in sent if "/api/" in request.url]
+            bodies = [await (await request.response()).text() for request in api]
+            return doms, bodies, [request.post_data for request in api], [await r.all_headers() for r in api]
+
+    doms, bodies, posted, headers = run(overheard())
+    plan = plan_of(tmp_path, STUDY, "w1", 1)
+    secret = {*plan.box.names, *(plan_of(tmp_path, STUDY, "w1", n).key for n in (1,)), "chain-4", "seed", "interlock"}
+    page = "".join(html for _, html in doms)
+    for word in secret:
+        assert word not in page + "".join(bodies) + "".join(posted), word
+    for name in ("state", "moved_truth", "repetition", "trial", "p", "key", "plan"):
+        assert f'"{name}"' not in "".join(bodies), name
+    assert all(re.search("lockprobe=", header.get("cookie", "")) or i == 0 for i, header in enumerate(headers))
+    _check_told(bodies, trials_of(tmp_path))
+
+
+def _check_told(bodies, trials):
+    """What the page got of every step is what was told of it, where that was false too."""
+    scenes = [json.loads(body)["scene"] for body in bodies]
+    told = [
+        (scene["number"], scene["step"] - 1, scene["panel"]["last"], scene["panel"]["outcome"], scene["panel"]["told"])
+        for scene in scenes
+        if scene["kind"] == "box" and not scene["practice"] and scene["step"] > 1
+    ]
+    expected, false = [], 0
+    for trial in sorted(trials.values(), key=lambda trial: trial.facts["position"]):
+        for step in trial.steps[:-1]:
+            expected.append((trial.facts["position"], step.step, step.decision.joint, None, step.told))
+            false += step.moved != step.told_moved
+    assert told == expected
+    assert false

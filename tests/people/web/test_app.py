@@ -1,0 +1,674 @@
+"""The page over HTTP: what it gets, what it cannot get, and what is refused."""
+
+import asyncio
+import gzip
+import json
+import os
+import random
+import re
+import resource
+import sys
+from collections import Counter
+from contextlib import AsyncExitStack
+from dataclasses import replace
+from pathlib import Path
+from traceback import walk_stack
+from urllib.parse import urlsplit
+
+import pytest
+from served import STUDY, at_the_box, experiment, logged, served, visiting, written
+from visitor import in_short, without_the_page
+
+import lockprobe
+from lockprobe import load
+from lockprobe.boxes.families import box
+from lockprobe.foundation.errors import BadFile
+from lockprobe.interventions.conditions import flips
+from lockprobe.people.diary import DiaryFile
+from lockprobe.people.texts import read_words
+from lockprobe.studies.study import Study
+from lockprobe.trial.plan import Names
+
+SOURCE = Path(lockprobe.__file__).parent
+
+
+def replies_to(visitor):
+    return [answer.partition(b"\r\n\r\n")[2] for answer in visitor.http.received]
+
+
+async def raw(url, request):
+    """The bytes of an answer to the bytes of a request."""
+    parts = urlsplit(url)
+    reader, writer = await asyncio.open_connection(parts.hostname, parts.port)
+    try:
+        writer.write(request.replace(b"HOST", parts.netloc.encode()))
+        return await asyncio.wait_for(reader.read(), 10)
+    finally:
+        writer.close()
+        await writer.wait_closed()
+
+
+@pytest.mark.parametrize("strategy", ["human-inspired", "ideal-observer", "random"])
+@pytest.mark.parametrize("view", ["panel", "text"])
+def test_a_participant_plays_what_the_strategy_plays_without_the_page(tmp_path, strategy, view):
+    async def play():
+        async with served(tmp_path, people=experiment(view=view)) as place, visiting(place, strategy=strategy) as one:
+            await one.play()
+            return one
+
+    one = asyncio.run(play())
+    assert one.scene["kind"] == "debrief"
+    trials = load(tmp_path)
+    assert [trial.agent for trial in trials] == [f"participant:{one.identity}"] * 2
+    for trial in trials:
+        said = strategy != "random"  # which says nothing of its actions, and the page asks
+        assert in_short(trial, assessed=said) == in_short(without_the_page(STUDY, trial, strategy), assessed=said)
+
+
+def test_from_the_request_to_the_disk_an_act_passes_through_few_functions(tmp_path, monkeypatch):
+    """At most nine, each called by the one before: guards and private helpers count, Starlette and gzip do not."""
+    calls, sync = [], os.fsync
+
+    def synced(handle):
+        frames = (frame for frame, _ in walk_stack(sys._getframe()))
+        ours = [frame.f_code.co_qualname for frame in frames if Path(frame.f_code.co_filename).is_relative_to(SOURCE)]
+        calls.append(ours[::-1])
+        return sync(handle)
+
+    async def act():
+        async with served(tmp_path) as place, visiting(place) as one:
+            await at_the_box(one)
+            with monkeypatch.context() as patched:
+                patched.setattr("os.fsync", synced)
+                await one.do()
+
+    asyncio.run(act())
+    assert calls == [[
+        "Guard.__call__", "_ParticipantApi.act", "ServerState.act", "Session.do", "Session._attempt", "Session._write",
+        "DiaryFile.write", "LineFile.append",
+    ]]  # fmt: skip
+
+
+def test_a_page_is_opened_with_its_words_and_a_cookie_that_no_script_reads(tmp_path):
+    async def visit():
+        async with served(tmp_path) as place:
+            first = await place.http.post("/api/open", json={"platform": {}})
+            again = await place.http.post("/api/open", json={})
+            return first, again
+
+    first, again = asyncio.run(visit())
+    opened = first.json()
+    assert set(opened) == {"lease", "turn", "scene", "withdraw", "participant", "words"}
+    assert set(opened["words"]) == {"language", "direction", "title", "consent", "debrief", "page"}
+    assert opened["words"]["page"] == read_words("en").page.model_dump()
+    assert (opened["scene"]["kind"], opened["participant"], opened["withdraw"]) == ("consent", None, False)
+    cookie = first.headers["set-cookie"].lower()
+    assert cookie.startswith("lockprobe=")
+    assert {"httponly", "samesite=strict", "path=/"} < {part.strip() for part in cookie.split(";")}
+    assert "secure" not in cookie
+    assert again.json()["lease"] != opened["lease"]
+    assert first.headers["cache-control"] == "no-store"
+
+
+def test_nothing_is_written_before_consent_and_nothing_of_who_declines(tmp_path):
+    async def visit():
+        async with served(tmp_path) as place, visiting(place, platform={"PROLIFIC_PID": "p1"}) as one:
+            before = written(tmp_path)
+            await one.open()
+            assert written(tmp_path) == before
+            await one.act(kind="agree", agreed=False)
+            assert (one.scene["kind"], one.scene["why"]) == ("closed", "declined")
+            assert written(tmp_path) == before
+            assert not one.http.cookies
+
+    asyncio.run(visit())
+
+
+def test_who_withdraws_leaves_nothing_here_and_in_the_browser(tmp_path):
+    async def visit():
+        async with served(tmp_path) as place, visiting(place, platform={"PROLIFIC_PID": "somebody"}) as one:
+            await at_the_box(one, step=3)
+            identity, token = one.identity, one.http.cookies["lockprobe"]
+            answer = await one.post("/api/withdraw", {"lease": one.lease})
+            assert answer.json()["scene"]["why"] == "withdrawn"
+            assert not one.http.cookies
+            return identity, token
+
+    for trace in asyncio.run(visit()):
+        found = [path for path in tmp_path.rglob("*") if path.is_file() and trace.encode() in path.read_bytes()]
+        assert found == []
+
+
+def test_an_act_counts_once_however_often_it_is_sent(tmp_path):
+    async def visit():
+        async with served(tmp_path) as place, visiting(place) as one:
+            await at_the_box(one, step=2)
+            body = {"lease": one.lease, "turn": one.turn}
+            joint = one.scene["panel"]["joints"][0]["label"]
+            body |= {"act": {"kind": "attempt", "joint": joint, "rt": 9, "claimed": "moved", "claimed_rt": 5}}
+            cookie = {"cookie": f"lockprobe={one.http.cookies['lockprobe']}"}
+            answers = await asyncio.gather(*(place.http.post("/api/act", json=body, headers=cookie) for _ in range(20)))
+            assert {answer.status_code for answer in answers} == {200}
+            assert len({answer.content for answer in answers}) == 1
+            scene = answers[0].json()["scene"]
+            assert (answers[0].json()["turn"], scene["step"]) == (one.turn + 1, 3)
+
+    asyncio.run(visit())
+
+
+def test_who_agrees_many_times_at_once_joins_once(tmp_path):
+    async def agree(place, visitor):
+        body = {"lease": visitor.lease, "turn": 1, "act": {"kind": "agree", "agreed": True}}
+        cookie = {"cookie": f"lockprobe={visitor.http.cookies['lockprobe']}"}
+        answer = await place.http.post("/api/act", json=body | {"platform": visitor.platform}, headers=cookie)
+        return answer.json()
+
+    async def visit():
+        async with served(tmp_path) as place, AsyncExitStack() as stack:
+            who = [{"PROLIFIC_PID": "one"}] * 6 + [{"PROLIFIC_PID": f"p{i}"} for i in range(6)]
+            visitors = [await stack.enter_async_context(visiting(place, platform=platform)) for platform in who]
+            await asyncio.gather(*(visitor.open() for visitor in visitors))
+            return await asyncio.gather(*(agree(place, visitor) for visitor in visitors for _ in range(3)))
+
+    replies = asyncio.run(visit())
+    joined = {reply["participant"] for reply in replies} - {None}
+    assert len(joined) == len(list((tmp_path / "people").glob("*.jsonl"))) == 3  # as many as there are boxes for
+    why = Counter(reply["scene"].get("why") for reply in replies)
+    assert (why["taken"], why["full"]) == (15, 12)
+
+
+def test_of_two_tabs_the_newer_plays(tmp_path):
+    async def visit():
+        async with served(tmp_path) as place, visiting(place) as one:
+            await at_the_box(one)
+            old, shown = one.lease, one.seen[-1]
+            await one.open()
+            assert one.seen[-1] == shown
+            before = written(tmp_path)
+            act = {"kind": "attempt", "joint": one.scene["panel"]["joints"][0]["label"], "rt": 1}
+            refused = await one.http.post("/api/act", {"lease": old, "turn": one.turn, "act": act})
+            assert (refused.status_code, refused.json()["error"]) == (409, "elsewhere")
+            assert written(tmp_path) == before
+            await one.act(**act)
+
+    asyncio.run(visit())
+
+
+ATTEMPT = {"kind": "attempt", "joint": "A", "rt": 1000}
+ASKED = ATTEMPT | {"claimed": "moved", "claimed_rt": 5.5}
+
+IMPOSSIBLE = {
+    "a joint that is none": (ASKED | {"joint": "H"}, 422, "impossible"),
+    "a joint with a long name": (ASKED | {"joint": "A" * 50}, 400, "malformed"),
+    "a joint by its number": (ASKED | {"joint": 0}, 400, "malformed"),
+    "nothing said though it was asked": (ATTEMPT, 422, "impossible"),
+    "something else said": (ASKED | {"claimed": "flew"}, 400, "malformed"),
+    "an answer where nothing is asked": ({"kind": "answer", "answer": "x", "rt": 1}, 422, "impossible"),
+    "going on from a box": ({"kind": "next"}, 422, "impossible"),
+    "agreeing again": ({"kind": "agree", "agreed": True}, 422, "impossible"),
+    "solving by decree": ({"kind": "solve"}, 400, "malformed"),
+    "more than there is": (ASKED | {"moved": True}, 400, "malformed"),
+    "time that runs backwards": (ASKED | {"rt": -1}, 400, "malformed"),
+    "no time": (ASKED | {"rt": None}, 400, "malformed"),
+    "endless time": (ASKED | {"rt": 1e300}, 400, "malformed"),
+    "time in words": (ASKED | {"rt": "12"}, 400, "malformed"),
+}
+
+
+def test_what_cannot_be_done_is_refused_and_changes_nothing(tmp_path):
+    async def visit():
+        async with served(tmp_path) as place, visiting(place) as one:
+            await at_the_box(one, step=2)
+            before = written(tmp_path)
+            for name, (act, status, code) in IMPOSSIBLE.items():
+                answer = await one.http.post("/api/act", {"lease": one.lease, "turn": one.turn, "act": act})
+                assert (answer.status_code, answer.json()["error"]) == (status, code), name
+                assert written(tmp_path) == before, name
+            await one.play()
+
+    asyncio.run(visit())
+    refused = [f" {status} {code} POST /api/act" for _, status, code in IMPOSSIBLE.values()]
+    assert [line.partition("Z")[2] for line in logged(tmp_path)] == refused
+    assert len(load(tmp_path)) == 2
+
+
+BODIES = [
+    b"",
+    b"{",
+    b"null",
+    b"[]",
+    b'"open"',
+    b"[" * 16_000,
+    b'{"platform": ' + b'{"a":' * 2500 + b"1" + b"}" * 2500 + b"}",
+    b'{"platform": {"a": 1}}',
+    b'{"platform": {"a": "\\ud800"}}',
+    b'{"platform": {"a": "\xff"}}',
+    b'{"platform": {"a": "' + b"x" * 1000 + b'"}}',
+    b'{"platform": {}, "token": "mine"}',
+    json.dumps({"platform": {str(i): "" for i in range(1000)}}).encode(),
+]
+ACTS = [
+    b'{"lease": "LEASE", "turn": 1e400, "act": {"kind": "next"}}',
+    b'{"lease": "LEASE", "turn": ' + b"9" * 9000 + b', "act": {"kind": "next"}}',
+    b'{"lease": "LEASE", "turn": true, "act": {"kind": "next"}}',
+    b'{"lease": "LEASE", "turn": -1, "act": {"kind": "next"}}',
+    b'{"lease": "LEASE", "turn": 1, "act": {"kind": "attempt", "joint": "A", "rt": NaN}}',
+    b'{"lease": "LEASE", "turn": 1, "act": {"kind": "attempt", "joint": "A", "rt": Infinity}}',
+    b'{"lease": "' + b"x" * 1000 + b'", "turn": 1, "act": {"kind": "next"}}',
+    b'{"lease": null, "turn": 1, "act": {"kind": "next"}}',
+    b'{"turn": 1, "act": {"kind": "next"}}',
+]
+
+
+def test_bodies_that_are_none_are_refused(tmp_path):
+    async def visit():
+        async with served(tmp_path) as place, visiting(place) as one:
+            await at_the_box(one)
+            before, headers = written(tmp_path), {"content-type": "application/json"}
+            bodies = [("/api/open", body) for body in BODIES]
+            bodies += [("/api/act", body.replace(b"LEASE", one.lease.encode())) for body in [*ACTS, *BODIES]]
+            bodies += [("/api/withdraw", body) for body in [*BODIES, b'{"lease": 1}']]
+            for path, body in bodies:
+                answer = await one.http.post(path, content=body, headers=headers)
+                assert (answer.status_code, answer.json()["error"]) == (400, "malformed"), (path, body[:60])
+            assert len(logged(tmp_path)) == len(bodies)
+            assert written(tmp_path) == before
+            await one.play()  # the page goes on as if nothing had been
+
+    asyncio.run(visit())
+
+
+def mutated(body, luck):
+    """A body with some of its bytes otherwise, gone, doubled or moved."""
+    content = bytearray(body)
+    for _ in range(luck.randint(1, 4)):
+        at, size = luck.randrange(len(content) + 1), luck.randint(1, 12)
+        way = luck.randrange(5)
+        if way == 0:
+            content[at : at + size] = luck.randbytes(size)
+        elif way == 1:
+            del content[at : at + size]
+        elif way == 2:
+            content[at:at] = content[at : at + size]
+        elif way == 3:
+            content[at:at] = luck.choice([b"{", b"}", b"null", b'"', b"1e999", b"-1", b"\\u0000", b"[[", b",", b"true"])
+        else:
+            content[at : at + 1] = str(luck.randrange(10)).encode()
+    return bytes(content)
+
+
+def test_bodies_that_are_nearly_right_are_taken_whole_or_not_at_all(tmp_path):
+    luck, came = random.Random(3), Counter()
+
+    async def visit():
+        async with served(tmp_path) as place, visiting(place, strategy="random") as one:
+            await at_the_box(one, step=2)
+            for _ in range(400):
+                if one.scene["kind"] != "box" or not one.scene["ask"]:
+                    await one.do()
+                    continue
+                joint = luck.choice(one.scene["panel"]["joints"])["label"]
+                body = {"lease": one.lease, "turn": one.turn, "act": {**ASKED, "joint": joint}, "platform": {"a": "b"}}
+                before = written(tmp_path)
+                answer = await one.http.post("/api/act", content=mutated(json.dumps(body).encode(), luck))
+                came[answer.status_code] += 1
+                assert answer.status_code in (200, 400, 409, 422), answer.text
+                assert (written(tmp_path) != before) == (answer.status_code == 200)
+                if answer.status_code == 200:
+                    await one.open()
+
+    asyncio.run(visit())
+    assert came[400] > 100
+    assert came[200] > 0
+
+
+def test_tokens_and_turns_that_were_not_given_out_are_refused(tmp_path):
+    async def visit():
+        async with served(tmp_path) as place, visiting(place) as one, visiting(place) as other:
+            await at_the_box(one, step=3)
+            await at_the_box(other, step=2)
+            before = written(tmp_path)
+
+            async def attempt(code, turn, lease=one.lease, cookie=one.http.cookies["lockprobe"], **act):
+                joint = next(joint["label"] for joint in one.scene["panel"]["joints"])
+                body = {"lease": lease, "turn": turn, "act": {**ASKED, "joint": joint, **act}}
+                headers = {} if cookie is None else {"cookie": f"lockprobe={cookie}"}
+                answer = await place.http.post("/api/act", json=body, headers=headers)
+                assert (answer.status_code, answer.json()["error"]) == code
+                return answer
+
+            for cookie in (None, "", "x", "A" * 86, one.http.cookies["lockprobe"][:-1], "../secret", "a" * 4000):
+                answer = await attempt((401, "forged"), one.turn, cookie=cookie)
+                assert "lockprobe=" in answer.headers["set-cookie"]
+                assert "max-age=0" in answer.headers["set-cookie"].lower()
+            for turn in (0, 1, one.turn - 2, one.turn + 1, one.turn + 1000):
+                await attempt((409, "stale"), turn)
+            last = one.turn - 1  # the last act again, but another
+            await attempt((409, "stale"), last, rt=123456.0)
+            for lease in ("x", other.lease):
+                await attempt((409, "elsewhere"), one.turn, lease=lease)
+            for lease in ("", "../x", "x" * 100):
+                await attempt((400, "malformed"), one.turn, lease=lease)
+            for path in ("/api/open", "/api/withdraw"):
+                body = {} if path.endswith("open") else {"lease": one.lease}
+                answer = await place.http.post(path, json=body, headers={"cookie": "lockprobe=forged"})
+                assert (answer.status_code, answer.json()["error"]) == (401, "forged")
+            assert written(tmp_path) == before
+            await asyncio.gather(one.play(), other.play())
+
+    asyncio.run(visit())
+    assert len(load(tmp_path)) == 4
+
+
+PATHS = [
+    b"/nothing",
+    b"/static/",
+    b"/static/nothing.js",
+    b"/static/../people/secret",
+    b"/static/..%2f..%2fpeople%2fsecret",
+    b"/static/%2e%2e/%2e%2e/secret",
+    b"/static//etc/passwd",
+    b"/static/page.js%00.html",
+    b"/static/page.js/",
+    b"//evil.example/",
+    b"/people/secret",
+    b"/trials.jsonl",
+    b"/study.json",
+    b"/admin/",
+    b"/api/",
+    b"/api/open/",
+    b"/API/OPEN",
+    b"/static/..\\..\\secret",
+    b"/%ff%fe",
+    b"/" + b"a" * 5000,
+]
+
+
+def test_paths_lead_nowhere_else(tmp_path):
+    async def visit():
+        async with served(tmp_path) as place:
+            before = written(tmp_path)
+            for path in PATHS:
+                answer = await raw(place.url, b"GET " + path + b" HTTP/1.1\r\nHost: HOST\r\nConnection: close\r\n\r\n")
+                head, _, body = answer.partition(b"\r\n\r\n")
+                assert head.startswith(b"HTTP/1.1 404 "), (path, answer)
+                assert json.loads(body)["error"] == "unknown"
+            assert written(tmp_path) == before
+
+    asyncio.run(visit())
+    assert len(logged(tmp_path)) == len(PATHS)
+
+
+TWO_LENGTHS = (
+    b"POST /api/open HTTP/1.1\r\nHost: HOST\r\nConnection: close\r\nContent-Type: application/json\r\n"
+    b"Content-Length: 1\r\nTransfer-Encoding: chunked\r\n\r\n"
+)
+
+
+def test_what_is_no_http_is_refused(tmp_path):
+    nonsense = [
+        b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03",
+        b"GET / HTTP/1.1\r\n\r\n",
+        b"GET /\r\n\r\n",
+        b"GET / HTTP/1.1\r\nHost: HOST\r\nHost: evil.example\r\n\r\n",
+        b"GET / HTTP/1.1\r\nHost: HOST\r\nConnection: close\r\nX: " + b"a" * 100_000 + b"\r\n\r\n",
+        TWO_LENGTHS,
+        b"POST /api/open HTTP/1.1\r\nHost: HOST\r\nContent-Length: -1\r\n\r\n",
+    ]
+
+    async def visit():
+        async with served(tmp_path) as place:
+            before = written(tmp_path)
+            for request in nonsense:
+                answer = await raw(place.url, request)
+                assert answer.startswith((b"HTTP/1.1 400 ", b"HTTP/1.1 413 ")), (request[:40], answer[:200])
+                assert b"evil" not in answer
+            assert (await place.http.get("/healthz")).text == "ok"
+            assert written(tmp_path) == before
+
+    asyncio.run(visit())
+    assert len(logged(tmp_path)) == len(nonsense)
+
+
+def test_large_bodies_are_refused_with_an_answer_that_arrives(tmp_path):
+    async def visit():
+        async with served(tmp_path) as place:
+            before = written(tmp_path)
+            kind = {"content-type": "application/json"}
+            for content in (b"x" * 20_000, b"x" * 5_000_000):
+                answer = await place.http.post("/api/open", content=content, headers=kind)
+                assert (answer.status_code, answer.json()["error"]) == (413, "too-large")
+
+            async def endless():
+                for _ in range(5000):
+                    yield b"x" * 1000
+
+            answer = await place.http.post("/api/open", content=endless(), headers=kind)
+            assert answer.status_code == 413
+            assert written(tmp_path) == before
+
+    asyncio.run(visit())
+
+
+@pytest.mark.parametrize(
+    ("method", "path", "status"),
+    [("GET", "/api/act", 405), ("PUT", "/", 405), ("DELETE", "/api/open", 405), ("POST", "/", 405), ("GET", "/x", 404)],
+)
+def test_there_are_only_the_ways_there_are(tmp_path, method, path, status):
+    async def visit():
+        async with served(tmp_path) as place:
+            return await place.http.request(method, path, headers={"content-type": "application/json"})
+
+    answer = asyncio.run(visit())
+    assert (answer.status_code, answer.json()["error"]) == (status, "unknown")
+    assert ("allow" in answer.headers) == (status == 405)
+
+
+@pytest.mark.parametrize(
+    "headers",
+    [
+        {"origin": "https://evil.example"},
+        {"sec-fetch-site": "cross-site"},
+        {"host": "evil.example"},
+        {"content-type": "text/plain"},
+        {"content-type": "application/x-www-form-urlencoded"},
+    ],
+)
+def test_other_peoples_pages_cannot_act(tmp_path, headers):
+    async def visit():
+        async with served(tmp_path) as place, visiting(place) as one:
+            await at_the_box(one)
+            before = written(tmp_path)
+            body = json.dumps({"lease": one.lease, "turn": one.turn, "act": ATTEMPT})
+            given = {"content-type": "application/json"} | headers
+            answer = await one.http.post("/api/act", content=body, headers=given)
+            assert answer.status_code == (415 if headers.get("content-type") else 403)
+            assert written(tmp_path) == before
+
+    asyncio.run(visit())
+    assert len(logged(tmp_path)) == 1
+
+
+SCRIPT = "</script><script>alert(1)</script><img src=x onerror=alert(2)>"
+
+
+def test_script_in_free_text_is_text(tmp_path):
+    async def visit():
+        async with served(tmp_path) as place, visiting(place, answers={"how": SCRIPT}) as one:
+            await one.play()
+            bearer = {"authorization": "Bearer a-token-for-tests"}
+            progress = await place.http.get("/api/admin/progress", headers=bearer)
+            return one, progress
+
+    one, progress = asyncio.run(visit())
+    assert json.dumps(SCRIPT)[1:-1] in (tmp_path / "people" / f"{one.identity}.jsonl").read_text("utf-8")
+    assert progress.headers["content-type"] == "application/json"
+    assert "alert" not in progress.text
+    assert not any(b"alert" in reply for reply in replies_to(one))
+
+
+def test_ids_of_a_platform_that_are_none_are_not_kept(tmp_path):
+    async def visit():
+        async with served(tmp_path) as place:
+            before = written(tmp_path)
+            async with visiting(place, platform={"PROLIFIC_PID": SCRIPT}) as one:
+                answer = await one.post("/api/open", {"platform": one.platform})
+                assert (answer.status_code, answer.json()["error"]) == (400, "incomplete")
+                assert answer.json()["words"]["page"]["incomplete"] == read_words("en").page.incomplete
+                assert written(tmp_path) == before
+
+    asyncio.run(visit())
+    (line,) = logged(tmp_path)
+    assert line.endswith(
+        " 400 incomplete POST /api/open PROLIFIC_PID in the URL is not a value of a recruitment platform"
+    )
+    assert not any(b"alert" in path.read_bytes() for path in tmp_path.rglob("*") if path.is_file())
+
+
+def test_what_breaks_inside_is_answered_and_logged_without_what_was_sent(tmp_path, monkeypatch):
+    from lockprobe.people.server_state import ServerState
+
+    async def breaks(*arguments):
+        raise KeyError("what was sent")
+
+    async def visit():
+        async with served(tmp_path) as place:
+            monkeypatch.setattr(ServerState, "enter", breaks)
+            return await place.http.post("/api/open", json={"platform": {"a": "what was sent"}})
+
+    answer = asyncio.run(visit())
+    assert (answer.status_code, answer.json()["error"]) == (500, "broken")
+    assert answer.headers["x-content-type-options"] == "nosniff"
+    (line,) = logged(tmp_path)
+    assert re.search(r" 500 broken POST /api/open KeyError at web/test_app.py:\d+$", line)
+
+
+def test_what_a_full_disk_does_not_take_has_not_been_done(tmp_path, monkeypatch):
+    def full(diary, line):
+        raise BadFile(diary.path, "cannot be written (No space left on device)")
+
+    async def visit():
+        async with served(tmp_path) as place, visiting(place) as one:
+            await at_the_box(one, step=2)
+            before, decision = written(tmp_path), await one.decide()
+            act = {"kind": "attempt", "joint": decision.joint, "claimed": decision.claimed, "claimed_rt": 1, "rt": 2}
+            with monkeypatch.context() as patched:
+                patched.setattr(DiaryFile, "write", full)
+                answer = await one.http.post("/api/act", {"lease": one.lease, "turn": one.turn, "act": act})
+                assert (answer.status_code, answer.json()["error"]) == (500, "broken")
+                assert str(tmp_path) not in answer.text
+                assert written(tmp_path) == before
+            await one.act(**act)
+            await one.play()
+
+    asyncio.run(visit())
+    for trial in load(tmp_path):
+        assert in_short(trial) == in_short(without_the_page(STUDY, trial, "human-inspired"))
+
+
+@pytest.mark.parametrize("room", [0, 20])
+def test_of_a_line_that_a_full_disk_takes_in_part_nothing_stays(tmp_path, room):
+    async def visit():
+        async with served(tmp_path) as place, visiting(place) as one:
+            await at_the_box(one, step=2)
+            (diary,) = (tmp_path / "people").glob("*.jsonl")
+            before, decision = written(tmp_path), await one.decide()
+            act = {"kind": "attempt", "joint": decision.joint, "claimed": decision.claimed, "claimed_rt": 1, "rt": 2}
+            soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+            resource.setrlimit(resource.RLIMIT_FSIZE, (diary.stat().st_size + room, hard))
+            try:
+                answer = await one.http.post("/api/act", {"lease": one.lease, "turn": one.turn, "act": act})
+            finally:
+                resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+            assert (answer.status_code, answer.json()["error"]) == (500, "broken")
+            assert written(tmp_path) == before
+            await one.act(**act)
+            await one.play()
+
+    asyncio.run(visit())
+    for trial in load(tmp_path):
+        assert in_short(trial) == in_short(without_the_page(STUDY, trial, "human-inspired"))
+
+
+TRUTH = re.compile(
+    r"slider|revolute-|prismatic-|chain|interlock|configuration|\bstate\b|seed|\bkey\b|rep=|trial=|repetition|"
+    r'"p"|flip|plant|optimum|truth|"moved":|solved": (true|false)',
+    re.IGNORECASE,
+)
+
+
+@pytest.mark.parametrize("flip", ["re-observed", "integrated", "outcome-only"])
+@pytest.mark.parametrize("layout", ["fixed", "dealt", "shuffled"])
+def test_no_truth_in_all_the_traffic_of_a_session(tmp_path, flip, layout):
+    study = Study(
+        name="flips", agents=("participant",), box=box("chain-4"), conditions=flips((0.4,), flip), layout=layout, repetitions=1,
+        trials=2, max_steps=20,
+    )  # fmt: skip
+
+    async def visit():
+        async with served(tmp_path, study) as place, visiting(place, strategy="random") as one:
+            await one.play()
+            return one
+
+    one = asyncio.run(visit())
+    names = [re.escape(joint.name) for joint in study.box.joints]
+    scenes = [seen.scene for seen in one.seen]
+    for scene in scenes:
+        text = json.dumps(scene)
+        found = TRUTH.search(text) or re.search("|".join(names), text)
+        assert found is None or scene["kind"] in ("consent", "page", "debrief"), text
+    assert not re.search("|".join(names), b"".join(one.http.received).decode())
+    (trial,) = load(tmp_path)
+    assert any(step.moved != step.told_moved for step in trial.steps), "nothing false was told; choose another seed"
+    boxes = [scene for scene in scenes if scene["kind"] == "box"]
+    outcomes = [scene["panel"]["outcome"] for scene in boxes[1:]]
+    told = [("blocked", "moved")[step.told_moved] for step in trial.steps[:-1]]
+    assert outcomes == (told if flip == "outcome-only" else [None] * len(told))  # else states alone are told
+    assert [scene["panel"]["told"] for scene in boxes] == [trial.opening, *(step.told for step in trial.steps[:-1])]
+
+
+def told_alike():
+    """Two boxes that lock differently, one told truly and one always falsely: the same joint seems to move in both."""
+    chain = box("chain-4")
+    free, locked = chain.names[-1], replace(chain, interlock={chain.names[-1]: ({chain.names[1]: True},)})
+    for lockbox, p in ((chain, 0.0), (locked, 1.0)):
+        study = replace(STUDY, box=lockbox, conditions=flips((p,), "outcome-only"), trials=1)
+        plan = study.plan("participant", study.conditions[0], 1, 1)
+        yield study, Names(plan).labels[plan.box.names.index(free)]
+
+
+def test_what_the_page_gets_hangs_on_what_was_told_alone(tmp_path):
+    async def visit(study, label, directory):
+        async with served(directory, study) as place, visiting(place) as one:
+            await at_the_box(one)
+            for _ in range(6):
+                said = {"claimed": "moved", "claimed_rt": 2.0} if one.scene["ask"] else {}
+                await one.act(kind="attempt", joint=label, rt=10, **said)
+            return [reply.replace(one.identity.encode(), b"") for reply in replies_to(one)]
+
+    sessions = []
+    for number, (study, label) in enumerate(told_alike()):
+        replies = asyncio.run(visit(study, label, tmp_path / str(number)))
+        sessions.append([json.loads(reply) | {"lease": ""} for reply in replies])
+    assert len(sessions[0]) == len(sessions[1]) >= 7
+    assert sessions[0] == sessions[1]
+
+
+def test_the_page_comes_small_and_is_kept(tmp_path):
+    async def visit():
+        async with served(tmp_path) as place:
+            page = await place.http.get("/")
+            names = re.findall(r'(?:href|src)="(static/[^"]+)"', page.text)
+            files = [await place.http.get(f"/{name}") for name in names]
+            again = await place.http.get("/", headers={"if-none-match": page.headers["etag"]})
+            head = await place.http.head("/")
+            return page, files, again, head
+
+    page, files, again, head = asyncio.run(visit())
+    assert page.headers["content-type"] == "text/html; charset=utf-8"
+    assert files
+    assert all(file.status_code == 200 and file.headers["x-content-type-options"] == "nosniff" for file in files)
+    assert any(file.headers.get("content-encoding") == "gzip" for file in files)
+    assert sum(len(gzip.compress(file.content)) for file in files) < 200_000
+    assert (again.status_code, again.content) == (304, b"")
+    assert (head.status_code, head.content) == (200, b"")

@@ -1,0 +1,108 @@
+"""What a participant's browser loads: built from `page/`, small, and asking nobody but its own server."""
+
+import gzip
+import hashlib
+import json
+import re
+from importlib import resources
+from pathlib import Path
+
+import pytest
+
+import lockprobe.people.web
+
+STATIC = Path(str(resources.files(lockprobe.people.web))) / "static"
+PAGE = Path(__file__).parents[3] / "page"
+BUILT = ("LICENSES.txt", "icon.svg", "index.html", "page.css", "page.js")
+LOADED = ("index.html", "page.css", "page.js", "icon.svg")
+
+
+def fingerprint(page):
+    """As `page/build.mjs` takes it: SHA-256 over names and contents, each ended by a zero byte."""
+    names = [
+        file.relative_to(page).as_posix()
+        for at in ("src", "licenses")
+        for file in (page / at).rglob("*")
+        if file.is_file()
+    ]
+    names += ["build.mjs", "package.json", "package-lock.json"]
+    digest = hashlib.sha256()
+    for name in sorted(names):
+        digest.update(name.encode() + b"\0" + (page / name).read_bytes() + b"\0")
+    return digest.hexdigest()[:12]
+
+
+def test_the_built_page_is_that_of_the_sources():
+    made = json.loads((STATIC / "page.json").read_text())
+    assert made["version"] == fingerprint(PAGE), (
+        "the page was changed and not built: cd page && npm ci && npm run build"
+    )
+
+
+def test_no_built_file_was_edited_by_hand():
+    made = json.loads((STATIC / "page.json").read_text())
+    assert made["files"] == {name: hashlib.sha256((STATIC / name).read_bytes()).hexdigest() for name in BUILT}
+
+
+def test_all_that_a_participant_loads_is_below_200_kilobytes():
+    assert sum(len(gzip.compress((STATIC / name).read_bytes(), 6)) for name in LOADED) < 200_000
+
+
+@pytest.mark.parametrize("name", LOADED)
+def test_nothing_is_asked_of_another_host(name):
+    text = (STATIC / name).read_text()
+    urls = set(re.findall(r"(?:[a-z][a-z0-9+.-]*:)?//[\w.-]+\.[a-z]{2,}[^\s\"'`)]*", text, re.IGNORECASE))
+    spoken_of = [
+        url
+        for url in urls
+        if not re.match(r"https?://(www\.w3\.org/|(www\.)?jspsych\.org|doi\.org/|joss\.theoj\.org/)", url)
+    ]
+    assert spoken_of == []
+    loads = re.findall(
+        r"(?:src|href|action|data-src)\s*=\s*[\"']?(?:https?:)?//|url\(\s*[\"']?(?:https?:)?//|@import", text
+    )
+    assert loads == []
+
+
+def test_scripts_and_styles_stand_in_files():
+    html = (STATIC / "index.html").read_text()
+    assert not re.search(r"<script(?![^>]*\bsrc=)[^>]*>|<style|\sstyle=|\son\w+=|javascript:", html, re.IGNORECASE)
+
+
+def test_nothing_that_is_shown_is_read_as_html():
+    for source in (PAGE / "src").rglob("*.js"):
+        assert not re.search(
+            r"innerHTML|outerHTML|insertAdjacentHTML|document\.write|\beval\(|new Function", source.read_text()
+        ), source
+
+
+def test_every_text_that_the_page_uses_is_in_the_texts_and_every_text_is_used():
+    from lockprobe.people.texts import _OfThePage
+
+    page = "\n".join(source.read_text() for source in (PAGE / "src").rglob("*.js"))
+    unused = [
+        name
+        for name in _OfThePage.model_fields
+        if not re.search(rf"\.{name}\b", page) and name not in ("moved", "blocked")
+    ]
+    assert unused == []
+    used = set(re.findall(r"words(?:\.page)?\.([a-z_]+)\b", page))
+    known = {*_OfThePage.model_fields, "page", "consent", "debrief", "language", "direction", "title", "js"}
+    assert used - known == set()
+
+
+def test_packages_are_known_by_what_is_in_them_and_not_by_where_they_lie():
+    lock = json.loads((PAGE / "package-lock.json").read_text())
+    packages = [package for name, package in lock["packages"].items() if name]
+    assert packages
+    assert not any("resolved" in package for package in packages)
+    assert all(package["integrity"].startswith("sha512-") for package in packages)
+
+
+def test_the_licences_of_bundled_packages_are_beside_them():
+    lock = json.loads((PAGE / "package-lock.json").read_text())
+    text = (STATIC / "LICENSES.txt").read_text()
+    for name, package in lock["packages"].items():
+        if name and not package.get("dev"):
+            bundled = name.removeprefix("node_modules/")
+            assert f"{bundled} {package['version']} (" in text or bundled == "type-fest"  # types alone

@@ -1,0 +1,308 @@
+"""The server as a whole: many at once, killed and started again, stopped; nobody loses or repeats a step."""
+
+import asyncio
+import json
+import os
+import random
+import signal
+import socket
+
+import httpx
+import pytest
+from seated import diaries_of
+from served import EXPERIMENT, STUDY, at_the_box, served, visiting
+from visitor import Visitor, in_short, server, start, without_the_page
+from wire import Wire
+
+from lockprobe import load
+from lockprobe.foundation.errors import BadFile, BadValue, DirectoryBusy, Missing
+from lockprobe.people.diary import Did
+from lockprobe.people.server_state import ServerState
+from lockprobe.people.texts import read_words
+from lockprobe.people.web import serving
+from lockprobe.people.web.serving import ServerOptions, opened
+from lockprobe.studies.settings import read_study
+
+SEVERAL = int(os.environ.get("LOCKPROBE_VISITORS", "60"))
+"""People at once."""
+
+KILLS = int(os.environ.get("LOCKPROBE_KILLS", "4"))
+"""How often the server is killed while they play."""
+
+STRATEGIES = ("human-inspired", "random", "ideal-observer", "random-no-repeat", "round-robin")
+SILENT = ("random", "random-no-repeat", "round-robin")
+"""Those that say nothing of their last action, and are asked."""
+
+
+async def come(where, directory, study, number, **settings):
+    """So many visitors, each with a strategy and a platform ID of its own, from the first scene to the last."""
+    visitors = [
+        Visitor(
+            where["url"],
+            study,
+            directory,
+            strategy=STRATEGIES[i % len(STRATEGIES)],
+            platform={"PROLIFIC_PID": f"person-{i}"},
+            luck=random.Random(i),
+        )
+        for i in range(number)
+    ]
+    try:
+        await asyncio.gather(*(visitor.play(**settings) for visitor in visitors))
+    finally:
+        await asyncio.gather(*(visitor.close() for visitor in visitors))
+    return visitors
+
+
+def check_nothing_lost_doubled_or_crossed(directory, study, visitors):
+    """What is on disk is what each visitor did and was shown, and the trials are the strategies' own."""
+    assert {visitor.scene["kind"] for visitor in visitors} == {"debrief"}
+    who = {f"participant:{visitor.identity}": visitor for visitor in visitors}
+    assert len(who) == len(visitors)
+    trials = load(directory)
+    assert len(trials) == len({trial.key for trial in trials}) == 2 * len(visitors)
+    assert len((directory / "trials.jsonl").read_bytes().splitlines()) == len(trials)
+    played = {agent: {} for agent in who}
+    for trial in trials:
+        assert study.asks_for(trial)
+        strategy = who[trial.agent].strategy
+        said = strategy not in SILENT
+        assert in_short(trial, assessed=said) == in_short(without_the_page(study, trial, strategy), assessed=said)
+        played[trial.agent][trial.facts["position"]] = trial
+    for diary in diaries_of(directory):
+        visitor = who[f"participant:{diary[0].identity}"]
+        assert [line.turn for line in diary[1:]] == list(range(2, len(diary) + 1))
+        assert all(isinstance(line, Did) for line in diary[1:])
+        assert [seen.turn for seen in visitor.seen] == list(range(1, len(diary) + 2))
+        shown = [seen.scene for seen in visitor.seen if seen.scene["kind"] == "box"]
+        steps = [
+            (trial.opening if step.step == 1 else trial.steps[step.step - 2].told)
+            for _, trial in sorted(played[f"participant:{visitor.identity}"].items())
+            for step in trial.steps
+        ]
+        assert [scene["panel"]["told"] for scene in shown] == steps
+
+
+def test_very_many_take_part_at_once(tmp_path):
+    people = tmp_path / "people.toml"
+    people.write_text('practice = ""\njoins_per_minute = 10000\n')
+    arguments = ("flips", "--p", "0,0.4", "--trials", SEVERAL, "--repetitions", 1, "--out", tmp_path / "study",
+                 "--people", people, "--port", 0)  # fmt: skip
+    with server(*arguments) as where:
+        study = read_study(tmp_path / "study")
+        visitors = asyncio.run(come(where, tmp_path / "study", study, SEVERAL))
+        with httpx.Client(base_url=where["url"], trust_env=False, verify=False) as http:
+            bearer = {"authorization": f"Bearer {where['admin_url'].partition('#token=')[2]}"}
+            progress = http.get("/api/admin/progress", headers=bearer).json()
+    assert (progress["joined"], progress["finished"]) == (SEVERAL, SEVERAL)
+    assert [condition["free"] for condition in progress["conditions"]] == [0, 0]
+    check_nothing_lost_doubled_or_crossed(tmp_path / "study", study, visitors)
+
+
+def free_port():
+    with socket.socket() as found:
+        found.bind(("127.0.0.1", 0))
+        return found.getsockname()[1]
+
+
+def test_killed_again_and_again_the_server_loses_nothing_that_was_shown(tmp_path):
+    people = tmp_path / "people.toml"
+    people.write_text('practice = ""\njoins_per_minute = 10000\n')
+    directory, number, luck = tmp_path / "study", 16, random.Random(7)
+    arguments = ("flips", "--p", "0,0.4", "--trials", number, "--repetitions", 1, "--out", directory,
+                 "--people", people, "--port", free_port())  # fmt: skip
+
+    def begun():
+        process = start(*arguments)
+        return process, json.loads(process.stdout.readline())
+
+    def killed(process):
+        process.send_signal(signal.SIGKILL)
+        process.wait(20)
+        process.stdout.close()
+
+    async def play(where, process):
+        playing = asyncio.create_task(come(where, directory, read_study(directory), number, pause=0.02 * KILLS))
+        kills = 0
+        while kills < KILLS:
+            await asyncio.wait({playing}, timeout=luck.uniform(0.1, 1.2))
+            assert not playing.done(), "it was over too soon"
+            killed(process)
+            kills += 1
+            process, _ = await asyncio.to_thread(begun)
+        return await playing, process
+
+    process, where = begun()
+    try:
+        visitors, process = asyncio.run(play(where, process))
+    finally:
+        killed(process)
+    assert sum(visitor.resent for visitor in visitors) > 0
+    check_nothing_lost_doubled_or_crossed(directory, read_study(directory), visitors)
+
+
+def test_ctrl_c_ends_it_and_the_same_command_goes_on(tmp_path):
+    arguments = ("flips", "--trials", 2, "--repetitions", 1, "--p", "0,0.4", "--out", tmp_path, "--port", free_port())
+
+    async def come_in(where, one=None):
+        one = one or Visitor(where["url"], read_study(tmp_path), tmp_path)
+        await (at_the_box(one, step=2) if not one.seen else one.open())
+        return one
+
+    async def both():
+        process = start(*arguments)
+        where = json.loads(process.stdout.readline())
+        one = await come_in(where)
+        process.send_signal(signal.SIGINT)
+        assert process.wait(10) == 0
+        assert process.stdout.read() == ""
+        process.stdout.close()
+        process = start(*arguments)
+        assert json.loads(process.stdout.readline())["url"] == where["url"]
+        was = one.seen[-1]
+        await one.open()
+        assert one.seen[-1] == was
+        await one.play()
+        process.send_signal(signal.SIGTERM)
+        assert process.wait(10) == 0
+        process.stdout.close()
+        await one.close()
+
+    asyncio.run(both())
+    assert len(load(tmp_path)) == 2
+
+
+def test_what_is_under_way_when_it_ends_is_finished(tmp_path, monkeypatch):
+    """An act that has come before the end is answered, and on disk."""
+    arrived, quick = asyncio.Event(), ServerState.act
+
+    async def slow(*arguments):
+        arrived.set()
+        await asyncio.sleep(0.3)
+        return await quick(*arguments)
+
+    async def visit():
+        serving = opened(tmp_path, STUDY, EXPERIMENT, read_words("en"), ServerOptions(port=0))
+        where = await serving.__aenter__()
+        one = Visitor(where.url, STUDY, tmp_path)
+        await at_the_box(one)
+        monkeypatch.setattr(ServerState, "act", slow)
+        act = {"kind": "attempt", "joint": one.scene["panel"]["joints"][0]["label"], "rt": 1}
+        asked = asyncio.create_task(one.http.post("/api/act", {"lease": one.lease, "turn": one.turn, "act": act}))
+        await arrived.wait()
+        await serving.__aexit__(None, None, None)
+        answer = await asked
+        await one.close()
+        return answer, one.turn
+
+    answer, turn = asyncio.run(visit())
+    assert (answer.status_code, answer.json()["turn"]) == (200, turn + 1)
+    (diary,) = diaries_of(tmp_path)
+    assert diary[-1].turn == turn
+
+
+def test_a_token_of_another_study_is_forged(tmp_path):
+    async def visit():
+        async with served(tmp_path / "a") as here, visiting(here) as one, served(tmp_path / "b") as there:
+            await one.open()
+            cookie = {"cookie": f"lockprobe={one.http.cookies['lockprobe']}"}
+            answer = await there.http.post("/api/open", json={}, headers=cookie)
+            assert answer.status_code == 401
+
+    asyncio.run(visit())
+
+
+async def begin(directory, door, study=STUDY):
+    async with opened(directory, study, EXPERIMENT, read_words("en"), door):
+        pass
+
+
+def test_what_cannot_be_had_is_said_before_anything_is_written(tmp_path):
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        with pytest.raises(BadValue, match="in use"):
+            asyncio.run(begin(tmp_path / "study", ServerOptions(port=taken.getsockname()[1])))
+    with pytest.raises(Missing, match="LOCKPROBE_ADMIN_TOKEN"):
+        ServerOptions(host="0.0.0.0")
+    with pytest.raises(BadValue, match="LOCKPROBE_ADMIN_TOKEN"):
+        ServerOptions(token="short")
+    assert not (tmp_path / "study").exists()
+
+
+def test_a_start_that_fails_late_leaves_nothing_that_was_not_there(tmp_path, monkeypatch):
+    def fails(directory):
+        raise BadFile(directory, "cannot be written")
+
+    monkeypatch.setattr(serving.ServerLog, "open", fails)
+    with pytest.raises(BadFile):
+        asyncio.run(begin(tmp_path / "runs" / "study", ServerOptions(port=0)))
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_once_people_can_come_an_error_leaves_all_as_it_is(tmp_path):
+    async def fails():
+        async with opened(tmp_path, STUDY, EXPERIMENT, read_words("en"), ServerOptions(port=0)):
+            raise BadFile(tmp_path, "changed")
+
+    with pytest.raises(BadFile):
+        asyncio.run(fails())
+    assert {path.name for path in (tmp_path / "people").iterdir()} >= {"experiment.json", "secret", "server.log"}
+    assert (tmp_path / "study.json").exists()
+
+
+def test_one_directory_is_served_once(tmp_path):
+    async def twice():
+        async with served(tmp_path):
+            await begin(tmp_path, ServerOptions(port=0))
+
+    with pytest.raises(DirectoryBusy):
+        asyncio.run(twice())
+
+
+def test_no_address_is_kept(tmp_path, capfd):
+    async def visit():
+        async with served(tmp_path) as place, visiting(place) as one:
+            mine = {"x-forwarded-for": "203.0.113.7", "user-agent": "a-browser/1.0"}
+            one.http.headers.update(mine)
+            await one.play()
+            await place.http.get("/nothing", headers=mine)
+
+    asyncio.run(visit())
+    said = capfd.readouterr()
+    kept = [path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()] + [(said.out + said.err).encode()]
+    for trace in (b"203.0.113.7", b"127.0.0.1", b"a-browser"):
+        assert not any(trace in content for content in kept)
+
+
+def test_behind_tls_the_cookie_stays_there_and_the_proxys_name_is_known(tmp_path):
+    door = ServerOptions(port=free_port(), public="https://study.example.org")
+
+    async def visit():
+        async with opened(tmp_path, STUDY, EXPERIMENT, read_words("en"), door) as where:
+            wire = Wire(f"http://127.0.0.1:{door.port}")
+            own = {"origin": "https://study.example.org", "sec-fetch-site": "same-origin"}
+            named = await wire.post("/api/open", {}, headers=own | {"host": "study.example.org"})
+            unnamed = await wire.post("/api/open", {}, headers=own)  # nginx, unless it is told otherwise
+            plain = await wire.post("/api/open", {}, headers={"origin": "http://study.example.org"})
+            await wire.close()
+            return where, named, unnamed, plain
+
+    where, named, unnamed, plain = asyncio.run(visit())
+    assert where.url == "https://study.example.org/"
+    assert where.admin_url.startswith("https://study.example.org/admin#token=")
+    assert (named.status_code, unnamed.status_code, plain.status_code) == (200, 200, 403)
+    assert "secure" in named.headers["set-cookie"].lower().split("; ")
+
+
+def test_it_ends_in_one_line_where_somebody_else_replaces_the_records(tmp_path, monkeypatch):
+    monkeypatch.setattr(serving, "SECONDS_BETWEEN_CHECKS", 0.02)
+
+    def replace_records(where):
+        (tmp_path / "new").touch()
+        (tmp_path / "new").replace(where.directory / "trials.jsonl")
+
+    words = read_words(EXPERIMENT.language)
+    door = ServerOptions(port=free_port())
+    with pytest.raises(BadFile, match="trials.jsonl: replaced by somebody else"):
+        asyncio.run(serving.serve(tmp_path / "d", STUDY, EXPERIMENT, words, door, announce=replace_records))

@@ -1,0 +1,156 @@
+"""Studies to draw."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from builders import make_trial, play_study, played_by_people, small_study
+from matplotlib.figure import Figure
+
+from lockprobe.boxes.families import box
+from lockprobe.interventions.conditions import flips
+from lockprobe.report.opened import OpenedStudy
+from lockprobe.report.results import results_of
+from lockprobe.report.sections import own_sections
+from lockprobe.report.study_numbers import study_numbers
+from lockprobe.simulation.audit.simulate import simulate
+from lockprobe.simulation.audit.simulated_agents import WORLDS, Design
+from lockprobe.statistics import habit_baseline, rationality
+from lockprobe.studies.records import LeftOut
+from lockprobe.studies.study import Study
+from lockprobe.trial.record import STATES
+
+P7 = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
+REFERENCES = ("random", "round-robin", "human-inspired")
+
+
+def simulated(world, name, seed):
+    """A study of the paper's size by a simulated agent, under a model's name and on chain-4."""
+    names = dict(zip("ABCD", box("chain-4").names, strict=True))
+    return [
+        replace(
+            trial,
+            agent=name,
+            box="chain-4",
+            condition=flips((trial.p,))[0].label,
+            modality=STATES,
+            joints=tuple(names.values()),
+            target=names[trial.target],
+            steps=tuple(replace(step, joint=names[step.joint]) for step in trial.steps),
+        )
+        for trial in simulate(WORLDS[world], Design(), np.random.default_rng(seed))
+    ]
+
+
+def references():
+    """The baselines over all p, in a study of the paper's size."""
+    return play_study(small_study(REFERENCES, P7, 3, 10))
+
+
+def one_model():
+    """A model that loops do not matter to."""
+    return simulated("loops-irrelevant", "llm:openai/gpt-4o-2024-08-06", 1)
+
+
+def rivals():
+    """A strategy under the name of a model and a baseline, for people to be compared with."""
+    played = play_study(small_study(("ideal-observer", "random"), PEOPLE.p, 2, 5))
+    return [replace(trial, agent=f"llm:{trial.agent}") if trial.agent != "random" else trial for trial in played]
+
+
+def unsolved(*p):
+    """Two trials of a model at each p that end with the budget."""
+    return [make_trial([0] * 20, agent="llm:x", p=one, trial=i) for one in p for i in (1, 2)]
+
+
+PEOPLE = small_study(("participant",), (0.0, 0.2, 0.4, 0.6), 2, 5)
+HOSTILE = ("llm:$\\frac{", "python:" + "mx" * 96, "_hidden\n<script>", "llm:\u4e2d\u0e01")
+LONG = tuple(f"cognitive:random-map?window={window}&avoid=failed&lapse=0.1" for window in (1, 2))
+STUDIES = {
+    "typical": lambda had: one_model() + had(references),
+    "three": lambda had: (
+        one_model()
+        + simulated("loop-trapped", "llm:anthropic/claude-x", 2)
+        + simulated("saturating", "llm:local", 3)
+        + had(references)
+    ),
+    "strategies": lambda had: play_study(small_study(("random", "random-no-repeat", *REFERENCES[1:]), PEOPLE.p, 2, 5)),
+    "thirty p": lambda had: play_study(small_study(("human-inspired", "random"), [i / 29 for i in range(30)], 1, 2)),
+    "one p": lambda had: [trial for trial in one_model() + had(references) if trial.p == 0.0],
+    "one trial": lambda had: [trial for trial in one_model() if trial.repetition == trial.trial == 1],
+    "nothing solved": lambda had: unsolved(0.0, 0.3, 0.6),
+    "errors": lambda had: [make_trial([0], agent="llm:x", p=p, broken="model") for p in (0.0, 0.3)],
+    "hostile names": lambda had: [
+        make_trial([0] * (p > 0) + [3, 2, 1, 0], agent=name, p=p) for name in (*HOSTILE, *LONG) for p in (0.0, 0.5)
+    ],
+    "people": lambda had: played_by_people(PEOPLE) + had(rivals),
+    "few people": lambda had: played_by_people(small_study(("participant",), (0.0, 0.6), 1, 2), 1) + unsolved(0.0, 0.6),
+}
+"""Trials by what is special about them."""
+
+
+def results_of_trials(trials):
+    """The results of a study on chain-4 with these trials and no others."""
+    planned = Study(
+        name="flips",
+        agents=tuple(dict.fromkeys(trial.group for trial in trials)),
+        box=box("chain-4"),
+        conditions=flips(sorted({trial.p for trial in trials})),
+        repetitions=max(trial.repetition for trial in trials),
+        trials=max(trial.trial for trial in trials),
+    )
+    opened = OpenedStudy(
+        directory=Path(),
+        settings=planned.settings(),
+        study=planned,
+        trials=tuple(sorted(trials, key=planned.place_of)),
+        journal=LeftOut(unfinished_lines=0, replaced=0, repeated=0),
+        foreign=0,
+        diaries=(),
+        withdrawn=0,
+    )
+    return results_of(study_numbers(opened))
+
+
+class Studies(dict):
+    """Results by what is special about them, each made when it is first asked for, by one worker for all."""
+
+    def __init__(self, once):
+        self._once = once
+
+    def __missing__(self, name):
+        self[name] = self._once(f"results of {name}", lambda: self._made(name))
+        return self[name]
+
+    def _made(self, name):
+        trials = STUDIES[name](lambda played: self._once(f"trials of {played.__name__}", played))
+        own_sections()  # their captions say how many trials are judged, so they are imported before that changes
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(habit_baseline, "SIMULATED", 2_000)  # what is drawn needs no exact null hypothesis,
+            patch.setattr(rationality, "JUDGED", 6)  # and not every trial of a condition judged
+            return results_of_trials(trials)
+
+
+@pytest.fixture(scope="session")
+def studies(once):
+    """Results by what is special about them."""
+    return Studies(once)
+
+
+@pytest.fixture(scope="session")
+def typical(studies):
+    """One model beside references."""
+    return studies["typical"]
+
+
+@pytest.fixture(scope="session")
+def model(typical):
+    """The model of it, over the flip rates."""
+    return typical.courses()[0]
+
+
+@pytest.fixture
+def axes():
+    """Axes to draw on."""
+    return Figure().add_subplot()

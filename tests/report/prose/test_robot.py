@@ -1,0 +1,21 @@
+"""A robot that breaks the rules of the box is said to, and no agent is judged by that."""
+
+from lockprobe.report.prose.robot import not_judged, rules_said
+from lockprobe.statistics.rules import RuleBreaks
+
+BROKEN = RuleBreaks(attempts=60, against=12, free=30, missed=11, forced=1, others=0)
+KEPT = RuleBreaks(attempts=60, against=0, free=30, missed=0, forced=0, others=0)
+
+
+def test_attempts_against_the_rules_are_said_by_kind():
+    said = rules_said(BROKEN)
+    assert said.startswith(
+        "12 of 60 attempts (20.0 %) broke the rules of the box: 11 of 30 at free joints moved nothing, "
+        "1 of 30 at locked joints moved them. The plant did that, not the agent."
+    )
+    assert rules_said(KEPT) == ""
+
+
+def test_nobody_is_judged_where_there_are_any():
+    assert not_judged(BROKEN) == "No agent is judged: 12 of 60 attempts broke the rules of the box."
+    assert not_judged(KEPT) == not_judged(None) == ""

@@ -1,0 +1,174 @@
+"""Agents of several studies: pairs only where luck is shared, and the numbers of an independent implementation."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from builders import SOLUTION, make_trial
+from scipy.stats import binomtest, fisher_exact
+from statsmodels.stats.multitest import multipletests
+from statsmodels.stats.proportion import confint_proportions_2indep
+
+from lockprobe.statistics.agent_comparison.across_studies import Sample, Side, study_differences
+
+RNG = np.random.default_rng(5)
+
+
+@cache
+def one_trial(solved, agent, number):
+    return make_trial(
+        SOLUTION if solved else (0,) * 20, agent=agent, trial=number, broken="model" if solved is None else None
+    )
+
+
+def trials(solved, agent="llm:a", start=1):
+    return [one_trial(None if one is None else bool(one), agent, start + i) for i, one in enumerate(solved)]
+
+
+def sample(study, solved, luck=1, agent="llm:a", condition="truth", baseline=False, played=None):
+    played = trials(solved, agent) if played is None else played
+    return Sample(side=Side(study, agent), condition=condition, luck=luck, baseline=baseline, trials=played)
+
+
+def only(*samples):
+    (found,) = study_differences(samples)
+    return found
+
+
+def random_outcomes(n=30):
+    return RNG.random(n) < RNG.uniform(0.2, 0.8)
+
+
+def test_studies_of_one_seed_are_compared_in_pairs():
+    first, second = [random_outcomes() for _ in range(2)]
+    found = only(sample(0, first), sample(1, second))
+    gained, lost = int(np.sum(second & ~first)), int(np.sum(first & ~second))
+    assert found.paired
+    assert found.value == pytest.approx((gained - lost) / 30)
+    assert found.p_value == pytest.approx(binomtest(gained, gained + lost).pvalue)
+    assert (found.first_success.count, found.second_success.count) == (first.sum(), second.sum())
+
+
+def test_studies_of_different_seeds_are_independent_samples():
+    """Newcombe's interval by statsmodels and Fisher's test by scipy; which trial is which says nothing."""
+    first, second = random_outcomes(30), random_outcomes(20)
+    found = only(sample(0, first, luck=1), sample(1, second, luck=2))
+    low, high = confint_proportions_2indep(second.sum(), 20, first.sum(), 30, method="newcomb")
+    table = [[second.sum(), 20 - second.sum()], [first.sum(), 30 - first.sum()]]
+    assert not found.paired
+    assert (found.low, found.high) == pytest.approx((low, high))
+    assert found.p_value == pytest.approx(fisher_exact(table).pvalue)
+    assert only(sample(0, RNG.permutation(first), luck=1), sample(1, second, luck=2)) == found
+
+
+def test_the_same_outcomes_are_surer_in_pairs_where_luck_decides():
+    first = np.arange(40) < 20
+    second = np.arange(40) < 28
+    pairs, apart = (only(sample(0, first), sample(1, second, luck=luck)) for luck in (1, 2))
+    assert (pairs.value, apart.value) == pytest.approx((0.2, 0.2))
+    assert pairs.p_value < 0.01 < apart.p_value
+    assert pairs.high - pairs.low < apart.high - apart.low
+
+
+@pytest.mark.parametrize("luck", [1, 2])
+def test_who_is_called_first_changes_the_sign_alone(luck):
+    first, second = [random_outcomes() for _ in range(2)]
+    found = only(sample(0, first, agent="llm:a"), sample(1, second, luck=luck, agent="llm:b"))
+    turned = only(sample(0, second, agent="llm:b"), sample(1, first, luck=luck, agent="llm:a"))
+    assert (found.value, found.low, found.high) == pytest.approx((-turned.value, -turned.high, -turned.low))
+    assert found.p_value == pytest.approx(turned.p_value)
+
+
+def test_a_partial_study_is_compared_over_the_trials_that_both_finished():
+    found = only(sample(0, [True] * 10 + [False] * 10), sample(1, (), played=trials([True] * 5, start=6)))
+    assert (found.first_success.n, found.first_success.count, found.value) == (5, 5, 0.0)
+    assert study_differences([sample(0, [True] * 3), sample(1, (), played=trials([True], start=9))]) == ()
+    assert study_differences([sample(0, [True] * 3), sample(1, ())]) == ()
+
+
+def test_p_values_are_corrected_within_a_kind_as_statsmodels_does():
+    samples = [
+        sample(study, random_outcomes(), luck=luck, agent=agent, condition=condition, baseline=agent == "random")
+        for condition in ("truth", "nudge")
+        for study, luck in ((0, 1), (1, 1), (2, 7))
+        for agent in ("llm:a", "random")
+    ]
+    found = study_differences(samples)
+    assert len(found) == 2 * 15
+    kinds = [one.kind for one in found]
+    assert [kinds.count(kind) for kind in dict.fromkeys(kinds)] == [6, 18, 6]
+    assert kinds == sorted(kinds)  # between, between-baselines, within-baselines
+    for kind in set(kinds):
+        own = [one for one in found if one.kind == kind]
+        expected = multipletests([one.p_value for one in own], method="holm")[1]
+        assert [one.p_adjusted for one in own] == pytest.approx(list(expected))
+    assert all(one.paired == (2 not in {one.first.study, one.second.study} or one.kind[0] == "w") for one in found)
+
+
+def test_a_condition_more_changes_no_p_value_of_another_family():
+    flips = [sample(study, random_outcomes(), condition=name) for name in ("truth", "flip?p=0.4") for study in (0, 1)]
+    flips = [replace(one, family="flip rate") for one in flips]
+    others = [sample(study, random_outcomes(), condition="nudge") for study in (0, 1)]
+    alone, both = study_differences(flips), study_differences([*flips, *others])
+    assert alone == tuple(one for one in both if one.family == "flip rate")
+    assert [one.p_adjusted for one in both if not one.family] == [one.p_value for one in study_differences(others)]
+
+
+def test_where_all_are_baselines_they_are_what_it_is_about():
+    found = only(sample(0, [True] * 3, baseline=True), sample(1, [False] * 3, baseline=True))
+    assert found.kind == "between"
+
+
+def test_a_difference_needs_the_corrected_test_and_the_interval():
+    shown = only(sample(0, [False] * 20), sample(1, [True] * 15 + [False] * 5, luck=2))
+    assert (shown.verdict, shown.p_adjusted < 0.05) == (1, True)
+    many = [sample(0, [False] * 20), *(sample(i, [True] * 5 + [False] * 15, luck=i + 1) for i in range(1, 9))]
+    hidden = study_differences(many)[0]
+    assert hidden.low > 0
+    assert hidden.p_value < 0.05 < hidden.p_adjusted
+    assert hidden.verdict == 0
+
+
+@pytest.mark.parametrize("luck", [1, 2])
+def test_broken_trials_that_could_turn_the_difference_leave_nothing_shown(luck):
+    whole = only(sample(0, [False] * 20), sample(1, [True] * 10 + [False] * 10, luck=luck))
+    few = only(sample(0, [False] * 20), sample(1, [True] * 10 + [False] * 9 + [None], luck=luck))
+    turned = only(sample(0, [False] * 8 + [None] * 12), sample(1, [True] * 3 + [False] * 17, luck=luck))
+    assert whole.verdict == few.verdict == 1
+    assert (whole.broken, few.broken, turned.broken) == (0, 1, 12)
+    assert few.p_value >= whole.p_value
+    assert (turned.p_value, turned.verdict) == (1.0, 0)
+
+
+def test_people_count_once_however_many_boxes_they_play():
+    """The same trials, played by forty people or by eight: eight say less. Two groups of people are never pairs."""
+
+    def people(of, solved, number):
+        return [
+            make_trial(SOLUTION if one else (0,) * 20, agent=f"participant:{number}{i % of:02d}", trial=i + 1)
+            for i, one in enumerate(solved)
+        ]
+
+    def groups(of, agent=False):
+        first = sample(0, (), played=people(of, [i % of < of // 4 for i in range(40)], "a"), agent="participant")
+        second = people(of, [i % of < 3 * of // 4 for i in range(40)], "b")
+        other = sample(1, (), played=trials([t.solved for t in second]) if agent else second, agent="participant")
+        return only(first, other)
+
+    for agent in (False, True):
+        many, few = groups(40, agent), groups(8, agent)
+        assert many.value == few.value == 0.5
+        assert few.high - few.low > many.high - many.low
+        assert few.p_value > many.p_value
+        assert many.paired is agent
+
+
+def test_false_alarms_keep_the_level():
+    """Equal agents, of one seed or two, in 400 comparisons each: at most 5 % and what chance adds."""
+    for luck in (1, 2):
+        rejected = sum(
+            only(sample(0, RNG.random(20) < 0.5), sample(1, RNG.random(20) < 0.5, luck=luck)).verdict != 0
+            for _ in range(400)
+        )
+        assert rejected <= 33  # 0.999 quantile of a binomial with 400 and 0.05

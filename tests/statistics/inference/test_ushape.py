@@ -1,0 +1,217 @@
+"""Tests of a U: known numbers, symmetry, and how often they are wrong."""
+
+import itertools
+
+import numpy as np
+import pytest
+from scipy.stats import norm
+from solved import people
+from statsmodels.genmod.families import Binomial
+from statsmodels.genmod.generalized_linear_model import GLM
+
+from lockprobe.foundation.seeds import generator
+from lockprobe.report.prose.hypothesis_tests import why_missing
+from lockprobe.simulation.audit.simulate import simulate_outcomes
+from lockprobe.simulation.audit.simulated_agents import WORLDS, Design
+from lockprobe.statistics.inference import ushape
+from lockprobe.statistics.inference.logrank import loop_onset_logrank
+from lockprobe.statistics.inference.ushape import lind_mehlum, onset_lines, two_lines
+from lockprobe.statistics.outcomes import Outcomes
+
+EXPECTED = (7, 12, 16, 19, 20, 18, 15)
+SATURATING = (0.23, 0.38, 0.53, 0.62, 0.667, 0.667, 0.667)
+
+
+def trials(solved, n=30, p=None):
+    p = np.arange(len(solved)) / 10 if p is None else np.asarray(p)
+    return np.repeat(p, n), np.concatenate([np.arange(n) < k for k in solved])
+
+
+def wald(p, solved):
+    fit = GLM(solved.astype(float), np.column_stack([np.ones(len(p)), p]), family=Binomial()).fit()
+    return fit.params[1], fit.pvalues[1]
+
+
+def test_the_expected_counts_of_the_paper():
+    assert round(lind_mehlum(*trials(EXPECTED)).p_value, 3) == 0.016
+    lines = two_lines(*trials(EXPECTED))
+    assert (lines.break_p, lines.direction) == (0.3, None)
+    assert 0.1 < lines.p_value < 0.3
+
+
+def test_the_lines_are_logit_regressions_that_share_the_break():
+    p, solved = trials(EXPECTED)
+    lines = two_lines(p, solved)
+    for line, side in ((lines.first, p <= lines.break_p), (lines.second, p >= lines.break_p)):
+        slope, p_value = wald(p[side], solved[side])
+        assert line.slope == pytest.approx(slope, abs=1e-4)
+        assert line.p_value == pytest.approx(p_value, rel=0.3)
+        assert np.sign(line.z) == np.sign(slope)
+    assert lines.p_value == max(lines.first.p_value, lines.second.p_value)
+
+
+def test_lind_mehlum_is_the_slope_at_both_ends():
+    p, solved = trials(EXPECTED)
+    fit = GLM(solved.astype(float), np.vander(p, 3, increasing=True), family=Binomial()).fit()
+    low, high = (fit.t_test([0, 1, 2 * end]) for end in (0.0, 0.6))
+    found = lind_mehlum(p, solved)
+    assert (found.slope_low, found.slope_high) == pytest.approx((low.effect[0], high.effect[0]), abs=1e-4)
+    assert found.p_value == pytest.approx(norm.sf(min(low.tvalue.item(), -high.tvalue.item())), rel=1e-3)
+    assert found.extremum == pytest.approx(-fit.params[1] / (2 * fit.params[2]))
+
+
+def test_fieller_holds_exactly_where_a_slope_of_zero_is_not_refuted():
+    p, solved = trials(EXPECTED)
+    fit = GLM(solved.astype(float), np.vander(p, 3, increasing=True), family=Binomial()).fit()
+    found = lind_mehlum(p, solved)
+    assert found.low < found.extremum < found.high
+    for end in (found.low, found.high):
+        assert abs(fit.t_test([0, 1, 2 * end]).tvalue.item()) == pytest.approx(norm.ppf(0.975), abs=1e-3)
+    assert lind_mehlum(*trials((10, 11, 9, 10, 11))).low is None
+
+
+@pytest.mark.parametrize("test", [two_lines, lind_mehlum])
+def test_failing_is_the_mirror_of_solving(test):
+    """Solved and unsolved exchanged: the same p-value, the other shape."""
+    other = {"U": "inverted U", "inverted U": "U", None: None}
+    for solved in (EXPECTED, (2, 12, 25, 28, 20, 10, 3), (20, 5, 20), (9, 3, 15, 2)):
+        p, wins = trials(solved)
+        found, mirrored = test(p, wins), test(p, ~wins)
+        assert mirrored.p_value == pytest.approx(found.p_value)
+        assert mirrored.direction == other[found.direction]
+
+
+@pytest.mark.parametrize("test", [two_lines, lind_mehlum])
+def test_shape_is_found_where_it_is_plain_and_named(test):
+    assert test(*trials((2, 12, 25, 28, 20, 10, 3))).direction == "inverted U"
+    assert test(*trials((28, 12, 5, 2, 10, 18, 27))).direction == "U"
+    assert test(*trials((2, 6, 10, 14, 18, 22, 26))).direction is None
+    assert test(*trials((20, 5, 20), p=(0, 0.4, 0.6))).direction == "U"
+
+
+@pytest.mark.parametrize("test", [two_lines, lind_mehlum])
+def test_the_order_of_trials_and_the_unit_of_p_do_not_matter(test):
+    p, solved = trials(EXPECTED)
+    mixed = np.random.default_rng(1).permutation(len(p))
+    assert test(p[mixed], solved[mixed]) == test(p, solved)
+    assert test(p / 0.6, solved).p_value == pytest.approx(test(p, solved).p_value)
+
+
+@pytest.fixture
+def without_slopes(monkeypatch):
+    """The two-lines test without the slopes of its lines, for speed: p-values and directions do not use them."""
+    monkeypatch.setattr(ushape, "logit_fit", lambda *_: None)
+
+
+def test_the_break_is_an_inner_value_whatever_is_solved(without_slopes):
+    for solved in itertools.product((0, 3, 6), repeat=5):
+        lines = two_lines(*trials(solved, n=6))
+        assert lines.break_p in {0.1, 0.2, 0.3}
+        assert 0 <= lines.p_value <= 1
+
+
+def test_a_separated_line_has_a_test_but_no_slope():
+    lines = two_lines(*trials((0, 0, 30, 30, 20, 10)))
+    assert lines.direction == "inverted U"
+    assert any(line.slope is None and line.p_value < 1e-6 for line in (lines.first, lines.second))
+
+
+def test_nothing_to_test():
+    assert two_lines(*trials((7, 20))).p_value is None
+    assert "three flip rates" in why_missing(lind_mehlum(*trials((7, 20))).note)
+    assert "separates" in why_missing(lind_mehlum(*trials((0, 0, 0, 30, 30))).note)
+    assert two_lines(*trials((0,) * 7)).p_value == 1.0
+    assert two_lines(np.empty(0), np.empty(0, dtype=bool)).break_p is None
+
+
+def rejected(test, truth, studies=400, n=30, seed=1):
+    rng = np.random.default_rng(seed)
+    p_values = [test(*trials(rng.binomial(n, truth), n)).p_value for _ in range(studies)]
+    return np.mean([value is not None and value <= 0.05 for value in p_values])
+
+
+@pytest.mark.parametrize(
+    "truth", [(0.5,) * 7, (0.05,) * 7, SATURATING, (0.23,) + (0.667,) * 6, (0.23,) * 5 + (0.45, 0.667), (0.5,) * 3]
+)
+def test_two_lines_hold_their_level_when_nothing_falls(without_slopes, truth):
+    assert rejected(two_lines, truth) <= 0.05 + 2 * np.sqrt(0.05 * 0.95 / 400)
+
+
+def test_two_lines_find_a_decline_and_lind_mehlum_a_mere_levelling_off(monkeypatch):
+    assert rejected(lind_mehlum, SATURATING, studies=150) > 0.08
+    monkeypatch.setattr(ushape, "logit_fit", lambda *_: None)
+    assert rejected(two_lines, np.array(EXPECTED) / 30, n=100) > 0.5
+
+
+def test_people_who_play_at_one_p_only_are_no_u(without_slopes):
+    """Six people with ten boxes at each p: as independent trials a rise and fall is seen in a quarter of studies."""
+    seen = []
+    for seed in range(150):
+        columns = people(np.random.default_rng(seed), 6, 10, 0.5)
+        alone = two_lines(columns.dose, columns.solved)
+        together = two_lines(columns.dose, columns.solved, columns.cluster)
+        assert together.p_value >= alone.p_value - 1e-9
+        seen.append((alone.direction is not None, together.direction is not None))
+    independent, clustered = np.mean(seen, axis=0)
+    assert independent > 0.15
+    assert clustered <= 0.05
+
+
+def test_a_rise_and_fall_that_few_people_show_strongly_is_found():
+    columns = people(np.random.default_rng(1), 10, 6, 0.35, success=np.array([0.05, 0.3, 0.7, 0.95, 0.7, 0.3, 0.05]))
+    assert two_lines(columns.dose, columns.solved, columns.cluster).direction == "inverted U"
+
+
+def drawn(name, trials=30, seed=1):
+    return simulate_outcomes(WORLDS[name], Design(repetitions=1, trials=trials), generator(seed, name))
+
+
+def at_doses(columns, p):
+    return Outcomes(**{name: getattr(columns, name) for name in columns.__slots__} | {"dose": p})
+
+
+def test_loops_that_come_later_and_then_sooner_are_a_u_of_loop_onset():
+    found = onset_lines(drawn("loops-return"))
+    assert (found.direction, found.break_p) == ("U", 0.3)
+    assert found.first.z < -3 < 3 < found.second.z
+    assert found.p_value == max(found.first.p_value, found.second.p_value) < 1e-3
+    once = onset_lines(drawn("loop-trapped", trials=100))
+    assert (once.first.z < -5, once.direction) == (True, None)
+
+
+def test_trial_length_alone_bends_loop_rates_and_not_loop_onset():
+    """Success rises and falls, so loop rates fall and rise; the hazard of a loop is the same at every p."""
+    columns = drawn("inverted-u", trials=300)
+    assert two_lines(columns.dose, columns.looped).direction == "U"
+    assert onset_lines(columns).direction is None
+    seen = [onset_lines(drawn("inverted-u", seed=seed)).direction is not None for seed in range(200)]
+    assert np.mean(seen) <= 0.05 + 2 * np.sqrt(0.05 * 0.95 / 200)
+
+
+def test_a_line_of_loop_onset_is_a_log_rank_test():
+    """With two values of p on a side, the trend is the log-rank test of these two."""
+    columns = drawn("loops-return")
+    three = columns.at(np.isin(columns.dose, [0.0, 0.3, 0.6]))
+    found = onset_lines(three)
+    pairs = [loop_onset_logrank(three.at(side)).primary for side in (three.dose <= 0.3, three.dose >= 0.3)]
+    assert [found.first.p_value, found.second.p_value] == pytest.approx([pair.p_value for pair in pairs])
+    assert [np.sign(line.z) for line in (found.first, found.second)] == [pair.direction for pair in pairs]
+
+
+def test_neither_the_order_of_trials_nor_the_unit_of_p_nor_its_direction_matters_to_loop_onset():
+    columns = drawn("loops-return")
+    found = onset_lines(columns)
+    mixed = onset_lines(columns.at(np.random.default_rng(1).permutation(len(columns))))
+    assert mixed.p_value == pytest.approx(found.p_value)
+    assert onset_lines(at_doses(columns, columns.dose / 0.6)).p_value == pytest.approx(found.p_value)
+    turned = onset_lines(at_doses(columns, (6 - np.round(columns.dose * 10)) / 10))
+    assert turned.direction == "U"
+
+
+def test_no_loops_or_too_few_p_are_no_u_of_loop_onset():
+    columns = drawn("loops-return")
+    assert onset_lines(columns.at(columns.dose < 0.15)).note == "fewer than three doses"
+    none = onset_lines(columns.at(~columns.looped))
+    assert (none.p_value, none.direction, none.first.z) == (1.0, None, 0.0)
+    assert onset_lines(columns.at(columns.trial < 5)).p_value == 1.0  # too few clusters to test
+    assert onset_lines(columns.at(columns.dose < 0)).p_value is None

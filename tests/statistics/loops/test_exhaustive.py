@@ -1,0 +1,44 @@
+"""Every short trial, up to the names of its actions, against brute force over the definitions."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from loop_definition import Truth, patterns, truth
+
+from lockprobe.statistics.loops import any_loop_batch, cover, measure, onset_batch
+
+ALL = [(2, 12, False), (3, 9, False), (4, 8, False), (2, 11, True), (3, 8, True), (4, 7, True)]
+"""Number of actions, length up to which all trials are tried (4 096, 4 926 and 3 818 trials), and overlap of copies."""
+
+
+@pytest.mark.parametrize(("actions", "longest", "overlap"), ALL)
+def test_every_short_trial_is_as_brute_force_has_it(actions: int, longest: int, overlap: bool) -> None:
+    trials = list(patterns(actions, longest))
+    expected = [truth(trial, overlap) for trial in trials]
+    for trial, true in zip(trials, expected, strict=True):
+        free = cover(trial, overlap=overlap)
+        assert (free.covered, free.any_loop) == (true.free, true.free > 0), trial
+        assert cover(trial, rule="repeat", overlap=overlap).covered == true.repeat, trial
+        assert cover(trial, rule="whole", overlap=overlap).covered == true.whole, trial
+    found = measure(trials, overlap=overlap)
+    columns = np.array(expected).T
+    for name in ("onset", "longest"):
+        assert np.array_equal(getattr(found, name), columns[Truth._fields.index(name)])
+    assert np.array_equal(found.covered, columns[0])
+    full = np.array([trial for trial in trials if len(trial) == longest])
+    assert np.array_equal(onset_batch(full, overlap=overlap), columns[4][-len(full) :])
+    assert np.array_equal(any_loop_batch(full, overlap=overlap), columns[0][-len(full) :] > 0)
+
+
+@pytest.mark.parametrize("min_length", [1, 2, 4])
+def test_every_short_trial_with_other_shortest_loops(min_length: int) -> None:
+    for trial in patterns(3, 7 if min_length < 4 else 9):
+        true = truth(trial, False, min_length)
+        for rule in ("free", "repeat", "whole"):
+            assert cover(trial, rule=rule, min_length=min_length).covered == getattr(true, rule), trial
+
+
+def test_of_all_greatest_covers_the_free_one_has_fewest_pieces() -> None:
+    for trial in patterns(2, 11):
+        assert len(cover(trial).intervals) == truth(trial, False).pieces, trial

@@ -1,0 +1,168 @@
+"""Where trials are forked, and the effect of an arm there: pairs within trials, places that all trials have."""
+
+from dataclasses import replace
+
+import pytest
+
+import lockprobe
+from lockprobe.foundation.errors import BadValue
+from lockprobe.statistics.branch import RULES, branch_effects, check_rule, fork_steps
+from lockprobe.statistics.excursion import continuation
+from lockprobe.trial.told_outcome import flipped
+from lockprobe.trial.trial_name import ForkName
+
+
+def trial(number=1, agent="cognitive:insistent", p=0.0):
+    one = lockprobe.run_trial(agent=agent, p=p, trial=number)
+    one = replace(one, study="flips")
+    return replace(one, key=str(one.name))
+
+
+def fork(parent, arm, *, solved, at=4, time=1, following=""):
+    """A fork that ends as it is told to, with the parent's steps but for the next joint."""
+    steps = list(parent.steps)
+    if following:
+        steps[at] = replace(steps[at], joint=following)
+    name = ForkName(parent=parent.key, at=at, arm=arm, time=time)
+    return replace(parent, key=str(name), fork=name, steps=tuple(steps), ending="solved" if solved else "budget")
+
+
+def only(effects, outcome="solved"):
+    (one,) = [one for one in effects if one.outcome == outcome]
+    return one
+
+
+def test_a_place_is_one_after_which_the_trial_goes_on():
+    one = trial()
+    last = len(one.steps)
+    assert fork_steps(one, "4") == (4,)
+    assert fork_steps(one, str(last)) == ()
+    assert fork_steps(one, "every") == tuple(range(1, last))
+    (onset,) = fork_steps(one, "onset")
+    assert continuation(one.actions[:onset]) is not None
+    assert continuation(one.actions[: onset - 1]) is None
+    drawn = {fork_steps(trial(number), "before-onset") for number in range(1, 12)}
+    assert len(drawn) > 3
+    assert all(not steps or steps[0] >= 3 for steps in drawn)
+
+
+def test_the_first_lie_is_the_first_inverted_report():
+    lied = trial(agent="random", p=0.4)
+    (at,) = fork_steps(lied, "first-lie")
+    assert flipped(lied, at - 1)
+    assert not any(flipped(lied, i) for i in range(at - 1))
+    assert fork_steps(trial(), "first-lie") == ()
+
+
+@pytest.mark.parametrize("rule", ["0", "-1", "x", "4.5", "", "²"])
+def test_what_names_no_place_is_refused(rule):
+    with pytest.raises(BadValue, match=f"one of {', '.join(RULES)}"):
+        check_rule(rule)
+
+
+def test_continuations_are_paired_and_a_trial_counts_once():
+    """Two trials, two continuations: +1 and 0 in the first, +1 and +1 in the second."""
+    parents = [trial(1), trial(2)]
+    forks = []
+    for parent, ends in zip(parents, [((0, 1), (1, 1)), ((0, 1), (0, 1))], strict=True):
+        for time, (told, lied) in enumerate(ends, 1):
+            forks += [fork(parent, "truth", solved=told, time=time), fork(parent, "lie", solved=lied, time=time)]
+    one = only(branch_effects(forks, {parent.key: parent for parent in parents}))
+    assert (one.where, one.arm, one.forks, one.change.blocks) == ("4", "lie", 4, 2)
+    assert one.after_truth == 0.25
+    assert one.change.value == 0.75
+
+
+def test_one_true_report_stands_for_several_where_luck_is_not_shared():
+    parents = [trial(1), trial(2)]
+    forks = [fork(parent, "truth", solved=False) for parent in parents]
+    forks += [fork(parent, "lie", solved=time == 1, time=time) for parent in parents for time in (1, 2)]
+    assert only(branch_effects(forks, {parent.key: parent for parent in parents})).change.value == 0.5
+
+
+def test_outcomes_of_the_next_action():
+    parents = [trial(1), trial(2)]
+    forks, repeated = [], []
+    for parent in parents:
+        (at,) = fork_steps(parent, "onset")
+        on, last = continuation(parent.actions[:at]), parent.steps[at - 1].joint
+        other = next(joint for joint in parent.joints if joint not in (on, last))
+        repeated.append(float(on == last))
+        forks.append(fork(parent, "truth", solved=False, at=at, following=on))
+        forks.append(fork(parent, "lie", solved=False, at=at, following=other))
+    effects = branch_effects(forks, {parent.key: parent for parent in parents}, ["onset"])
+    assert only(effects, "leaves").change.value == 1
+    assert only(effects, "repeats").after_truth == sum(repeated) / 2
+    assert only(effects, "repeats").change.value == -sum(repeated) / 2
+    assert only(effects, "steps").change.value == 0
+
+
+def test_chances_of_the_next_choice_are_compared_without_sampling():
+    parents = [trial(1), trial(2)]
+    told = [fork(parent, "truth", solved=False) for parent in parents]
+    lied = [fork(parent, "lie", solved=False) for parent in parents]
+    bare = [
+        replace(one, steps=tuple(replace(s, decision=replace(s.decision, probabilities=None)) for s in one.steps))
+        for one in (*told, *lied)
+    ]
+    chances = {one.key: (0.7, 0.1, 0.1, 0.1) for one in told} | {one.key: (0.2, 0.6, 0.1, 0.1) for one in lied}
+    known = {parent.key: parent for parent in parents}
+    one = only(branch_effects(bare, known, chances=chances), "choice")
+    assert one.change.value == pytest.approx(0.5)
+    assert one.change.p_value is None
+    assert "choice" not in {one.outcome for one in branch_effects(bare, known)}
+
+
+def test_places_that_were_not_asked_for_need_every_trial():
+    """A trial forked elsewhere alone shows that step 4 is not finished, so that nothing is said of it."""
+    parents = [trial(1), trial(2), trial(3)]
+    known = {parent.key: parent for parent in parents}
+    forks = [fork(parent, arm, solved=False) for parent in parents[:2] for arm in ("truth", "lie")]
+    assert {one.where for one in branch_effects(forks, known)} >= {"4"}
+    forks += [fork(parents[2], arm, solved=False, at=9) for arm in ("truth", "lie")]
+    assert branch_effects(forks, known) == []
+    assert {one.where for one in branch_effects(forks, known, ["4"])} == {"4"}
+
+
+def test_p_values_of_success_are_corrected_for_all_of_an_agent():
+    parents = [trial(number) for number in range(1, 7)]
+    known = {parent.key: parent for parent in parents}
+    alone = [fork(parent, arm, solved=arm == "lie") for parent in parents for arm in ("truth", "lie")]
+    more = [fork(parent, "remark", solved=False) for parent in parents]
+    (one,) = [one for one in branch_effects(alone, known) if one.outcome == "solved"]
+    found = {one.arm: one for one in branch_effects([*alone, *more], known) if one.outcome == "solved"}
+    assert one.change.p_value == pytest.approx(2 / 2**6)
+    assert found["lie"].change.p_value == pytest.approx(2 * 2 / 2**6)
+    assert found["remark"].change.p_value == 1
+
+
+def test_errors_and_other_records_count_nowhere():
+    parents = [trial(1), trial(2)]
+    forks = [fork(parent, arm, solved=False) for parent in parents for arm in ("truth", "lie")]
+    broken = [replace(one, ending="error") for one in forks]
+    known = {parent.key: parent for parent in parents}
+    assert branch_effects(broken, known) == []
+    assert branch_effects(parents, known) == []
+    assert branch_effects(forks, {}) == []
+
+
+def test_effects_on_several_agents_are_one_family_and_those_on_baselines_another():
+    """P values are multiplied and intervals are those of the divided level, as of no other agent."""
+
+    def forked(agent):
+        parents = [trial(number, agent=agent) for number in range(1, 13)]
+        arms = (("truth", 0), ("lie", 11))
+        return parents, [fork(one, arm, solved=i < n) for arm, n in arms for i, one in enumerate(parents)]
+
+    def found(*agents):
+        made = [forked(agent) for agent in agents]
+        parents = {one.key: one for several, _ in made for one in several}
+        effects = branch_effects([one for _, forks in made for one in forks], parents)
+        return {one.agent: one for one in effects if one.outcome == "solved"}
+
+    first, second, baseline = "cognitive:insistent", "cognitive:careful", "random"
+    alone, both = found(first)[first], found(first, second, baseline)
+    assert [both[agent].agents for agent in (first, second, baseline)] == [2, 2, 1]
+    assert both[first].change.p_value == pytest.approx(2 * alone.change.p_value)
+    assert both[first].change.low < alone.change.low
+    assert found(first, baseline)[first] == alone

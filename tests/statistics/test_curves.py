@@ -1,0 +1,226 @@
+"""Proportions and success curves have known values, stay in range, and leave errors out."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from builders import SOLUTION, make_trial
+from scipy import stats
+
+from lockprobe.boxes.families import box
+from lockprobe.boxes.solve import optimum, random_curve
+from lockprobe.foundation.errors import BadValue
+from lockprobe.statistics.curves import logrank, relative, success_curve
+from lockprobe.statistics.outcomes import ended
+from lockprobe.statistics.proportions import difference, proportion
+
+
+@pytest.mark.parametrize(
+    ("count", "n", "low", "high"),
+    [(7, 30, 0.118, 0.409), (20, 30, 0.488, 0.808), (8, 10, 0.490, 0.943), (10, 10, 0.722, 1.0), (0, 30, 0.0, 0.114)],
+)
+def test_wilson_intervals_are_those_of_the_notes(count, n, low, high):
+    share = proportion(count, n)
+    assert share.value == count / n
+    assert (share.low, share.high) == (pytest.approx(low, abs=6e-4), pytest.approx(high, abs=6e-4))
+
+
+def test_nothing_counted_means_nothing_known():
+    share = proportion(0, 0)
+    assert math.isnan(share.value)
+    assert (share.low, share.high) == (0.0, 1.0)
+
+
+def test_the_papers_difference():
+    found = difference(proportion(7, 30), proportion(20, 30))
+    assert found.value == pytest.approx(13 / 30)
+    assert (found.low, found.high) == (pytest.approx(0.182, abs=1e-3), pytest.approx(0.616, abs=1e-3))
+    assert found.p_value == pytest.approx(0.0016, abs=1e-4)
+    assert difference(proportion(0, 0), proportion(20, 30)) is None
+
+
+def trials():
+    detour = (0, 0, *SOLUTION)
+    return [
+        make_trial(SOLUTION, trial=1),
+        make_trial(SOLUTION, trial=2),
+        make_trial(detour, trial=3),
+        make_trial([0] * 20, trial=4),
+        make_trial([0], trial=5, broken="model"),
+    ]
+
+
+def test_curve_counts_by_hand():
+    curve = success_curve(trials())
+    assert (curve.n, curve.errors, curve.solved_at) == (4, 1, (4, 4, 6))
+    assert curve.steps == tuple(range(21))
+    assert curve.share[3:7] == (0.0, 0.5, 0.5, 0.75)
+    assert (curve.steps_to(0.5), curve.steps_to(0.75), curve.steps_to(0.8)) == (4, 6, None)
+    assert (curve.median_steps, curve.mean_steps) == (4.0, pytest.approx(14 / 3))
+
+
+def test_curve_rises_within_its_band():
+    curve = success_curve(trials())
+    assert list(curve.share) == sorted(curve.share)
+    assert all(
+        0 <= low <= share <= high <= 1 for low, share, high in zip(curve.low, curve.share, curve.high, strict=True)
+    )
+
+
+def test_an_error_is_not_a_failure():
+    assert len(ended(trials())) == 4
+    assert success_curve(trials()).share[-1] == success_curve(trials()[:4]).share[-1]
+
+
+def test_curve_of_nothing_solved():
+    curve = success_curve([make_trial([0] * 20)])
+    assert set(curve.share) == {0.0}
+    assert curve.median_steps is None
+    assert success_curve([]).n == 0
+
+
+PLAYED = make_trial(SOLUTION)
+
+
+def solved_at(steps, *, n, budget=20):
+    """Trials solved at these steps, and others that are not, n in all."""
+    waits = [make_trial([0] * (step - 4) + list(SOLUTION), budget=budget) for step in steps]
+    return waits + [make_trial([0] * budget, budget=budget)] * (n - len(steps))
+
+
+def test_the_median_is_over_all_trials():
+    curve = success_curve(solved_at([4, 5, 9], n=6))
+    assert (curve.median_steps, curve.km_median) == (5.0, 9)
+    assert success_curve(solved_at([4, 5, 9], n=7)).km_median is None
+    assert curve.restricted_mean_steps == pytest.approx((4 + 5 + 9 + 3 * 20) / 6)
+    assert success_curve([]).restricted_mean_steps is None
+
+
+def test_steps_to_a_share_lie_in_their_interval():
+    curve = success_curve(solved_at(range(4, 20), n=20))
+    early, late = curve.steps_to_interval(0.5)
+    assert early <= curve.steps_to(0.5) <= late
+    assert curve.high[early - 1] < 0.5 <= curve.high[early]
+    assert curve.low[late - 1] < 0.5 <= curve.low[late]
+    assert curve.steps_to_interval(0.8)[1] is None
+    assert success_curve(solved_at([], n=30)).steps_to_interval(0.5) == (None, None)
+
+
+def test_a_share_is_reached_within_the_interval_as_often_as_it_says():
+    rng = np.random.default_rng(5)
+    truth, hits = 11, 0
+    for _ in range(200):
+        steps = rng.integers(4, 20, 30)  # half are solved by step 11
+        early, late = success_curve(stand_ins(steps, 20)).steps_to_interval(0.5)
+        hits += early <= truth <= late
+    assert hits >= stats.binom.ppf(0.001, 200, 0.95)
+
+
+def stand_ins(steps, budget, solved=None):
+    """As far as curves and tests look: trials of these lengths."""
+    solved = np.full(len(steps), True) if solved is None else solved
+    return [
+        replace(PLAYED, steps=PLAYED.steps[:1] * n, ending="solved" if s else "budget", budget=budget)
+        for n, s in zip(steps, solved, strict=True)
+    ]
+
+
+def test_budgets_may_differ():
+    curve = success_curve(solved_at([], n=2, budget=5) + solved_at([10], n=2))
+    assert curve.share[9:11] == (0.0, 0.5)
+    assert success_curve(solved_at([4], n=2, budget=5) + solved_at([10], n=2)).share[10] == 1 - 0.75 * 0.5
+
+
+def test_two_groups_are_told_apart_as_by_scipy():
+    rng = np.random.default_rng(2)
+    for weights in (0.3, 0.9):
+        a, b = (np.minimum(rng.geometric(q, 25), 20) for q in (0.1, weights))
+        groups = [stand_ins(a, 20, a < 20), stand_ins(b, 20, b < 20)]
+        found = logrank(groups)
+        library = stats.logrank(*(stats.CensoredData.right_censored(x, x == 20) for x in (a, b)))
+        assert found.df == 1
+        assert found.statistic == pytest.approx(library.statistic**2)
+        assert found.p_value == pytest.approx(library.pvalue)
+
+
+def by_hand(a, b, weigh):
+    """The log-rank statistic of two uncensored groups with weights by the number running."""
+    excess = variance = 0.0
+    for step in np.unique(np.concatenate([a, b])):
+        n1, n = np.sum(a >= step), np.sum(a >= step) + np.sum(b >= step)
+        d1, d = np.sum(a == step), np.sum(a == step) + np.sum(b == step)
+        excess += weigh(n) * (d1 - d * n1 / n)
+        variance += weigh(n) ** 2 * d * (n - d) * n1 * (n - n1) / (n**2 * (n - 1)) if n > 1 else 0.0
+    return excess**2 / variance
+
+
+def test_gehan_weighs_by_those_still_running():
+    a, b = np.array([4, 4, 5, 7, 9, 14]), np.array([4, 6, 8, 8, 12, 19])
+    groups = [stand_ins(a, 20), stand_ins(b, 20)]
+    assert logrank(groups).statistic == pytest.approx(by_hand(a, b, lambda n: 1))
+    assert logrank(groups, weights="gehan").statistic == pytest.approx(by_hand(a, b, lambda n: n))
+
+
+def test_the_order_of_groups_does_not_matter_and_errors_do_not_count():
+    groups = [solved_at([4, 6, 8], n=5), solved_at([5, 12], n=6), solved_at([9], n=4)]
+    found = logrank(groups)
+    assert found.df == 2
+    assert logrank(groups[::-1]).statistic == pytest.approx(found.statistic)
+    broken = make_trial([0], broken="model")
+    assert logrank([[*groups[0], broken], *groups[1:], [broken]]) == found
+
+
+@pytest.mark.parametrize(
+    "groups",
+    [
+        [],
+        [solved_at([4], n=3)],
+        [solved_at([4], n=3), []],
+        [solved_at([], n=3), solved_at([], n=3)],
+        [solved_at([4, 4], n=2), solved_at([4], n=1)],
+        [solved_at([9], n=3), solved_at([], n=3, budget=5)],
+        [solved_at([], n=3, budget=5), solved_at([9], n=3), solved_at([], n=3, budget=7)],
+    ],
+)
+def test_where_nothing_can_be_told_apart_there_is_no_test(groups):
+    assert logrank(groups) is None
+
+
+CHAIN = box("chain-4")
+CHANCE = random_curve(CHAIN)
+
+
+def test_chance_is_nought_and_the_shortest_plan_is_one():
+    best = relative(success_curve(solved_at([4] * 30, n=30)), CHANCE, optimum(CHAIN))
+    assert best.value == pytest.approx(1.0)
+    assert best.low < 1 <= best.high + 1e-12
+    assert best.steps == best.optimal_steps == 4
+    assert best.random_steps == pytest.approx(20 - sum(CHANCE[:-1]))
+    assert relative(success_curve(solved_at([], n=30)), CHANCE, optimum(CHAIN)).value < 0
+
+    rng = np.random.default_rng(4)
+    at = np.searchsorted(CHANCE, rng.random(20000), side="left")
+    found = relative(success_curve(stand_ins(np.minimum(at, 20), 20, at <= 20)), CHANCE, optimum(CHAIN))
+    assert abs(found.value) < 0.03
+    assert found.low <= 0 <= found.high
+    assert found.steps == pytest.approx(found.random_steps, abs=0.2)
+
+
+def test_without_room_or_trials_nothing_is_relative():
+    curve = success_curve(solved_at([4], n=2))
+    assert relative(success_curve([make_trial([0], broken="model")]), CHANCE, 4) is None
+    assert relative(curve, CHANCE, None) is None
+    assert relative(curve, CHANCE, 21) is None
+    assert relative(curve, [0.0] + [1.0] * 20, 1) is None
+    with pytest.raises(BadValue, match="20 steps"):
+        relative(curve, CHANCE[:-1], 4)
+
+
+def test_the_band_of_people_counts_those_of_one_person_together():
+    trials = [make_trial(SOLUTION if i < 15 else (0,) * 20, agent="llm:a", trial=i) for i in range(30)]
+    people = [replace(trial, agent=f"participant:{trial.trial // 5:04d}") for trial in trials]
+    alone, together = success_curve(trials), success_curve(people)
+    assert together.share == alone.share
+    assert together.low[-1] < alone.low[-1]
+    assert together.high[-1] > alone.high[-1]

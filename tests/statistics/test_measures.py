@@ -1,0 +1,123 @@
+"""Measures: counted by hand, their intervals held against those of the analysis, and what is no measure refused."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from builders import SOLUTION, make_trial, play_study, played_by_people, small_study
+
+from lockprobe.foundation.errors import BadValue, UnknownName
+from lockprobe.statistics.behaviour import behaviour
+from lockprobe.statistics.clustered import clustered_proportion, crossed_proportion
+from lockprobe.statistics.measures import MEASURES, find_measure, measured
+from lockprobe.trial.record import Trial
+
+
+def of(name, trial):
+    return find_measure(name)(trial)
+
+
+def test_those_that_ship_are_counted_by_hand():
+    solved, lost = make_trial(SOLUTION, false_at=[2]), make_trial([0, 1, 1, 1, 2] * 4)
+    assert [of(name, solved) for name in MEASURES] == [True, 4, 0, 0, False, 0, 0.25]
+    assert (of("solved", lost), of("steps-to-solve", lost), of("loop", lost)) == (False, None, True)
+    assert of("repeated", lost) == pytest.approx(8 / 19)
+    assert of("redundant", lost) == pytest.approx(17 / 20)
+    assert of("covered", lost) == 1
+    unreported = replace(lost, steps=tuple(replace(step, told_moved=None) for step in lost.steps))
+    assert of("told-falsely", unreported) is None
+    slip = replace(solved, steps=(solved.steps[0], replace(solved.steps[1], chosen=solved.steps[0].joint)))
+    assert of("repeated", slip) == 1
+
+
+def test_a_trial_without_steps_is_measured_where_that_has_a_meaning():
+    nothing = make_trial([], broken="model")
+    assert [name for name in MEASURES if of(name, nothing) is not None] == ["solved", "loop"]
+
+
+def test_shares_of_one_condition_have_the_intervals_of_the_report():
+    trials = [trial for trial in play_study(small_study(["random"], p=[0.3], trials=9)) if trial.p == 0.3]
+    (loops,) = measured(trials, ["loop"])
+    expected = behaviour(trials).loops
+    assert (loops.kind, loops.n, loops.left_out) == ("share", 18, 0)
+    assert (loops.value, loops.low, loops.high) == (expected.value, expected.low, expected.high)
+
+
+def test_means_have_student_s_interval_over_trials_or_over_luck():
+    trials = play_study(small_study(["random"], p=[0.0], trials=9))
+    lengths = np.array([len(trial.steps) for trial in trials])
+    (alone,) = measured(trials, [lambda trial: float(len(trial.steps))])
+    error = lengths.std(ddof=1) / math.sqrt(18)
+    assert (alone.kind, alone.value) == ("mean", pytest.approx(lengths.mean()))
+    assert (alone.high - alone.value) / error == pytest.approx(2.1098156)  # Student's t, 17 degrees of freedom
+    assert alone.value - alone.low == pytest.approx(alone.high - alone.value)
+    (twice,) = measured(trials * 2, [lambda trial: float(len(trial.steps))])
+    assert twice.n == 36
+    assert twice.high - twice.low == pytest.approx(alone.high - alone.low)  # the same luck again tells nothing new
+
+
+def test_a_share_of_trials_with_equal_luck_has_the_interval_of_clusters():
+    trials = play_study(small_study(["random"], p=[0.0, 0.6], trials=9))
+    (solved,) = measured(trials, ["solved"])
+    counts = [sum(t.solved for t in trials if (t.repetition, t.trial) == (r, n)) for r in (1, 2) for n in range(1, 10)]
+    expected = clustered_proportion(counts, [2] * 18)
+    assert (solved.value, solved.low, solved.high) == (expected.value, expected.low, expected.high)
+
+
+def test_trials_of_one_person_are_a_cluster():
+    study = small_study(["participant"], p=[0.0, 0.2, 0.4, 0.6], repetitions=2, trials=8)
+    people = [trial for trial in played_by_people(study, boxes_each=2, strategy="random") if trial.p < 0.3]
+    (solved,) = measured(people, ["solved"])
+    expected = crossed_proportion(
+        [trial.solved for trial in people],
+        np.ones(len(people)),
+        [trial.agent for trial in people],
+        [f"{trial.repetition}/{trial.trial}" for trial in people],
+    )
+    assert (solved.value, solved.low, solved.high) == (expected.value, expected.low, expected.high)
+    (steps,) = measured(people, [lambda trial: len(trial.steps)])
+    assert steps.low < steps.value < steps.high
+
+
+def test_the_interval_of_a_mean_holds_the_truth():
+    """Of a skewed measure, in clusters that are alike: 95 % nominal."""
+    rng, blank = np.random.default_rng(3), make_trial([0])
+    places = [replace(blank, key=f"{c}/{i}", trial=c + 1) for c in range(20) for i in range(3)]
+    held = 0
+    for _ in range(400):
+        shared, own = rng.exponential(1, 20), rng.exponential(1, (20, 3))
+        value = {f"{c}/{i}": shared[c] + own[c, i] for c in range(20) for i in range(3)}
+        (found,) = measured([replace(one, ending="budget") for one in places], [lambda t: value[t.key]])  # noqa: B023
+        held += found.low <= 2 <= found.high
+    assert 0.88 < held / 400 < 0.99
+
+
+def test_error_trials_are_left_out_and_what_does_not_apply_is_counted():
+    trials = [make_trial(SOLUTION), make_trial([0] * 20, trial=2), make_trial([0], trial=3, broken="model")]
+    (steps,) = measured(trials, ["steps-to-solve"])
+    assert (steps.n, steps.left_out, steps.value, steps.low, steps.high) == (1, 1, 4.0, None, None)
+    (nothing,) = measured(trials[1:], ["steps-to-solve"])
+    assert (nothing.n, nothing.left_out, nothing.value) == (0, 1, None)
+    same = measured([make_trial(SOLUTION, trial=n) for n in range(1, 9)], ["steps-to-solve"])[0]
+    assert (same.value, same.low, same.high) == (4.0, None, None)  # nothing is known of their spread
+    assert [one.name for one in measured(trials)] == list(MEASURES)
+    assert all(one.what.endswith(".") for one in measured(trials)[:2])
+
+
+def mixed(trial: Trial) -> float | bool:
+    """A number of one trial, and yes or no of another."""
+    return trial.solved if trial.trial == 1 else 0.5
+
+
+def test_what_is_no_measure_is_refused():
+    trials = [make_trial(SOLUTION), make_trial(SOLUTION, trial=2)]
+    with pytest.raises(UnknownName, match=r"no measure is called 'loops' \(did you mean 'loop'\?\)"):
+        measured(trials, ["loops"])
+    with pytest.raises(BadValue, match="^measure mixed: got .*, expected numbers, or True and False$"):
+        measured(trials, [mixed])
+    for value in (math.nan, math.inf, "four", [1]):
+        with pytest.raises(BadValue, match="expected a finite number, True, False or None"):
+            measured(trials, [lambda trial: value])  # noqa: B023
+    assert measured(trials, [lambda trial: np.bool_(True)])[0].kind == "share"
+    assert measured(trials, [lambda trial: np.int64(2)])[0].value == 2

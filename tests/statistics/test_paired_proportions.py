@@ -1,0 +1,110 @@
+"""Few differing pairs: the score statistic by brute force, coverage and size by exact enumeration."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize_scalar
+from scipy.special import gammaln, xlogy
+from scipy.stats import norm
+
+from lockprobe.statistics.agent_comparison.paired import block_mean
+from lockprobe.statistics.paired_proportions import FEW, MOST_EXACT, equivalence, score, score_interval
+from lockprobe.statistics.proportions import paired
+
+
+def tables(pairs):
+    """All counts of pairs solved under one condition alone."""
+    return [(one, two) for one in range(pairs + 1) for two in range(pairs + 1 - one)]
+
+
+def chances(found, pairs, first, second):
+    """The probability of each table where such shares of pairs are solved under one condition alone."""
+    one, two = np.array(found, dtype=float).reshape(-1, 2).T
+    alike = pairs - one - two
+    ways = gammaln(pairs + 1) - gammaln(one + 1) - gammaln(two + 1) - gammaln(alike + 1)
+    return np.exp(ways + xlogy(one, first) + xlogy(two, second) + xlogy(alike, max(0.0, 1 - first - second)))
+
+
+def made(only_first, only_second, pairs):
+    """The outcomes of so many pairs under both conditions."""
+    place = np.arange(pairs)
+    return place < only_first, (place >= only_first) & (place < only_first + only_second)
+
+
+@pytest.mark.parametrize("table", [(0, 0, 18), (2, 0, 20), (0, 5, 12), (7, 3, 40), (20, 20, 41)])
+@pytest.mark.parametrize("change", [-0.3, -0.1, 0.05, 0.1, 0.4])
+def test_the_variance_is_that_under_the_change_that_is_tested(table, change):
+    """The share of differing pairs of greatest likelihood, found by a search."""
+    first, second, pairs = table
+
+    def loss(share):
+        rest = 1 - 2 * share - change
+        return -(xlogy(first, share) + xlogy(second, share + change) + xlogy(pairs - first - second, rest))
+
+    ends = max(0.0, -change) + 1e-12, (1 - change) / 2 - 1e-12
+    share = minimize_scalar(loss, bounds=ends, method="bounded", options={"xatol": 1e-12}).x
+    expected = (second - first - pairs * change) / math.sqrt(pairs * (2 * share + change - change**2))
+    assert float(score(first, second, pairs, change)) == pytest.approx(expected, abs=2e-3)
+
+
+def test_at_no_change_it_is_mcnemars_statistic():
+    assert float(score(3, 12, 40, 0.0)) == pytest.approx(9 / math.sqrt(15))
+
+
+def test_the_interval_ends_where_the_score_is_the_normal_quantile():
+    z = norm.isf(0.025)
+    low, high = score_interval(2, 5, 30, 0.95)
+    assert float(score(2, 5, 30, low)) == pytest.approx(z)
+    assert float(score(2, 5, 30, high)) == pytest.approx(-z)
+    assert score_interval(0, 0, 18, 0.95)[1] == pytest.approx(z**2 / (18 + z**2))
+    assert score_interval(0, 1, 1, 0.95)[1] == score_interval(0, 9, 9, 0.95)[1] == 1.0
+
+
+@pytest.mark.parametrize("pairs", [5, 10, 18, 20, 29, 30, 40])
+@pytest.mark.parametrize("margin", [0.05, 0.1, 0.2])
+def test_equivalence_is_wrong_in_at_most_five_percent(pairs, margin):
+    """Over all tables, where the change is exactly the margin; t-tests err in .150 of 18 pairs."""
+    found = [table for table in tables(pairs) if equivalence(*table, pairs, margin) < 0.05]
+    for share in np.linspace(0, (1 - margin) / 2, 12):
+        assert chances(found, pairs, share, share + margin).sum() <= 0.05
+        assert chances(found, pairs, share + margin, share).sum() <= 0.05
+
+
+def test_equivalence_is_shown_where_enough_pairs_agree():
+    assert equivalence(0, 0, 29, 0.1) < 0.05 < equivalence(0, 0, 28, 0.1)
+    assert equivalence(6, 6, 150, 0.1) < 0.05
+    assert equivalence(0, 30, 150, 0.1) == pytest.approx(1.0, abs=0.01)
+
+
+def test_many_pairs_have_nearly_the_exact_p_value():
+    below, above = (equivalence(8, 12, pairs, 0.1) for pairs in (MOST_EXACT, MOST_EXACT + 1))
+    assert below == pytest.approx(above, rel=0.3)
+
+
+@pytest.mark.parametrize("pairs", [10, 18, 30])
+@pytest.mark.parametrize("change", [0.0, 0.05, 0.1, 0.13, 0.18])
+@pytest.mark.parametrize("share", [0.0, 0.02, 0.1])
+def test_intervals_of_pairs_hold_the_truth(pairs, change, share):
+    """Agresti and Min's alone hold a change of 10 points in .849 of studies of 18 pairs."""
+    every = tables(pairs)
+    ends = [paired(*made(*table, pairs)) for table in every]
+    held = [one.low <= change <= one.high for one in ends]
+    assert chances(every, pairs, share, share + change)[held].sum() > 0.93
+
+
+def test_few_differing_pairs_have_no_finding_by_the_interval_alone():
+    """The P value of the interval is below 0.05 exactly where the interval leaves out 0."""
+    for pairs in (6, 18, 40):
+        for table in tables(min(pairs, FEW + 3)):
+            found = paired(*made(*table, pairs))
+            assert (found.interval_p < 0.05) == (found.low > 0 or found.high < 0), (table, pairs)
+
+
+@pytest.mark.parametrize("table", [(0, 0, 18), (1, 2, 25), (0, 5, 30)])
+def test_a_mean_over_blocks_is_as_careful_as_the_pairs_are(table):
+    first, second = made(*table)
+    found = block_mean((second * 1.0 - first)[:, None], unit=1.0)
+    ends = score_interval(*table, 0.95)
+    assert found.low <= ends[0]
+    assert found.high >= ends[1]

@@ -1,0 +1,160 @@
+"""People as one agent: who played, first boxes apart, and the other analyses that take them together by person."""
+
+import random
+from dataclasses import replace
+
+import pytest
+from builders import SOLUTION, make_trial, play_study, played_by_people, small_study
+
+from lockprobe.foundation.seeds import generator
+from lockprobe.statistics.axis_trials import on_axis
+from lockprobe.statistics.outcomes import joined, outcomes
+from lockprobe.statistics.pace import pace
+from lockprobe.statistics.people import people
+from lockprobe.statistics.resample import times_drawn
+from lockprobe.statistics.summary import summarise
+
+STUDY = small_study(("participant", "random"), (0.0, 0.3, 0.6), 2, 4)
+
+
+def person(identity, solved, *, position=1, p=0.0, trial=1, **facts):
+    made = make_trial(SOLUTION if solved else (0,) * 20, agent=f"participant:{identity}", p=p, trial=trial)
+    return replace(made, key=made.key.replace(f":{identity}", ""), facts={"position": position, **facts})
+
+
+@pytest.fixture(scope="module")
+def played():
+    return [*played_by_people(STUDY, 3), *play_study(small_study(("random",), STUDY.p, 2, 4))]
+
+
+@pytest.fixture(scope="module")
+def summary(played):
+    return summarise(played, STUDY.box)
+
+
+def test_no_people_nothing():
+    assert people([make_trial(SOLUTION)]) is None
+    assert people([replace(person("aaaa", solved=True), ending="error")]) is None
+
+
+def test_counts_by_hand():
+    found = people(
+        [
+            person("aaaa", solved=True, view="text"),
+            person("aaaa", solved=True, position=2, p=0.3, trial=2, view="text"),
+            person("bbbb", solved=False, trial=3, view="text"),
+            person("bbbb", solved=True, position=2, p=0.3, trial=4, view="panel", feedback=False),
+            person("cccc", solved=False, trial=5, view="panel", feedback=True),
+        ]
+    )
+    assert (found.people, found.trials, found.fewest, found.most) == (3, 5, 1, 2)
+    assert (found.success.count, found.success.n, found.success.clusters) == (3, 5, 3)
+    assert (found.first.count, found.first.n) == (1, 3)
+    assert [(at.position, at.success.count, at.success.n) for at in found.positions] == [(1, 1, 3), (2, 2, 2)]
+    assert [(at.condition, at.people, at.success.count, at.success.n) for at in found.at] == [
+        ("truth", 3, 1, 3),
+        ("flip?p=0.3", 2, 2, 2),
+    ]
+    assert [(over.condition, over.success.n) for over in found.over] == [("", 5)]
+    assert found.saw == {"view": {"text": 3, "panel": 2}, "feedback": {"no": 1, "yes": 1}}
+
+
+def test_every_condition_counts_and_flip_rates_come_first():
+    """Nudges beside a flip rate make no flip rate of it."""
+    nudged = {"condition": "flip?p=0.3 + nudge", "specs": ("flip?p=0.3", "nudge?after=2"), "doses": {"flip.p": 0.3}}
+    found = people(
+        [
+            replace(person("aaaa", solved=False, position=2, trial=2), **nudged),
+            person("aaaa", solved=True, p=0.3),
+            replace(person("bbbb", solved=True, position=2, trial=4), **nudged),
+            person("bbbb", solved=True, trial=3),
+        ]
+    )
+    assert [(at.condition, at.success.count, at.success.n) for at in found.at] == [
+        ("truth", 1, 1),
+        ("flip?p=0.3", 1, 1),
+        ("flip?p=0.3 + nudge", 1, 2),
+    ]
+    assert (found.trials, found.success.count, found.most) == (4, 3, 2)
+
+
+def test_trials_that_do_not_say_which_box_they_were_are_no_first_boxes():
+    found = people([replace(person("aaaa", solved=True), facts={})])
+    assert (found.first.n, found.positions, found.saw) == (0, (), {})
+
+
+def test_people_are_one_agent_everywhere_and_order_does_not_matter(played, summary):
+    found = summary
+    assert [agent.agent for agent in found.agents] == ["participant", "random"]
+    assert [row.agent for row in found.standings if row.agent != "random"] == ["participant"]
+    assert {condition.key for condition in found.agents[0].conditions} == {
+        "flips/participant/truth", "flips/participant/flip?p=0.3", "flips/participant/flip?p=0.6",
+    }  # fmt: skip
+    shuffled = [trial for trial in played if trial.group == "participant"]
+    random.Random(1).shuffle(shuffled)
+    again = summarise([*shuffled, *(trial for trial in played if trial.group == "random")], STUDY.box)
+    assert again == found
+
+
+def test_agents_beside_people_are_as_they_are_alone(played, summary):
+    alone = summarise([trial for trial in played if trial.group == "random"], STUDY.box)
+    (beside,) = [agent for agent in summary.agents if agent.agent == "random"]
+    assert replace(beside, reference=True) == replace(alone.agents[0], reference=True)
+
+
+def test_a_cluster_is_one_person_and_of_an_agent_one_luck(played):
+    own, agent = (
+        outcomes([t for t in played if t.group == name]) for name in ("participant", "random")
+    )  # fmt: skip
+    assert len(set(own.cluster)) == len({trial.agent for trial in played if trial.group == "participant"}) == 8
+    assert all(len(set(own.player[own.cluster == number])) == 1 for number in own.cluster)
+    assert {trial.player for trial in played} == {*own.player.tolist(), ""}
+    assert (agent.cluster == agent.luck).all()
+    assert not agent.crossed
+    both = joined([own, agent])
+    assert len(set(both.cluster)) == 8 + 8
+
+
+def test_people_are_drawn_whole_whatever_the_repetition(played):
+    own = outcomes([trial for trial in played if trial.group == "participant"])
+    times = times_drawn(own, generator(1, "test"), 50)
+    assert times.shape == (50, 8)
+    assert (times.sum(axis=1) == 8).all()
+
+
+def test_beside_people_an_agents_trials_count_to_who_played_their_luck():
+    """Both groups solve all that one person met and nothing else: two people, however many boxes, are no evidence."""
+    own = [person(f"000{i // 6}", solved=i < 6, trial=i + 1) for i in range(12)]
+    agent = [make_trial(SOLUTION if i >= 6 else (0,) * 20, trial=i + 1) for i in range(12)]
+    many = [person(f"{i:04d}", solved=i < 6, trial=i + 1) for i in range(12)]
+    few_people, many_people, beside = (on_axis(members)[0] for members in (own, many, agent))
+    assert pace(few_people, beside).p_value is None
+    assert pace(many_people, beside).p_value is not None
+
+
+def test_where_everybody_plays_at_one_p_whole_people_are_exchanged():
+    """Two people at each p, each with five boxes that all end alike: never significant, however many boxes."""
+    own = [
+        person(f"{who}{p * 10:.0f}00", solved=p > 0, p=p, trial=1 + 5 * who + box, position=1 + box)
+        for p in (0.0, 0.3)
+        for who in (0, 1)
+        for box in range(5)
+    ]
+    (agent,) = summarise(own).agents
+    assert agent.inference.difference.p_value > 0.2
+    many = [replace(trial, agent=f"participant:{i:04d}") for i, trial in enumerate(own)]
+    assert summarise(many).agents[0].inference.difference.p_value < 0.01
+
+
+def test_people_are_never_taken_for_blind():
+    """Three people who act alike at three p, though they were told otherwise, are no agent that does not listen."""
+    own = [
+        replace(
+            make_trial((0, *SOLUTION), agent=f"participant:{i:04d}", p=i / 10, trial=t, false_at=[1] * (i > 0)),
+            facts={},
+        )
+        for i in range(3)
+        for t in range(10)
+    ]
+    assert not summarise(own).agents[0].blind
+    assert summarise([replace(trial, agent="llm:a") for trial in own]).agents[0].blind

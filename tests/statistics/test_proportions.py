@@ -1,0 +1,186 @@
+"""Intervals and tests of proportions: published numbers, symmetry, coverage."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from scipy.stats import binom
+from statsmodels.stats.proportion import confint_proportions_2indep
+
+from lockprobe.statistics.clustered import cluster_bootstrap, clustered_proportion
+from lockprobe.statistics.proportions import difference, paired, proportion, ratio
+
+BASE, BEST = proportion(7, 30), proportion(20, 30)
+
+
+@pytest.mark.parametrize(
+    ("count", "n", "method", "interval"),
+    [
+        (7, 30, "wilson", (0.118, 0.409)),
+        (7, 30, "exact", (0.099, 0.423)),
+        (20, 30, "wilson", (0.488, 0.808)),
+        (8, 10, "wilson", (0.490, 0.943)),
+        (10, 10, "wilson", (0.722, 1.0)),
+    ],
+)
+def test_known_intervals(count, n, method, interval):
+    found = proportion(count, n, method=method)
+    assert (round(found.low, 3), round(found.high, 3)) == interval
+
+
+def test_clopper_pearson_never_falls_below_its_level():
+    counted = np.arange(13)
+    intervals = [proportion(int(k), 12, method="exact") for k in counted]
+    for truth in np.linspace(0, 1, 41):
+        held = np.array([one.low <= truth <= one.high for one in intervals])
+        assert binom.pmf(counted, 12, truth) @ held >= 0.95
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "p_value"),
+    [((7, 30), (20, 30), 0.0016), ((24, 30), (16, 30), 0.054), ((23, 30), (17, 30), 0.17), ((8, 10), (10, 10), 0.47)],
+)
+def test_known_fisher_tests(first, second, p_value):
+    assert difference(proportion(*first), proportion(*second)).p_value == pytest.approx(p_value, rel=0.03)
+
+
+def test_the_peak_of_the_paper_against_its_baseline():
+    away = difference(BASE, BEST)
+    assert round(away.p_value, 4) == 0.0016
+    assert [round(value, 3) for value in (away.value, away.low, away.high)] == [0.433, 0.182, 0.616]
+    score, log = ratio(BASE, BEST), ratio(BASE, BEST, "log")
+    assert [round(value, 2) for value in (score.value, score.low, score.high)] == [2.86, 1.50, 5.90]
+    assert [round(value, 2) for value in (log.value, log.low, log.high)] == [2.86, 1.42, 5.73]
+
+
+def test_fishers_test_does_not_care_which_is_first_or_what_counts_as_success():
+    for a, b in ((1, 7), (0, 3), (8, 2), (5, 5)):
+        one = difference(proportion(a, 9), proportion(b, 12))
+        for other in (
+            difference(proportion(b, 12), proportion(a, 9)),
+            difference(proportion(9 - a, 9), proportion(12 - b, 12)),
+        ):
+            assert one.p_value == pytest.approx(other.p_value, abs=1e-6)
+
+
+@pytest.mark.parametrize("solved", [0, 9])
+def test_nothing_differs_or_nothing_is_there(solved):
+    assert difference(proportion(solved, 9), proportion(solved, 9)).p_value == 1.0
+    assert difference(proportion(0, 0), BEST) is None
+    assert ratio(proportion(0, 0), BEST) is None
+
+
+def test_fishers_test_holds_its_level():
+    """All outcomes of 8 against 8, for several truths: the exact chance of p <= 0.05."""
+    pairs = list(itertools.product(range(9), repeat=2))
+    rejected = [(a, b) for a, b in pairs if difference(proportion(a, 8), proportion(b, 8)).p_value <= 0.05]
+    for truth in (0.1, 0.3, 0.5, 0.8):
+        chance = binom.pmf(np.arange(9), 8, truth)
+        assert sum(chance[a] * chance[b] for a, b in rejected) <= 0.05
+
+
+def test_the_score_interval_is_that_of_statsmodels_where_that_is_right():
+    for a, b in ((7, 20), (20, 7), (1, 1), (5, 28), (3, 0)):
+        found = ratio(proportion(a, 30), proportion(b, 30))
+        low, high = confint_proportions_2indep(b, 30, a, 30, compare="ratio", method="score")
+        assert (found.low, found.high) == pytest.approx((low, high), abs=1e-5)
+
+
+def test_the_ratio_the_other_way_round_is_its_inverse():
+    for a, b in itertools.product((1, 3, 6, 7), repeat=2):
+        for method in ("score", "log"):
+            one = ratio(proportion(a, 7), proportion(b, 9), method)
+            other = ratio(proportion(b, 9), proportion(a, 7), method)
+            assert (one.low, one.high) == pytest.approx((1 / other.high, 1 / other.low))
+            assert one.low <= one.value <= one.high
+
+
+def test_ratios_at_the_edge():
+    assert ratio(proportion(0, 30), BEST) is None
+    assert ratio(BASE, proportion(0, 30), "log") is None
+    nothing = ratio(BASE, proportion(0, 30))
+    assert (nothing.value, nothing.low) == (0.0, 0.0)
+    assert 0.4 < nothing.high < 0.6
+    full = ratio(proportion(30, 30), proportion(30, 30))
+    assert (full.low, full.high) == pytest.approx((0.8848, 1.1302), abs=1e-4)
+
+
+def test_the_score_interval_of_the_ratio_covers_about_as_often_as_it_says():
+    found = {(a, b): ratio(proportion(a, 15), proportion(b, 15)) for a, b in itertools.product(range(16), repeat=2)}
+    first, second = (binom.pmf(np.arange(16), 15, truth) for truth in (0.4, 0.6))
+    held = sum(first[a] * second[b] for (a, b), one in found.items() if one is None or one.low <= 1.5 <= one.high)
+    assert 0.93 < held < 0.97
+
+
+def test_mcnemar_looks_at_pairs_that_differ_alone():
+    first, second = np.zeros(30, dtype=bool), np.zeros(30, dtype=bool)
+    first[:9] = second[8:20] = True
+    found = paired(first, second)
+    assert (found.only_first, found.only_second) == (8, 11)
+    assert found.p_value == pytest.approx(2 * binom.cdf(8, 19, 0.5))
+    assert paired(first, first).p_value == 1.0
+    assert paired(second, first).p_value == found.p_value
+
+
+def clusters(rng, k, share, correlation, size=10):
+    """Successes per cluster, beta-binomial."""
+    spread = 1 / correlation - 1
+    return rng.binomial(size, rng.beta(share * spread, (1 - share) * spread, k))
+
+
+@pytest.mark.parametrize("k", [3, 10, 30])
+def test_the_clustered_interval_covers_where_wilsons_does_not(k):
+    rng, held = np.random.default_rng(k), []
+    for _ in range(600):
+        counts = clusters(rng, k, 0.3, 0.2)
+        inside = [
+            one.low <= 0.3 <= one.high
+            for one in (clustered_proportion(counts, np.full(k, 10)), proportion(int(counts.sum()), 10 * k))
+        ]
+        held.append(inside)
+    aware, naive = np.mean(held, axis=0)
+    assert aware > 0.95 - 2.5 * math.sqrt(0.05 * 0.95 / 600)
+    assert naive < 0.85
+
+
+def test_many_alike_clusters_give_wilsons_interval():
+    found = clustered_proportion([3] * 4000, [10] * 4000)
+    wilson = proportion(12000, 40000)
+    assert found.design_effect == 1.0
+    assert (found.low, found.high) == pytest.approx((wilson.low, wilson.high), abs=1e-5)
+
+
+def test_clusters_that_agree_in_themselves_count_as_one_trial_each():
+    """Each cluster all or nothing: the design effect is the cluster size, but for k / (k - 1)."""
+    found = clustered_proportion([10] * 12 + [0] * 28, [10] * 40)
+    assert found.design_effect == pytest.approx(10 * 40 / 39)
+
+
+def test_clusters_at_the_edge():
+    assert clustered_proportion([3], [10]) == clustered_proportion([3, 0], [10, 0])
+    one = clustered_proportion([3], [10])
+    assert (one.value, one.low, one.high, one.clusters) == (0.3, 0.0, 1.0, 1)
+    none = clustered_proportion([0] * 5, [6] * 5)
+    assert (none.low, none.design_effect) == (0.0, pytest.approx(6.0))
+    assert none.high > proportion(0, 5).high
+    assert math.isnan(clustered_proportion([], []).value)
+
+
+def test_the_bootstrap_draws_whole_clusters():
+    """Three clusters of equal trials: a mean of three draws from 0, 1/2, 1, whose 27 outcomes are known."""
+    values, labels = np.repeat([0.0, 0.5, 1.0], 20), np.repeat(["a", "b", "c"], 20)
+    found = cluster_bootstrap(values, labels, np.random.default_rng(1))
+    assert (found.value, found.low, found.high, found.clusters) == (0.5, 0.0, 1.0, 3)
+    alone = cluster_bootstrap(values, np.zeros(60), np.random.default_rng(1))
+    assert (alone.value, alone.low, alone.high) == (0.5, None, None)
+
+
+def test_the_bootstrap_is_too_short_with_three_clusters_and_about_right_with_thirty():
+    rng, held = np.random.default_rng(4), {3: [], 30: []}
+    for k, _ in itertools.product(held, range(200)):
+        values = np.repeat(clusters(rng, k, 0.5, 0.2) / 10, 10)
+        found = cluster_bootstrap(values, np.repeat(np.arange(k), 10), rng, resamples=400)
+        held[k].append(found.low <= 0.5 <= found.high)
+    assert np.mean(held[3]) < 0.9
+    assert np.mean(held[30]) > 0.88

@@ -1,0 +1,184 @@
+"""What interventions change is counted in the loop: as far as the agent gets it, by whichever of them did it."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+from lockprobe.foundation.errors import BadValue
+from lockprobe.interventions.catalogue import interventions_of
+from lockprobe.studies.single import run_trial
+from lockprobe.testing import make_trial
+from lockprobe.trial.changes import Acting, pass_through
+from lockprobe.trial.record import Percept
+from lockprobe.trial.trial_json import trial_from_json, trial_to_json
+
+ROUND = [0, 1, 0, 1, 2, 0] * 2
+"""Attempts at chain-4 that open nothing; twelve steps, so eleven reports are read."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class OutcomeAlone:
+    """Says the opposite outcome, and leaves positions as they are."""
+
+    def perceive(self, percept, past, task, rng):
+        opposite = {"moved": "blocked", "blocked": "moved", None: None}
+        return replace(percept, outcome=opposite[percept.outcome])
+
+
+@dataclass(frozen=True, kw_only=True)
+class TextBefore:
+    """Says something before the words are made."""
+
+    def perceive(self, percept, past, task, rng):
+        return replace(percept, text="Well.")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rebuilt:
+    """Remembers an equal past, made anew."""
+
+    def recall(self, past, task, rng):
+        return tuple(replace(turn) for turn in past)
+
+
+@dataclass(frozen=True, kw_only=True)
+class TextAfter:
+    """Says something after the words were made."""
+
+    after_words = True
+
+    def perceive(self, percept, past, task, rng):
+        return replace(percept, text=f"{percept.text} Well.")
+
+
+def played(condition, **options):
+    one = interventions_of(condition) if isinstance(condition, str) else condition
+    return make_trial(ROUND, condition=one, **options)
+
+
+@pytest.mark.parametrize(
+    "condition",
+    [
+        "flip?p=0",
+        "flip?p=1&at=12",
+        "flip?p=1&from=13",
+        "flip?p=1&only=moved&at=1",
+        "drop?p=0.5&at=12",
+        "tremble?p=0",
+        "history?last=50",
+        "history?last=12",
+        "forget?p=0",
+        "nudge?after=9",
+        "reword?p=0",
+        "hypothesis?ask=before",
+        [OutcomeAlone()],
+        [TextBefore()],
+        [Rebuilt()],
+        "flip?p=1 + flip?p=1",
+    ],
+)
+def test_what_changes_nothing_is_counted_as_nothing(condition):
+    trial = played(condition)
+    assert trial.changed
+    assert trial.changed_steps == 0
+
+
+@pytest.mark.parametrize(
+    ("condition", "steps"),
+    [
+        ("flip?p=1", 10),  # the second of two false outcomes of one joint shows it where it is
+        ("flip?p=1&at=11", 1),
+        ("drop?p=1", 11),
+        ("reword?p=1", 12),
+        ("tremble?p=1", 12),
+        ("history?last=2", 9),
+        ("warn", 12),
+        ("remark?after=0", 11),
+        ("correction?p=1", 11),
+        ("hypothesis?ask=off", 12),
+    ],
+)
+def test_the_steps_that_one_changes_are_counted(condition, steps):
+    trial = played(condition)
+    assert trial.changed_steps == steps
+    assert list(trial.changed.values()) == [steps]
+
+
+def test_what_a_report_shows_decides():
+    assert played([OutcomeAlone()], modality="symbolic").changed_steps == 11
+    assert played([OutcomeAlone()], modality="symbolic?tell=outcome").changed_steps == 11
+    assert played([TextAfter()]).changed_steps == 12
+
+
+@pytest.mark.parametrize(
+    ("condition", "counts"),
+    [
+        ("flip?p=1 + drop?p=1", [0, 11]),
+        ("drop?p=1 + flip?p=1", [11, 0]),
+        ("drop?p=1 + drop?p=1", [11, 0]),
+        ("flip?p=1 + flip?p=1", [11, 11]),
+        ("history?last=50 + flip?p=1", [0, 10]),
+        ("history?last=2 + history?last=1", [0, 10]),
+        ("tremble?p=1 + warn + history?last=2 + flip?p=0", [12, 12, 9, 0]),
+    ],
+)
+def test_each_of_several_is_counted_for_what_it_adds(condition, counts):
+    assert list(played(condition).changed.values()) == counts
+
+
+@dataclass(frozen=True, kw_only=True)
+class Draws:
+    """Changes the outcome by its luck; each acts on what those before it made."""
+
+    less: float = 0.5
+
+    def perceive(self, percept, past, task, rng):
+        return replace(percept, text=f"{percept.text}{int(rng.random() < self.less)}{rng.integers(9)}")
+
+
+def test_counting_draws_nothing_from_any_stream():
+    def acting():
+        return [Acting(number, Draws(less=0.3 * number), np.random.default_rng(number)) for number in range(4)]
+
+    def apply(one, percept):
+        return one.one.perceive(percept, (), None, one.rng)
+
+    counted, alone = acting(), acting()
+    for _ in range(50):
+        value = Percept()
+        for one in alone:
+            value = apply(one, value)
+        assert pass_through(counted, Percept(), apply, lambda percept: percept.text[:2]).value == value
+
+
+def test_one_that_needs_what_another_does_breaks_no_trial():
+    @dataclass(frozen=True, kw_only=True)
+    class Needs:
+        def perceive(self, percept, past, task, rng):
+            return replace(percept, text=percept.text.removesuffix("!") + "?"[percept.text.index("!") :])
+
+    @dataclass(frozen=True, kw_only=True)
+    class Gives:
+        def perceive(self, percept, past, task, rng):
+            return replace(percept, text="!")
+
+    acting = [Acting(number, one, np.random.default_rng(1)) for number, one in enumerate((Gives(), Needs()))]
+    passed = pass_through(acting, Percept(), lambda one, percept: one.one.perceive(percept, (), None, one.rng))
+    assert passed.changed == (0, 1)
+
+
+def test_the_counts_are_recorded_and_impossible_ones_refused():
+    trial = played("flip?p=1 + flip?p=1")
+    assert list(trial.changed) == ["flip?p=1", "flip?p=1 (2)"]
+    assert trial_from_json(trial_to_json(trial)) == trial
+    for wrong in ({"changed": {"flip?p=1": 13}}, {"changed_steps": -1}):
+        with pytest.raises(BadValue, match="steps changed by|changed_steps"):
+            trial_from_json(trial_to_json(replace(trial, **wrong)))
+
+
+def test_truth_has_no_counts_and_a_broken_trial_those_of_its_steps():
+    assert run_trial(agent="random").changed_steps == 0
+    broken = make_trial([0, 1, 2], condition=interventions_of("tremble?p=1"), broken=True)
+    assert broken.ending == "error"
+    assert broken.changed == {"tremble?p=1": 3}

@@ -1,0 +1,273 @@
+"""The closed loop: truth decides, what is told never leaks the truth, what breaks is attributed."""
+
+import asyncio
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+from seen import PhotographedPlant
+
+from lockprobe import run_trial
+from lockprobe.boxes.families import box
+from lockprobe.foundation.errors import Missing, UserMistake
+from lockprobe.interventions.conditions import flips
+from lockprobe.interventions.flip import OutcomeFlip
+from lockprobe.interventions.words import TextChannel
+from lockprobe.plants.symbolic import SymbolicPlant
+from lockprobe.trial.loop import play
+from lockprobe.trial.pictures.picture import Picture
+from lockprobe.trial.plan import Plan
+from lockprobe.trial.record import Decision, TrialError
+from lockprobe.trial.trial_json import trial_from_json, trial_to_json
+
+PLAN = Plan(
+    study="test", agent="fake", box=box(), condition=flips((0.0,))[0],
+    repetition=1, trial=1, seed=1,
+)  # fmt: skip
+
+
+class Fake:
+    """Decides by a function of the situation."""
+
+    def __init__(self, choose):
+        self.choose = choose
+        self.facts = {"fake": True}
+        self.seen = []
+
+    async def decide(self, situation, rng):
+        self.seen.append(situation)
+        return self.choose(situation)
+
+
+def joint(i):
+    return lambda situation: Decision(joint=situation.task.joints[i])
+
+
+def played(agent, plan=PLAN, channels=(), plant=None):
+    return asyncio.run(play(plan, plant=plant or SymbolicPlant(plan.box), interventions=channels, agent=agent))
+
+
+def test_the_trial_ends_when_the_target_really_moves():
+    shortest = replace(PLAN, shuffle="never")
+    agent = Fake(lambda situation: Decision(joint="DCBA"[len(situation.past)]))
+    trial = played(agent, shortest, (OutcomeFlip(p=1.0),))
+    assert (trial.ending, len(trial.steps)) == ("solved", 4)
+    assert [step.moved for step in trial.steps] == [True] * 4
+    assert [step.told_moved for step in trial.steps] == [False] * 4
+    assert [step.state for step in trial.steps] == ["0000", "0001", "0011", "0111"]
+
+
+def test_a_false_report_of_the_target_does_not_end_it():
+    agent = Fake(lambda situation: Decision(joint=situation.task.target))
+    trial = played(agent, channels=(OutcomeFlip(p=1.0),))
+    assert trial.ending == "budget"
+    assert len(trial.steps) == PLAN.budget == 20
+    assert all(step.told_moved and not step.moved for step in trial.steps)
+
+
+def test_the_agent_sees_what_is_told_and_never_the_truth():
+    agent = Fake(lambda situation: Decision(joint=situation.task.joints[len(situation.past) % 4]))
+    trial = played(agent, replace(PLAN, condition=flips((0.5,))[0], trial=2), (OutcomeFlip(p=0.5), TextChannel()))
+    assert any(step.moved != step.told_moved for step in trial.steps)
+    for situation, step in zip(agent.seen[1:], trial.steps, strict=False):
+        assert (situation.percept.outcome == "moved") == step.told_moved
+        told = dict(zip(situation.task.joints, situation.percept.positions, strict=True))
+        assert "".join(str(int(told[label])) for label in trial.labels) == step.told_state
+        assert situation.percept.text == step.told
+    assert set(agent.seen[0].task.joints) == set("ABCD")
+    assert not any(name in str(agent.seen) for name in box().names)
+
+
+def test_labels_and_listing_are_shuffled_per_trial_alike_in_every_condition():
+    one, other = (run_trial(agent="random", p=p, trial=1) for p in (0.0, 0.6))
+    assert (one.labels, one.listing) == (other.labels, other.listing)
+    drawn = {(t.labels, t.listing) for t in (run_trial(agent="random", trial=i) for i in range(1, 30))}
+    assert len(drawn) > 20
+    assert all(sorted(labels) == sorted(listing) == list("ABCD") for labels, listing in drawn)
+    plain = run_trial(agent="random", trial=1, shuffle="never")
+    assert plain.labels == plain.listing == ("A", "B", "C", "D")
+
+
+def test_the_target_takes_every_label_and_place_equally_often():
+    trials = [run_trial(agent="round-robin", trial=i, max_steps=1) for i in range(1, 801)]
+    labels = np.bincount(["ABCD".index(t.labels[0]) for t in trials], minlength=4)
+    places = np.bincount([t.listing.index(t.labels[0]) for t in trials], minlength=4)
+    assert all(abs(count - 200) < 50 for count in (*labels, *places))
+
+
+@dataclass(frozen=True)
+class Photograph:
+    """The picture's first row, as bytes, instead of a report."""
+
+    def perceive(self, percept, past, task, rng):
+        png = percept.look().rgb[0, :4, 0].tobytes()
+        pictures = (Picture(kind="rgb", png=png), Picture(kind="depth16", png=b"depth", shown=False))
+        return replace(percept, outcome=None, positions=None, text="Look.", pictures=pictures)
+
+
+def test_pictures_are_kept_and_named_and_the_agent_gets_no_camera():
+    kept = {}
+    agent = Fake(lambda situation: Decision(joint="DCBA"[len(situation.past)]))
+    plan = replace(PLAN, shuffle="never", condition=flips((0.0,), modalities=("rgb",))[0])
+    plant = PhotographedPlant(plan.box, sensed="failed")
+    trial = asyncio.run(
+        play(plan, plant=plant, interventions=(Photograph(),), agent=agent, keep=lambda p: kept.update({p.name: p.png}))
+    )
+    assert trial.solved
+    assert kept[trial.opening_pictures["rgb"]] == bytes(4)
+    assert [kept[step.pictures["rgb"]][::-1] for step in trial.steps] == [
+        b"\xff" * i + bytes(4 - i) for i in (1, 2, 3, 4)
+    ]
+    assert all(kept[step.pictures["depth16"]] == b"depth" for step in trial.steps)
+    assert plant.looks == 5
+    assert all(situation.percept.look is None and situation.percept.outcome is None for situation in agent.seen)
+    assert all(turn.percept.look is None for situation in agent.seen for turn in situation.past)
+    assert trial.plant == {"plant": "symbolic", "robot": "made up"}
+    assert trial_from_json(trial_to_json(trial)) == trial
+
+
+def test_a_picture_says_what_happened_and_a_robot_may_believe_otherwise():
+    agent = Fake(lambda situation: Decision(joint="ADDD"[len(situation.past)]))
+    plan = replace(PLAN, shuffle="never", condition=flips((0.0,), modalities=("rgb",))[0], budget=3)
+    trial = played(agent, plan, (Photograph(),), PhotographedPlant(plan.box, sensed="moved"))
+    assert [step.moved for step in trial.steps] == [False, True, True]
+    assert [step.told_moved for step in trial.steps] == [False, True, True]
+    assert [step.sensed for step in trial.steps] == [{"verdict": "moved"}] * 3
+    assert [step.told_state for step in trial.steps] == [None] * 3
+
+
+class Dark(PhotographedPlant):
+    def picture(self, configuration):
+        raise RuntimeError("no light in the laboratory")
+
+
+def test_a_picture_that_cannot_be_taken_is_the_fault_of_the_plant():
+    trial = played(
+        Fake(joint(0)), replace(PLAN, condition=flips((0.0,), modalities=("rgb",))[0]), (Photograph(),), Dark(PLAN.box)
+    )
+    assert trial.error.boundary == "plant"
+    assert trial.error.message == "RuntimeError: no light in the laboratory"
+
+
+@dataclass(frozen=True)
+class BrokenChannel:
+    def perceive(self, percept, past, task, rng):
+        raise ValueError("no light")
+
+
+class BrokenPlant(SymbolicPlant):
+    def attempt(self, joint):
+        raise OSError("hand off")
+
+
+def raising(error):
+    def choose(situation):
+        raise error
+
+    return Fake(choose)
+
+
+@pytest.mark.parametrize(
+    ("agent", "settings", "boundary", "message"),
+    [
+        (raising(TimeoutError("too slow")), {}, "model", "TimeoutError: too slow"),
+        (raising(SystemExit(3)), {}, "model", "SystemExit: 3"),
+        (Fake(lambda situation: Decision(joint="Z", replies=("Z!",))), {}, "reply", "'Z' is no joint"),
+        (Fake(joint(0)), {"channels": (BrokenChannel(),)}, "channel", "ValueError: no light"),
+        (Fake(joint(0)), {"plant": BrokenPlant(box())}, "plant", "OSError: hand off"),
+    ],
+)
+def test_an_error_is_attributed_and_never_a_failure_to_solve(agent, settings, boundary, message):
+    trial = played(agent, **settings)
+    assert trial.ending == "error"
+    assert not trial.solved
+    assert (trial.error.boundary, trial.error.message) == (boundary, message)
+    assert trial.owed_again == (boundary != "reply")
+    assert trial_from_json(trial_to_json(trial)) == trial
+
+
+@pytest.mark.parametrize(
+    ("decision", "message"),
+    [
+        (None, "NoneType is no Decision"),
+        (Decision(joint="A", claimed="banana"), "claimed 'banana' is none of moved, blocked, None"),
+        (Decision(joint="A", probabilities=(float("nan"),) * 4), "a probability lies outside 0 to 1"),
+        (Decision(joint="A", claim_probability=1.5), "a probability lies outside 0 to 1"),
+        (Decision(joint="A", hypothesis="\ud800"), "its text cannot be written"),
+        (Decision(joint="A", replies=("\ud800",)), "its text cannot be written"),
+    ],
+)
+def test_a_decision_that_cannot_be_written_down_ends_the_trial_and_poisons_no_journal(decision, message):
+    trial = played(Fake(lambda situation: decision))
+    assert trial.error.boundary == "reply"
+    assert trial.error.message.startswith(message)
+    assert trial_from_json(trial_to_json(trial)) == trial
+
+
+def test_facts_of_any_kind_can_be_written_down():
+    agent = Fake(joint(0))
+    agent.facts = {"list": [1], "nan": float("nan"), 3: None}
+    trial = played(agent)
+    assert trial.facts == {"list": "[1]", "nan": "nan", "3": None}
+    assert trial_from_json(trial_to_json(trial)) == trial
+
+
+def test_a_trial_can_be_played_where_a_loop_is_running():
+    async def notebook():
+        return run_trial(agent="random")
+
+    assert asyncio.run(notebook()) == run_trial(agent="random")
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"flip": "often"}, "flip: got 'often', expected one of transient"),
+        ({"max_steps": -1}, "max_steps: got -1, expected a whole number from 1"),
+        ({"p": 2}, "flip rate p: got 2"),
+        ({"box": "chain-9"}, "no box is called 'chain-9'"),
+    ],
+)
+def test_a_trial_that_cannot_be_is_refused(settings, message):
+    with pytest.raises(UserMistake) as mistake:
+        run_trial(**settings)
+    assert str(mistake.value).startswith(message)
+
+
+def test_what_was_played_before_an_error_is_kept():
+    def choose(situation):
+        if len(situation.past) == 3:
+            raise ConnectionError("gone")
+        return Decision(joint=situation.task.joints[0])
+
+    trial = played(Fake(choose))
+    assert len(trial.steps) == 3
+    assert trial.error.step == 4
+
+
+def test_a_key_never_reaches_a_record(monkeypatch):
+    monkeypatch.setenv("SOME_API_KEY", "very-private-42")
+    trial = played(raising(RuntimeError("401: very-private-42, sk-abcdefghij12345, Bearer zzzzzz")))
+    line = trial_to_json(trial).decode()
+    assert "very-private-42" not in line
+    assert "abcdefghij" not in line
+    assert "zzzzzz" not in line
+
+
+def test_a_users_mistake_is_not_swallowed():
+    with pytest.raises(Missing):
+        played(raising(Missing("key", "set it")))
+
+
+def test_same_seed_same_record_and_another_seed_another():
+    one, two, three = (run_trial(agent="human-inspired", p=0.3, seed=seed) for seed in (4, 4, 5))
+    assert trial_to_json(one) == trial_to_json(two)
+    assert trial_to_json(one) != trial_to_json(three)
+
+
+def test_a_trial_is_shown_in_one_line():
+    trial = run_trial(agent="human-inspired", p=0.0, seed=1)
+    assert repr(trial) == f"<Trial {trial.key}: solved after {len(trial.steps)} of 20 steps>"
+    broken = replace(trial, ending="error", error=TrialError(boundary="model", message="gone\nfor good", step=1))
+    assert "error at model" in repr(broken)
+    assert "\n" not in repr(broken)
