@@ -190,7 +190,7 @@ IMPORTED = (
 )  # fmt: skip
 
 
-OF_REPORTS = ("jinja2.runtime", "matplotlib.backends.backend_svg", "statsmodels.stats.contingency_tables")
+OF_REPORTS = ("jinja2.runtime", "matplotlib.backends.backend_svg", "scipy.stats")
 """What a report imports when it comes to it: half a second of every command that writes one."""
 
 

@@ -39,7 +39,7 @@ def test_every_command_works_or_says_in_one_line_what_is_missing(matrix, extra):
 def test_what_an_extra_brings_is_read_from_the_projects():
     core = extras.distributions(["lockprobe"])
     assert {"lockprobe", "numpy", "pydantic-core", "matplotlib"} <= core
-    assert not {"tenacity", "inspect-ai", "starlette", "mujoco", "lockprobe-robot"} & core
+    assert not {"tenacity", "inspect-ai", "starlette", "mujoco", "pandas", "statsmodels", "lockprobe-robot"} & core
     assert {"lockprobe", "lockprobe-robot", "mujoco"} <= extras.distributions(["lockprobe[twin]"])
     assert {"mujoco", "imageio-ffmpeg"} <= extras.distributions(["lockprobe-robot[film]"])
     assert "tenacity" in extras.distributions(["lockprobe[providers]"])

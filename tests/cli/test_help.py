@@ -147,7 +147,7 @@ def _imported(*command_lines):
     return {name.removeprefix("lockprobe.") for name in done.stderr.splitlines()[-1].split()}
 
 
-REPORT = {"report.results", "scipy", "matplotlib", "statsmodels", "pandas", "jinja2", "inspect_ai", "mujoco"}
+REPORT = {"report.results", "scipy", "matplotlib", "jinja2", "inspect_ai", "mujoco"}
 """What takes up to two seconds of processor."""
 
 

@@ -178,7 +178,7 @@ def test_it_needs_no_inference_and_no_provider(tmp_path):
     write_study(tmp_path / "s", planned(DEAR), [make_trial(SOLUTION, agent=DEAR)])
     code = (
         "import sys; from lockprobe.cli import main; sys.argv = ['lockprobe', 'status', sys.argv[1]]\n"
-        "try: main()\nfinally: print([m for m in ('inspect_ai', 'statsmodels', 'matplotlib') if m in sys.modules])"
+        "try: main()\nfinally: print([m for m in ('inspect_ai', 'scipy.stats', 'matplotlib') if m in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code, tmp_path / "s"], capture_output=True, text=True, check=True)
     assert done.stdout.splitlines()[-1] == "[]"

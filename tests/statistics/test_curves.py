@@ -11,7 +11,7 @@ from scipy import stats
 from lockprobe.boxes.families import box
 from lockprobe.boxes.solve import optimum, random_curve
 from lockprobe.foundation.errors import BadValue
-from lockprobe.statistics.curves import logrank, relative, success_curve
+from lockprobe.statistics.curves import relative, success_curve
 from lockprobe.statistics.outcomes import ended
 from lockprobe.statistics.proportions import difference, proportion
 
@@ -130,61 +130,6 @@ def test_budgets_may_differ():
     curve = success_curve(solved_at([], n=2, budget=5) + solved_at([10], n=2))
     assert curve.share[9:11] == (0.0, 0.5)
     assert success_curve(solved_at([4], n=2, budget=5) + solved_at([10], n=2)).share[10] == 1 - 0.75 * 0.5
-
-
-def test_two_groups_are_told_apart_as_by_scipy():
-    rng = np.random.default_rng(2)
-    for weights in (0.3, 0.9):
-        a, b = (np.minimum(rng.geometric(q, 25), 20) for q in (0.1, weights))
-        groups = [stand_ins(a, 20, a < 20), stand_ins(b, 20, b < 20)]
-        found = logrank(groups)
-        library = stats.logrank(*(stats.CensoredData.right_censored(x, x == 20) for x in (a, b)))
-        assert found.df == 1
-        assert found.statistic == pytest.approx(library.statistic**2)
-        assert found.p_value == pytest.approx(library.pvalue)
-
-
-def by_hand(a, b, weigh):
-    """The log-rank statistic of two uncensored groups with weights by the number running."""
-    excess = variance = 0.0
-    for step in np.unique(np.concatenate([a, b])):
-        n1, n = np.sum(a >= step), np.sum(a >= step) + np.sum(b >= step)
-        d1, d = np.sum(a == step), np.sum(a == step) + np.sum(b == step)
-        excess += weigh(n) * (d1 - d * n1 / n)
-        variance += weigh(n) ** 2 * d * (n - d) * n1 * (n - n1) / (n**2 * (n - 1)) if n > 1 else 0.0
-    return excess**2 / variance
-
-
-def test_gehan_weighs_by_those_still_running():
-    a, b = np.array([4, 4, 5, 7, 9, 14]), np.array([4, 6, 8, 8, 12, 19])
-    groups = [stand_ins(a, 20), stand_ins(b, 20)]
-    assert logrank(groups).statistic == pytest.approx(by_hand(a, b, lambda n: 1))
-    assert logrank(groups, weights="gehan").statistic == pytest.approx(by_hand(a, b, lambda n: n))
-
-
-def test_the_order_of_groups_does_not_matter_and_errors_do_not_count():
-    groups = [solved_at([4, 6, 8], n=5), solved_at([5, 12], n=6), solved_at([9], n=4)]
-    found = logrank(groups)
-    assert found.df == 2
-    assert logrank(groups[::-1]).statistic == pytest.approx(found.statistic)
-    broken = make_trial([0], broken="model")
-    assert logrank([[*groups[0], broken], *groups[1:], [broken]]) == found
-
-
-@pytest.mark.parametrize(
-    "groups",
-    [
-        [],
-        [solved_at([4], n=3)],
-        [solved_at([4], n=3), []],
-        [solved_at([], n=3), solved_at([], n=3)],
-        [solved_at([4, 4], n=2), solved_at([4], n=1)],
-        [solved_at([9], n=3), solved_at([], n=3, budget=5)],
-        [solved_at([], n=3, budget=5), solved_at([9], n=3), solved_at([], n=3, budget=7)],
-    ],
-)
-def test_where_nothing_can_be_told_apart_there_is_no_test(groups):
-    assert logrank(groups) is None
 
 
 CHAIN = box("chain-4")

@@ -5,11 +5,13 @@ import math
 
 import numpy as np
 import pytest
-from scipy.stats import binom
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.stats import binom, binomtest
 from statsmodels.stats.proportion import confint_proportions_2indep
 
 from lockprobe.statistics.clustered import cluster_bootstrap, clustered_proportion
-from lockprobe.statistics.proportions import difference, paired, proportion, ratio
+from lockprobe.statistics.proportions import difference, paired, proportion, ratio, wilson
 
 BASE, BEST = proportion(7, 30), proportion(20, 30)
 
@@ -27,6 +29,26 @@ BASE, BEST = proportion(7, 30), proportion(20, 30)
 def test_known_intervals(count, n, method, interval):
     found = proportion(count, n, method=method)
     assert (round(found.low, 3), round(found.high, 3)) == interval
+
+
+@given(st.integers(1, 500), st.floats(0, 1), st.floats(0.5, 0.999))
+def test_wilsons_interval_is_that_of_scipy(n, share, level):
+    count = round(share * n)
+    found, library = proportion(count, n, level), binomtest(count, n).proportion_ci(level, method="wilson")
+    assert (found.low, found.high) == pytest.approx((library.low, library.high), abs=1e-12)
+
+
+@given(st.floats(0, 1), st.just(0.0) | st.floats(1e-3, 1e6), st.floats(0.1, 13))
+def test_wilsons_interval_of_a_fraction_of_trials_holds_the_share_and_is_turned_with_it(share, n, z):
+    low, high = wilson(share, n, z)
+    assert 0 <= low <= share + 1e-12
+    assert share - 1e-12 <= high <= 1
+    assert wilson(1 - share, n, z) == pytest.approx((1 - high, 1 - low), abs=1e-9)
+    if low > 0 and high < 1:  # its ends are z standard errors away, with the variance at the ends
+        assert n * (share - low) ** 2 == pytest.approx(z**2 * low * (1 - low), rel=1e-4, abs=1e-12)
+    if n == 0:
+        assert (low, high) == (0.0, 1.0)
+    assert wilson(share, 4 * n, z, design_effect=4) == (low, high)
 
 
 def test_clopper_pearson_never_falls_below_its_level():
@@ -81,6 +103,7 @@ def test_fishers_test_holds_its_level():
 
 
 def test_the_score_interval_is_that_of_statsmodels_where_that_is_right():
+    """Where every trial of a sample is solved, statsmodels 0.15 gives the estimate itself as a limit."""
     for a, b in ((7, 20), (20, 7), (1, 1), (5, 28), (3, 0)):
         found = ratio(proportion(a, 30), proportion(b, 30))
         low, high = confint_proportions_2indep(b, 30, a, 30, compare="ratio", method="score")

@@ -2,12 +2,14 @@
 
 import json
 import math
+import sys
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
+from lockprobe.foundation.errors import Missing
 from lockprobe.report.report_files import results_text
 from lockprobe.statistics.rows import (
     Condition,
@@ -141,6 +143,14 @@ def test_a_frame_has_a_column_for_each_dose():
     assert isinstance(frame, pandas.DataFrame)
     assert list(frame["flip.p"].fillna(-1)) == [0.4, -1]
     assert list(frame["quantity"]) == ["success", "loop_rate"]
+
+
+def test_a_frame_without_pandas_says_in_one_line_how_to_get_it(monkeypatch):
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    monkeypatch.delenv("UV_RUN_RECURSION_DEPTH", raising=False)
+    with pytest.raises(Missing) as missing:
+        results(share()).frame()
+    assert str(missing.value) == "frames need the package pandas: pip install pandas"
 
 
 def test_facts_and_sentences_are_found_by_what_they_are_about():

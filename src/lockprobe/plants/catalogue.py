@@ -168,7 +168,7 @@ def _of_a_source(spec: Spec, plugin: Plugin) -> PlantSource:
         ours: PlantSource = plugin.load()(spec)
         return ours
     if not runs_foreign_code():
-        return PlantSource(spec=str(spec), make=lambda box, labels, rng: plugin.load(), ships=False)  # type: ignore[no-any-return]
+        return PlantSource(spec=str(spec), make=lambda box, labels, rng: plugin.load(), ships=False)
     with plugin.guarded():
         source = plugin.load()(spec)
     if not isinstance(source, PlantSource):

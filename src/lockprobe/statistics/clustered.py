@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lockprobe.statistics.proportions import LEVEL, Proportion, proportion
+from lockprobe.statistics.proportions import LEVEL, Proportion, proportion, wilson
 
 __all__ = [
     "ClusteredDifference",
@@ -105,7 +105,7 @@ def clustered_proportion(counts: ArrayLike, sizes: ArrayLike) -> ClusteredPropor
     count, n, k = int(solved.sum()), int(trials.sum()), len(trials)
     share = count / n if n else math.nan
     variance = k / (k - 1) * float(np.sum((solved - share * trials) ** 2)) / n**2 if k > 1 else 0.0
-    return _wilson(count, n, k, variance, _least_design_effect(solved, trials))
+    return _effective(count, n, k, variance, _least_design_effect(solved, trials))
 
 
 def crossed_proportion(counts: ArrayLike, sizes: ArrayLike, player: ArrayLike, luck: ArrayLike) -> ClusteredProportion:
@@ -130,16 +130,16 @@ def crossed_proportion(counts: ArrayLike, sizes: ArrayLike, player: ArrayLike, l
     solved, trials = solved[trials > 0], trials[trials > 0]
     count, n, k = int(solved.sum()), int(trials.sum()), min(len(np.unique(one)), len(np.unique(two)))
     if k < 2:
-        return _wilson(count, n, k, 0.0, 1.0)
+        return _effective(count, n, k, 0.0, 1.0)
     kinds = (np.unique(kind, return_inverse=True)[1].reshape(-1) for kind in (one, two))
     least = max(_least_design_effect(np.bincount(kind, solved), np.bincount(kind, trials)) for kind in kinds)
-    found = _wilson(count, n, k, two_way_variance(solved - count / n * trials, one, two) / n**2, least)
+    found = _effective(count, n, k, two_way_variance(solved - count / n * trials, one, two) / n**2, least)
     weight = alike_weights(one, trials)
     if np.ptp(weight) < _TIE:
         return found
     share = float(np.sum(weight * solved)) / n
     variance = two_way_variance(weight * (solved - share * trials), one, two) / n**2
-    alike = _wilson(count, n, k, variance, least, share=share)
+    alike = _effective(count, n, k, variance, least, share=share)
     return replace(found, low=min(found.low, alike.low), high=max(found.high, alike.high))
 
 
@@ -263,7 +263,7 @@ def _least_design_effect(counts: ArrayLike, sizes: ArrayLike) -> float:
     return max(1.0, float(spread / ((n + size / 2) * share * (1 - share))))
 
 
-def _wilson(
+def _effective(
     count: int, n: int, k: int, variance: float, least: float, *, share: float | None = None
 ) -> ClusteredProportion:
     """Wilson's interval of a share for the effective number of trials; the design effect is at least ``least``."""
@@ -275,10 +275,8 @@ def _wilson(
 
     binomial = share * (1 - share) / n
     effect = max(least, variance / binomial) if binomial else least
-    squared = float(t.ppf((1 + LEVEL) / 2, k - 1)) ** 2 * effect / n
-    middle = (share + squared / 2) / (1 + squared)
-    half = math.sqrt(squared * share * (1 - share) + squared**2 / 4) / (1 + squared)
-    low, high = max(0.0, middle - half) if count else 0.0, min(1.0, middle + half) if count < n else 1.0
+    low, high = wilson(share, n, float(t.ppf((1 + LEVEL) / 2, k - 1)), design_effect=effect)
+    low, high = low if count else 0.0, high if count < n else 1.0  # a share may be 1 but for rounding
     return ClusteredProportion(count=count, n=n, clusters=k, value=share, design_effect=effect, low=low, high=high)
 
 

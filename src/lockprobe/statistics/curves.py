@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from statistics import median
-from typing import Literal
 
 import numpy as np
 
@@ -20,10 +19,8 @@ from lockprobe.statistics.outcomes import Outcomes, ended, outcomes
 from lockprobe.trial.record import Trial
 
 __all__ = [
-    "LogRank",
     "Relative",
     "SuccessCurve",
-    "logrank",
     "relative",
     "success_curve",
 ]
@@ -85,21 +82,6 @@ class SuccessCurve:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class LogRank:
-    """The log-rank test of the null hypothesis that groups of trials are solved equally fast.
-
-    Attributes:
-        statistic: Chi-squared.
-        df: Groups minus one.
-        p_value: Two-sided.
-    """
-
-    statistic: float
-    df: int
-    p_value: float
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Relative:
     """An agent between chance and the optimum on the same box.
 
@@ -148,39 +130,6 @@ def _design_effect(counted: Outcomes) -> float:
 
 def _first(values: Sequence[float], share: float) -> int | None:
     return next((step for step, value in enumerate(values) if value >= share - 1e-12), None)
-
-
-def logrank(groups: Sequence[Sequence[Trial]], weights: Literal["log-rank", "gehan"] = "log-rank") -> LogRank | None:
-    """Log-rank test of steps to solve between two or more groups of trials; unsolved trials are censored.
-
-    Groups are taken as independent. Shared luck with the same effect in all groups makes the test conservative.
-
-    Args:
-        groups: Trials of one condition each; error trials are left out.
-        weights: ``log-rank`` weighs all steps alike; ``gehan`` (Gehan-Wilcoxon) by the trials still running, which
-            is stronger where curves differ early and meet late.
-
-    Returns:
-        None with fewer than two groups at risk when the first trial was solved, or without a step at which some but
-        not all trials at risk were solved.
-    """
-    from scipy.stats import chi2
-    from statsmodels.duration.survfunc import survdiff
-
-    kept = [ended(group) for group in groups]
-    first = min((len(trial.steps) for members in kept for trial in members if trial.solved), default=0)
-    counted = [members for members in kept if first and any(len(trial.steps) >= first for trial in members)]
-    if len(counted) < 2:
-        return None
-    steps = np.array([len(trial.steps) for members in counted for trial in members])
-    solved = np.array([trial.solved for members in counted for trial in members], dtype=np.int64)
-    group = np.repeat(np.arange(len(counted)), [len(members) for members in counted])
-    try:
-        statistic, _ = survdiff(steps, solved, group, weight_type="gb" if weights == "gehan" else None)
-    except np.linalg.LinAlgError:
-        return None
-    df = len(counted) - 1
-    return LogRank(statistic=float(statistic), df=df, p_value=float(chi2.sf(statistic, df)))
 
 
 def relative(curve: SuccessCurve, random: Sequence[float], optimum: int | None) -> Relative | None:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.statistics.proportions import Z
+from lockprobe.statistics.proportions import Z, wilson
 
 __all__ = ["Area", "Incidence", "incidence"]
 
@@ -76,22 +76,13 @@ def incidence(
             size = reached / (remaining / whole * hazard)
         elif n:
             size = n / before  # Peto's: as many trials as would leave n running
-        down, up = _wilson(reached, size / design_effect)
+        down, up = wilson(reached, size, design_effect=design_effect)
         share.append(reached if len(steps) else math.nan)
         low.append(down)
         high.append(up if n or not remaining else 1.0)
     carried = design_effect * np.array(greenwood)
     area = _area(np.array(share), carried, len(steps) / design_effect) if horizon and len(steps) else None
     return Incidence(share=tuple(share), low=tuple(low), high=tuple(high), area=area)
-
-
-def _wilson(share: float, n: float) -> tuple[float, float]:
-    """Wilson's interval; the number of trials may be fractional."""
-    if n == 0:
-        return 0.0, 1.0
-    centre = (share + Z**2 / (2 * n)) / (1 + Z**2 / n)
-    half = Z / (1 + Z**2 / n) * math.sqrt(share * (1 - share) / n + Z**2 / (4 * n**2))
-    return max(0.0, centre - half) if share > 0 else 0.0, min(1.0, centre + half) if share < 1 else 1.0
 
 
 def _area(share: NDArray[np.float64], greenwood: NDArray[np.float64], n: float) -> Area:

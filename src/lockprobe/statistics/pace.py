@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from lockprobe.statistics.axis_trials import AxisTrials
-from lockprobe.statistics.curves import logrank
-from lockprobe.statistics.inference.logrank import solution_logrank
+from lockprobe.statistics.inference.logrank import independent_logrank, solution_logrank
 from lockprobe.statistics.outcomes import joined, with_players_of
 
 __all__ = ["Pace", "pace"]
@@ -40,14 +39,14 @@ def pace(first: AxisTrials, second: AxisTrials) -> Pace | None:
     if not len(one) or not len(two):
         return None
     one, two = with_players_of(two, one), with_players_of(one, two)
-    found = solution_logrank(joined([one, two])).primary
-    plain, early = logrank([first.trials, second.trials]), logrank([first.trials, second.trials], weights="gehan")
+    both = joined([one, two])
+    found = solution_logrank(both).primary
     return Pace(
         first=(first.agent, first.modality),
         second=(second.agent, second.modality),
         dose=first.doses[0],
         hazard_ratio=found.hazard_ratio if found else None,
         p_value=found.p_value if found else None,
-        independent=plain.p_value if plain else None,
-        gehan=early.p_value if early else None,
+        independent=independent_logrank(both.length, both.solved, both.dose > 0),
+        gehan=independent_logrank(both.length, both.solved, both.dose > 0, weights="running"),
     )

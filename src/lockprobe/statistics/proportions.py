@@ -22,6 +22,7 @@ __all__ = [
     "paired",
     "proportion",
     "ratio",
+    "wilson",
 ]
 
 ALPHA = 0.05
@@ -131,11 +132,31 @@ def proportion(count: int, n: int, level: float = LEVEL, method: Literal["wilson
     """
     if n == 0:
         return Proportion(count=0, n=0, value=math.nan, low=0.0, high=1.0)
+    if method == "wilson":
+        low, high = wilson(count / n, n, NormalDist().inv_cdf((1 + level) / 2))
+        return Proportion(count=count, n=n, value=count / n, low=low, high=high)
     from scipy.stats import binomtest
 
     interval = binomtest(count, n).proportion_ci(confidence_level=level, method=method)
     low, high = max(0.0, float(interval.low)), min(1.0, float(interval.high))
     return Proportion(count=count, n=n, value=count / n, low=low if count else 0.0, high=high if count < n else 1.0)
+
+
+def wilson(share: float, n: float, z: float = Z, *, design_effect: float = 1.0) -> tuple[float, float]:
+    """The ends of Wilson's interval (1927), exactly 0 at a share of 0 and 1 at a share of 1.
+
+    Args:
+        share: Share of successes, [0, 1].
+        n: Trials, at least 0; it may be a fraction. 0 gives the interval [0, 1].
+        z: Half the width of an interval of the same level, in standard errors.
+        design_effect: Variance over that of independent trials, above 0.
+    """
+    if n == 0:
+        return 0.0, 1.0
+    squared = z**2 * design_effect / n
+    middle = (share + squared / 2) / (1 + squared)
+    half = math.sqrt(squared * share * (1 - share) + squared**2 / 4) / (1 + squared)
+    return max(0.0, middle - half) if share > 0 else 0.0, min(1.0, middle + half) if share < 1 else 1.0
 
 
 def difference(first: Proportion, second: Proportion) -> Difference | None:
@@ -176,7 +197,6 @@ def ratio(first: Proportion, second: Proportion, method: Literal["score", "log"]
     if method == "log":
         spread = z * math.sqrt((1 - first.value) / first.count + (1 - second.value) / second.count)
         return Ratio(value=value, low=value * math.exp(-spread), high=value * math.exp(spread))
-    # statsmodels 0.15 gives the estimate itself as a limit where every trial of a sample is solved.
     middle, far = math.log(value) if value else -30.0, 30.0
     low = math.exp(brentq(lambda x: _ratio_score(first, second, math.exp(x)) - z, -far, middle)) if value else 0.0
     high = math.exp(brentq(lambda x: _ratio_score(first, second, math.exp(x)) + z, middle, far))

@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy import stats
 from statsmodels.duration.hazard_regression import PHReg
 from statsmodels.duration.survfunc import survdiff
@@ -11,7 +13,7 @@ from statsmodels.stats.multitest import multipletests
 from lockprobe.report.prose.hypothesis_tests import why_missing
 from lockprobe.statistics.inference.excess import excess, grid
 from lockprobe.statistics.inference.hazard import loop_hazard, loop_landmark, naive_association
-from lockprobe.statistics.inference.logrank import loop_onset_logrank, solution_logrank
+from lockprobe.statistics.inference.logrank import independent_logrank, loop_onset_logrank, solution_logrank
 from lockprobe.statistics.loops import onset_batch
 from lockprobe.statistics.outcomes import Outcomes, outcomes
 
@@ -220,6 +222,53 @@ def test_trials_played_twice_under_the_same_luck_are_no_more_evidence():
     assert two.hazard_ratio == pytest.approx(one.hazard_ratio)
     assert two.p_value == pytest.approx(one.p_value, rel=0.25)
     assert loop_hazard(twice).p_value == pytest.approx(loop_hazard(once).p_value, abs=0.05)
+
+
+# ---- two groups of independent trials
+
+groups = st.tuples(*[st.lists(st.tuples(st.integers(1, 12), st.booleans()), min_size=1, max_size=15)] * 2)
+
+
+def as_columns(pair):
+    last, happened = np.array([trial for group in pair for trial in group]).T
+    return last, happened.astype(bool), np.repeat([False, True], [len(group) for group in pair])
+
+
+@given(groups, st.sampled_from([("equal", None), ("running", "gb")]))
+def test_independent_groups_are_told_apart_as_by_statsmodels(pair, weights):
+    last, happened, second = as_columns(pair)
+    found = independent_logrank(last, happened, second, weights=weights[0])
+    try:
+        statistic, _ = survdiff(last, happened.astype(int), second, weight_type=weights[1])
+    except np.linalg.LinAlgError:  # no step at which the groups could differ
+        assert found is None
+    else:
+        assert found == pytest.approx(stats.chi2.sf(statistic, 1), abs=1e-10)
+    if happened.any() and found is not None and weights[0] == "equal":
+        library = stats.logrank(*(stats.CensoredData.right_censored(last[g], ~happened[g]) for g in (~second, second)))
+        assert found == pytest.approx(library.pvalue, abs=1e-10)
+
+
+@given(groups, st.sampled_from(["equal", "running"]))
+def test_which_independent_group_is_first_does_not_matter(pair, weights):
+    last, happened, second = as_columns(pair)
+    one, other = (independent_logrank(last, happened, group, weights=weights) for group in (second, ~second))
+    assert (one is None) == (other is None)
+    assert one is None or one == pytest.approx(other, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    "pair",
+    [
+        ([(4, True)] * 3, []),
+        ([(20, False)] * 3, [(20, False)] * 3),
+        ([(4, True)] * 2, [(4, True)]),
+        ([(9, True)] * 3, [(5, False)] * 3),
+    ],
+)
+def test_independent_groups_that_cannot_differ_have_no_test(pair):
+    assert independent_logrank(*as_columns(pair)) is None
+    assert independent_logrank(*as_columns(pair), weights="running") is None
 
 
 # ---- do loops put success off?

@@ -17,6 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from lockprobe.statistics.inference.common_odds import common_odds
 from lockprobe.statistics.inference.excess import Excess, grid, odds_excess, stratum_totals
 from lockprobe.statistics.outcomes import Outcomes
 from lockprobe.statistics.proportions import Z
@@ -158,7 +159,7 @@ def _effect(
     tables = stratum_totals(member, cells).reshape(2, 2, -1)
     informative = (tables.sum(axis=0).min(axis=0) > 0) & (tables.sum(axis=1).min(axis=0) > 0)
     found = odds_excess(cells, 1.0, stratum=stratum, cluster=outcomes.cluster)
-    ratio, low, high = _mantel_haenszel(tables[..., informative], found)
+    ratio, low, high = _with_interval(tables[..., informative], found)
     if blind:
         found = odds_excess(cells, blind.odds_ratio, stratum=stratum, cluster=outcomes.cluster)
         crossed = np.sum(tables[0, 1] * tables[1, 0] / np.maximum(tables.sum(axis=(0, 1)), 1))
@@ -181,22 +182,19 @@ def _effect(
     )
 
 
-def _mantel_haenszel(tables: Array, found: Excess) -> tuple[float | None, float | None, float | None]:
+def _with_interval(tables: Array, found: Excess) -> tuple[float | None, float | None, float | None]:
     """The common odds ratio of tables of shape (2, 2, strata), and its interval.
 
     The interval is Robins, Breslow and Greenland's, widened by the ratio of the variance between clusters to that of
     independent trials.
     """
-    from statsmodels.stats.contingency_tables import StratifiedTable
-
-    n = tables.sum(axis=(0, 1))
-    if not np.sum(tables[0, 1] * tables[1, 0] / n):
+    common = common_odds(tables)
+    if common is None:
         return None, None, None
-    table = StratifiedTable(tables)
-    ratio, robust = float(table.oddsratio_pooled), float(found.covariance[0, 0])
-    if ratio == 0 or found.clusters < 2:
-        return ratio, None, None
+    if common.log_error is None or found.clusters < 2:
+        return common.ratio, None, None
+    n = tables.sum(axis=(0, 1))
     margins = tables.sum(axis=1).prod(axis=0) * tables.sum(axis=0).prod(axis=0)
     independent = float(np.sum(margins / (n**2 * (n - 1))))
-    spread = Z * float(table.logodds_pooled_se) * math.sqrt(robust / independent)
-    return ratio, ratio * math.exp(-spread), ratio * math.exp(spread)
+    spread = Z * common.log_error * math.sqrt(float(found.covariance[0, 0]) / independent)
+    return common.ratio, common.ratio * math.exp(-spread), common.ratio * math.exp(spread)

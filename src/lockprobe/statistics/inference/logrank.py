@@ -1,13 +1,14 @@
 """Log-rank tests over p: whether noise changes the time to the first loop or to the solution.
 
 A trial without the event is censored at its end. The variance allows for luck that trials share over all p
-(:mod:`lockprobe.statistics.inference.excess`).
+(:mod:`lockprobe.statistics.inference.excess`), except in :func:`independent_logrank`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,7 @@ __all__ = [
     "LogRanks",
     "holm",
     "holm_by_family",
+    "independent_logrank",
     "loop_onset_logrank",
     "solution_logrank",
 ]
@@ -102,6 +104,39 @@ def loop_onset_logrank(outcomes: Outcomes) -> LogRanks:
 def solution_logrank(outcomes: Outcomes) -> LogRanks:
     """Log-rank tests of the step that solves the box; an unsolved trial is censored at its end."""
     return _over_p(outcomes, outcomes.length, outcomes.solved)
+
+
+def independent_logrank(
+    last: Steps,
+    happened: NDArray[np.bool_],
+    second: NDArray[np.bool_],
+    *,
+    weights: Literal["equal", "running"] = "equal",
+) -> float | None:
+    """Two-sided P value of the log-rank test of two groups of independent trials.
+
+    The variance is hypergeometric. Shared luck with the same effect in both groups makes the test conservative.
+
+    Args:
+        last: The step of the event, or the last step without it, shape (trials,).
+        happened: Whether the event happened at that step, of the same shape.
+        second: Whether a trial belongs to the second group, of the same shape.
+        weights: All steps alike, or each by the trials still running (Gehan-Wilcoxon), which has more power where
+            groups differ early.
+
+    Returns:
+        None if at no step some but not all trials at risk had the event, with trials of both groups at risk.
+    """
+    from scipy.stats import chi2
+
+    running, event = grid(last, happened)
+    n, events = running.sum(axis=0), event.sum(axis=0)
+    share = running[second].sum(axis=0) / np.maximum(n, 1.0)
+    weight = n if weights == "running" else np.ones_like(n)
+    beyond = float(np.sum(weight * (event[second].sum(axis=0) - events * share)))
+    spread = share * (1 - share) * events * (n - events) / np.maximum(n - 1, 1.0)
+    variance = float(np.sum(weight**2 * spread))
+    return float(chi2.sf(beyond**2 / variance, 1)) if variance > 0 else None
 
 
 def _over_p(outcomes: Outcomes, last: Steps, happened: NDArray[np.bool_]) -> LogRanks:

@@ -12,7 +12,7 @@ from typing import Any, Literal
 
 from pydantic import Field
 
-from lockprobe.foundation.errors import LockprobeError
+from lockprobe.foundation.errors import LockprobeError, Missing
 from lockprobe.statistics.rows.course import Cell, Course
 from lockprobe.statistics.rows.design import Condition, Design, DoseAxis, LeftOut, Player, Progress
 from lockprobe.statistics.rows.part import Part
@@ -169,8 +169,15 @@ class Results(Part):
         return found[0] if found else None
 
     def frame(self) -> Any:
-        """All rows as a pandas frame, a column for each field and each dose; needs pandas."""
-        pandas = import_module("pandas")
+        """All rows as a pandas frame, a column for each field and each dose.
+
+        Raises:
+            Missing: If pandas is not installed.
+        """
+        try:
+            pandas = import_module("pandas")
+        except ImportError as error:
+            raise Missing("frames need the package pandas", "pip install pandas") from error
         rows = [row.model_dump(exclude={"doses"}) | row.doses for row in self.rows]
         return pandas.DataFrame(rows, columns=list(dict.fromkeys(name for row in rows for name in row)) or None)
 
