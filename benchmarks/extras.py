@@ -38,6 +38,9 @@ IMPORTED = {
 }
 """The libraries of each extra."""
 
+_OF_ROBOT = ("fr3", "panda", "wire", "realsense", "calibrate", "film")
+"""The extras of lockprobe-robot."""
+
 _TIMED = "import time; began = time.perf_counter(); import {}; print(time.perf_counter() - began)"
 
 
@@ -45,14 +48,22 @@ def measure(extra: str, environment: Path) -> str:
     """A row of the table: extra, size of the environment, packages, seconds per import or why there is none."""
     python = environment / "bin" / "python"
     _run("uv", "venv", "-q", "--python", sys.executable, str(environment))
-    asked = str(ROOT) if extra == "-" else f"{ROOT}[{extra}]"
-    installed = _run("uv", "pip", "install", "-q", "--compile-bytecode", "--python", str(python), asked)
+    installed = _run("uv", "pip", "install", "-q", "--compile-bytecode", "--python", str(python), *_asked(extra))
     if installed.returncode:
         return f"{extra} | not installed: {installed.stderr.strip()[-300:]}"
     size = sum(file.lstat().st_size for file in (environment / "lib").rglob("*") if file.is_file()) / 1e6
     packages = len(_run("uv", "pip", "list", "--python", str(python), "--format", "freeze").stdout.splitlines())
     times = ", ".join(f"{library} {_seconds(python, library)}" for library in IMPORTED[extra])
     return f"{extra} | {size:.0f} MB | {packages} packages | {times}"
+
+
+def _asked(extra: str) -> tuple[str, ...]:
+    """The requirements that install an extra of either distribution from this repository."""
+    if extra == "-":
+        return (str(ROOT),)
+    if extra in _OF_ROBOT:
+        return str(ROOT), f"{ROOT / 'robot'}[{extra}]"
+    return (f"{ROOT}[{extra}]",)
 
 
 def _seconds(python: Path, library: str) -> str:

@@ -184,9 +184,10 @@ def _stem():
 
 
 IMPORTED = (
-    "agents.catalogue", "audit.rates", "cli.agents", "cli.audit", "cli.box", "cli.chance", "cli.display",
+    "agents.catalogue", "simulation.audit.rates", "cli.agents", "cli.audit", "cli.box", "cli.chance", "cli.display",
     "cli.export", "cli.fit", "cli.import_", "cli.doctor", "cli.play", "cli.power", "cli.replay", "cli.report", "cli.run",
-    "cli.serve", "cli.status", "figures", "fit", "report.report_files", "studies.runner", "web.serving",
+    "cli.serve", "cli.status", "people.web.serving", "report.figures",
+    "report.report_files", "simulation.fit", "studies.runner",
 )  # fmt: skip
 
 

@@ -5,11 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from lockprobe_robot import plants
 from lockprobe_robot.twin_settings import SceneSettings
 from seen import PhotographedPlant
 
 from lockprobe.boxes.box import Lockbox
-from lockprobe.plants import catalogue
+from lockprobe.foundation.spec import Spec, with_options
+from lockprobe.plants.catalogue import PlantSource
 from lockprobe.trial.pictures.frame import Camera, Frame
 from lockprobe.trial.record import Snapshot
 
@@ -53,8 +55,16 @@ class PaintedPlant(PhotographedPlant):
 def painted_twins(monkeypatch) -> list[PaintedPlant]:
     """Puts it in the place of ``fast-twin``; every one that is made is in the list."""
     PaintedPlant.made.clear()
-    monkeypatch.setattr(catalogue, "_check", lambda settings, make, box: None)  # which makes one to see if it can
-    monkeypatch.setattr(
-        catalogue, "_physical", lambda settings: lambda box, labels, rng: PaintedPlant(box, labels, settings, rng)
-    )
+
+    def painted(spec: Spec) -> PlantSource:
+        settings = with_options(SceneSettings, "fast-twin", spec.options)
+        return PlantSource(
+            spec=str(spec),
+            make=lambda box, labels, rng: PaintedPlant(box, labels, settings, rng),
+            picture_size=(settings.width, settings.height),
+            renderer=lambda: "paint",
+            lays_out=True,
+        )
+
+    monkeypatch.setattr(plants, "fast_twin", painted)
     return PaintedPlant.made

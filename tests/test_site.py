@@ -20,9 +20,9 @@ PATHS = [path for _, _, path in NAVIGATION]
 
 def test_every_page_is_in_the_navigation_once():
     assert len({*PATHS}) == len(PATHS)
-    assert {path for path in PATHS if path.startswith("docs/")} == {
-        f"docs/{page.name}" for page in (ROOT / "docs").glob("*.md")
-    }
+    folders = ("docs", "robot/docs")
+    pages = {f"{folder}/{page.name}" for folder in folders for page in (ROOT / folder).glob("*.md")}
+    assert {path for path in PATHS if path.startswith(folders)} == pages
 
 
 def test_what_pages_link_to_is_part_of_the_site():

@@ -18,7 +18,9 @@ from lockprobe.studies.studyfile import study
 IN_ARM = {"lie": "flip?p=0.4"}
 """The condition of an arm whose name is not its spec."""
 
-DOCS = Path(__file__).parents[1] / "docs"
+ROOT = Path(__file__).parents[1]
+DOCS = ROOT / "docs"
+TUTORIALS = sorted((*DOCS.glob("tutorial-*.md"), *(ROOT / "robot" / "docs").glob("tutorial-*.md")))
 
 
 def blocks(page, kind):
@@ -29,9 +31,9 @@ def words(page):
     return " ".join((DOCS / page).read_text("utf-8").split())
 
 
-@pytest.mark.parametrize("page", sorted(page.name for page in DOCS.glob("tutorial-*.md")))
+@pytest.mark.parametrize("page", TUTORIALS, ids=lambda page: page.stem)
 def test_a_tutorial_is_short(page):
-    assert (DOCS / page).read_text("utf-8").count("\n") <= 120
+    assert page.read_text("utf-8").count("\n") <= 120
 
 
 AFTERWARDS = """
@@ -88,7 +90,7 @@ def test_one_lie_at_the_end_of_a_loop(tmp_path):
 
 
 def test_the_plant_of_the_tutorial_keeps_the_contract_and_is_played(tmp_path, monkeypatch):
-    module, contract = blocks("tutorial-robot.md", "py")
+    module, contract = blocks("../robot/docs/tutorial-robot.md", "py")
     (tmp_path / "bench.py").write_text(module, "utf-8")
     monkeypatch.syspath_prepend(tmp_path)
     exec(compile(contract, "tutorial-robot.md", "exec"), {})

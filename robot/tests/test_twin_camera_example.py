@@ -10,8 +10,9 @@ import pytest
 
 pytest.importorskip("mujoco")
 
+from lockprobe_robot.hardware import manual_camera
+
 from lockprobe.boxes.families import box
-from lockprobe.plants import manual
 from lockprobe.plants.operator import ENTER
 from lockprobe.studies.single import run_trial
 
@@ -53,7 +54,7 @@ def test_a_trial_is_played_on_the_twins_pictures(tmp_path, monkeypatch):
         typed.put(words)
         taken.get(timeout=60)
 
-    monkeypatch.setattr(manual, "TerminalOperator", lambda: Rehearsing(type_in))
+    monkeypatch.setattr(manual_camera, "TerminalOperator", lambda: Rehearsing(type_in))
     by_hand = run_trial(agent="human-inspired", plant=f"manual?camera={tmp_path}", seed=2)
     by_rules = run_trial(agent="human-inspired", seed=2)
     typed.put("q")

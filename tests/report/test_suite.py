@@ -193,8 +193,8 @@ def test_a_row_of_that_table_is_played_again(monkeypatch, tmp_path):
 @pytest.mark.parametrize(
     ("where", "name", "section"),
     [
-        ("analysis.suite_scores", "_loops", "Loops of human-inspired"),
-        ("analysis.suite_scores", "_robustness", "Robustness of random"),
+        ("statistics.suite_scores", "_loops", "Loops of human-inspired"),
+        ("statistics.suite_scores", "_robustness", "Robustness of random"),
         ("report.suite", "possible_ranks", "Ranks"),
         ("report.suite_page", "_picture", "Figure scores"),
         ("report.suite_page", "suite_said", "First sentence"),

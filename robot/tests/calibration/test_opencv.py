@@ -22,7 +22,7 @@ def _cv2():
 def test_without_opencv_the_extra_is_named(monkeypatch):
     opencv._opencv.cache_clear()
     monkeypatch.setitem(sys.modules, "cv2", None)
-    with pytest.raises(Missing, match=r"lockprobe\[calibrate\]"):
+    with pytest.raises(Missing, match=r"lockprobe-robot\[calibrate\]"):
         tag_bits([0])
     monkeypatch.setitem(sys.modules, "cv2", type(sys)("cv2"))
     sys.modules["cv2"].__version__ = "5.0.0"

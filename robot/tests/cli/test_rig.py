@@ -77,10 +77,10 @@ def test_a_dry_run_prints_every_motion_and_its_rung():
 def test_a_dry_run_of_a_laboratorys_rig_asks_its_operator(monkeypatch):
     monkeypatch.setattr(fakes, "CALIBRATION", {"path": "none.json"})
     monkeypatch.setattr(fakes, "BROKEN", [])
-    error = run("dry-run", "--plant", "python:plants.hardware.fakes:calibrated_rig").exception
+    error = run("dry-run", "--plant", "python:hardware.fakes:calibrated_rig").exception
     assert isinstance(error, UserMistake)
     assert "none.json" in str(error)
-    error = run("dry-run", "--plant", "python:plants.hardware.fakes:faulty_rig").exception
+    error = run("dry-run", "--plant", "python:hardware.fakes:faulty_rig").exception
     assert isinstance(error, UserMistake)
     assert str(error) == "the arm, follow: ConnectionResetError: cable"
 
@@ -111,7 +111,7 @@ def test_without_the_libraries_the_extra_is_named(monkeypatch):
     ):
         error = run("check", *words).exception
         assert isinstance(error, Missing)
-        assert f"lockprobe[{extra}]" in str(error)
+        assert f"lockprobe-robot[{extra}]" in str(error)
 
 
 def test_it_is_a_command():

@@ -5,6 +5,7 @@ import sys
 import pytest
 from drawn_board import board
 from hardware.webcams import FakeCapture, fake_cv2
+from lockprobe_robot.hardware import manual_camera
 from plants.person import Person, handles_text
 from typed import typed
 
@@ -12,7 +13,6 @@ from lockprobe.boxes.families import box
 from lockprobe.cli.run import run
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.spec import Spec
-from lockprobe.plants import manual
 from lockprobe.plants.catalogue import with_camera
 from lockprobe.studies.journal import load
 from lockprobe.studies.settings import read_study
@@ -28,7 +28,7 @@ def folder(tmp_path, monkeypatch):
     made = tmp_path / "A&B 100%+"
     made.mkdir()
     (made / "handles.toml").write_text(handles_text(box(FIVE)), "utf-8")
-    monkeypatch.setattr(manual, "TerminalOperator", lambda: Person(box(FIVE), folder=made))
+    monkeypatch.setattr(manual_camera, "TerminalOperator", lambda: Person(box(FIVE), folder=made))
     return made
 
 
@@ -46,7 +46,7 @@ def test_a_folder_is_played_and_the_study_is_that_of_the_spec(folder, tmp_path, 
 
 def test_a_webcam_is_played_with_the_file_of_handles_in_the_working_directory(tmp_path, monkeypatch):
     person = Person(box(FIVE))
-    monkeypatch.setattr(manual, "TerminalOperator", lambda: person)
+    monkeypatch.setattr(manual_camera, "TerminalOperator", lambda: person)
     monkeypatch.setitem(sys.modules, "cv2", fake_cv2(FakeCapture(lambda: board(person.now))))
     (tmp_path / "handles.toml").write_text(handles_text(box(FIVE)), "utf-8")
     monkeypatch.chdir(tmp_path)

@@ -101,7 +101,7 @@ def test_what_cannot_be_written_is_refused_before_anything_is_played(tmp_path, m
         open_film(tmp_path / "no" / "a.gif")
     missing = "imageio_ffmpeg"
     monkeypatch.setattr(files.importlib.util, "find_spec", lambda name: None if name == missing else name)
-    with pytest.raises(Missing, match=r"MP4 needs the package imageio-ffmpeg: pip install 'lockprobe\[film\]'"):
+    with pytest.raises(Missing, match=r"MP4 needs the package imageio-ffmpeg: pip install 'lockprobe-robot\[film\]'"):
         open_film(tmp_path / "a.mp4")
     missing = "PIL"
     with pytest.raises(Missing, match=r"films need the package pillow: pip install 'lockprobe\[twin\]'"):

@@ -4,6 +4,7 @@ from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
+import painted
 import pytest
 from lockprobe_robot.film.replay import film_trial, plan_of
 from painted import PaintedPlant, painted_twins
@@ -13,7 +14,6 @@ from lockprobe import run_trial
 from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadFile, BadValue, PlantFault
 from lockprobe.interventions.conditions import flips
-from lockprobe.plants import catalogue
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import TrialError
 
@@ -100,9 +100,7 @@ class Breaking(PaintedPlant):
 
 def test_a_trial_that_broke_is_filmed_up_to_there(tmp_path, monkeypatch):
     trial, plan = played()
-    monkeypatch.setattr(
-        catalogue, "_physical", lambda settings: lambda box, labels, rng: Breaking(box, labels, settings, rng)
-    )
+    monkeypatch.setattr(painted, "PaintedPlant", Breaking)
     with pytest.raises(PlantFault, match="it jams"):
         film_trial(trial, plan, tmp_path / "a.gif")
     assert list(tmp_path.iterdir()) == []

@@ -45,7 +45,7 @@ def study(tmp_path):
     CALIBRATION.clear()
     CALIBRATION["path"] = tmp_path / "calibration.json"
     small = small_study(["human-inspired"], p=[0.0], repetitions=1, trials=1)
-    allow(plant := "python:plants.hardware.fakes:calibrated_rig")
+    allow(plant := "python:hardware.fakes:calibrated_rig")
     return replace(small, plant=plant)
 
 

@@ -57,7 +57,7 @@ def test_a_free_and_a_locked_joint_over_the_wire(parts, shown, monkeypatch):
 
 def wire_study(trials=1):
     study = small_study(["human-inspired"], p=[0.0], repetitions=1, trials=trials)
-    allow(plant := "python:plants.hardware.wire_faults:wire_rig")
+    allow(plant := "python:hardware.wire_faults:wire_rig")
     return replace(study, plant=plant, max_steps=1)
 
 

@@ -122,7 +122,7 @@ def test_faults(arm):
 
 def test_without_the_library_the_extra_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "panda_py", None)
-    with pytest.raises(Missing, match=r"lockprobe\[panda\]"):
+    with pytest.raises(Missing, match=r"lockprobe-robot\[panda\]"):
         PandaArm("h")
 
 

@@ -13,7 +13,7 @@ from lockprobe.foundation.errors import Missing, PlantFault
 
 def test_without_the_library_the_extra_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "pyrealsense2", None)
-    with pytest.raises(Missing, match=r"lockprobe\[realsense\]"):
+    with pytest.raises(Missing, match=r"lockprobe-robot\[realsense\]"):
         RealSense()
 
 
@@ -98,5 +98,5 @@ def test_a_played_camera_that_is_unplugged_is_a_fault(monkeypatch):
 
 def test_without_the_library_nothing_is_played(monkeypatch):
     monkeypatch.setitem(sys.modules, "pyrealsense2", None)
-    with pytest.raises(Missing, match=r"lockprobe\[realsense\]"):
+    with pytest.raises(Missing, match=r"lockprobe-robot\[realsense\]"):
         PlayedRealSense(lambda: None)

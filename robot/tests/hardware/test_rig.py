@@ -31,7 +31,7 @@ from lockprobe.plants.operator import ConsentingOperator
 from lockprobe.studies.runner import Limits, run_study
 from lockprobe.testing import check_plant
 
-DOCS = Path(__file__).parents[3] / "docs"
+DOCS = Path(__file__).parents[2] / "docs"
 
 FIVE = box("random-5-3")
 
@@ -161,7 +161,7 @@ def test_an_operator_who_says_no_is_a_fault_and_one_who_stops_before_the_trial_e
 
 def test_in_a_study_a_fault_ends_the_trial_as_an_error_of_the_plant_and_it_is_played_again(tmp_path, monkeypatch):
     """In this process, whatever is asked of workers: the plant says that somebody attends it."""
-    allow(plant := "python:plants.hardware.fakes:faulty_rig")
+    allow(plant := "python:hardware.fakes:faulty_rig")
     study = replace(small_study(["human-inspired"], p=[0.0], repetitions=1, trials=2), plant=plant)
     assert study.attended
     monkeypatch.setattr(fakes, "BROKEN", [])

@@ -168,7 +168,7 @@ def test_it_has_every_member_of_the_protocol_and_is_short(monkeypatch, robot):
 
 
 def test_the_page_shows_the_file():
-    page = (ROOT / "docs" / "robot-parts.md").read_text("utf-8")
+    page = (ROOT / "robot" / "docs" / "robot-parts.md").read_text("utf-8")
     shown = re.search(r"^`examples/ur_arm.py`:\n\n```py\n(.*?)^```$", page, re.DOTALL | re.MULTILINE)
     assert shown is not None
     assert shown[1] == PATH.read_text("utf-8")

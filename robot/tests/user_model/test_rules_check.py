@@ -56,7 +56,7 @@ def test_the_line_names_configuration_joint_rules_and_model():
 def test_the_page_quotes_what_is_said():
     puzzle = own_box()
     said = refused(OWN, replace(puzzle, interlock={**puzzle.interlock, "pin": ({},)}))
-    assert f"\nbox.xml: {said}\n" in (EXAMPLES.parent / "docs" / "twin.md").read_text("utf-8")
+    assert f"\nbox.xml: {said}\n" in (EXAMPLES.parent / "robot" / "docs" / "twin.md").read_text("utf-8")
 
 
 def test_joints_that_move_together_stop_half_way_or_fall_back_are_found(tmp_path):

@@ -89,7 +89,8 @@ def test_a_dealt_box_finds_its_joints_by_name():
 def test_a_spec_leads_to_it_with_options_of_its_own():
     source = resolve_plant(f"{SPEC}&force=20&width=320")
     assert source.has_camera
-    assert source.settings.force == 20
+    assert source.picture_size == (320, 480)
+    assert "force=20" in source.spec
     with pytest.raises(UnknownName, match=r"option of twin\?model is called 'pose_error'"):
         resolve_plant(f"{SPEC}&pose_error=0.004")
     with pytest.raises(BadValue, match="expected an MJCF file"):
@@ -141,5 +142,5 @@ def test_without_a_panel_and_sites_the_world_and_the_parts_stand_in(tmp_path):
 
 
 def test_the_page_shows_the_example():
-    page = (EXAMPLES.parent / "docs" / "twin.md").read_text("utf-8")
+    page = (EXAMPLES.parent / "robot" / "docs" / "twin.md").read_text("utf-8")
     assert f"```xml\n{OWN.read_text('utf-8')}```\n" in page

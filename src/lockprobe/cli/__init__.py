@@ -51,8 +51,8 @@ COMMANDS = {
 }
 """Name of a command -> (module, function or group in it, help)."""
 
-_OF_ROBOT = ("rig",)
-"""Commands that lockprobe-robot adds."""
+_OF_ROBOT = {"rig": "Prepare a robot: tags, calibrate, check, rehearse, dry-run."}
+"""Name of a command that lockprobe-robot adds -> help."""
 
 
 _COMPLETING = "_LOCKPROBE_COMPLETE"
@@ -105,6 +105,8 @@ def _subcommand(name: str) -> tuple[Any, str]:
     if (plugin := find_plugin("command", name)) is None:
         raise Missing(f"commands such as {name} need the package lockprobe-robot", "pip install 'lockprobe[twin]'")
     found = plugin.load()
+    if name in _OF_ROBOT:
+        return found, _OF_ROBOT[name]
     if not isinstance(found, Typer) and not callable(found):
         raise BadValue("command", name, "a function or a Typer application")
     said = found.info.help if isinstance(found, Typer) else getdoc(found)
@@ -118,7 +120,7 @@ def overview() -> Typer:
     app = _without_subcommands()
     for name in every_command():
         try:
-            text = COMMANDS[name][2] if name in COMMANDS else _subcommand(name)[1]
+            text = COMMANDS[name][2] if name in COMMANDS else _OF_ROBOT.get(name) or _subcommand(name)[1]
         except UserMistake as mistake:
             text = f"Cannot be used. {mistake}"
         app.command(name, help=text)(lambda: None)

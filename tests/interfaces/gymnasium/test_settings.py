@@ -40,7 +40,7 @@ def test_nothing_asked_is_the_plain_chain_and_the_truth_told():
     assert read.study.shuffle == "never"
     assert read == read_settings(dict.fromkeys(("box", "p", "condition", "shuffle", "observation", "channels")))
     assert read_settings({}).chain == (TextChannel(),)
-    assert read_settings({}).scene is None
+    assert read_settings({}).picture_size is None
 
 
 def test_what_is_seen_comes_from_the_plant_as_it_is_asked_for():
@@ -49,7 +49,7 @@ def test_what_is_seen_comes_from_the_plant_as_it_is_asked_for():
     assert [settings.chain for settings in seen] == [
         (TextChannel(),), (CameraChannel(),), (CameraChannel(depth="turbo"),),
     ]  # fmt: skip
-    assert [(settings.scene.height, settings.scene.width) for settings in seen] == [(72, 96)] * 3
+    assert [settings.picture_size for settings in seen] == [(96, 72)] * 3
     plan = seen[2].plan(1, 1, 2)
     assert (plan.plant, plan.modality) == (asked["plant"], "rgbd")
     assert (plan.key, seen[0].plan(1, 1, 2).key) == (

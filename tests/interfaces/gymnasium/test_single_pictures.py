@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from gymnasium import spaces
 from gymnasium.utils.env_checker import check_env
+from lockprobe_robot import plants
 from painted import painted_twins
 
 from lockprobe import run_trial
 from lockprobe.foundation.errors import BadValue, ChannelFault, PlantFault
 from lockprobe.interfaces.gymnasium.learned_agent import LearnedAgent
 from lockprobe.interfaces.gymnasium.single import LockboxEnv
-from lockprobe.plants import catalogue
 from lockprobe.studies.picture_store import Album
 from lockprobe.trial.pictures.png import from_png, to_png
 
@@ -258,13 +258,11 @@ def test_channels_act_on_what_is_seen():
 
 
 def test_a_plant_that_breaks_is_no_failure_to_solve(monkeypatch):
-    def broken(settings):
-        def make(box, labels, rng):
-            raise RuntimeError("no power")
+    def broken(box, labels, rng):
+        raise RuntimeError("no power")
 
-        return make
-
-    monkeypatch.setattr(catalogue, "_physical", broken)
+    painted = plants.fast_twin
+    monkeypatch.setattr(plants, "fast_twin", lambda spec: replace(painted(spec), make=broken))
     with pytest.raises(PlantFault, match="RuntimeError: no power"):
         looking().reset(seed=1)
 

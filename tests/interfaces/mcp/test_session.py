@@ -386,7 +386,7 @@ def test_a_box_that_breaks_is_an_error_and_is_played_again_from_its_first_step(t
 
 def test_pictures_are_shown_and_kept(tmp_path, monkeypatch):
     source = catalogue.PlantSource(spec="fast-twin", make=lambda box, labels, rng: PhotographedPlant(box))
-    for room in ("studies.play", "mcp_server.session"):
+    for room in ("studies.play", "interfaces.mcp.session"):
         monkeypatch.setattr(f"lockprobe.{room}.resolve_plant", lambda spec: source)
     shown = planned(p=[0.0], plant="fast-twin", modality=["rgb", "rgbd"])
 

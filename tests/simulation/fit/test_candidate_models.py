@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from fitted_trials import flip_trials
 
 from lockprobe import run_trial
 from lockprobe.agents.catalogue import resolve
@@ -11,9 +12,8 @@ from lockprobe.simulation.fit import fit_agents
 from lockprobe.simulation.fit.candidate_models import RIVALS, candidates_named
 from lockprobe.simulation.fit.choices import choices_of, hear, rule
 from lockprobe.simulation.fit.optimise import maximum
-from lockprobe.simulation.fit.recovery import RecoveryDesign, simulate
 
-TRIALS = simulate("human-inspired:target-last?lapse=0.3", RecoveryDesign(p=(0.2,), trials=5), seed=1)
+TRIALS = flip_trials("human-inspired:target-last?lapse=0.3", p=(0.2,), trials=5)
 
 
 def test_names_are_theirs_and_random_is_always_among_them():

@@ -4,19 +4,20 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from benchmarked import benchmark
 from builders import make_trial, played_by_people, small_study
+from fitted_trials import flip_trials
 
 from lockprobe import run_trial
-from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.report.prose.model_fit import finding
 from lockprobe.simulation.fit import RIVALS, fit_agents, fitting
 from lockprobe.simulation.fit.candidate_models import candidates_named
 from lockprobe.simulation.fit.choices import choices_of, hear
 from lockprobe.simulation.fit.model_comparison import compare_models
-from lockprobe.simulation.fit.recovery import RecoveryDesign, simulate
 
-FEW = RecoveryDesign(p=(0.0, 0.5), repetitions=1, trials=4)
+KNOWN = benchmark("known_agents")
+FEW = {"p": (0.0, 0.5), "repetitions": 1, "trials": 4}
 QUICK = ["no-repeat", "human-inspired"]
 
 
@@ -24,7 +25,7 @@ def fitted(trials, **settings):
     return fit_agents(trials, **({"folds": 2} | settings)).agents
 
 
-RANDOM, HUMAN = simulate("random", FEW, 1), simulate("human-inspired", FEW, 1)
+RANDOM, HUMAN = flip_trials("random", **FEW), flip_trials("human-inspired", **FEW)
 
 
 def test_every_agent_has_every_model_the_best_first():
@@ -58,7 +59,7 @@ def test_luck_that_repeats_itself_is_not_taken_for_evidence():
     """A random agent plays the same trial at every p: seven times the trials, and no more is known."""
     wrong = {"as one": 0, "seven times": 0, "seven times, counted": 0}
     for seed in range(5):
-        trials = simulate("random", RecoveryDesign(repetitions=1, trials=12), seed)
+        trials = flip_trials("random", seed, repetitions=1, trials=12)
         for name, used in (("as one", [t for t in trials if t.p == 0]), ("seven times", trials)):
             heard = [hear(trial) for trial in used]
             held = compare_models(choices_of(used, heard), heard, candidates_named(["favourite-labels", "no-repeat"]))
@@ -96,7 +97,7 @@ def test_errors_are_left_out_and_counted():
 @pytest.mark.parametrize("spec", ["round-robin", "human-inspired", "random-no-repeat", "cognitive:random-map"])
 def test_agents_that_leave_nothing_to_chance_do_not_break_it(spec):
     """Their pulls are without end; a warning would be an error here."""
-    (one,) = fitted(simulate(spec, FEW, 2))
+    (one,) = fitted(flip_trials(spec, 2, **FEW))
     assert all(np.isfinite(rival.bic) for rival in one.rivals)
     assert any(parameter.at_bound for rival in one.rivals for parameter in rival.parameters)
 
@@ -132,14 +133,31 @@ def test_conditions_that_no_model_predicts_are_in_no_fit_and_named():
 
 def test_boxes_of_any_size_and_reports_without_positions():
     trials = [
-        *simulate(
-            "random", RecoveryDesign(box=box("random-3-1"), p=(0.2,), repetitions=1, trials=4, flip="outcome-only"), 1
-        ),
-        *simulate("random", RecoveryDesign(box=box("random-6-2"), p=(0.2,), repetitions=2, trials=4), 1)[4:],
+        *flip_trials("random", lockbox="random-3-1", p=(0.2,), repetitions=1, trials=4, flip="outcome-only"),
+        *flip_trials("random", lockbox="random-6-2", p=(0.2,), repetitions=2, trials=4)[4:],
     ]
     (one,) = fitted(trials)
     assert np.log2(3) < one.chance_bits < np.log2(6)
     assert len(next(rival for rival in one.rivals if rival.model == "favourite-places").parameters) == 5
+
+
+@pytest.mark.parametrize(
+    "agent",
+    [
+        KNOWN.Favourites(by="label", pull=1.0),
+        KNOWN.Favourites(by="label", pull=1.0, repeats=False),
+        KNOWN.Favourites(by="label", pull=1.5, failure=1.0),
+        KNOWN.FirstFour(then="stays"),
+    ],
+    ids=repr,
+)
+def test_agents_are_not_told_what_failures_do_to_them_by_models_that_lost_or_that_need_no_reports(agent):
+    """The first, second and last heed no report; the third leaves what just failed, which looks like the opposite."""
+    models = ["favourite-labels", "failure-memory", "softmax-memory", "random-map"]  # winners, and what says it
+    (one,) = fitted(flip_trials(agent, p=(0.0, 0.3, 0.6), repetitions=2), models=models)
+    assert one.described is not None
+    assert "joint that has just failed" not in finding(one)
+    assert "still where it was" not in finding(one)
 
 
 def test_more_trials_than_needed_are_drawn_by_whole_clusters(monkeypatch):
@@ -154,9 +172,7 @@ def test_more_trials_than_needed_are_drawn_by_whole_clusters(monkeypatch):
 
 
 def test_probabilities_that_an_agent_recorded_are_the_most_that_can_be_predicted():
-    trials = simulate(
-        "cognitive:softmax-memory?position=2&target=1", RecoveryDesign(p=(0.0,), repetitions=2, trials=10), 3
-    )
+    trials = flip_trials("cognitive:softmax-memory?position=2&target=1", 3, p=(0.0,), repetitions=2)
     (one,) = fitted(trials, models=["softmax-memory"])
     assert one.own.gain > one.rivals[0].held_out.gain > 0.1
     assert "the expected maximum for any model" in finding(one)

@@ -4,16 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from fitted_trials import flip_trials
 
 from lockprobe.simulation.fit.candidate_models import RIVALS
 from lockprobe.simulation.fit.choices import choices_of, hear
 from lockprobe.simulation.fit.held_out import folds_of, held_out, predicted
 from lockprobe.simulation.fit.optimise import maximum
-from lockprobe.simulation.fit.recovery import RecoveryDesign, simulate
 
-TRIALS = simulate(
-    "cognitive:softmax-memory?position=1.5", RecoveryDesign(p=(0.0, 0.5), repetitions=2, trials=6), seed=2
-)
+TRIALS = flip_trials("cognitive:softmax-memory?position=1.5", seed=2, p=(0.0, 0.5), repetitions=2, trials=6)
 HEARD = [hear(trial) for trial in TRIALS]
 CHOICES = choices_of(TRIALS, HEARD)
 FOLD = folds_of(CHOICES.cluster, 4)

@@ -1,21 +1,26 @@
-"""Agents of known truth do what is said of them."""
+"""The agents of known truth in benchmarks/ do what is said of them."""
 
 from collections import Counter
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from benchmarked import benchmark
+from fitted_trials import flip_trials
 
 from lockprobe.simulation.fit.candidate_models import candidates_named
 from lockprobe.simulation.fit.choices import choices_of, hear
-from lockprobe.simulation.fit.known_agents import WORLDS, Favourites, FirstFour, RuleAgent, Switching
 from lockprobe.simulation.fit.model_comparison import compare_models
-from lockprobe.simulation.fit.recovery import RecoveryDesign, simulate
 from lockprobe.trial.protocols import Agent
 from lockprobe.trial.record import Decision, Percept, Situation, Task, Turn
 
+KNOWN = benchmark("known_agents")
+WORLDS, Favourites, FirstFour, Switching = KNOWN.WORLDS, KNOWN.Favourites, KNOWN.FirstFour, KNOWN.Switching
+
 TASK = Task(joints=("C", "A", "D", "B"), target="D", budget=8)
-DEAF = [name for name, world in WORLDS.items() if isinstance(world.agent, RuleAgent) and "reports" not in world.pulls]
+DEAF = [
+    name for name, world in WORLDS.items() if isinstance(world.agent, KNOWN.RuleAgent) and "reports" not in world.pulls
+]
 
 
 def after(*reports, outcome=None):
@@ -49,7 +54,7 @@ def test_the_first_four_are_all_joints_once():
     assert agent.probabilities(after("A", "D")) == (0.5, 0, 0, 0.5)
     assert agent.probabilities(after("A", "D", "B", "C", "C")) == (1, 0, 0, 0)
     assert replace(agent, then="any").probabilities(after("A", "D", "B", "C")) == (0.25,) * 4
-    trials = simulate(FirstFour(), RecoveryDesign(p=(0.0, 0.5), repetitions=1, trials=5), 1)
+    trials = flip_trials(FirstFour(), p=(0.0, 0.5), repetitions=1, trials=5)
     assert all(len({step.joint for step in trial.steps[:4]}) == len(trial.steps[:4]) for trial in trials)
 
 
@@ -76,7 +81,7 @@ def test_nine_of_them_are_deaf_and_all_are_agents():
 
 
 def test_choices_are_drawn_by_their_probabilities():
-    trials = simulate(Favourites(by="label", pull=1.0), RecoveryDesign(p=(0.0,), repetitions=2, trials=15), 3)
+    trials = flip_trials(Favourites(by="label", pull=1.0), 3, p=(0.0,), repetitions=2, trials=15)
     chosen = Counter(step.decision.joint for trial in trials for step in trial.steps)
     shares = np.array([chosen[label] for label in "ABCD"]) / chosen.total()
     falling = np.exp(-np.arange(4.0)) / np.exp(-np.arange(4.0)).sum()
@@ -85,7 +90,7 @@ def test_choices_are_drawn_by_their_probabilities():
 
 def test_favourites_alone_are_among_the_rivals():
     for by in ("label", "place"):
-        trials = simulate(Favourites(by=by, pull=1.5), RecoveryDesign(p=(0.0, 0.3), repetitions=1, trials=10), 2)
+        trials = flip_trials(Favourites(by=by, pull=1.5), 2, p=(0.0, 0.3), repetitions=1)
         heard = [hear(trial) for trial in trials]
         held = compare_models(
             choices_of(trials, heard), heard, candidates_named(["favourite-labels", "favourite-places"])

@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
+from fitted_trials import flip_trials
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lockprobe.simulation.fit.candidate_models import RIVALS
 from lockprobe.simulation.fit.choices import choices_of, hear
-from lockprobe.simulation.fit.recovery import RecoveryDesign, simulate
 
-TRIALS = simulate("random", RecoveryDesign(p=(0.2,), repetitions=1, trials=12), seed=4)
+TRIALS = flip_trials("random", seed=4, p=(0.2,), repetitions=1, trials=12)
 HEARD = [hear(trial) for trial in TRIALS]
 CHOICES = choices_of(TRIALS, HEARD)
 SOFTMAX = RIVALS["softmax-memory"].versions(CHOICES, HEARD)["softmax-memory"]

@@ -1,128 +1,98 @@
-"""Known parameters and known models are found again, and findings are true. The full figures stand in docs/cognitive-models.md."""
+"""Known parameters and known models are found again, and findings are true. docs/cognitive-models.md has full figures."""
+
+from functools import partial
+from pathlib import Path
 
 import pytest
+from benchmarked import benchmark
 
-from lockprobe.foundation.errors import UnknownName
-from lockprobe.report.prose.model_fit import finding
-from lockprobe.simulation.fit import fit_agents, optimise
-from lockprobe.simulation.fit.candidate_models import RIVALS
-from lockprobe.simulation.fit.choices import choices_of, hear
-from lockprobe.simulation.fit.known_agents import WORLDS, Favourites, FirstFour, KnownAgent
-from lockprobe.simulation.fit.optimise import DesignEffects, maximum
-from lockprobe.simulation.fit.recovery import (
-    RecoveryDesign,
-    recover_findings,
-    recover_models,
-    recover_parameters,
-    simulate,
-)
+from lockprobe.foundation.parallel import THIS_PROCESS
 
-SMALL = RecoveryDesign(p=(0.0, 0.3, 0.6), repetitions=2, trials=10)
-TRUTH = {"target": 1.0, "failure": 2.0, "decay": 0.8, "reset": 0.5, "stay": -1.0}
+PAGE = Path(__file__).parents[3] / "docs" / "cognitive-models.md"
+RECOVERY, KNOWN = benchmark("recovery"), benchmark("known_agents")
+SMALL = partial(RECOVERY.Study, p=(0.0, 0.3, 0.6), repetitions=2)
+TRUTH = {"target": 1.0, "failure": 2.0, "stay": -1.0, "decay": 0.8, "reset": 0.5}
 AGENTS = {
-    "random": "random",
-    "win-stay-lose-shift": "cognitive:softmax-memory?recent=-1.5&stay=2.5",
-    "softmax-memory": "cognitive:softmax-memory?target=1.5&closed=0.5&failure=3&decay=0.9&reset=0.5&recent=1&stay=-1.5&position=1.2",
-    "human-inspired": "human-inspired:target-first?lapse=0.15",
-    "random-map": "cognitive:random-map?window=1&avoid=last&lapse=0.15",
+    **{name: KNOWN.MODELS[name] for name in ("random", "human-inspired", "random-map")},
+    "softmax-memory": KNOWN.softmax_memory(
+        {"target": 1.5, "closed": 0.5, "failure": 3, "recent": 1, "stay": -1.5, "position": 1.2, "decay": 0.9}
+    ),
 }
 
 
-def share(found):
-    return sum(one.covered for one in found) / len(found)
+def rows(printed):
+    """The rows of the table: the first cell of each -> the others."""
+    cells = [line.strip("| ").split(" | ") for line in printed.splitlines()[2:] if line.startswith("| ")]
+    return {first: others for first, *others in cells}
 
 
-def test_the_true_model_wins():
-    """At least 4 of 5 small studies; by the full figures 95 % and more win."""
-    found = recover_models(AGENTS, sets=1, design=SMALL, seed=11)
-    assert [one.model for one in found] == list(AGENTS)
-    assert all(sum(one.bic.values()) == sum(one.aicc.values()) == one.sets == 1 for one in found)
-    assert sum(one.bic.get(one.model, 0) for one in found) >= 4
+def test_the_true_model_wins(monkeypatch, capsys):
+    """At least 3 of 4 small studies; by the full figures 95 % and more win."""
+    monkeypatch.setattr(RECOVERY, "Study", SMALL)
+    monkeypatch.setattr(RECOVERY, "MODELS", AGENTS)
+    RECOVERY.model_table(1, THIS_PROCESS)
+    printed = capsys.readouterr().out
+    found = rows(printed)
+    assert list(found) == [f"`{name}`" for name in AGENTS]
+    assert [agent for *_, agent in found.values()] == [f"`{agent}`" for agent in AGENTS.values()]
+    assert [bic for bic, *_ in found.values()].count("100 %") >= 3
+    assert all((bic == "100 %") == (others == RECOVERY.NONE) for bic, others, *_ in found.values())
+    assert "1 studies of the faint agent: by BIC `no-repeat` 1; by AICc `" in printed
 
 
 def test_parameters_are_found_and_intervals_hold_them():
     """32 intervals: 0.95 less three Monte Carlo errors, were they independent, is 0.83."""
-    found = recover_parameters(TRUTH, sets=4, design=SMALL, seed=21)
+    studies = [SMALL(agent=KNOWN.softmax_memory(TRUTH), seed=seed) for seed in range(21, 25)]
+    found = RECOVERY.recovered(TRUTH, [RECOVERY.fitted_parameters(study) for study in studies])
     assert {one.name: one.truth for one in found} == dict.fromkeys(("closed", "recent", "position"), 0.0) | TRUTH
-    assert share(found) >= 0.83
+    assert sum(one.covered for one in found) / len(found) >= 0.83
     for one in found:
         assert abs(one.median - one.truth) < 4 * 1.25 * one.spread / 4**0.5
 
 
-def test_intervals_that_knew_nothing_of_shared_luck_would_hold_them_too_rarely(monkeypatch):
-    """Agents that act at random have no favourite labels; 36 intervals of each kind."""
-    studies = []
-    for seed in range(12):
-        trials = simulate("random", RecoveryDesign(repetitions=1, trials=12), seed)
-        heard = [hear(trial) for trial in trials]
-        choices = choices_of(trials, heard)
-        model = RIVALS["favourite-labels"].versions(choices, heard)["favourite-labels"]
-        studies.append((model, maximum(model), choices))
-
-    def held():
-        found = [one for study in studies for one in optimise.parameters(*study)]
-        return sum(one.low <= 0 <= one.high for one in found) / len(found)
-
-    known = held()
-    monkeypatch.setattr(optimise, "design_effects", lambda model, values, cluster: DesignEffects(0 * values + 1, 1.0))
-    assert known > 0.85
-    assert held() < 0.75
+def test_what_findings_claim_is_held_against_the_truth(monkeypatch, capsys):
+    names = ("prefers labels, never repeats", "all joints once, then stays", "failure memory")
+    monkeypatch.setattr(RECOVERY, "Study", SMALL)
+    monkeypatch.setattr(RECOVERY, "WORLDS", {name: KNOWN.WORLDS[name] for name in names})
+    RECOVERY.finding_table(1, THIS_PROCESS)
+    printed, none = capsys.readouterr(), RECOVERY.NONE
+    labels, stays, memory = (rows(printed.out)[name] for name in names)
+    assert labels == ["`softmax-memory` 1", "1", "`recent -` 1", none]
+    assert stays == ["`random-map` 1", "1", none, none]
+    assert memory == ["`failure-memory` 1", "1", "`failure -` 1, `reports +` 1", none]
+    assert "heed reports or failures in 0 of 2 (" in printed.out
+    assert "any kind is made about them in 0 of 2 (" in printed.out
+    assert "are said to heed reports in 1 of 1 (" in printed.out
+    assert "failure memory: 1 of 1 studies" in printed.err
 
 
 @pytest.mark.parametrize(
-    "agent",
-    [
-        Favourites(by="label", pull=1.0),
-        Favourites(by="label", pull=1.0, repeats=False),
-        Favourites(by="label", pull=1.5, failure=1.0),
-        FirstFour(then="stays"),
-    ],
-    ids=repr,
+    ("pulls", "false"), [({"failure": None}, ["reports +"]), ({"reports": 1, "failure": 1}, ["failure -"])]
 )
-def test_agents_are_not_told_what_failures_do_to_them_by_models_that_lost_or_that_need_no_reports(agent):
-    """The first, second and last heed no report; the third leaves what just failed, which looks like the opposite."""
-    models = ["favourite-labels", "failure-memory", "softmax-memory", "random-map"]  # winners, and what says it
-    (one,) = fit_agents(simulate(agent, SMALL, 1), folds=2, models=models).agents
-    assert one.described is not None
-    assert "joint that has just failed" not in finding(one)
-    assert "still where it was" not in finding(one)
+def test_a_claim_against_the_truth_is_counted(pulls, false):
+    """Of one agent, said to heed nothing, or to return to what failed."""
+    found = RECOVERY.claims(SMALL(agent=KNOWN.MODELS["failure-memory"], pulls=pulls, seed=31))
+    assert sorted(found.made) == ["failure -", "reports +"]
+    assert found.false == false
 
 
-def test_what_findings_claim_is_held_against_the_truth():
-    names = ("prefers labels, never repeats", "all joints once, then stays", "failure memory")
-    labels, stays, memory = recover_findings({name: WORLDS[name] for name in names}, sets=1, design=SMALL, seed=31)
-    assert [one.world for one in (labels, stays, memory)] == list(names)
-    assert (labels.best, labels.described, labels.claims) == ({"softmax-memory": 1}, 1, {"recent -": 1})
-    assert (stays.best, stays.described, stays.claims) == ({"random-map": 1}, 1, {})
-    assert (memory.best, memory.claims) == ({"failure-memory": 1}, {"reports +": 1, "failure -": 1})
-    assert [(one.false, one.misled, one.sets) for one in (labels, stays, memory)] == [({}, 0, 1)] * 3
+def test_every_seed_plays_another_study():
+    first, second = (SMALL(agent="random", trials=3, seed=seed).play() for seed in (4, 5))
+    assert len(first) == 3 * 2 * 3
+    assert {spec for trial in first for spec in trial.specs} == {"flip?p=0.3", "flip?p=0.6"}
+    assert [[step.joint for step in trial.steps] for trial in first] != [
+        [step.joint for step in trial.steps] for trial in second
+    ]
 
 
-def test_a_claim_against_the_truth_is_counted():
-    agent = "cognitive:softmax-memory?failure=2&decay=0.8&reset=0.8"
-    worlds = {
-        "heeds nothing": KnownAgent(agent=agent, pulls={"failure": None}),
-        "returns to what failed": KnownAgent(agent=agent, pulls={"reports": 1, "failure": 1}),
+def test_the_page_shows_these_agents():
+    page = PAGE.read_text("utf-8")
+    table = rows(page[page.index("| parameter | forgetful") :].split("\n\n")[0])
+    for name, cells in table.items():
+        truths = [float(cell.split(":")[0].replace("\N{MINUS SIGN}", "-")) for cell in cells]
+        assert truths == [truth[name.strip("`")] for truth in KNOWN.PARAMETERS.values()]
+    models = rows(page[page.index("| truth | found") :].split("\n\n")[0])
+    assert {name: agent for name, (*_, agent) in models.items()} == {
+        f"`{n}`": f"`{a}`" for n, a in KNOWN.MODELS.items()
     }
-    deaf, back = recover_findings(worlds, sets=1, design=SMALL, seed=31)
-    assert (deaf.false, deaf.misled) == ({"reports +": 1}, 1)
-    assert (back.false, back.misled) == ({"failure -": 1}, 1)
-
-
-def test_a_study_is_played_as_any_other():
-    trials = simulate(
-        "random", RecoveryDesign(p=(0.0, 0.5), repetitions=2, trials=3, flip="outcome-only", budget=7), seed=4
-    )
-    assert len(trials) == 12
-    assert {spec for trial in trials for spec in trial.specs} == {"flip?p=0.5"}
-    assert {trial.modality for trial in trials} == {"symbolic?tell=outcome"}
-    assert max(len(trial.steps) for trial in trials) == 7
-    assert all(step.told_state is None for trial in trials for step in trial.steps)
-    assert simulate("random", RecoveryDesign(p=(0.5,), repetitions=1, trials=1), seed=4) != simulate(
-        "random", RecoveryDesign(p=(0.5,), repetitions=1, trials=1), seed=5
-    )
-
-
-def test_an_unknown_model_is_named():
-    with pytest.raises(UnknownName, match="no model is called 'chess'"):
-        recover_models({"chess": "random"}, sets=1)
+    assert all(f"\n| {name} | `" in page for name in KNOWN.WORLDS)

@@ -29,9 +29,7 @@ if TYPE_CHECKING:
 
 __all__ = ["app", "check", "dry_run", "rehearse"]
 
-app = typer.Typer(
-    help="Prepare a robot: tags, calibrate, check, rehearse, dry-run.", no_args_is_help=True, rich_markup_mode=None
-)
+app = typer.Typer(no_args_is_help=True, rich_markup_mode=None)
 app.command("tags")(tags)
 app.command("calibrate")(calibrate)
 

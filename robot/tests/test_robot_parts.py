@@ -17,9 +17,10 @@ from lockprobe_robot.scene.panel import lay_out_panel
 
 from lockprobe.boxes.families import box
 
-ROOT = Path(__file__).parents[1]
-PAGE = " ".join((ROOT / "docs" / "robot-parts.md").read_text("utf-8").split())
-EXTRAS = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["optional-dependencies"]
+ROOT = Path(__file__).parents[2]
+PAGE = " ".join((ROOT / "robot" / "docs" / "robot-parts.md").read_text("utf-8").split())
+OURS = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["optional-dependencies"]
+EXTRAS = tomllib.loads((ROOT / "robot" / "pyproject.toml").read_text("utf-8"))["project"]["optional-dependencies"]
 
 
 def millimetres(metres):
@@ -43,7 +44,7 @@ def test_the_board_has_the_dimensions_of_the_twin():
 
 
 def test_every_extra_is_in_the_table_and_versions_are_those_of_the_project():
-    assert set(re.findall(r"\| `(\w+)` \| [^|]+ \| \d+ \| \d+ \| `", PAGE)) == EXTRAS.keys()
+    assert set(re.findall(r"\| `(\w+)` \| [^|]+ \| \d+ \| \d+ \| `", PAGE)) == {**EXTRAS, **OURS}.keys()
     for extra, library in (("fr3", "franky-control"), ("panda", "panda-python")):
         pinned = next(needed for needed in EXTRAS[extra] if needed.startswith(library))
         assert f"| {library} | {pinned.partition('==')[2]} | `{extra}` |" in PAGE

@@ -1,7 +1,7 @@
-"""Agents of known truth to test fits: no candidate model describes them, or only one without memory.
+"""The agents of known truth in ``recovery.py``: of known parameters, of known models, and with known rules.
 
-They ignore reports, so any claim about reports is false. One agent is an exception: it avoids the joint that just
-failed and also prefers some labels.
+No candidate model describes most of the rules. They ignore reports, so any claim about reports is false. One rule is
+an exception: it avoids the joint that just failed and also prefers some labels.
 """
 
 from __future__ import annotations
@@ -16,7 +16,37 @@ import numpy as np
 from lockprobe.agents.policy import draw
 from lockprobe.trial.record import Decision, Fact, Situation
 
-__all__ = ["WORLDS", "Favourites", "FirstFour", "KnownAgent", "RuleAgent", "Switching"]
+PARAMETERS: Mapping[str, Mapping[str, float]] = {
+    name: dict(
+        zip(("target", "closed", "failure", "recent", "stay", "position", "decay", "reset"), values, strict=True)
+    )
+    for name, values in {
+        "forgetful": (0.5, 0.5, 2.0, -0.5, -1.0, 0.5, 0.7, 0.5),
+        "careful": (1.5, 1.0, 4.0, 0.0, -1.0, 0.0, 1.0, 1.0),
+        "stubborn": (0.0, 0.0, -1.0, 1.0, 0.5, 1.0, 0.9, 0.1),
+        "faint": (0.3, 0.2, 0.7, -0.3, -0.2, 0.2, 0.9, 0.3),
+    }.items()
+}
+"""Agent -> its parameters of ``softmax-memory``, by name."""
+
+
+def softmax_memory(parameters: Mapping[str, float]) -> str:
+    """The spec of the agent with these parameters of ``softmax-memory``."""
+    return "cognitive:softmax-memory?" + "&".join(f"{name}={value:g}" for name, value in parameters.items())
+
+
+MODELS: Mapping[str, str] = {
+    "random": "random",
+    "round-robin": "round-robin",
+    "no-repeat": "cognitive:softmax-memory?recent=-2",
+    "win-stay-lose-shift": "cognitive:softmax-memory?recent=-1.5&stay=2.5",
+    "failure-memory": "cognitive:softmax-memory?failure=2&decay=0.8&reset=0.8",
+    "goal-and-failures": "cognitive:softmax-memory?target=1&closed=0.7&failure=2&decay=0.8&reset=0.8",
+    "softmax-memory": softmax_memory({**PARAMETERS["forgetful"], "position": 0.7}),
+    "human-inspired": "human-inspired:target-first?lapse=0.15",
+    "random-map": "cognitive:random-map?window=1&avoid=last&lapse=0.15",
+}
+"""Model -> the spec of an agent that acts by it."""
 
 
 class RuleAgent:
