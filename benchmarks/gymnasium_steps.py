@@ -17,11 +17,10 @@ import numpy as np
 
 from lockprobe.interfaces.gymnasium import ENVIRONMENT
 
-FLIP = {"channel": "OutcomeFlip", "p": 0.2}
 OURS: dict[str, dict[str, Any]] = {
     "lockbox, the truth": {},
-    "lockbox, flips": {"channels": [FLIP]},
-    "lockbox, flips, shuffled": {"channels": [FLIP], "shuffle": "trial"},
+    "lockbox, flips": {"p": 0.2},
+    "lockbox, flips, shuffled": {"p": 0.2, "shuffle": "trial"},
 }
 
 

@@ -34,9 +34,8 @@ DISCOUNT = 0.9
 
 def boxes(count: int, box: str = "chain-4", p: float = 0.0, *, shuffle: str = "never") -> Envs:
     """Many boxes at once, reports inverted with probability ``p``."""
-    flip = {"channel": "OutcomeFlip", "p": p}
     name = lockprobe.interfaces.gymnasium.ENVIRONMENT
-    return gymnasium.make_vec(name, num_envs=count, box=box, channels=[flip], shuffle=shuffle)
+    return gymnasium.make_vec(name, num_envs=count, box=box, p=p, shuffle=shuffle)
 
 
 def explore(envs: Envs, steps: int, seed: int) -> Array:

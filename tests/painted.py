@@ -10,8 +10,6 @@ from lockprobe_robot.twin_settings import SceneSettings
 from seen import PhotographedPlant
 
 from lockprobe.boxes.box import Lockbox
-from lockprobe.foundation.spec import Spec, with_options
-from lockprobe.plants.catalogue import PlantSource
 from lockprobe.trial.pictures.frame import Camera, Frame
 from lockprobe.trial.record import Snapshot
 
@@ -52,19 +50,16 @@ class PaintedPlant(PhotographedPlant):
         return Frame(rgb=rgb, depth=depth, camera=camera, handles=np.ones((self._joints, 2, 3)), renderer="paint")
 
 
-def painted_twins(monkeypatch) -> list[PaintedPlant]:
-    """Puts it in the place of ``fast-twin``; every one that is made is in the list."""
+_PICTURED = plants._pictured
+
+
+def painted_twins(monkeypatch, kind=PaintedPlant) -> list[PaintedPlant]:
+    """Puts it, or a kind of it, in the place of ``fast-twin`` and ``twin``; every one that is made is in the list."""
     PaintedPlant.made.clear()
 
-    def painted(spec: Spec) -> PlantSource:
-        settings = with_options(SceneSettings, "fast-twin", spec.options)
-        return PlantSource(
-            spec=str(spec),
-            make=lambda box, labels, rng: PaintedPlant(box, labels, settings, rng),
-            picture_size=(settings.width, settings.height),
-            renderer=lambda: "paint",
-            lays_out=True,
-        )
+    def painted(spec, settings, make):
+        source = _PICTURED(spec, settings, lambda box, labels, rng: kind(box, labels, settings, rng))
+        return replace(source, check=lambda box: None)  # which makes one to see if it can
 
-    monkeypatch.setattr(plants, "fast_twin", painted)
+    monkeypatch.setattr(plants, "_pictured", painted)
     return PaintedPlant.made

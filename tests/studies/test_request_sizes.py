@@ -114,6 +114,13 @@ def test_requests_are_taken_to_be_as_large_as_those_that_are_sent(scripted_provi
     assert most.input_tokens > sum(sent)
 
 
+def test_the_most_counts_a_remark_at_every_step_however_rare_remarks_are():
+    plan = study("flips", agent=SPEC, condition=["distract?p=0.001", "distract?p=1"])
+    _, rare, always = (plan.plan(SPEC, condition, 1, 1) for condition in plan.conditions)
+    most, all_steps = (PromptSizes(one, ModelSettings(), ModelFacts()).most(1, 1) for one in (rare, always))
+    assert most == all_steps
+
+
 def test_what_was_forgotten_is_not_taken_to_be_repeated():
     plan = study("flips", agent=SPEC, condition="history?last=3")
     prompt = PromptSizes(plan.plan(SPEC, plan.conditions[-1], 1, 1), ModelSettings(), ModelFacts())

@@ -45,6 +45,21 @@ def test_what_a_report_shows_keeps_it():
     check_intervention(TextAfter())
 
 
+@dataclass(frozen=True, kw_only=True)
+class Unreliable:
+    """Declares that it leaves no report out, and does."""
+
+    always_tells = True
+
+    def perceive(self, percept, past, task, rng):
+        return percept if percept.joint is None else replace(percept, joint=None, outcome=None, positions=None)
+
+
+def test_what_leaves_a_report_out_must_not_declare_that_it_always_tells():
+    with pytest.raises(AssertionError, match="Unreliable leaves a report out: it must not have always_tells"):
+        check_intervention(Unreliable())
+
+
 @pytest.mark.parametrize("spec", ["flip?p=0", "flip?p=1&at=1000", "drop?p=0", "history?last=1000", "nudge?after=9"])
 def test_one_that_has_nothing_to_do_keeps_it(spec):
     check_intervention(*interventions_of(spec))

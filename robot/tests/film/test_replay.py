@@ -4,7 +4,6 @@ from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
-import painted
 import pytest
 from lockprobe_robot.film.replay import film_trial, plan_of
 from painted import PaintedPlant, painted_twins
@@ -100,7 +99,7 @@ class Breaking(PaintedPlant):
 
 def test_a_trial_that_broke_is_filmed_up_to_there(tmp_path, monkeypatch):
     trial, plan = played()
-    monkeypatch.setattr(painted, "PaintedPlant", Breaking)
+    painted_twins(monkeypatch, Breaking)
     with pytest.raises(PlantFault, match="it jams"):
         film_trial(trial, plan, tmp_path / "a.gif")
     assert list(tmp_path.iterdir()) == []

@@ -34,12 +34,13 @@ def interventions(json: AsJson = False) -> None:
     """List the interventions by their place in the loop: told, asked, remembered, done."""
     from lockprobe.interventions.catalogue import packaged, shipped
     from lockprobe.trial.condition import PLACES, place_of
+    from lockprobe.trial.protocols import InterventionTraits
 
     found = [(name, kind, "", "") for name, kind in shipped().items()]
     found += [(row.name, row.found, row.package, row.what) for row in packaged()]
     rows: list[dict[str, object]] = []
     for name, kind, package, why in found:
-        doses = list(getattr(kind, "doses", ()))
+        doses = list(InterventionTraits.of(kind).doses)
         options = [one.name + " (dose)" * (one.field in doses) for one in options_of(kind)] if kind else []
         first = (getattr(kind, "__doc__", None) or "").strip().partition("\n")[0].replace("``", "")
         what = f"{first} Options: {', '.join(options) or 'none'}." if kind else why

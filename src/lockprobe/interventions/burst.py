@@ -33,6 +33,7 @@ class Burst:
 
     name: ClassVar[str] = "burst"
     doses: ClassVar[tuple[str, ...]] = ("p", "length")
+    always_tells: ClassVar[bool] = True
     p: float = 0.0
     length: float = 3.0
 

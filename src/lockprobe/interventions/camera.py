@@ -52,6 +52,7 @@ class CameraChannel:
     """
 
     shows: ClassVar[bool] = True
+    always_tells: ClassVar[bool] = True
     depth: Depth = "none"
     near: float = 0.64
     far: float = 0.78

@@ -18,7 +18,7 @@ from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.foundation.plugins import Listed, find_plugin, listed_plugins, plugin_names
 from lockprobe.foundation.spec import Spec, split_specs, with_options
 from lockprobe.trial.condition import TRUTH, place_of
-from lockprobe.trial.protocols import Intervention
+from lockprobe.trial.protocols import Intervention, InterventionTraits
 
 __all__ = ["interventions_of", "kinds", "packaged", "shipped", "with_words"]
 
@@ -37,8 +37,7 @@ def shipped() -> dict[str, type[Any]]:
     found: dict[str, type[Any]] = {}
     for module in pkgutil.iter_modules(importlib.import_module(package).__path__, f"{package}."):
         for kind in vars(importlib.import_module(module.name)).values():
-            name: object = getattr(kind, "name", None)
-            if isinstance(kind, type) and kind.__module__ == module.name and isinstance(name, str):
+            if isinstance(kind, type) and kind.__module__ == module.name and (name := InterventionTraits.of(kind).name):
                 found[name] = kind
     return found
 
@@ -67,7 +66,7 @@ def interventions_of(spec: str) -> tuple[Intervention, ...]:
 
 def with_words(interventions: Sequence[One], words: One) -> tuple[One, ...]:
     """Interventions with the report in words inserted: only those with ``after_words`` act after it."""
-    after = [one for one in interventions if getattr(one, "after_words", False)]
+    after = [one for one in interventions if InterventionTraits.of(one).after_words]
     return (*(one for one in interventions if one not in after), words, *after)
 
 

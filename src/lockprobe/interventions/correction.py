@@ -44,6 +44,7 @@ class Correction:
     name: ClassVar[str] = "correction"
     doses: ClassVar[tuple[str, ...]] = ("p",)
     stream: ClassVar[str] = OutcomeFlip.stream
+    always_tells: ClassVar[bool] = True
     p: float = 0.0
     first: Says = "lie"
     last: Says = "truth"

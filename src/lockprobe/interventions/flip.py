@@ -93,6 +93,7 @@ class OutcomeFlip:
     name: ClassVar[str] = "flip"
     doses: ClassVar[tuple[str, ...]] = ("p", "keep")
     stream: ClassVar[str] = "channel"
+    always_tells: ClassVar[bool] = True
     p: float = 0.0
     inverts: Inverts = "outcome"
     others: Others = "fresh"

@@ -38,6 +38,7 @@ class Phantom:
     name: ClassVar[str] = "phantom"
     doses: ClassVar[tuple[str, ...]] = ("p",)
     stream: ClassVar[str] = OutcomeFlip.stream
+    always_tells: ClassVar[bool] = True
     p: float = 0.0
 
     def __post_init__(self) -> None:

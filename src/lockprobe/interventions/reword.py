@@ -64,6 +64,7 @@ class Reword:
     name: ClassVar[str] = "reword"
     doses: ClassVar[tuple[str, ...]] = ("p",)
     after_words: ClassVar[bool] = True
+    always_tells: ClassVar[bool] = True
     p: float = 0.0
 
     def __post_init__(self) -> None:

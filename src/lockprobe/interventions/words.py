@@ -48,6 +48,7 @@ class TextChannel:
     """
 
     shows: ClassVar[bool] = True
+    always_tells: ClassVar[bool] = True
     tell: Tell = "both"
     form: Form = "words"
     places: bool = False

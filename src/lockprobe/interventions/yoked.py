@@ -42,6 +42,7 @@ class Yoked:
     name: ClassVar[str] = "yoked"
     doses: ClassVar[tuple[str, ...]] = ("p",)
     stream: ClassVar[str] = OutcomeFlip.stream
+    always_tells: ClassVar[bool] = True
     p: float = 0.0
     how: How = "next"
     at: tuple[int, ...] = ()

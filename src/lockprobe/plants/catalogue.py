@@ -34,7 +34,7 @@ from lockprobe.foundation.spec import Spec, arguments_from
 from lockprobe.plants.manual import Manual
 from lockprobe.plants.operator import TerminalOperator
 from lockprobe.plants.symbolic import SymbolicPlant
-from lockprobe.trial.protocols import Plant
+from lockprobe.trial.protocols import Plant, PlantTraits
 
 __all__ = ["PLANTS", "FilmHook", "Make", "PlantSource", "known_plants", "resolve_plant", "with_camera"]
 
@@ -66,7 +66,7 @@ class PlantSource:
         painted_labels: Whether its pictures show labels that are painted on a real box, the same in every trial.
         lays_out: Whether the joints lie where the box says; not on a real panel, nor in a user's model.
         is_attended: Whether somebody answers its questions at the terminal, so that trials run in this process one at a
-            time. A plant of another package declares this by an attribute ``attended = True``.
+            time. Classes of other packages declare it (:class:`lockprobe.trial.protocols.PlantTraits`).
         ships: Whether it is one of Lockprobe's own.
     """
 
@@ -207,6 +207,6 @@ def _of_a_maker(spec: Spec, plugin: Plugin) -> PlantSource:
         spec=str(spec),
         make=make,
         check=check,
-        is_attended=lambda: getattr(plugin.load(), "attended", False) is True,
+        is_attended=lambda: PlantTraits.of(plugin.load()).attended,
         ships=False,
     )

@@ -38,6 +38,7 @@ from lockprobe.studies.yoking import bound
 from lockprobe.trial.condition import Condition
 from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.plan import Plan
+from lockprobe.trial.protocols import InterventionTraits
 
 __all__ = ["NOT_SHOWN", "Check", "hash_check", "verify"]
 
@@ -162,7 +163,7 @@ def _doses_of(spec: str, recorded: tuple[str, ...]) -> tuple[str, ...]:
         (made,) = interventions_of(spec)
     except UserMistake:
         return recorded
-    return tuple(getattr(made, "doses", ()))
+    return InterventionTraits.of(made).doses
 
 
 def _complete(opened: OpenedStudy, owed: Mapping[str, Plan]) -> Check:

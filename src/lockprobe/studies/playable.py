@@ -14,7 +14,7 @@ from lockprobe.interventions.conditions import interventions_in
 from lockprobe.interventions.yoked import Yoked
 from lockprobe.studies.modality import is_pictured
 from lockprobe.trial.condition import Condition, place_of, spec_of
-from lockprobe.trial.protocols import Intervention
+from lockprobe.trial.protocols import Intervention, InterventionTraits
 
 __all__ = ["CLIENT", "PERSON", "Outside", "check_playable"]
 
@@ -74,12 +74,12 @@ def _instead(one: Intervention, condition: Condition, by: Outside) -> str:
     place = place_of(type(one))
     if place == "remembered" or (place == "asked" and not _reaches(one, by)):
         return f"what is told or done, or {', '.join(by.said)}: {by.why}"
-    if by is PERSON and is_pictured(condition.modality) and getattr(one, "after_words", False):
+    if by is PERSON and is_pictured(condition.modality) and InterventionTraits.of(one).after_words:
         return f"a report in words with it: to {by.name}, {condition.modality} shows pictures alone"
     return ""
 
 
 def _reaches(one: Intervention, by: Outside) -> bool:
     if type(one) in shipped().values():
-        return getattr(one, "name", "") in by.said
+        return InterventionTraits.of(one).name in by.said
     return by.strangers

@@ -22,7 +22,7 @@ from lockprobe.trial.loop import streams_of
 from lockprobe.trial.model_call import Usage
 from lockprobe.trial.pictures.picture import Picture, PictureKind
 from lockprobe.trial.plan import Names, Plan
-from lockprobe.trial.protocols import Channel, Intervention, Memory, Prompt
+from lockprobe.trial.protocols import Channel, Intervention, InterventionTraits, Memory, Prompt
 from lockprobe.trial.record import Decision, Moment, Percept, Situation, Task, Turn
 
 __all__ = ["HYPOTHESIS", "SMALLEST_CACHED", "PromptSizes", "Request", "made_up_steps", "reply"]
@@ -194,9 +194,9 @@ def _longest(plan: Plan) -> Situation:
     """The last situation of the longest possible trial: every remark is made, no report or turn is left out."""
     said = reply("x" * _LONGEST_HYPOTHESIS)
     interventions = [
-        replace(one, p=1.0) if getattr(one, "dose", "") == "p" else one  # type: ignore[type-var]
+        replace(one, p=1.0) if InterventionTraits.of(one).doses[:1] == ("p",) else one  # type: ignore[type-var]
         for one in interventions_for(plan.condition)
-        if isinstance(one, Prompt) or getattr(one, "shows", False) or getattr(one, "after_words", False)
+        if isinstance(one, Prompt) or (traits := InterventionTraits.of(one)).shows or traits.after_words
     ]
     course = _played(plan, list(zip(interventions, streams_of(plan, interventions), strict=True)), said)
     last = course[-1]
@@ -226,7 +226,7 @@ def _moment(plan: Plan, task: Task, step: int, acting: Acting, past: tuple[Momen
     for one, rng in acting:
         if not isinstance(one, Channel):
             continue
-        if getattr(one, "shows", False):
+        if InterventionTraits.of(one).shows:
             facts = percept
         percept = (
             _pictured(plan, one, percept) if isinstance(one, CameraChannel) else one.perceive(percept, past, task, rng)

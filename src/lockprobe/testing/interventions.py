@@ -15,7 +15,7 @@ from lockprobe.interventions.catalogue import interventions_of
 from lockprobe.studies.modality import shown
 from lockprobe.studies.single import run_trial
 from lockprobe.trial.condition import PLACES, place_of, spec_of
-from lockprobe.trial.protocols import Intervention
+from lockprobe.trial.protocols import Intervention, InterventionTraits
 from lockprobe.trial.record import STATES, Percept, Trial
 from lockprobe.trial.trial_json import trial_to_json
 
@@ -31,7 +31,8 @@ def check_intervention(one: Intervention, *, doses: Sequence[object] = (0, 1), m
     It is a frozen dataclass that acts at exactly one place. A spec can name it, and its settings survive JSON. It keeps
     nothing between calls and draws equally often whatever its dose. At 0 of its first dose every agent plays as in
     truth, byte for byte. If it changes reports, it changes something that they show: the default report
-    (``symbolic?tell=state``) shows ``joint`` and ``positions`` of a percept, and no ``outcome``.
+    (``symbolic?tell=state``) shows ``joint`` and ``positions`` of a percept, and no ``outcome``. It leaves no report
+    out if it declares ``always_tells``.
 
     Args:
         one: The intervention, with the settings to test.
@@ -48,7 +49,8 @@ def check_intervention(one: Intervention, *, doses: Sequence[object] = (0, 1), m
     assert interventions_of(spec_of(one)) == (one,), f"{name} is not made again by its spec {spec_of(one)!r}"
     settings = settings_of(one)
     assert json.loads(json.dumps(settings)) == settings, f"the settings of {name} do not survive JSON"
-    named = getattr(kind, "doses", ())
+    traits = InterventionTraits.of(one)
+    named = traits.doses
     assert isinstance(named, tuple), f"doses of {name} is no tuple of names of its options: {named!r}"
     same = [one, *(replace(one, **{named[0]: value}) for value in doses if named)]  # type: ignore[type-var]
     calls, states = _calls(place), set()
@@ -57,7 +59,10 @@ def check_intervention(one: Intervention, *, doses: Sequence[object] = (0, 1), m
         assert first == again, f"{spec_of(other)} answers differently when it is asked again: it keeps something"
         states.add(state)
     assert len(states) == 1, f"{name} does not draw equally often at every dose"
-    if place == "told" and not getattr(kind, "after_words", False):
+    if place == "told" and traits.always_tells:
+        told: Any = _answers(one, place, calls)[0]
+        assert all(percept.positions for percept in told), f"{name} leaves a report out: it must not have always_tells"
+    if place == "told" and not traits.after_words:
         _check_shown(one, calls, modality)
     if named:
         _check_nothing_happens(replace(one, **{named[0]: 0}))  # type: ignore[type-var]

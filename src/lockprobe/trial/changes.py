@@ -12,7 +12,7 @@ from dataclasses import dataclass, is_dataclass
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
 from lockprobe.trial.condition import spec_of
-from lockprobe.trial.protocols import Intervention
+from lockprobe.trial.protocols import Intervention, InterventionTraits
 
 if TYPE_CHECKING:
     import numpy as np
@@ -175,7 +175,7 @@ def _names(interventions: Sequence[Intervention]) -> dict[int, str]:
     seen: Counter[str] = Counter()
     names: dict[int, str] = {}
     for number, one in enumerate(interventions):
-        if is_dataclass(one) and not getattr(one, "shows", False):
+        if is_dataclass(one) and not InterventionTraits.of(one).shows:
             spec = spec_of(one)
             seen[spec] += 1
             names[number] = spec if seen[spec] == 1 else f"{spec} ({seen[spec]})"

@@ -11,7 +11,7 @@ from lockprobe.foundation.plugins import plugin_name_of
 from lockprobe.foundation.spec import Spec, in_words, options_of
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.trial.doses import doses_of, flip_rate
-from lockprobe.trial.protocols import Intervention
+from lockprobe.trial.protocols import Intervention, InterventionTraits
 from lockprobe.trial.record import STATES
 
 __all__ = ["PLACES", "TRUTH", "Condition", "Recorded", "place_of", "spec_of"]
@@ -86,7 +86,7 @@ class Condition:
     @property
     def dose_names(self) -> tuple[tuple[str, ...], ...]:
         """For every intervention the names of its dose options; at 0 of the first one it does nothing."""
-        return tuple(tuple(getattr(one, "doses", ())) for one in self.interventions)
+        return tuple(tuple(InterventionTraits.of(one).doses) for one in self.interventions)
 
     @property
     def doses(self) -> Mapping[str, float]:
@@ -122,14 +122,12 @@ def spec_of(intervention: Intervention) -> str:
 
     Options that others imply (``implied``) are left out, so that equal interventions have equal specs.
     """
-    kind: Any = type(intervention)
-    ships = kind.__module__.startswith(_SHIPPED) and isinstance(getattr(kind, "name", None), str)
-    name = kind.name if ships else plugin_name_of("intervention", kind)
-    implied: tuple[str, ...] = getattr(intervention, "implied", ())
+    kind, traits = type(intervention), InterventionTraits.of(intervention)
+    own = traits.name if kind.__module__.startswith(_SHIPPED) else ""
     options = {
         option.name: in_words(getattr(intervention, option.field))
         for option in options_of(kind)
-        if option.field not in implied
-        and (option.field in getattr(kind, "doses", ()) or getattr(intervention, option.field) != option.default)
+        if option.field not in traits.implied
+        and (option.field in traits.doses or getattr(intervention, option.field) != option.default)
     }
-    return str(Spec.parse(name, "intervention").adding(options))
+    return str(Spec.parse(own or plugin_name_of("intervention", kind), "intervention").adding(options))

@@ -26,7 +26,17 @@ from lockprobe.trial.model_call import Usage
 from lockprobe.trial.pictures.frame import Frame
 from lockprobe.trial.pictures.picture import Picture, PictureKind
 from lockprobe.trial.plan import Fork, Names, Plan
-from lockprobe.trial.protocols import Actuator, Agent, Channel, Intervention, Memory, Plant, Prompt
+from lockprobe.trial.protocols import (
+    Actuator,
+    Agent,
+    AgentTraits,
+    Channel,
+    Intervention,
+    InterventionTraits,
+    Memory,
+    Plant,
+    Prompt,
+)
 from lockprobe.trial.record import (
     Decision,
     Ending,
@@ -221,15 +231,14 @@ def _facts_of(one: Intervention, what: str = "channel") -> dict[str, Fact]:
 def streams_of(plan: Plan, interventions: Sequence[Intervention]) -> list[np.random.Generator]:
     """The random stream of each intervention, named after its kind and its number among those of its kind.
 
-    So an intervention has the same luck whatever else is in its condition. If a class has an attribute ``stream``, that
-    names its stream instead: two classes with the same ``stream`` share their luck. With ``ahead`` an intervention has
-    the luck of the trial that many later.
+    So an intervention has the same luck whatever else is in its condition. Its ``stream`` and ``ahead``
+    (:class:`lockprobe.trial.protocols.InterventionTraits`) give it another.
     """
     seen: Counter[str] = Counter()
     streams = []
     for one in interventions:
-        kind = type(one).__name__
-        streams.append(plan.stream(f"{getattr(one, 'stream', kind)}-{seen[kind]}", getattr(one, "ahead", 0)))
+        kind, traits = type(one).__name__, InterventionTraits.of(one)
+        streams.append(plan.stream(f"{traits.stream or kind}-{seen[kind]}", traits.ahead))
         seen[kind] += 1
     return streams
 
@@ -271,9 +280,10 @@ class _Loop:
         streams: list[Acting[Any]] = [Acting(number, one, rng) for number, (one, rng) in enumerate(dealt)]
         told = [acting for acting in streams if isinstance(acting.one, Channel)]
         others = [acting for acting in streams if not isinstance(acting.one, Channel)]
-        last = max((at for at, acting in enumerate(told) if getattr(acting.one, "shows", False)), default=len(told))
+        traits = [InterventionTraits.of(acting.one) for acting in told]
+        last = max((at for at, one in enumerate(traits) if one.shows), default=len(told))
         self._channels, self._showing, self._after = told[:last], told[last : last + 1], told[last + 1 :]
-        self._shown = next((acting.one.shown for acting in self._showing if hasattr(acting.one, "shown")), whole)
+        self._shown = next((one.shown for one in traits[last : last + 1] if one.shown), whole)
         self._prompts = [acting for acting in others if isinstance(acting.one, Prompt)]
         self._memories = [acting for acting in others if isinstance(acting.one, Memory)]
         self._actuators = [acting for acting in others if isinstance(acting.one, Actuator)]
@@ -314,7 +324,8 @@ class _Loop:
         fork = self._plan.fork
         if fork is None or not fork.replaces(len(self._moments)) or any(channel is one for one in fork.acting):
             return False
-        return not (getattr(channel, "shows", False) or getattr(channel, "after_words", False))
+        traits = InterventionTraits.of(channel)
+        return not (traits.shows or traits.after_words)
 
     def _kept(self, percept: Percept) -> dict[PictureKind, str]:
         if self._keep is not None:
@@ -388,7 +399,7 @@ class _Loop:
         fork, now = self._plan.fork, len(self.steps)
         if fork is None or not self._on_record or now >= len(fork.recorded):
             return await self._agent.decide(situation, self._rng)
-        if getattr(self._agent, "unseeded", False):
+        if AgentTraits.of(self._agent).unseeded:
             return fork.recorded[now].decision
         return await self._agent.decide(situation, self._rng)
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Protocol, runtime_checkable
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Protocol, Self, runtime_checkable
 
 from lockprobe.trial.briefing import Briefing
 from lockprobe.trial.model_call import Call, Usage
@@ -15,15 +16,29 @@ if TYPE_CHECKING:
 __all__ = [
     "Actuator",
     "Agent",
+    "AgentTraits",
     "CallBook",
     "Calling",
     "Channel",
     "Closable",
     "Intervention",
+    "InterventionTraits",
     "Memory",
     "Plant",
+    "PlantTraits",
     "Prompt",
 ]
+
+
+class _Traits:
+    """What a class may declare by attributes, without inheriting from anything. Each has a default."""
+
+    __slots__ = ()
+
+    @classmethod
+    def of(cls, one: object) -> Self:
+        """What an object or a class declares."""
+        return cls(**{part.name: getattr(one, part.name, part.default) for part in fields(cls)})  # type: ignore[arg-type]
 
 
 @runtime_checkable
@@ -48,18 +63,25 @@ class Plant(Protocol):
         ...
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlantTraits(_Traits):
+    """What a class of plants may declare.
+
+    Attributes:
+        attended: Whether somebody answers its questions at the terminal; trials then run one at a time, in the process
+            that was started.
+    """
+
+    attended: bool = False
+
+
 @runtime_checkable
 class Channel(Protocol):
     """An intervention on what is *told*: it changes the report or picture of what happened, never the box.
 
     It is a frozen dataclass, as all interventions are: what acts is what the record names. It keeps nothing between
     calls, and draws from ``rng`` equally often whatever its parameters are, so that conditions share their luck. It
-    changes outcome and positions, from which words are made; one with ``after_words = True`` gets the words.
-
-    A class attribute ``shows = True`` says that it puts the report into words or pictures, which may leave facts out:
-    later channels know them as ``Moment.reported``. Its method ``shown(percept)``, if it has one, gives what the agent
-    gets of a percept: a change of anything else counts as none (:mod:`lockprobe.trial.changes`). Settings that a class
-    attribute ``later`` names are left out of the record where they have their defaults.
+    changes outcome and positions, from which words are made; more is declared in :class:`InterventionTraits`.
     """
 
     def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
@@ -111,13 +133,38 @@ Intervention = Channel | Prompt | Memory | Actuator
 """Whatever acts at one of the four places of the loop."""
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class InterventionTraits(_Traits):
+    """What a class of interventions may declare.
+
+    Attributes:
+        name: Its name in specs, if it is one of Lockprobe's own; an entry point names those of packages.
+        doses: The names of its fields that are doses. At 0 of the first one it does nothing.
+        implied: The names of its fields that its spec leaves out, because others say them.
+        stream: The name of its random stream, by default that of its class. Classes of one ``stream`` share their luck.
+        ahead: The luck is that of the trial so many later.
+        always_tells: Whether no report is missing because of it. Others may leave reports out.
+        after_words: Whether ``perceive`` gets reports as words or pictures, and not the facts before them.
+        shows: Whether it puts reports into words or pictures, which may leave facts out: later channels know them as
+            ``Moment.reported``.
+        shown: For one that shows, what the agent gets of a percept. A change of anything else counts as none
+            (:mod:`lockprobe.trial.changes`).
+    """
+
+    name: str = ""
+    doses: tuple[str, ...] = ()
+    implied: tuple[str, ...] = ()
+    stream: str = ""
+    ahead: int = 0
+    always_tells: bool = False
+    after_words: bool = False
+    shows: bool = False
+    shown: Callable[[Percept], object] | None = None
+
+
 @runtime_checkable
 class Agent(Protocol):
-    """An agent: it decides. It keeps nothing between calls and uses only the situation and its random stream.
-
-    An attribute ``unseeded = True`` says that it draws its own luck and not from its stream, as a provider does. Forks
-    of its trials (``lockprobe branch``) then take its decisions from the record as far as they can, and ask it nothing.
-    """
+    """An agent: it decides. It keeps nothing between calls and uses only the situation and its random stream."""
 
     @property
     def facts(self) -> Mapping[str, Fact]:
@@ -131,6 +178,18 @@ class Agent(Protocol):
             TrialFault: If there is no decision; the trial ends as ``error``.
         """
         ...
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AgentTraits(_Traits):
+    """What a class of agents may declare.
+
+    Attributes:
+        unseeded: Whether it draws its own luck and not from its stream, as a provider does. Forks of its trials
+            (``lockprobe branch``) then take its decisions from the record as far as they can, and ask it nothing.
+    """
+
+    unseeded: bool = False
 
 
 @runtime_checkable

@@ -36,9 +36,9 @@ def test_nothing_asked_is_the_plain_chain_and_the_truth_told():
     read = read_settings({})
     assert (read.observation, read.study.plant, read.study.max_steps) == ("symbolic", "symbolic", 20)
     assert read.study.box == box("chain-4")
-    assert (read.channels, read.steps_left, read.step_cost, read.truth) == ((), False, 0.0, False)
+    assert (read.steps_left, read.step_cost, read.truth) == (False, 0.0, False)
     assert read.study.shuffle == "never"
-    assert read == read_settings(dict.fromkeys(("box", "p", "condition", "shuffle", "observation", "channels")))
+    assert read == read_settings(dict.fromkeys(("box", "p", "condition", "shuffle", "observation")))
     assert read_settings({}).chain == (TextChannel(),)
     assert read_settings({}).picture_size is None
 
@@ -72,18 +72,10 @@ def test_a_box_is_a_name_a_value_or_a_file(tmp_path):
     )
 
 
-def test_a_mapping_is_the_channel_that_it_describes():
-    flip = {"channel": "OutcomeFlip", "p": 0.25, "others": "kept"}
-    read = read_settings({"channels": [flip, OutcomeFlip(p=0.5), {"channel": "TextChannel"}]})
-    assert read.channels == (OutcomeFlip(p=0.25, others="kept"), OutcomeFlip(p=0.5), TextChannel())
-
-
 def test_only_what_is_told_has_entries():
     assert read_settings({}).sizes == (4, 5, 3, 2, 2, 2, 2)
     assert read_settings({"steps_left": True, "max_steps": 9, "box": "chain-2"}).sizes == (2, 3, 3, 2, 2, 10)
-    hidden = {"channels": [TextChannel(tell="outcome")]}
-    assert read_settings(hidden).sizes == (4, 5, 3)
-    assert not read_settings(hidden).tells_positions
+    assert not read_settings({"modality": "symbolic?tell=outcome"}).tells_positions
 
 
 SEEN = {"observation": "rgb", "plant": "fast-twin"}
@@ -103,8 +95,6 @@ class NotAChannel:
         ({"plant": "twin?heigth=99"}, UnknownName, "no option of twin is called 'heigth' (did you mean 'height'?)"),
         ({"plant": "fast-twin?width=9"}, BadValue, "width: got 9, expected a number from 64 to 4096"),
         (SEEN | {"steps_left": True}, BadValue, "steps_left=True cannot be combined with pictures"),
-        (SEEN | {"channels": [OutcomeFlip(p=0.2)]}, BadValue, "channel: got OutcomeFlip(p=0.2, inverts='outcome', others='fresh', keep=0.0, part='both'"),
-        (SEEN | {"channels": [TextChannel()]}, BadValue, "channel: got TextChannel(tell='both', form='words', places=False), expected a channel that changes no report"),
         ({"max_step": 3}, UnknownName, "no setting of the environment is called 'max_step' (did you mean 'max_steps'?"),
         ({"box": "chain-99"}, UnknownName, "no box is called 'chain-99'"),
         ({"box": 4}, BadValue, "box: got 4, expected a name, a Lockbox or the path of a TOML file"),
@@ -117,16 +107,8 @@ class NotAChannel:
         ({"steps_left": 1}, BadValue, "steps_left: got 1, expected True or False"),
         ({"step_cost": -0.1}, BadValue, "step_cost: got -0.1, expected a number of at least 0"),
         ({"step_cost": float("nan")}, BadValue, "step_cost: got nan"),
+        ({"condition": [NotAChannel()]}, BadValue, "condition: got [NotAChannel(p=0.5)], expected specs with plus signs between"),
         ({"info": "all"}, BadValue, "info: got 'all', expected None or 'truth'"),
-        ({"channels": "OutcomeFlip"}, BadValue, "channels: got 'OutcomeFlip', expected a list of channels"),
-        ({"channels": {"channel": "OutcomeFlip"}}, BadValue, "channels: got {'channel': 'OutcomeFlip'}, expected a list"),
-        ({"channels": [OutcomeFlip]}, BadValue, "channel: got <class"),
-        ({"channels": [NotAChannel()]}, BadValue, "channel: got NotAChannel(p=0.5), expected a channel, or a mapping"),
-        ({"channels": [{"p": 0.2}]}, BadValue, "channel: got {'p': 0.2}, expected a channel, or a mapping such as"),
-        ({"channels": [{"channel": "Flip"}]}, UnknownName, "no channel is called 'Flip'"),
-        ({"channels": [{"channel": "OutcomeFlip", "q": 1}]}, UnknownName, "no setting of OutcomeFlip is called 'q'"),
-        ({"channels": [{"channel": "OutcomeFlip", "p": 2}]}, BadValue, "flip rate p: got 2"),
-        ({"channels": [{"channel": "OutcomeFlip", "p": "a"}]}, BadValue, "channel: got {'channel': 'OutcomeFlip', 'p'"),
     ],
 )  # fmt: skip
 def test_what_does_not_exist_is_refused_in_one_line(asked, kind, message):
@@ -162,14 +144,26 @@ def test_the_condition_is_that_of_the_trial():
         there = trial_study(({"modality": "symbolic"} if unsaid else {}) | words, agent="x")
         assert here.study.conditions == there.conditions
         assert here.chain == interventions_for(there.conditions[0])
-        assert here.channels is None
+
+
+@dataclass(frozen=True)
+class Silent:
+    def perceive(self, percept, past, task, rng):
+        return percept
+
+
+@dataclass(frozen=True)
+class Loud(Silent):
+    always_tells = True
 
 
 def test_what_is_told_shapes_the_space():
     assert read_settings({"modality": "symbolic?tell=state"}).sizes == (4, 5, 1, 2, 2, 2, 2)
     assert read_settings({"modality": "symbolic?tell=outcome"}).sizes == (4, 5, 3)
     assert read_settings({"condition": "drop?p=0.1"}).sizes == (4, 5, 3, 3, 3, 3, 3)
-    assert read_settings({"condition": "burst?p=0.1 + tremble"}).sizes == (4, 5, 3, 2, 2, 2, 2)
+    assert read_settings({"condition": [Silent()]}).sizes == (4, 5, 3, 3, 3, 3, 3)
+    for tells in ("burst?p=0.1 + tremble", "correction?p=0.3 + reword?p=1", [Loud()]):
+        assert read_settings({"condition": tells}).sizes == (4, 5, 3, 2, 2, 2, 2)
     assert read_settings({"p": 0.2, "flip": "outcome-only"}).sizes == (4, 5, 3)
 
 
@@ -180,9 +174,6 @@ def test_what_is_told_shapes_the_space():
         ({"condition": "flip?p=0.2 + history?last=1"}, "condition: got 'history"),
         ({"condition": "drop?p=0.3", "observation": "rgb", "plant": "fast-twin"}, "condition: got 'drop?p=0.3 + rgb', expected a condition without missing reports"),
         ({"observation": "rgb", "modality": "rgb?blur=8"}, "observation= cannot be combined with modality="),
-        ({"channels": [OutcomeFlip(p=0.2)], "p": 0.2}, "channels= cannot be combined with condition=, p=, flip= or modality="),
-        ({"channels": [OutcomeFlip(p=0.2)], "condition": "tremble"}, "channels= cannot be combined with condition=, p=, flip= or modality="),
-        ({"channels": [OutcomeFlip(p=0.2)], "modality": "symbolic?tell=state"}, "channels= cannot be combined with condition=, p=, flip= or modality="),
         ({"condition": "flip?p=0.2", "p": 0.2}, "p: got 0.2, expected 0 with a condition that flips reports itself"),
         ({"condition": "tremble", "flip": "sticky"}, "flip: got 'sticky', expected a flip rate p with it"),
         ({"condition": "rgb", "modality": "rgbd"}, "modality: got 'rgbd', expected none with a condition that says rgb itself"),

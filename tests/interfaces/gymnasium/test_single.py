@@ -33,8 +33,8 @@ def made(**asked):
     return gymnasium.make(lockprobe.interfaces.gymnasium.ENVIRONMENT, **asked)
 
 
-def flip(p, others="fresh", inverts="outcome"):
-    return {"channel": "OutcomeFlip", "p": p, "others": others, "inverts": inverts}
+def flip(p, others="fresh"):
+    return f"flip?p={p}&others={others}"
 
 
 def episode(env, actions, **asked):
@@ -53,9 +53,9 @@ def episode(env, actions, **asked):
     "asked",
     [
         {},
-        {"box": "chain-2", "channels": [flip(0.5, "kept")], "shuffle": "trial"},
-        {"box": "chain-8", "channels": [flip(0.3, "kept", "outcome")], "steps_left": True, "max_steps": 5},
-        {"channels": [flip(1.0), OutcomeFlip(p=0.2, others="kept")], "info": "truth", "step_cost": 0.1},
+        {"box": "chain-2", "condition": flip(0.5, "kept"), "shuffle": "trial"},
+        {"box": "chain-8", "condition": flip(0.3, "kept"), "steps_left": True, "max_steps": 5},
+        {"condition": [OutcomeFlip(p=1.0), OutcomeFlip(p=0.2, others="kept")], "info": "truth", "step_cost": 0.1},
         {"modality": "symbolic?tell=state", "p": 0.4, "layout": "shuffled"},
         {"modality": "symbolic?tell=outcome", "condition": "tremble?p=0.3 + yoked?p=0.2"},
         {"condition": [Drop(p=0.5), Tremble(p=0.2)], "steps_left": True},
@@ -84,9 +84,7 @@ def test_an_episode_is_the_trial_of_the_study(kind, seed, repetition, trial, shu
         shuffle=shuffle,
         modality="symbolic",
     )
-    acting = [flip(p, "kept" if kind == "integrated" else "fresh")] if p else []
-    told = {"channels": [*acting, {"channel": "TextChannel"}]} if kind != "outcome-only" else {"p": p, "flip": kind}
-    env = LockboxEnv(box=name, **told, shuffle=shuffle)
+    env = LockboxEnv(box=name, p=p, flip=kind, shuffle=shuffle)
     first, _ = env.reset(seed=seed, options={"repetition": repetition, "trial": trial})
     assert first[0] == there.listing.index(there.labels[0])
     for step in there.steps:
@@ -104,11 +102,9 @@ def test_an_episode_is_the_trial_of_the_study(kind, seed, repetition, trial, shu
     assert reward == float(terminated)
     here = env.trial
     named = {"key": there.key, "study": there.study, "agent": there.agent}
-    if not p:  # a flip that never acts is left out of the study's condition
-        named |= {"condition": there.condition, "specs": there.specs, "changed": there.changed}
-    assert replace(here, **named, channels=there.channels) == replace(there, steps=here.steps)
-    assert [replace(step, decision=None, told="") for step in here.steps] == [
-        replace(step, decision=None, told="") for step in there.steps
+    assert replace(here, **named) == replace(there, steps=here.steps)
+    assert [replace(step, decision=None) for step in here.steps] == [
+        replace(step, decision=None) for step in there.steps
     ]
 
 
@@ -157,7 +153,7 @@ def test_reports_of_states_hold_no_outcome(seed, p, actions):
 
 
 def test_a_finished_episode_is_a_record_that_the_analyses_take():
-    env = LockboxEnv(channels=[flip(0.5)])
+    env = LockboxEnv(condition=flip(0.5))
     assert env.trial is None
     episode(env, [3, 2, 1, 0], seed=4)
     assert env.trial.solved
@@ -171,9 +167,9 @@ def test_a_finished_episode_is_a_record_that_the_analyses_take():
 
 
 def test_the_end_is_decided_by_the_truth():
-    _, rewards = episode(LockboxEnv(channels=[flip(1.0)]), [3, 2, 1, 0, 0])
+    _, rewards = episode(LockboxEnv(condition=flip(1.0)), [3, 2, 1, 0, 0])
     assert rewards == [0.0, 0.0, 0.0, 1.0]
-    told, rewards = episode(LockboxEnv(channels=[flip(1.0)], max_steps=7, step_cost=0.25), [0] * 9)
+    told, rewards = episode(LockboxEnv(condition=flip(1.0), max_steps=7, step_cost=0.25), [0] * 9)
     assert rewards == [-0.25] * 7
     assert all(entry[2] == 2 for entry in told[1:])  # the target is said to move every time
 
@@ -193,14 +189,14 @@ class Silent:
 def test_what_is_not_told_is_not_seen():
     actions = [1, 2, 3, 1, 2]
     chain, free = box("chain-4"), replace(box("chain-4"), interlock={"revolute-left": ({"slider-1": True},)})
-    quiet = [episode(LockboxEnv(box=one, channels=[Silent()]), actions, seed=1)[0] for one in (chain, free)]
+    quiet = [episode(LockboxEnv(box=one, condition=[Silent()]), actions, seed=1)[0] for one in (chain, free)]
     plain = [episode(LockboxEnv(box=one), actions, seed=1)[0] for one in (chain, free)]
     assert quiet[0] == quiet[1] == [[0, 0, 0], *([0, joint + 1, 0] for joint in actions)]
     assert plain[0] != plain[1]
 
 
 def test_the_truth_is_there_for_those_who_ask():
-    env = LockboxEnv(box="chain-6", channels=[flip(0.5)], info="truth", shuffle="trial")
+    env = LockboxEnv(box="chain-6", condition=flip(0.5), info="truth", shuffle="trial")
     joints, total = (0, 1, 2, 3, 4) * 3, 0  # never all six, so never solved
     for seed in range(20):
         _, info = env.reset(seed=seed)
@@ -218,7 +214,7 @@ def test_the_truth_is_there_for_those_who_ask():
 
 def test_a_seed_fixes_everything_after_it_and_a_reset_goes_on():
     actions = np.random.default_rng(0).integers(4, size=20).tolist()
-    env, other = (LockboxEnv(channels=[flip(0.5)], shuffle="trial") for _ in range(2))
+    env, other = (LockboxEnv(condition=flip(0.5), shuffle="trial") for _ in range(2))
     first = [episode(env, actions, **asked) for asked in ({"seed": 7}, {}, {})]
     assert [episode(other, actions, **asked) for asked in ({"seed": 7}, {}, {})] == first
     assert episode(other, actions[:3], seed=7, options={"trial": 2})[0] == first[1][0][:4]  # not played to its end
@@ -230,12 +226,12 @@ def test_a_seed_fixes_everything_after_it_and_a_reset_goes_on():
 
 def test_without_a_seed_every_environment_has_its_own_luck():
     actions = np.random.default_rng(0).integers(4, size=20).tolist()
-    assert len({str(episode(LockboxEnv(channels=[flip(0.5)], shuffle="trial"), actions)) for _ in range(4)}) == 4
+    assert len({str(episode(LockboxEnv(condition=flip(0.5), shuffle="trial"), actions)) for _ in range(4)}) == 4
 
 
 def test_conditions_share_their_luck():
     def false_reports(p):
-        env = LockboxEnv(channels=[flip(p)], info="truth")
+        env = LockboxEnv(condition=flip(p), info="truth")
         env.reset(seed=3)
         steps = [env.step(joint) for joint in (1, 2, 3, 1, 3, 2) * 3]
         return {i for i, (told, *_, info) in enumerate(steps) if (told[2] == 2) != info["truth"]["moved"]}
@@ -246,7 +242,7 @@ def test_conditions_share_their_luck():
 
 @pytest.mark.parametrize("copied", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))])
 def test_a_copy_goes_on_as_the_original_does(copied):
-    env = made(channels=[flip(0.5, "kept")], shuffle="trial", info="truth")
+    env = made(condition=flip(0.5, "kept"), shuffle="trial", info="truth")
     env.reset(seed=2)
     for action in (0, 1, 2):
         env.step(action)
@@ -257,12 +253,12 @@ def test_a_copy_goes_on_as_the_original_does(copied):
 
 
 def test_the_panel_in_words_says_what_is_told():
-    env = made(render_mode="ansi", channels=[flip(1.0)])
+    env = made(render_mode="ansi", condition=flip(1.0))
     env.reset(seed=1)
     assert env.render() == "Joints: 0 A, 1 B, 2 C, 3 D. Target: A. Steps left: 20.\nAt 1: none."
     env.step(3)
     assert env.render() == "Joints: 0 A, 1 B, 2 C, 3 D. Target: A. Steps left: 19.\nD did not move. At 1: none."
-    quiet = LockboxEnv(render_mode="ansi", channels=[{"channel": "TextChannel", "tell": "outcome"}])
+    quiet = LockboxEnv(render_mode="ansi", modality="symbolic?tell=outcome")
     quiet.reset(seed=1)
     quiet.step(3)
     assert quiet.render().endswith("\nD moved.")
@@ -281,7 +277,7 @@ def test_standard_wrappers_take_its_observations():
 
 
 def test_the_settings_can_be_written_down_and_made_again():
-    env = made(box="chain-3", channels=[flip(0.5)], max_steps=9)
+    env = made(box="chain-3", condition=flip(0.5), max_steps=9)
     again = gymnasium.make(gymnasium.envs.registration.EnvSpec.from_json(env.spec.to_json()))
     assert again.unwrapped.settings == env.unwrapped.settings
 
@@ -324,7 +320,7 @@ class Breaks:
 
 
 def test_a_channel_that_breaks_is_no_failure_to_solve():
-    env = LockboxEnv(channels=[Breaks()])
+    env = LockboxEnv(condition=[Breaks()])
     env.reset(seed=1)
     with pytest.raises(ChannelFault, match="ValueError: no light"):
         env.step(0)

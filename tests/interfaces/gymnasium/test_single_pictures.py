@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from gymnasium import spaces
 from gymnasium.utils.env_checker import check_env
-from lockprobe_robot import plants
 from painted import painted_twins
 
 from lockprobe import run_trial
@@ -239,6 +238,8 @@ def test_what_can_be_rendered_is_said():
 class Dimmed:
     """Makes pictures dark on their way."""
 
+    after_words = always_tells = True
+
     def perceive(self, percept, past, task, rng):
         dark = tuple(replace(picture, png=to_png(from_png(picture.png) // 2)) for picture in percept.pictures)
         return replace(percept, pictures=dark)
@@ -246,23 +247,24 @@ class Dimmed:
 
 @dataclass(frozen=True)
 class Blindfold:
+    after_words = always_tells = True
+
     def perceive(self, percept, past, task, rng):
         return replace(percept, pictures=())
 
 
-def test_channels_act_on_what_is_seen():
+def test_what_acts_after_the_camera_acts_on_what_is_seen():
     bright = looking().reset(seed=1)[0]
-    assert (looking(channels=[Dimmed()]).reset(seed=1)[0] == bright // 2).all()
+    assert (looking(condition=[Dimmed()]).reset(seed=1)[0] == bright // 2).all()
     with pytest.raises(ChannelFault, match="no picture of the kind rgb reached the agent"):
-        looking(channels=[Blindfold()]).reset(seed=1)
+        looking(condition=[Blindfold()]).reset(seed=1)
 
 
 def test_a_plant_that_breaks_is_no_failure_to_solve(monkeypatch):
-    def broken(box, labels, rng):
+    def broken(*given):
         raise RuntimeError("no power")
 
-    painted = plants.fast_twin
-    monkeypatch.setattr(plants, "fast_twin", lambda spec: replace(painted(spec), make=broken))
+    painted_twins(monkeypatch, broken)
     with pytest.raises(PlantFault, match="RuntimeError: no power"):
         looking().reset(seed=1)
 

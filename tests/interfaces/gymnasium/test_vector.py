@@ -15,7 +15,6 @@ import lockprobe.interfaces.gymnasium
 from lockprobe.boxes.box import Joint, LayoutKind, Lockbox, Shuffle
 from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.interfaces.gymnasium.vector import LockboxVectorEnv
-from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.trial.record import Percept
 
 COUNT = 6
@@ -40,22 +39,20 @@ def equal(one, other):
 
 
 flips = st.builds(
-    lambda p, inverts, keep: {"channel": "OutcomeFlip", "p": p, "inverts": inverts, "keep": keep},
+    "flip?p={}&inverts={}&keep={}".format,
     st.sampled_from([0.0, 0.2, 0.6, 1.0]),
     st.sampled_from(["position", "outcome"]),
     st.sampled_from([0.0, 0.5, 1.0]),
 )
 further = st.sampled_from(
     [
-        {"channel": "OutcomeFlip", "p": 0.4, "inverts": "position", "others": "noisy"},
-        {"channel": "OutcomeFlip", "p": 0.4, "part": "outcome"},
-        {"channel": "OutcomeFlip", "p": 0.4, "part": "position"},
-        {"channel": "OutcomeFlip", "p": 0.4, "inverts": "position", "keep": 0.5, "part": "position"},
+        "flip?p=0.4&inverts=position&others=noisy",
+        "flip?p=0.4&part=outcome",
+        "flip?p=0.4&part=position",
+        "flip?p=0.4&inverts=position&keep=0.5&part=position",
     ]
 )
-by_channels = st.fixed_dictionaries(
-    {"channels": st.lists(flips | further | st.just({"channel": "TextChannel"}), max_size=3)}
-)
+by_flips = st.fixed_dictionaries({"condition": st.lists(flips | further, min_size=1, max_size=3).map(" + ".join)})
 by_condition = st.fixed_dictionaries(
     {},
     optional={
@@ -88,7 +85,7 @@ general = st.fixed_dictionaries(
         "info": st.sampled_from([None, "truth"]),
     }
 )
-asked_for = st.builds(lambda some, others: some | others, general, by_channels | by_condition)
+asked_for = st.builds(lambda some, others: some | others, general, by_flips | by_condition)
 
 
 @given(asked=asked_for, seed=st.integers(0, 10_000))
@@ -148,7 +145,7 @@ def test_an_end_is_followed_by_a_reset_whatever_the_action_is():
 
 
 def test_several_processes_play_the_same():
-    asked = {"channels": [{"channel": "OutcomeFlip", "p": 0.4}], "shuffle": "trial", "max_steps": 3}
+    asked = {"condition": "flip?p=0.4", "shuffle": "trial", "max_steps": 3}
     ours, apart = made(count=2, **asked), made("async", count=2, vector_kwargs={"context": "spawn"}, **asked)
     try:
         assert isinstance(apart.unwrapped, AsyncVectorEnv)
@@ -178,8 +175,8 @@ class Dim:
 def test_a_mistake_is_said_in_one_line():
     for asked, message in (
         (
-            {"channels": [Dim()]},
-            'expected an OutcomeFlip of p, inverts, others, keep and part; vectorization_mode="sync" plays any other',
+            {"condition": [Dim()]},
+            'expected a flip of p, inverts, others, keep and part alone; vectorization_mode="sync" plays any other',
         ),
         ({"render_mode": "ansi"}, 'render_mode: got .ansi., expected None; vectorization_mode="sync" renders'),
         (
@@ -190,9 +187,9 @@ def test_a_mistake_is_said_in_one_line():
             {"plant": "twin"},
             'plant: got .twin., expected symbolic; vectorization_mode="sync" or "async" plays all others',
         ),
-        ({"condition": "tremble?p=0.2"}, "condition: got Tremble.*plays any other"),
-        ({"condition": "phantom?p=0.2"}, "condition: got Phantom.*plays any other"),
-        ({"condition": "flip?p=0.2&only=moved"}, "condition: got OutcomeFlip.*plays any other"),
+        ({"condition": "tremble?p=0.2"}, "condition: got .tremble.p=0.2., .*plays any other"),
+        ({"condition": "phantom?p=0.2"}, "condition: got .phantom.p=0.2., .*plays any other"),
+        ({"condition": "flip?p=0.2&only=moved"}, "condition: got .flip.p=0.2&only=moved., .*plays any other"),
         ({"seed": 3}, r"seed: got 3, expected reset\(seed=...\)"),
         ({"count": 0}, "num_envs: got 0, expected a whole number of at least 1"),
     ):
@@ -200,7 +197,7 @@ def test_a_mistake_is_said_in_one_line():
             made(**asked)
     with pytest.raises(UnknownName, match="no setting of the environment is called 'max_episode_steps'"):
         made(max_episode_steps=3)
-    ours = made(channels=[OutcomeFlip(p=0.5)])
+    ours = made(p=0.5)
     with pytest.raises(ResetNeeded):
         ours.step(np.zeros(COUNT, dtype=int))
     with pytest.raises(ResetNeeded):
@@ -219,7 +216,7 @@ def test_a_mistake_is_said_in_one_line():
 
 
 def test_boxes_of_one_name_differ_in_luck_and_unseeded_ones_too():
-    ours = made(count=50, channels=[OutcomeFlip(p=0.5)], shuffle="trial")
+    ours = made(count=50, p=0.5, shuffle="trial")
     for seed in (3, None):
         ours.reset(seed=seed)
         told = np.array([ours.step(np.full(50, joint % 4))[0] for joint in range(8)])

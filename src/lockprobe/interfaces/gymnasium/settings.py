@@ -7,24 +7,16 @@ Options of a single trial have the same names here and are read by the same code
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from lockprobe.foundation.errors import BadValue, Conflict, UnknownName
-from lockprobe.foundation.spec import spec_name, split_specs
+from lockprobe.foundation.spec import spec_name
 from lockprobe.interfaces.gymnasium.observation import sizes
-from lockprobe.interventions.burst import Burst
-from lockprobe.interventions.camera import CameraChannel
-from lockprobe.interventions.catalogue import with_words
-from lockprobe.interventions.conditions import MODALITIES
-from lockprobe.interventions.flip import OutcomeFlip
-from lockprobe.interventions.phantom import Phantom
-from lockprobe.interventions.reword import Reword
-from lockprobe.interventions.words import TextChannel
-from lockprobe.interventions.yoked import Yoked
+from lockprobe.interventions.conditions import MODALITIES, says_modality
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.modality import interventions_for, is_pictured
 from lockprobe.studies.study import Study
@@ -32,13 +24,13 @@ from lockprobe.studies.studyfile import trial_study
 from lockprobe.studies.trial_options import TrialOptions
 from lockprobe.trial.condition import Condition, place_of, spec_of
 from lockprobe.trial.plan import LABELS, Plan
-from lockprobe.trial.protocols import Channel, Intervention
+from lockprobe.trial.protocols import Channel, Intervention, InterventionTraits
 from lockprobe.trial.record import Percept, Task
 
 __all__ = ["NOT_HERE", "EnvironmentSettings", "EpisodeKey", "read_episode_key", "read_settings", "whole"]
 
 _OWN: Mapping[str, Any] = {
-    "observation": None, "channels": (), "shuffle": "never", "steps_left": False, "step_cost": 0.0, "info": None,
+    "observation": None, "shuffle": "never", "steps_left": False, "step_cost": 0.0, "info": None,
 }  # fmt: skip
 """Options that only an environment has, and defaults that differ from those of a study."""
 
@@ -56,12 +48,6 @@ NOT_HERE: Mapping[str, str] = {
 }
 """Options of a study or a trial that an environment does not have -> the alternative."""
 
-_CHANNELS: Mapping[str, type[OutcomeFlip | TextChannel]] = {"OutcomeFlip": OutcomeFlip, "TextChannel": TextChannel}
-"""Channels that a mapping can describe, by their name in the record."""
-
-_ALWAYS_TELL = (OutcomeFlip, Phantom, Burst, Yoked, Reword, TextChannel, CameraChannel)
-"""Channels under which no report is missing. Other channels may drop reports."""
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EnvironmentSettings:
@@ -69,15 +55,12 @@ class EnvironmentSettings:
 
     Attributes:
         study: A study with one condition, whose trials the episodes play. Its seed is not used.
-        channels: Channels given instead of a condition, in order; the camera's picture passes through them. None if
-            the condition holds the interventions.
         steps_left: Whether the observation holds the steps left.
         step_cost: Subtracted from the reward at every step.
         truth: Whether ``info`` holds the truth.
     """
 
     study: Study
-    channels: tuple[Channel, ...] | None
     steps_left: bool
     step_cost: float
     truth: bool
@@ -90,11 +73,7 @@ class EnvironmentSettings:
     @property
     def chain(self) -> tuple[Intervention, ...]:
         """The interventions in order."""
-        if self.channels is None:
-            return interventions_for(self.study.conditions[0])
-        if self.observation == "symbolic":
-            return with_words(self.channels, TextChannel())
-        return (CameraChannel(depth="turbo" if self.observation == "rgbd" else "none"), *self.channels)
+        return interventions_for(self.study.conditions[0])
 
     @property
     def picture_size(self) -> tuple[int, int] | None:
@@ -114,7 +93,7 @@ class EnvironmentSettings:
     @property
     def gaps(self) -> bool:
         """Whether a report can be missing."""
-        return any(isinstance(one, Channel) and not isinstance(one, _ALWAYS_TELL) for one in self.chain)
+        return any(isinstance(one, Channel) and not InterventionTraits.of(one).always_tells for one in self.chain)
 
     @property
     def sizes(self) -> tuple[int, ...]:
@@ -147,9 +126,8 @@ def read_settings(given: Mapping[str, Any]) -> EnvironmentSettings:
     Args:
         given: All options of :class:`lockprobe.studies.trial_options.TrialOptions` except :data:`NOT_HERE`; here
             ``shuffle`` defaults to ``never``, and ``modality`` to ``symbolic``, which tells outcomes too. Further
-            options: ``observation`` (``"symbolic"``, ``"rgb"`` or ``"rgbd"``), short for that modality; ``channels``
-            instead of a condition, a list of channels or of mappings such as ``{"channel": "OutcomeFlip", "p": 0.2}``;
-            ``steps_left`` (False); ``step_cost`` (0.0); ``info`` (None or ``"truth"``).
+            options: ``observation`` (``"symbolic"``, ``"rgb"`` or ``"rgbd"``), short for that modality; ``steps_left``
+            (False); ``step_cost`` (0.0); ``info`` (None or ``"truth"``).
 
     Raises:
         UserMistake: If a name does not exist, a value is out of range, or two options conflict.
@@ -165,11 +143,9 @@ def read_settings(given: Mapping[str, Any]) -> EnvironmentSettings:
         raise UnknownName("observation", str(asked["observation"]), MODALITIES)
     if asked["info"] not in (None, "truth"):
         raise BadValue("info", asked["info"], "None or 'truth'")
-    channels = _channels(asked["channels"])
-    trial = {name: asked[name] for name in played if name in asked} | _shown(asked, channels)
+    trial = {name: asked[name] for name in played if name in asked} | _shown(asked)
     settings = EnvironmentSettings(
         study=trial_study(trial, agent="gymnasium", name="lockbox"),
-        channels=channels if channels or not _says_condition(asked) else None,
         steps_left=_flag("steps_left", asked["steps_left"]),
         step_cost=_cost(asked["step_cost"]),
         truth=asked["info"] == "truth",
@@ -178,29 +154,14 @@ def read_settings(given: Mapping[str, Any]) -> EnvironmentSettings:
     return settings
 
 
-def _says_condition(asked: Mapping[str, Any]) -> bool:
-    return any(asked.get(name) is not None for name in ("condition", "p", "flip", "modality"))
-
-
-def _shown(asked: Mapping[str, Any], channels: Sequence[Channel]) -> dict[str, Any]:
-    """``observation`` and ``channels`` as options of a trial. Contradictory options are refused."""
-    observation = asked["observation"]
-    if observation is not None and asked.get("modality") is not None:
+def _shown(asked: Mapping[str, Any]) -> dict[str, Any]:
+    """``observation`` as an option of a trial."""
+    observation, modality = asked["observation"], asked.get("modality")
+    if observation is not None and modality is not None:
         raise Conflict("observation=", "modality=", "both say how the box is shown")
-    if not channels and observation is None and (asked.get("modality") or _says_modality(asked.get("condition"))):
-        return {}
-    if not channels:
-        return {"modality": observation or "symbolic"}
-    if _says_condition(asked):
-        raise Conflict("channels=", "condition=, p=, flip= or modality=", "both say what acts")
-    acting = tuple(one for one in channels if not getattr(one, "shows", False))
-    return {"condition": Condition(interventions=acting, modality=observation or "symbolic")}
-
-
-def _says_modality(condition: object) -> bool:
-    if isinstance(condition, str):
-        return spec_name(split_specs(condition)[-1]) in MODALITIES
-    return isinstance(condition, Condition)
+    condition = asked.get("condition")
+    said = modality or isinstance(condition, Condition) or (isinstance(condition, str) and says_modality(condition))
+    return {} if said and observation is None else {"modality": observation or "symbolic"}
 
 
 def whole(what: str, value: object) -> int:
@@ -247,29 +208,19 @@ def read_episode_key(before: EpisodeKey, options: Mapping[str, Any] | None) -> E
 
 
 def _can_be_played(settings: EnvironmentSettings) -> None:
-    """Refuses conflicting options, and plants that this machine or box does not allow."""
+    """Refuses what no observation can show, and plants that this machine or box does not allow."""
     resolve_plant(settings.study.plant).check(settings.study.box)
-    _check_acting(settings)
-    if settings.observation == "symbolic":
-        return
-    if settings.steps_left:
-        raise Conflict("steps_left=True", "pictures", "a picture does not show the steps left")
-    for channel in settings.channels or ():
-        if isinstance(channel, TextChannel) or (isinstance(channel, OutcomeFlip) and channel.p > 0):
-            raise BadValue("channel", channel, "a channel that changes no report: pictures show what happened")
-
-
-def _check_acting(settings: EnvironmentSettings) -> None:
-    """Refuses a condition that no observation can show."""
-    if settings.channels is not None:
-        return
     for one in settings.chain:
         if place_of(type(one)) not in ("told", "done"):
             expected = "interventions on reports or actions: an observation holds no words and no memory"
             raise BadValue("condition", spec_of(one), expected)
-    if settings.gaps and is_pictured(settings.observation):
+    if not is_pictured(settings.observation):
+        return
+    if settings.gaps:
         label = settings.study.conditions[0].label
         raise BadValue("condition", label, "a condition without missing reports: a picture cannot be left out")
+    if settings.steps_left:
+        raise Conflict("steps_left=True", "pictures", "a picture does not show the steps left")
 
 
 def _flag(what: str, value: object) -> bool:
@@ -282,26 +233,3 @@ def _cost(value: object) -> float:
     if isinstance(value, bool) or not isinstance(value, float | int) or not 0 <= value < math.inf:
         raise BadValue("step_cost", value, "a number of at least 0")
     return float(value)
-
-
-def _channels(asked: object) -> tuple[Channel, ...]:
-    if not isinstance(asked, Sequence) or isinstance(asked, str):
-        raise BadValue("channels", asked, "a list of channels")
-    return tuple(map(_channel, asked))
-
-
-def _channel(asked: object) -> Channel:
-    if isinstance(asked, Channel) and not isinstance(asked, type):
-        return asked
-    if not isinstance(asked, Mapping) or not isinstance(asked.get("channel"), str):
-        raise BadValue("channel", asked, 'a channel, or a mapping such as {"channel": "OutcomeFlip", "p": 0.2}')
-    if (kind := _CHANNELS.get(asked["channel"])) is None:
-        raise UnknownName("channel", asked["channel"], _CHANNELS)
-    settings = {str(name): value for name, value in asked.items() if name != "channel"}
-    for name in settings:
-        if name not in (known := [field.name for field in fields(kind)]):
-            raise UnknownName(f"setting of {kind.__name__}", name, known or ["none"])
-    try:
-        return kind(**settings)
-    except TypeError as error:
-        raise BadValue("channel", dict(asked), f"values that {kind.__name__} can take ({error})") from None

@@ -25,6 +25,7 @@ from lockprobe.interfaces.gymnasium.settings import (
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.survival import survival
 from lockprobe.interventions.words import TextChannel
+from lockprobe.trial.condition import spec_of
 from lockprobe.trial.plan import Names
 
 __all__ = ["LockboxVectorEnv"]
@@ -176,12 +177,12 @@ class _Boxes:
     def begin(self, rows: NDArray[np.int64], keys: Sequence[EpisodeKey]) -> None:
         """Begin trials in the given rows."""
         settings = self._settings
-        drawn = [(k, at) for k, (at, flip) in enumerate(self._flips) if _heeds_luck(flip)]
+        drawn = [k for k, flip in enumerate(self._flips) if _heeds_luck(flip)]
         if drawn or self._is_drawn:
             for i, key in zip(rows.tolist(), keys, strict=True):
                 plan = settings.plan(key.seed, key.repetition, key.trial)
-                for k, at in drawn:
-                    self._luck[k, i, :-1] = plan.stream(f"channel-{at}").random(plan.budget)
+                for k in drawn:
+                    self._luck[k, i, :-1] = plan.stream(f"{OutcomeFlip.stream}-{k}").random(plan.budget)
                 if self._is_drawn:
                     panel = [settings.study.box.names.index(name) for name in plan.box.names]
                     self._listing[i] = [panel[joint] for joint in Names(plan).order]
@@ -207,7 +208,7 @@ class _Boxes:
     def _tell(self, actions: NDArray[np.integer[Any]], moved: Flags) -> None:
         """Apply :meth:`OutcomeFlip.perceive`, one flip after the other, in all boxes."""
         outcome, positions = moved, self._positions.copy()
-        for (_, flip), luck in zip(self._flips, self._luck, strict=True):
+        for flip, luck in zip(self._flips, self._luck, strict=True):
             drawn = luck[self._rows, self.taken]
             flipped = drawn < flip.p
             if flip.part != "outcome":
@@ -253,17 +254,13 @@ def _heeds_luck(flip: OutcomeFlip) -> bool:
     return 0 < flip.p < 1 or 0 < flip.keep < 1
 
 
-def _flips(settings: EnvironmentSettings) -> list[tuple[int, OutcomeFlip]]:
-    """The flips with their numbers among flips; channels of words are not counted."""
-    flips: list[tuple[int, OutcomeFlip]] = []
-    for channel in settings.chain:
-        if isinstance(channel, OutcomeFlip) and channel == channel.at_rate(channel.p):
-            flips.append((len(flips), channel))
-        elif not isinstance(channel, TextChannel):
-            what = "condition" if settings.channels is None else "channel"
-            raise BadValue(
-                what,
-                channel,
-                'an OutcomeFlip of p, inverts, others, keep and part; vectorization_mode="sync" plays any other',
-            )
+def _flips(settings: EnvironmentSettings) -> list[OutcomeFlip]:
+    """The flips of the condition, in order."""
+    flips: list[OutcomeFlip] = []
+    for one in settings.chain:
+        if isinstance(one, OutcomeFlip) and one == one.at_rate(one.p):
+            flips.append(one)
+        elif not isinstance(one, TextChannel):
+            expected = "a flip of p, inverts, others, keep and part alone"
+            raise BadValue("condition", spec_of(one), f'{expected}; vectorization_mode="sync" plays any other')
     return flips
