@@ -4,26 +4,22 @@ import json
 import os
 import subprocess
 import sys
+from functools import partial
 
 import pytest
 import strangers
 import typer
+from typed import in_process
 from typer.testing import CliRunner
 
 from lockprobe import load
 from lockprobe.boxes.boxfile import read_box
 from lockprobe.boxes.families import box, named_boxes
 from lockprobe.boxes.solve import optimal_plans, optimum
-from lockprobe.cli.box import app
 from lockprobe.cli.run import run
 from lockprobe.foundation.errors import BadFile, BadValue, UnknownName
 
-
-def ask(*words):
-    done = CliRunner().invoke(app, [str(word) for word in words])
-    if done.exception and not isinstance(done.exception, SystemExit):
-        raise done.exception
-    return done
+ask = partial(in_process, "box")
 
 
 def objects(done):

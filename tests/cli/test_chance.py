@@ -1,25 +1,17 @@
 """``lockprobe chance``, as typed."""
 
 import json
+from functools import partial
 
 import pytest
-import typer
-from typer.testing import CliRunner
+from typed import in_process
 
-from lockprobe.cli.chance import chance
 from lockprobe.foundation.errors import BadFile, BadValue, Conflict
 from lockprobe.statistics.chance import chance_level
 
 TRIALS = "ABCABCABC\nA B C D\n\nABDCABDDCBA\n"
 
-
-def ask(*words, stdin=""):
-    app = typer.Typer()
-    app.command()(chance)
-    done = CliRunner().invoke(app, [str(word) for word in words], input=stdin)
-    if done.exception and not isinstance(done.exception, SystemExit):
-        raise done.exception
-    return done
+ask = partial(in_process, "chance")
 
 
 def test_the_level_of_a_length():

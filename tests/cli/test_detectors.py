@@ -1,25 +1,17 @@
 """``lockprobe detectors``, as typed."""
 
 import json
+from functools import partial
 
 import pytest
-import typer
-from typer.testing import CliRunner
+from typed import in_process
 
-from lockprobe.cli.detectors import detectors
 from lockprobe.foundation.errors import BadFile
 from lockprobe.statistics.detectors import DETECTORS, as_table, comparison
 
 NAMES = [detector.name for detector in DETECTORS]
 
-
-def ask(*words, stdin=""):
-    app = typer.Typer()
-    app.command()(detectors)
-    done = CliRunner().invoke(app, [str(word) for word in words], input=stdin)
-    if done.exception and not isinstance(done.exception, SystemExit):
-        raise done.exception
-    return done
+ask = partial(in_process, "detectors")
 
 
 def test_the_table():

@@ -4,23 +4,15 @@ import json
 import random
 import subprocess
 import sys
+from functools import partial
 
 import pytest
-import typer
-from typer.testing import CliRunner
+from typed import in_process
 
-from lockprobe.cli.loops import loops
 from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.statistics.loops import cover, longest_loop, onset
 
-
-def ask(*words, stdin=""):
-    app = typer.Typer()
-    app.command()(loops)
-    done = CliRunner().invoke(app, [str(word) for word in words], input=stdin)
-    if done.exception and not isinstance(done.exception, SystemExit):
-        raise done.exception
-    return done
+ask = partial(in_process, "loops")
 
 
 def test_a_cycle_as_json():

@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import forked
 import pytest
+from typed import in_process
 from typer.testing import CliRunner
 
 from lockprobe.boxes.families import box
@@ -27,11 +28,8 @@ BLUNT = run_trial(agent="human-inspired", p=0.2, seed=SEED, assessment=False)
 CLAIMS = {"moved": "m", "blocked": "n", None: ""}
 
 
-def play(*arguments, lines=""):
-    done = CliRunner().invoke(build(["play"]), ["play", "--seed", str(SEED), *map(str, arguments)], input=lines)
-    if done.exception is not None and not isinstance(done.exception, SystemExit):
-        raise done.exception
-    return done.stdout
+def play(*words, lines=""):
+    return in_process("play", "--seed", SEED, *words, stdin=lines).stdout
 
 
 def said(trial):

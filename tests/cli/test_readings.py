@@ -3,21 +3,14 @@
 import json
 
 import pytest
-import typer
-from typer.testing import CliRunner
+from typed import in_process
 
-from lockprobe.cli.readings import readings
 from lockprobe.foundation.errors import BadValue
 from lockprobe.simulation.montecarlo.readings import FALSE_REPORTS, as_table, success_under
 
 
 def ask(*words):
-    app = typer.Typer()
-    app.command()(readings)
-    done = CliRunner().invoke(app, [str(word) for word in words])
-    if done.exception and not isinstance(done.exception, SystemExit):
-        raise done.exception
-    return done.output
+    return in_process("readings", *words).output
 
 
 GIVEN = ("--agent", "human-inspired", "--p", "0,0.4", "--box", "chain-3", "--max-steps", 5)

@@ -2,16 +2,16 @@
 
 import asyncio
 import json
+from functools import partial
 
 import pytest
 from builders import make_trial, small_study, with_right_checksums, write_study
 from lockprobe_robot.film import files
 from painted import painted_twins
 from PIL import Image
-from typer.testing import CliRunner
+from typed import in_process
 
 from lockprobe.boxes.families import box
-from lockprobe.cli import build
 from lockprobe.cli.replay import _story
 from lockprobe.foundation.errors import BadFile, BadValue, Missing, PlantFault, UnknownName, UserMistake
 from lockprobe.interfaces.export import tidy_rows
@@ -35,11 +35,7 @@ def directory(tmp_path):
     return write_study(tmp_path / "study", small_study(p=(0.0,), repetitions=1, trials=1))
 
 
-def replay(*arguments):
-    done = CliRunner().invoke(build(["replay"]), ["replay", *map(str, arguments)])
-    if done.exception is not None and not isinstance(done.exception, SystemExit):
-        raise done.exception
-    return done
+replay = partial(in_process, "replay")
 
 
 def test_without_a_film_it_is_told_in_words(directory, made):

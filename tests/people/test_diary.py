@@ -7,7 +7,7 @@ from builders import small_study, with_right_checksums
 from taking_part import START, take_part
 
 from lockprobe.foundation.errors import BadFile
-from lockprobe.foundation.storage.jsonl import with_checksum, without_checksum
+from lockprobe.foundation.storage.jsonl import with_checksum
 from lockprobe.people.diary import (
     Broken,
     DiaryFile,
@@ -70,18 +70,6 @@ def test_a_damaged_line_is_refused(tmp_path):
     path.write_bytes(b'{"kind":"nothing"}\n')
     with pytest.raises(BadFile, match="line 1"):
         read_diary(path)
-
-
-def test_a_line_that_was_changed_or_has_no_checksum_is_refused(tmp_path):
-    diary = DiaryFile(tmp_path / "people" / "3f9a01bc.jsonl")
-    diary.write(JOINED)
-    line = diary.path.read_bytes()
-    diary.path.write_bytes(without_checksum(line) + b"\n")
-    with pytest.raises(BadFile, match="line 1: checksum: got 'none'"):
-        read_diary(diary.path)
-    diary.path.write_bytes(line.replace(b'"trial":3', b'"trial":2'))
-    with pytest.raises(BadFile, match="line 1: checksum: .* the line was changed"):
-        read_diary(diary.path)
 
 
 def test_only_who_joins_makes_a_diary(tmp_path):

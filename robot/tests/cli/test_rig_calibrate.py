@@ -1,6 +1,7 @@
 """``lockprobe rig calibrate``, as typed, on pictures of the twin."""
 
 import json
+from functools import partial
 
 import numpy as np
 import pytest
@@ -8,19 +9,13 @@ from calibration import tagged
 from lockprobe_robot.calibration.calibration_file import calibration_for
 from lockprobe_robot.calibration.pose import array_of, inverse
 from lockprobe_robot.calibration.views import VIEWS_FILE
-from lockprobe_robot.cli.rig import app
 from lockprobe_robot.scene.tag_layout import NUMBERS, board_checksum
-from typer.testing import CliRunner
+from typed import in_process
 
 from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.trial.pictures.png import to_png
 
-
-def ask(*words):
-    done = CliRunner().invoke(app, [str(word) for word in words])
-    if done.exception and not isinstance(done.exception, SystemExit):
-        raise done.exception
-    return done
+ask = partial(in_process, "rig")
 
 
 @pytest.fixture(scope="module")

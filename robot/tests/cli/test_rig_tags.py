@@ -1,17 +1,13 @@
 """``lockprobe rig tags``, as typed."""
 
+from functools import partial
+
 import pytest
-from lockprobe_robot.cli.rig import app
-from typer.testing import CliRunner
+from typed import in_process
 
 from lockprobe.foundation.errors import BadValue
 
-
-def ask(*words):
-    done = CliRunner().invoke(app, ["tags", *(str(word) for word in words)])
-    if done.exception and not isinstance(done.exception, SystemExit):
-        raise done.exception
-    return done
+ask = partial(in_process, "rig", "tags")
 
 
 def test_another_form_is_refused():

@@ -52,9 +52,8 @@ class Hears(Policy[Any]):
     def remember(self, view: View, memory: Any, told: Told) -> Any:
         """As the policy remembers a plain report of what is heard, or none."""
         first = told if told.corrects is None else told.corrects
-        heard = told.corrects is None or (
-            self.believes != "neither" and (self.believes != "agreed" or _same(first, told))
-        )
+        agreed = (first.moved, first.shifted) == (told.moved, told.shifted)
+        heard = told.corrects is None or (self.believes != "neither" and (self.believes != "agreed" or agreed))
         if not heard:
             return self.policy.remember_silence(view, memory, told.joint)
         return self.policy.remember(view, memory, _plain(first if self.believes == "first" else told))
@@ -120,8 +119,3 @@ class Jolted(Policy[Jolt]):
 def _plain(told: Told) -> Told:
     """A statement as a report of its own, without a remark."""
     return replace(told, corrects=None, remarked=False)
-
-
-def _same(one: Told, other: Told) -> bool:
-    """Whether two statements say the same."""
-    return (one.moved, one.shifted) == (other.moved, other.shifted)

@@ -17,10 +17,11 @@ from lockprobe.agents import weights
 from lockprobe.agents.modalities import refuse_pictures
 from lockprobe.agents.policy import draw
 from lockprobe.agents.prompt import example, fingerprint
+from lockprobe.agents.reply_values import CLAIMS
 from lockprobe.foundation.errors import BadValue, Conflict, ModelFault, UnknownName
 from lockprobe.foundation.spec import Spec
 from lockprobe.foundation.validation import check_choice
-from lockprobe.trial.record import Decision, Fact, Outcome, Situation, Turn
+from lockprobe.trial.record import Decision, Fact, Situation, Turn
 
 if TYPE_CHECKING:
     from lockprobe.agents.engine import Engine
@@ -44,7 +45,7 @@ UNASKED = f"{_PROBLEM}Each reply names the next joint to try."
 _CONTEXT = 4096
 """The most tokens of a trial: about 130 steps."""
 
-_CLAIMS: dict[str, Outcome] = {" moved": "moved", " did not move": "blocked"}
+_CLAIMS = {f" {words}": outcome for words, outcome in CLAIMS.items() if outcome}
 
 
 def check(spec: str) -> None:

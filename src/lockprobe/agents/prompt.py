@@ -15,7 +15,7 @@ from string import Formatter
 from typing import Literal, NamedTuple
 
 from lockprobe.agents.reply_text import object_in, without_marks
-from lockprobe.agents.reply_values import values_in
+from lockprobe.agents.reply_values import CLAIMS, values_in
 from lockprobe.foundation.errors import BadValue, RefusalFault, ReplyFault, UnknownName
 from lockprobe.trial.briefing import Briefing
 from lockprobe.trial.pictures.picture import Picture, PictureKind
@@ -239,7 +239,7 @@ def claims(situation: Situation) -> list[str]:
     """The allowed claims about the last action: ``none`` in the first step only, and no claims if nobody asks."""
     if not situation.task.assessment:
         return []
-    return ["none"] if situation.percept.joint is None else ["moved", "did not move"]
+    return ["none"] if situation.percept.joint is None else [words for words, outcome in CLAIMS.items() if outcome]
 
 
 def reply_schema(situation: Situation) -> dict[str, object]:

@@ -228,9 +228,8 @@ def parts_of(path: Path) -> list[Path]:
     """
     if (named := _PART.fullmatch(path.name)) is None:
         return [path]
-    parts = [
-        path.with_name(f"{named['stem']}-{part:05d}-of-{named['count']}.gguf") for part in _numbers(named["count"])
-    ]
+    numbers = range(1, max(int(named["count"]), 1) + 1)
+    parts = [path.with_name(f"{named['stem']}-{part:05d}-of-{named['count']}.gguf") for part in numbers]
     if path != parts[0]:
         raise BadFile(path, f"not the first part of a model: give {parts[0].name}")
     return parts
@@ -244,10 +243,6 @@ def sha256_of(path: Path) -> str:
             while block := file.read(1 << 20):
                 found.update(block)
     return found.hexdigest()
-
-
-def _numbers(count: str) -> range:
-    return range(1, max(int(count), 1) + 1)
 
 
 def _verify(path: Path, expected: str, *, content: Path | None = None) -> None:

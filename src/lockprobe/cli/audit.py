@@ -15,6 +15,7 @@ from lockprobe.cli.cluster import reached
 from lockprobe.cli.power import AsJson, Seed, Workers, print_verdicts, processes, whole_numbers
 from lockprobe.cli.printing import new_table, plain_console, print_table, time_left
 from lockprobe.foundation.errors import BadValue, Conflict, UnknownName
+from lockprobe.foundation.formatting import percent
 from lockprobe.foundation.parallel import Pool
 from lockprobe.foundation.spec import Spec
 from lockprobe.report.prose.hypothesis_tests import QUESTIONS
@@ -155,7 +156,7 @@ def _audit_lie(names: list[str] | None, studies: int, seed: int, workers: Pool, 
     ):
         table.add_column(name)
     for one in rates:
-        shares = ("-" if share is None else f"{100 * share:.1f} %" for share in (one.held, one.detected))
+        shares = ("-" if share is None else percent(share, 1) for share in (one.held, one.detected))
         size = (f"{100 * one.exact:.1f}", "-" if one.mean is None else f"{100 * one.mean:.1f}")
         table.add_row(one.agent, f"{one.p:g}", one.estimate, *size, *shares, f"{one.shown} of {one.studies}")
     print_table(table)

@@ -37,6 +37,7 @@ from lockprobe.studies.studyfile import trial_study
 from lockprobe.studies.trial_options import TrialOptions
 from lockprobe.trial.plan import Names, Plan
 from lockprobe.trial.record import Decision, Fact, Outcome, Percept, Situation, Task, Trial
+from lockprobe.trial.told_outcome import in_words
 from lockprobe.trial.trial_json import trial_to_json
 
 __all__ = ["Ended", "Keys", "Left", "Person", "ViewKind", "play", "relabelled", "tell"]
@@ -142,9 +143,6 @@ def _append(path: Path, trial: Trial) -> None:
         file.append(trial_to_json(trial))
 
 
-_WORDS = {True: "moved", False: "did not move", None: "nothing"}
-
-
 def relabelled(box: Lockbox, labels: tuple[str, ...]) -> Lockbox:
     """The same box with its joints named by the labels that the player knew, in panel order."""
     names = dict(zip(box.names, labels, strict=True))
@@ -196,8 +194,8 @@ def _story(screen: Screen, trial: Trial) -> None:
     said = [step.decision.claimed for step in trial.steps[1:]] + [None]
     for step, claimed in zip(trial.steps, said, strict=True):
         false = step.told_falsely
-        then = "" if claimed is None else _WORDS[claimed == "moved"]
-        line = f"{step.step:4}  {label[step.joint]:5}  {_WORDS[step.moved]:14}{_WORDS[step.told_moved]:14}{then:14}"
+        words = f"{in_words(step.moved):14}{in_words(step.told_moved):14}{in_words(claimed, ''):14}"
+        line = f"{step.step:4}  {label[step.joint]:5}  {words}"
         screen.say((line + "<- false" * false).rstrip(), "red" if false else "")
     lies = sum(step.told_falsely for step in trial.steps)
     screen.say(f"{lies} of {len(trial.steps)} reports were false (flip rate {trial.p:g}).")
@@ -288,10 +286,11 @@ class Person:
             self._screen.say(percept.text)
             return
         if percept.joint is not None:
-            said = {"moved": f"{percept.joint} moved.", "blocked": f"{percept.joint} did not move."}
-            self._screen.say(said.get(percept.outcome or "", f"You attempted {percept.joint}."))
-        told = dict(zip(task.joints, percept.positions or [None] * len(task.joints), strict=True))
-        positions = [told[label] for label in self._labels]
+            outcome = percept.outcome
+            told = f"{percept.joint} {in_words(outcome)}." if outcome else f"You attempted {percept.joint}."
+            self._screen.say(told)
+        at = dict(zip(task.joints, percept.positions or [None] * len(task.joints), strict=True))
+        positions = [at[label] for label in self._labels]
         for line in panel_lines(self._box, labels=self._labels, positions=positions)[:-1]:
             self._screen.say(line)
 

@@ -13,6 +13,7 @@ from rich.markup import escape
 
 from lockprobe.cli.printing import new_table, plain_console, print_table, time_left
 from lockprobe.foundation.errors import BadValue, Conflict
+from lockprobe.foundation.formatting import percent
 from lockprobe.foundation.parallel import Processes
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.simulation.audit.power import TRIALS, Needed, default_worlds, stated_world
@@ -154,7 +155,7 @@ def _print_conditions(found: Sequence[ConditionPower], target: float, shared: fl
         console.print(f"\n[bold]{escape(agent)}[/bold]")
         table = new_table("condition", *measured, _heading(target, "condition"))
         for one in (one for one in found if one.agent == agent):
-            shares = f"{100 * one.success:.0f} % against {100 * one.control_success:.0f} %, one of {one.choices}"
+            shares = f"{percent(one.success)} against {percent(one.control_success)}, one of {one.choices}"
             table.add_row(f"{escape(printable(one.condition))}\n[dim]{shares}[/dim]", *_cells(one.needed))
         print_table(table)
     console.print(

@@ -28,6 +28,7 @@ from lockprobe.studies.study import Study
 from lockprobe.studies.valid_conditions import Invalid
 from lockprobe.trial.model_call import Call
 from lockprobe.trial.record import Step, Trial
+from lockprobe.trial.told_outcome import in_words
 
 __all__ = [
     "Plain",
@@ -61,9 +62,8 @@ def minutes(trials: int) -> int:
 
 def told(step: Step) -> str:
     """One step in words: the truth, and the report if it was false."""
-    truth = "moved" if step.moved else "did not move"
-    lie = "" if not step.told_falsely else f" (told: {'moved' if step.told_moved else 'did not move'})"
-    return f"step {step.step:2}  {step.joint} {truth}{lie}"
+    lie = f" (told: {in_words(step.told_moved)})" if step.told_falsely else ""
+    return f"step {step.step:2}  {step.joint} {in_words(step.moved)}{lie}"
 
 
 def _of_strategies(study: Study) -> str:

@@ -15,6 +15,7 @@ from lockprobe.foundation.errors import BadValue, TrialFault, UnknownName, UserM
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.studies.journal import load
 from lockprobe.trial.record import Trial
+from lockprobe.trial.told_outcome import in_words
 
 __all__ = ["replay"]
 
@@ -115,13 +116,11 @@ def _story(trial: Trial, *, json: bool) -> list[str]:
         f"{trial.key}: {trial.ending} after {len(trial.steps)} steps; target {trial.target}, labels {labels}",
         "step  state  joint             truth         told          said of the previous step",
     ]
-    words = {True: "moved", False: "did not move", None: "nothing"}
-    for s in trial.steps:
-        said = {"moved": "moved", "blocked": "did not move", None: ""}[s.decision.claimed]
-        lines.append(
-            f"{s.step:4}  {s.state:5}  {s.joint:16}  {words[s.moved]:12}  "
-            f"{words[s.told_moved]:12}  {said:12}{'  <- flipped' if s.told_falsely else ''}".rstrip()
-        )
+    lines += [
+        f"{s.step:4}  {s.state:5}  {s.joint:16}  {in_words(s.moved):12}  {in_words(s.told_moved):12}  "
+        f"{in_words(s.decision.claimed, ''):12}{'  <- flipped' if s.told_falsely else ''}".rstrip()
+        for s in trial.steps
+    ]
     if trial.error:
         lines.append(f"error at {trial.error.boundary}: {trial.error.message}")
     return lines

@@ -89,7 +89,8 @@ def play_study(
         observer.reported(_report(directory, limits, left_out) if report and something else None, left_out)
         status = _failure(planned, journal, observer)
         if reached is not None:
-            observer.stopped(reached, _owed(planned, journal), planned.size - planned.invited)
+            owed = sum(journal.owes(plan.key) for agent in planned.run_agents for plan in planned.plans(agent))
+            observer.stopped(reached, owed, planned.size - planned.invited)
             if not journal.trials:
                 raise _NothingKept
     return BUDGET_REACHED if reached is not None else status
@@ -145,8 +146,3 @@ def allowed_budget(planned: Study, budget: float | None, directory: Path) -> Bud
     if least > budget and not (directory / "study.json").exists():
         raise BadValue("budget", money(budget), f"more: one trial of {agent} can take {money(least)} by its estimate")
     return allowed
-
-
-def _owed(planned: Study, journal: Journal) -> int:
-    """The trials still to be played, without those of people."""
-    return sum(journal.owes(plan.key) for agent in planned.run_agents for plan in planned.plans(agent))

@@ -27,7 +27,7 @@ from lockprobe.studies.settings import read_study
 from lockprobe.studies.spending import Ledger, Spending, total
 from lockprobe.studies.study import Study
 from lockprobe.studies.suites import is_suite, read_suite, suite_directories
-from lockprobe.studies.valid_conditions import Invalid, invalid_conditions
+from lockprobe.studies.valid_conditions import invalid_conditions
 from lockprobe.trial.model_call import BROKEN_OFF, Call
 from lockprobe.trial.record import Trial
 
@@ -57,7 +57,8 @@ def _status(directory: Path, *, json: bool) -> None:
     ledger, forks = _ledger(directory, study, everything), _ledger(directory / FORKS, study)
     facts = {"of_forks": of_forks, **_played(study, trials, everything, of_forks=of_forks), **_took(directory, trials)}
     facts["forks"] = sum(not fork.owed_again for fork in read_forks(directory))
-    facts |= {"foreign": left_out.foreign, "first_foreign": left_out.first_foreign, "added": _added(directory, study)}
+    added = {study.label_of(agent): when for agent, when in added_agents(directory).items()}
+    facts |= {"foreign": left_out.foreign, "first_foreign": left_out.first_foreign, "added": added}
     keyed = {trial.key: trial for trial in trials}
     invalid = [] if of_forks else invalid_conditions(study, keyed)
     unchanged = [] if of_forks else idle_conditions(study, keyed)
@@ -66,9 +67,8 @@ def _status(directory: Path, *, json: bool) -> None:
     facts |= _in_progress(directory, trials)
     if not json:
         idle = [("idle", f"{cell}: no intervention has changed anything so far") for cell in unchanged]
-        _show(
-            [*_lines(directory, facts), *(("invalid", said) for said in _invalid(invalid)), *idle], ledger, forks, study
-        )
+        lines = [*_lines(directory, facts), *([("invalid", invalid_in_words(invalid))] if invalid else []), *idle]
+        _show(lines, ledger, forks, study)
         if foreign := foreign_in_words(left_out):
             _print_named([("left out", foreign)])
         return
@@ -77,10 +77,6 @@ def _status(directory: Path, *, json: bool) -> None:
     spent = spent_facts(ledger.total) | {"price_date": min(dates, default=None), "agents": agents}
     spent |= {"spent_on_forks": spent_facts(forks.total), "spent_with_forks": spent_facts(_both(ledger, forks))}
     print(json_.dumps(facts | spent))
-
-
-def _added(directory: Path, study: Study) -> dict[str, str]:
-    return {study.label_of(agent): when for agent, when in added_agents(directory).items()}
 
 
 def _ledger(directory: Path, study: Study, trials: Sequence[Trial] = ()) -> Ledger:
@@ -172,10 +168,6 @@ def _decided(directory: Path, trials: Sequence[Trial]) -> Iterator[Call]:
             if usage is not None:
                 call = Call(key=trial.key, step=step, turn=1, request="", reply="", usage=usage, served=served)
                 yield replace(call, agent=trial.agent)
-
-
-def _invalid(found: Sequence[Invalid]) -> list[str]:
-    return [invalid_in_words(found)] if found else []
 
 
 def _show(lines: list[tuple[str, str]], ledger: Ledger, forks: Ledger, study: Study) -> None:

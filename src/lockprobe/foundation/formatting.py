@@ -1,4 +1,4 @@
-"""Formats numbers for readers: per cent, points, P values, intervals and minus signs."""
+"""Formats numbers for readers: per cent, points, P values, intervals, minus signs, lists and tables."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ __all__ = [
     "first_three",
     "interval",
     "listed",
+    "markdown_table",
     "minus",
     "p_cell",
     "p_value",
@@ -152,13 +153,13 @@ def share(value: float | None, low: float | None, high: float | None) -> str:
     return minus(f"{percent(value)} [{100 * low:.0f}, {100 * high:.0f}]")
 
 
-def range_of(low: float, high: float) -> str:
+def range_of(low: float, high: float, digits: int = 0) -> str:
     """Two shares and what lies between them.
 
     >>> range_of(0.54, 0.67)
     '54 to 67 %'
     """
-    return f"{100 * low:.0f} to {percent(high)}"
+    return f"{100 * low:.{digits}f} to {percent(high, digits)}"
 
 
 def first_three(parts: Iterable[str], between: str = ", ") -> str:
@@ -181,6 +182,18 @@ def listed(names: Sequence[str], last: str = "and", named: int | None = None) ->
         names = [*names[: named - 1], f"{len(names) - named + 1} others"]
     *most, end = names
     return f"{', '.join(most)} {last} {end}" if most else end
+
+
+def markdown_table(head: Sequence[str], *lines: Sequence[str], numbers: bool = False) -> str:
+    """A table in Markdown; with ``numbers`` all columns but the first are aligned on the right.
+
+    >>> print(markdown_table(["agent", "solved"], ["random", "12 %"], numbers=True))
+    | agent | solved |
+    | --- | ---: |
+    | random | 12 % |
+    """
+    rule = ["---", *["---:" if numbers else "---"] * (len(head) - 1)]
+    return "\n".join(f"| {' | '.join(line)} |" for line in (head, rule, *lines))
 
 
 def capital(said: str) -> str:

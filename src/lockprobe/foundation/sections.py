@@ -7,7 +7,7 @@ Whatever computes, draws or writes a part of a report does so through :func:`sec
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from contextvars import ContextVar
 from dataclasses import asdict, dataclass
 from typing import Any, Generic, TypeVar
@@ -62,24 +62,23 @@ def leaving_out() -> Iterator[list[LeftOutSection]]:
         _failed.reset(token)
 
 
-@contextmanager
-def of_whom(name: str) -> Iterator[None]:
+def of_whom(name: str) -> AbstractContextManager[None]:
     """Sections within it are about this agent, and are named so."""
-    token = _whom.set(name)
-    try:
-        yield
-    finally:
-        _whom.reset(token)
+    return _within(_whom, name)
+
+
+def of_package(name: str) -> AbstractContextManager[None]:
+    """Sections within it come from this package; from Lockprobe if empty."""
+    return _within(_package, name)
 
 
 @contextmanager
-def of_package(name: str) -> Iterator[None]:
-    """Sections within it come from this package; from Lockprobe if empty."""
-    token = _package.set(name)
+def _within(of: ContextVar[str], name: str) -> Iterator[None]:
+    token = of.set(name)
     try:
         yield
     finally:
-        _package.reset(token)
+        of.reset(token)
 
 
 def section(name: str, make: Callable[[], _T], instead: Callable[[], _T]) -> _T:

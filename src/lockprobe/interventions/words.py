@@ -12,6 +12,7 @@ import numpy as np
 
 from lockprobe.foundation.validation import check_choice
 from lockprobe.trial.record import Moment, Percept, Task
+from lockprobe.trial.told_outcome import in_words
 
 __all__ = ["CORRECTION", "Form", "Tell", "TextChannel", "rows_of"]
 
@@ -29,7 +30,6 @@ _NEXT_ROW = 0.1
 
 _KINDS: Mapping[str, str] = {"prismatic": "slider", "revolute": "knob"}
 _BETWEEN: Mapping[str, str] = {"words": " ", "json": "\n", "table": "\n"}
-_DONE: Mapping[str | None, str] = {"moved": "moved", "blocked": "did not move", None: "attempted"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -114,7 +114,7 @@ def _attempted(percept: Percept) -> str | None:
 def _words(percept: Percept, task: Task, rows: Sequence[Sequence[str]]) -> str:
     sentences = []
     if percept.joint is not None and percept.outcome is not None:
-        sentences.append(f"{percept.joint} {_DONE[percept.outcome]}.")
+        sentences.append(f"{percept.joint} {in_words(percept.outcome)}.")
     elif percept.states_only and (joint := _attempted(percept)) is not None:
         sentences.append(f"You attempted {joint}.")
     if percept.positions is not None:
@@ -146,7 +146,8 @@ def _table(percept: Percept, task: Task, rows: Sequence[Sequence[str]]) -> str:
     if percept.positions is not None:
         columns["position"] = [int(position) for position in percept.positions]
     if (joint := _attempted(percept)) is not None:
-        columns["last action"] = [_DONE[percept.outcome] if label == joint else "-" for label in task.joints]
+        done = in_words(percept.outcome, "attempted")
+        columns["last action"] = [done if label == joint else "-" for label in task.joints]
     if rows:
         at = {label: (i, j) for i, row in enumerate(rows, 1) for j, label in enumerate(row, 1)}
         columns["row from above"] = [at[label][0] for label in task.joints]

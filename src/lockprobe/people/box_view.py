@@ -124,14 +124,10 @@ def _handles(percept: Percept) -> dict[int, tuple[tuple[float, float], tuple[flo
     """Where handles lie, as shares of the pictures; a place in pixels counts from the middle of the first pixel."""
     if not percept.pictures:
         return {}
-    width, height = _size(percept.pictures[0])
+    header = percept.pictures[0].png[16:24]  # of the first chunk of a PNG file
+    width, height = int.from_bytes(header[:4], "big"), int.from_bytes(header[4:], "big")
 
     def share(place: tuple[float, float]) -> tuple[float, float]:
         return round((place[0] + 0.5) / width, 5), round((place[1] + 0.5) / height, 5)
 
     return {i: (share(zero), share(one)) for i, (zero, one) in enumerate(percept.handles)}
-
-
-def _size(picture: Picture) -> tuple[int, int]:
-    """Width and height, as a PNG file's first chunk has them."""
-    return int.from_bytes(picture.png[16:20], "big"), int.from_bytes(picture.png[20:24], "big")

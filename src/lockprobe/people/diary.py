@@ -14,13 +14,18 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import Field, TypeAdapter, ValidationError
+from pydantic import Field, TypeAdapter
 
 from lockprobe.agents.participant import check_participant, participant_spec
 from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.foundation.spec import PEOPLE
 from lockprobe.foundation.storage.atomic_file import sync_directory, write_private
-from lockprobe.foundation.storage.jsonl import LineFile, state_of, whole_lines, with_checksum, without_checksum
+from lockprobe.foundation.storage.jsonl import (
+    LineFile,
+    read_values,
+    state_of,
+    with_checksum,
+)
 from lockprobe.foundation.storage.links import make_directory
 from lockprobe.people.responses import Act, Attempt
 from lockprobe.people.scenes import StrictModel
@@ -253,14 +258,7 @@ def read_diary(path: Path) -> list[Entry]:
     Raises:
         BadFile: If a line is damaged, or the first is not ``joined``.
     """
-    found: list[Entry] = []
-    for number, line in whole_lines(path):
-        try:
-            found.append(_adapter.validate_json(without_checksum(line)))
-        except ValidationError as error:
-            raise BadFile(path, f"line {number}: {error.errors()[0]['msg']}") from None
-        except BadValue as error:
-            raise BadFile(path, f"line {number}: {error}") from None
+    found = list(read_values(path, _adapter))
     if found and not isinstance(found[0], Joined):
         raise BadFile(path, "line 1: names no participant")
     return found

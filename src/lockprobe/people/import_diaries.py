@@ -46,7 +46,8 @@ class DiaryImport:
                 if there is not None and not _continues(there, diary) and not _continues(diary, there):
                     raise BadFile(source, f"its participant {identity} is not the {identity} of {directory}")
                 if there is None:
-                    self._coming[identity] = _without_token(diary)
+                    joined = diary.joined.model_copy(update={"token": ""})  # so that no browser can resume it
+                    self._coming[identity] = Diary(joined, diary.lines)
                 elif len(diary.lines) > len(there.lines):
                     self._coming[identity] = _extended(there, diary)
 
@@ -80,11 +81,6 @@ class DiaryImport:
                     continue
                 lost += trial.agent in self._played_there - {diary.spec}
         return lost
-
-
-def _without_token(diary: Diary) -> Diary:
-    """A copy without the token, so that no browser can resume it."""
-    return Diary(diary.joined.model_copy(update={"token": ""}), diary.lines)
 
 
 def _extended(beginning: Diary, diary: Diary) -> Diary:

@@ -16,6 +16,7 @@ from lockprobe.foundation.errors import PlantFault
 from lockprobe.plants.operator import ENTER, Operator, ask_to_begin
 from lockprobe.trial.pictures.frame import Frame
 from lockprobe.trial.record import Fact, Snapshot
+from lockprobe.trial.told_outcome import in_words
 
 __all__ = ["Manual", "Seen", "Sight"]
 
@@ -121,7 +122,7 @@ class Manual:
                 moved = ", ".join(self._called[i] for i in others)
                 states = f"{bits(before)} became {bits(after)}"
                 raise PlantFault(f"{self._called[joint]} was attempted and {moved} moved: {states}")
-            did = "moved" if after[joint] != before[joint] else "did not move"
+            did = in_words(after[joint] != before[joint])
             self._operator.tell(f"The picture shows {bits(after)}: {self._called[joint]} {did}.")
         self._configuration = after
         obeyed = after == self._box.attempt(before, joint)[0]

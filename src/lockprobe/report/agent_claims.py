@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
-from lockprobe.foundation.formatting import bracketed, minus
+from lockprobe.foundation.formatting import bracketed, percent, points, range_of
 from lockprobe.foundation.formatting import p_value as p_value_said
 from lockprobe.report.claim_tests import (
     NOT_MEASURED,
@@ -132,7 +132,7 @@ def _effect(agent: AgentSummary, counted: Sequence[ConditionSummary]) -> ClaimFi
     if rises:
         shown, moderate = "shown", min(rises, key=lambda at: (at.p_value, -at.value))
     at = moderate or max(found, key=lambda at: at.value)
-    here = minus(f"{100 * at.value:+.0f} points from 0 to {at.dose:g}")
+    here = f"{points(at.value)} points from 0 to {at.dose:g}"
     return here, borne_out(shown), "permutation test, corrected for all flip rates", at.p_value
 
 
@@ -150,7 +150,7 @@ def _loops(agent: AgentSummary, counted: Sequence[ConditionSummary]) -> ClaimFin
     behaviour = counted[0].behaviour
     found, _, test, p_value = same_share(behaviour.loops, LOOPS_AT_0)
     if behaviour.chance_uniform is not None and behaviour.chance_no_repeat is not None:
-        found += f"; by chance {100 * behaviour.chance_uniform:.0f} to {100 * behaviour.chance_no_repeat:.0f} %"
+        found += f"; by chance {range_of(behaviour.chance_uniform, behaviour.chance_no_repeat)}"
     fewer = "open" if agent.blind else _fewer(counted)
     why = "loops of a blind agent cannot depend on reports" if agent.blind else _LOOPS[fewer]
     return found, verdict_of(p_value, fewer), f"{test}; {why}", p_value
@@ -233,7 +233,7 @@ def _left(agent: AgentSummary, counted: Sequence[ConditionSummary]) -> ClaimFind
     if not found.n or chance is None:
         return NOT_MEASURED
     said = f"{found.count} of {found.n} first loops were left before the trial ended, {share_cell(found)}; "
-    said += f"{100 * chance:.0f} % for random actions"
+    said += f"{percent(chance)} for random actions"
     return said, above_half(found), "95 % interval above or below one half; trials with true reports", None
 
 
@@ -252,9 +252,7 @@ def _versus_chance(name: str, what: str, test: str, sign: int) -> ClaimMeasure:
         if not found.share.n or found.uniform is None or found.no_repeat is None or found.p_value is None:
             return NOT_MEASURED
         said = f"{found.share.count} of {found.share.n} {what}, {share_cell(found.share)}; "
-        said += (
-            f"{100 * found.uniform:.0f} % for random actions, {100 * found.no_repeat:.0f} % without immediate repeats"
-        )
+        said += f"{percent(found.uniform)} for random actions, {percent(found.no_repeat)} without immediate repeats"
         told = f"{sized(test)}; trials with true reports; any other preference also differs from chance"
         return said, borne_out(pattern(found.p_value, sign * found.direction)), told, found.p_value
 
@@ -281,7 +279,7 @@ def misread_measure(measure: str, said: Misinterpretations, modality: str) -> Cl
     found = ttest_ind_from_stats(paper.mean, paper.sd, paper.trials, mean, sd, said.trials, equal_var=False)
     p_value = float(found.pvalue) if math.isfinite(found.pvalue) else None
     affected = f"{said.total} in all, in {said.affected} of {said.trials} trials"
-    here = f"{100 * mean:.1f} % ± {100 * sd:.1f} %, {affected}"
+    here = f"{percent(mean, 1)} ± {percent(sd, 1)}, {affected}"
     return here, verdict_of(p_value), "Welch, on the rates per trial", p_value
 
 
@@ -289,7 +287,7 @@ def _none(said: Misinterpretations, paper: MisreadRate) -> ClaimFinding:
     """Not one misreading: in how many trials, and could that be chance if as many trials had one as in the paper?"""
     found = difference(proportion(paper.affected, paper.trials), proportion(0, said.trials))
     assert found is not None
-    here = f"none in {said.pooled.n} claims of {said.trials} trials, at most {100 * said.misinterpreted.high:.1f} %"
+    here = f"none in {said.pooled.n} claims of {said.trials} trials, at most {percent(said.misinterpreted.high, 1)}"
     test = f"Fisher, trials with a misreading, against {paper.affected}/{paper.trials}"
     return here, borne_out(pattern(found.p_value, -1)), test, found.p_value
 

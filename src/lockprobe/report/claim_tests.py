@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from statistics import NormalDist
 from typing import Literal
 
-from lockprobe.foundation.formatting import minus
+from lockprobe.foundation.formatting import minus, percent, points
 from lockprobe.report.paper import counted_share
 from lockprobe.report.prose.hypothesis_tests import effect_said
 from lockprobe.simulation.audit.rates import false_positives
@@ -122,10 +122,10 @@ def tested(question: Question, sign: int) -> ClaimMeasure:
 def sized(name: str) -> str:
     """A test by its name on record, with its highest false-positive rate in the audit."""
     rates = false_positives(name)
-    size = f", at most {100 * rates[1].rate:.1f} % false positives in simulated studies" if rates else ""
+    size = f", at most {percent(rates[1].rate, 1)} false positives in simulated studies" if rates else ""
     return name + size
 
 
 def in_points(found: Difference) -> str:
     """A difference of shares in percentage points, with its interval."""
-    return minus(f"{100 * found.value:+.0f} points [{100 * found.low:+.0f}, {100 * found.high:+.0f}]")
+    return f"{points(found.value)} points [{points(found.low)}, {points(found.high)}]"

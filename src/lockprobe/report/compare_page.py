@@ -7,7 +7,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 from lockprobe.foundation.errors import BadFile
-from lockprobe.foundation.formatting import NONE, bracketed, p_cell
+from lockprobe.foundation.formatting import NONE, bracketed, p_cell, percent
 from lockprobe.foundation.sections import LeftOutSection, leaving_out, section
 from lockprobe.foundation.storage.atomic_file import write_file
 from lockprobe.report.compare import Comparison
@@ -127,7 +127,7 @@ def difference_table(comparison: Comparison, found: Sequence[StudyDifference]) -
     for one in found:
         first, second = one.first_success, one.second_success
         compared = f"{first.n} pairs" if one.paired else f"{second.n} and {first.n} trials"
-        shares = [f"{100 * share.value:.0f} %" for share in (second, first)]
+        shares = [percent(share.value) for share in (second, first)]
         points = bracketed(one.value, one.low, one.high)
         numbers = [
             *shares,

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from lockprobe.foundation.formatting import minus
+from lockprobe.foundation.formatting import minus, percent
 from lockprobe.statistics.proportions import Proportion, Z, difference, proportion, ratio
 from lockprobe.statistics.published import (
     CORRELATION,
@@ -73,7 +73,7 @@ def _misreading(place: str, quote: str, modality: str) -> PaperClaim:
     return PaperClaim(
         place=place,
         quote=quote,
-        value=f"{100 * row.mean:.1f} % ± {100 * row.sd:.1f} %, {row.total} in all, in {where} trials",
+        value=f"{percent(row.mean, 1)} ± {percent(row.sd, 1)}, {row.total} in all, in {where} trials",
         recomputed=f"{row.total} in about {row.steps} steps, if the mean rate per trial is the pooled rate",
         measure="misinterpretation",
         modality=modality,
@@ -87,7 +87,7 @@ def _in_between() -> str:
         f"Table 1 implies about {rgb.steps} steps with RGB, {rgbd.steps} with RGB-D and {truth.steps} with ground "
         f"truth, as total over mean rate. {rgbd.steps} and {truth.steps} do not fit an order with RGB-D in between. "
         f"But the mean rate per trial need not be the pooled rate: {rgbd.total} in {truth.steps} steps are "
-        f"{100 * rgbd.total / truth.steps:.1f} %, the mean is {100 * rgbd.mean:.1f} %. With 10 trials each, the power "
+        f"{percent(rgbd.total / truth.steps, 1)}, the mean is {percent(rgbd.mean, 1)}. With 10 trials each, the power "
         "to detect a trend over modalities that solve 80 % by steps 11, 13 and 15 is 13 % (95 % interval 12 to 14 %, "
         "simulated by benchmarks/modality_rates.py)"
     )

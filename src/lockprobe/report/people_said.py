@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from lockprobe.foundation.formatting import interval, percent, share
+from lockprobe.foundation.grouping import grouped
 from lockprobe.people.progress import Flow
 from lockprobe.statistics.modalities import spoken
 from lockprobe.statistics.people import People
@@ -90,10 +91,7 @@ def compared_said(found: People, names: Mapping[tuple[str, str], str], where: Ma
         names: Agent and modality -> what a sentence calls it; others are left out.
         where: Condition -> ``under nudge`` or ``at a flip rate of 0.4``.
     """
-    every: dict[tuple[str, str], list[RelativeSteps]] = {}
-    for row in found.relative:
-        every.setdefault((row.agent, row.modality), []).append(row)
-    for name, rows in every.items():
+    for name, rows in grouped(found.relative, lambda row: (row.agent, row.modality)).items():
         if name not in names:
             continue
         *at, one = rows

@@ -80,14 +80,11 @@ def _drawn(found: Results, each: Each) -> Pictures:
         for figure in figures:
             with of_package(source):
                 read = found if source else found.own
-                if figure.name not in asked and _applies(read, figure):
+                applies = partial(figure.applies, read)
+                if figure.name not in asked and section(f"Figure {figure.name}", applies, bool):
                     asked[figure.name] = partial(_draw, read, _alone(figure), source)
     done = each(operator.call, asked.values())
     return {name: forms for name, forms in zip(asked, done, strict=True) if forms is not None}
-
-
-def _applies(found: Results, figure: Figure) -> bool:
-    return section(f"Figure {figure.name}", partial(figure.applies, found), bool)
 
 
 def _alone(figure: Figure) -> Figure:

@@ -12,6 +12,7 @@ from lockprobe.studies.picture_store import read_picture
 from lockprobe.trial.pictures.picture import PICTURE_NAME, PictureKind
 from lockprobe.trial.pictures.png import from_png, to_png
 from lockprobe.trial.record import Trial
+from lockprobe.trial.told_outcome import in_words
 
 __all__ = ["ABOUT", "KINDS", "embedded", "pictures_shown", "seen_facts"]
 
@@ -39,7 +40,7 @@ def seen_facts(trials: Sequence[Trial]) -> Iterator[Fact]:
         first_move = next((step for step in trial.steps if step.moved), trial.steps[0])
         moments = [("before the first step", trial.opening, trial.opening_pictures)]
         for step in trial.steps[:1] + (first_move,) * (first_move.step > 1):
-            when = f"after step {step.step}: {step.joint} {'moved' if step.moved else 'did not move'}"
+            when = f"after step {step.step}: {step.joint} {in_words(step.moved)}"
             moments.append((when, step.told, step.pictures))
         shown = [(when, told, files) for when, told, files in moments if any(kind in files for kind in KINDS)]
         for number, (when, told, files) in enumerate(shown, 1):

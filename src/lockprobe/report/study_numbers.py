@@ -10,6 +10,7 @@ from itertools import product
 from typing import Any
 
 from lockprobe.foundation.errors import BadFile, BadValue
+from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.parallel import Each
 from lockprobe.foundation.sections import collecting, section
 from lockprobe.report.opened import OpenedStudy
@@ -121,9 +122,7 @@ class StudyNumbers:
     @cached_property
     def cells(self) -> tuple[PlayedCell, ...]:
         """Every agent under every condition that has trials, in the order of the study; flip rates ascend."""
-        own: dict[tuple[str, str], list[Trial]] = {}
-        for trial in self.trials:
-            own.setdefault((trial.group, trial.condition), []).append(trial)
+        own = grouped(self.trials, lambda trial: (trial.group, trial.condition))
         players = {(one.agent, one.name): agent for agent in self.flips.agents for one in agent.conditions}
         found = {(one.agent, one.name): one for one in self.flips.conditions}
         order = list(found)
@@ -204,8 +203,8 @@ def study_numbers(opened: OpenedStudy, *, each: Each = map) -> StudyNumbers:
         lambda: branch_effects(opened.forks, {trial.key: trial for trial in opened.trials}, chances=opened.choices),
         list[BranchEffect],
     )
-    others = _of_others(opened, flips, collecting(each))
-    doses = others.series if others else _of_options(opened, collecting(each))
+    others, design, every = _of_others(opened, flips, collecting(each)), design_of(opened.study), collecting(each)
+    doses = others.series if others else dose_series(opened.trials, design, box=opened.study.box, each=every)
     return StudyNumbers(
         opened=opened,
         flips=flips,
@@ -240,8 +239,3 @@ def _of_others(opened: OpenedStudy, flips: StudySummary, each: Each) -> Conditio
         return summarise_conditions(trials, design_of(study), flips, box=study.box, budget=study.max_steps, each=each)
 
     return section("All numbers of conditions", lambda: of(opened.trials), lambda: of(()))
-
-
-def _of_options(opened: OpenedStudy, each: Each) -> Iterator[tuple[Series, StudySummary]]:
-    """The numbers over options of agents in a study of flip rates alone."""
-    return dose_series(opened.trials, design_of(opened.study), box=opened.study.box, each=each)

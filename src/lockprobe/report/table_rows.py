@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from lockprobe.foundation.formatting import NONE, bracketed, minus, percent, share
+from lockprobe.foundation.formatting import NONE, bracketed, percent, share
 from lockprobe.report.format import EVERY
 from lockprobe.report.prose.doses import at_dose
 from lockprobe.report.prose.subject import Subject
@@ -50,12 +50,7 @@ def count_of(row: Estimate | None) -> str:
 
 def value_cell(row: Estimate | None, form: str = "{:.2f}") -> str:
     """A number, with its interval in brackets where it has one."""
-    if row is None or row.value is None:
-        return NONE
-    said = form.format(row.value)
-    if row.low is not None and row.high is not None:
-        said += f" [{form.format(row.low)}, {form.format(row.high)}]"
-    return minus(said)
+    return NONE if row is None else bracketed(row.value, row.low, row.high, form, 1)
 
 
 def name_of(found: Results, agent: str, modality: str) -> str:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Sequence
 
+from lockprobe.agents.prompt import claims
 from lockprobe.agents.reply_text import object_in
 from lockprobe.agents.reply_values import values_in
 from lockprobe.foundation.errors import ReplyFault
@@ -16,8 +17,6 @@ from lockprobe.trial.model_call import Call
 from lockprobe.trial.record import Decision, Percept, Situation, Task, Trial
 
 __all__ = ["other_replies", "other_words"]
-
-_CLAIMS = ("moved", "did not move")
 
 
 def other_replies(trial: Trial, own: Sequence[Call], parent: Sequence[Call] = ()) -> str:
@@ -57,7 +56,7 @@ def _another_decision(trial: Trial, decision: Decision, number: int) -> str:
     task = Task(joints=trial.listing, target=trial.target, budget=trial.budget)
     now = Situation(task=task, past=(), percept=Percept(joint=before))
     try:
-        said = values_in(object_in(decision.replies[-1], asked).fields, asked, _CLAIMS, now)
+        said = values_in(object_in(decision.replies[-1], asked).fields, asked, claims(now), now)
     except ReplyFault:
         return ""
     different = [name for name in ("joint", "claimed") if getattr(said, name) != getattr(decision, name)]

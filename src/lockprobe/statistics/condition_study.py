@@ -10,6 +10,7 @@ from functools import partial
 from operator import call
 
 from lockprobe.boxes.box import Lockbox
+from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.parallel import Each
 from lockprobe.foundation.sections import of_whom, section
 from lockprobe.statistics.agents_by_condition import ComparisonUnder, agents_by_condition
@@ -103,7 +104,7 @@ def summarise_conditions(
     """
     reference = reference_of(box, budget)
     known = {(one.agent, one.name): one for one in flips.conditions}
-    cells = _cells(trials)
+    cells = grouped(trials, lambda trial: (trial.group, trial.condition))
     jobs = {
         name: partial(_condition_if_possible, members, reference, box)
         for name, members in cells.items()
@@ -168,14 +169,6 @@ def _unheeded(cells: _Cells, design: Design) -> tuple[Unheeded, ...]:
 def _names(idle: Sequence[Idle], *, whole: bool = False) -> _Names:
     """The conditions in which something changed nothing; with ``whole`` only those in which all of it did not."""
     return frozenset((one.agent, one.condition) for one in idle if not (whole and one.intervention))
-
-
-def _cells(trials: Sequence[Trial]) -> dict[tuple[str, str], list[Trial]]:
-    """The trials of every agent under every condition."""
-    cells: dict[tuple[str, str], list[Trial]] = {}
-    for trial in trials:
-        cells.setdefault((trial.group, trial.condition), []).append(trial)
-    return cells
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

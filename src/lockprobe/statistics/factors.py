@@ -73,16 +73,12 @@ def factors_of(arms: Sequence[SeriesArm], controls: Collection[str] = ()) -> tup
                     own.setdefault(spec.options.get(option, ""), arm.label)
     found = []
     for (kind, option, modality), groups in levels.items():
-        kept = [_first_without(own) for own in groups.values() if len(own) > 1 and not all(map(_is_number, own))]
-        apart = tuple(group for group in kept if group[0] not in controls)
+        kept = [own for own in groups.values() if len(own) > 1 and not all(map(_is_number, own))]
+        without_first = [tuple(own[level] for level in sorted(own, key=bool)) for own in kept]
+        apart = tuple(group for group in without_first if group[0] not in controls)
         if apart:
             found.append(Factor(kind=kind, option=option, modality=modality, groups=apart))
     return tuple(found)
-
-
-def _first_without(levels: Mapping[str, str]) -> tuple[str, ...]:
-    """The labels of levels, the one that does not say the option first."""
-    return tuple(levels[level] for level in sorted(levels, key=bool))
 
 
 def _is_number(text: str) -> bool:

@@ -216,13 +216,9 @@ def solved_in_pairs(first: Outcomes, second: Outcomes) -> NDArray[np.bool_]:
     Returns:
         Shape (pairs, 2), by repetition and trial.
     """
-    one, two = (_solved_by_luck(group) for group in (first, second))
+    one, two = (dict(zip(_lucks(group), group.solved.tolist(), strict=True)) for group in (first, second))
     both = sorted(one.keys() & two.keys())
     return np.array([[one[luck], two[luck]] for luck in both], dtype=np.bool_).reshape(-1, 2)
-
-
-def _solved_by_luck(group: Outcomes) -> dict[tuple[int, int], bool]:
-    return dict(zip(_lucks(group), group.solved.tolist(), strict=True))
 
 
 def _lucks(group: Outcomes) -> list[tuple[int, int]]:

@@ -14,6 +14,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
+from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.seeds import generator
 from lockprobe.trial.record import Trial
 
@@ -109,9 +110,7 @@ def relative_steps(
         conditions: Label of a condition that people played -> its modality.
     """
     agents = dict.fromkeys(trial.group for trial in counted if not trial.player)
-    by_modality: dict[str, list[str]] = {}
-    for condition, modality in conditions.items():
-        by_modality.setdefault(modality, []).append(condition)
+    by_modality = grouped(conditions, conditions.__getitem__)
     slots = {_slot(trial): trial for trial in own}
     for agent, (modality, labelled) in product(agents, by_modality.items()):
         pairs = [

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from itertools import combinations
 from math import isnan
 
+from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.spec import Spec
 from lockprobe.statistics.axis import AGENT, Axis
 from lockprobe.trial.doses import can_be_fitted, dose_of, without_doses
@@ -105,10 +106,8 @@ def control_of(arms: Sequence[SeriesArm], modality: str = STATES) -> SeriesArm |
 
 def series_of(arms: Sequence[SeriesArm]) -> tuple[Series, ...]:
     """Every series of at least three doses, in the order of the conditions."""
-    families: dict[tuple[object, ...], list[tuple[SeriesArm, int, str]]] = {}
-    for arm in arms:
-        for place, option in arm.dosed:
-            families.setdefault(arm.family((place, option)), []).append((arm, place, option))
+    dosed = ((arm, place, option) for arm in arms for place, option in arm.dosed)
+    families = grouped(dosed, lambda one: one[0].family(one[1:]))
     return tuple(one for members in families.values() if len((one := _series(members, arms)).doses) >= _FEWEST)
 
 

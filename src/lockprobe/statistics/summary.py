@@ -14,6 +14,7 @@ import numpy as np
 
 from lockprobe.boxes.box import Lockbox
 from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.parallel import Each
 from lockprobe.foundation.sections import of_whom, section
 from lockprobe.foundation.seeds import generator
@@ -310,11 +311,8 @@ def _modalities(by_agent: Sequence[AxisTrials]) -> tuple[ModalityEffect, ...]:
     """
     lowest = [members.lowest for members in by_agent]
     least = min((members.doses[0] for members in lowest), default=0.0)
-    named: dict[str, list[Sequence[Trial]]] = {}
-    for members in lowest:
-        if members.doses[0] == least:
-            named.setdefault(members.agent, []).append(members.trials)
-    groups = list(named.values())
+    named = grouped((members for members in lowest if members.doses[0] == least), lambda members: members.agent)
+    groups = [[members.trials for members in own] for own in named.values()]
     baseline = [is_reference(group[0][0].spec) for group in groups if modality_effect(group)]
     return tuple(
         effect

@@ -64,7 +64,8 @@ def arms_of(conditions: Sequence[SeriesArm]) -> tuple[float, dict[str, str]] | N
     found = {_acting(one.specs): one.label for one in conditions}
     for one in conditions:
         if len(one.specs) == 1 and (spec := one.specs[0]).full_name == "flip":
-            rate, reading = float(spec.options.get("p", 0)), _reading(spec)
+            rate = float(spec.options.get("p", 0))
+            reading = "".join(f"&{name}={spec.options[name]}" for name in _READING if name in spec.options)
             if rate > 0 and spec.options.keys() <= {"p", *_READING}:
                 there = {
                     arm: found[wanted]
@@ -74,11 +75,6 @@ def arms_of(conditions: Sequence[SeriesArm]) -> tuple[float, dict[str, str]] | N
                 if there.keys() >= set(PLANNED):
                     return rate, there
     return None
-
-
-def _reading(flip: Spec) -> str:
-    """The options that say what a false report is, as a spec has them."""
-    return "".join(f"&{name}={flip.options[name]}" for name in _READING if name in flip.options)
 
 
 def _wanted(text: str, rate: float, reading: str) -> _Acting:

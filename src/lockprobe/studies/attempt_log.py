@@ -11,11 +11,10 @@ from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 
-from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.foundation.storage.atomic_file import sync_directory
-from lockprobe.foundation.storage.jsonl import LineFile, whole_lines, with_checksum, without_checksum
+from lockprobe.foundation.storage.jsonl import LineFile, read_values, with_checksum
 from lockprobe.studies.directory import ATTEMPTS
 from lockprobe.studies.paused_trial import RecordedAttempt
 from lockprobe.trial.record import Outcome
@@ -80,11 +79,8 @@ class AttemptLog:
             yield log
 
     def _read(self) -> None:
-        for number, line in whole_lines(self._path):
-            try:
-                self._follow(_adapter.validate_json(without_checksum(line)))
-            except (ValidationError, BadValue):
-                raise BadFile(self._path, f"line {number}: damaged") from None
+        for line in read_values(self._path, _adapter):
+            self._follow(line)
 
     @classmethod
     def read(cls, directory: Path) -> Mapping[str, Sequence[RecordedAttempt]]:

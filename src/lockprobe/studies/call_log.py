@@ -16,11 +16,11 @@ from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import TypeAdapter
 
-from lockprobe.foundation.errors import BadFile, BadValue, Missing
+from lockprobe.foundation.errors import Missing
 from lockprobe.foundation.inputs import is_there
-from lockprobe.foundation.storage.jsonl import LineFile, whole_lines, with_checksum, without_checksum
+from lockprobe.foundation.storage.jsonl import LineFile, read_values, with_checksum
 from lockprobe.studies.budget import Budget
 from lockprobe.trial.model_call import BROKEN_OFF, Call, Usage
 from lockprobe.trial.plan import Plan
@@ -71,15 +71,8 @@ def unanswered(directory: Path | str) -> list[Call]:
 
 
 def _read(path: Path) -> Iterator[Call]:
-    if not is_there(path):
-        return
-    for number, line in whole_lines(path):
-        try:
-            yield _adapter.validate_json(without_checksum(line), strict=True, extra="forbid")
-        except ValidationError as error:
-            raise BadFile(path, f"line {number}: {error.errors()[0]['msg']}") from error
-        except BadValue as error:
-            raise BadFile(path, f"line {number}: {error}") from error
+    if is_there(path):
+        yield from read_values(path, _adapter)
 
 
 class KeptReplies:

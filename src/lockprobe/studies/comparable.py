@@ -124,16 +124,13 @@ def shared_names(study: Study) -> dict[Condition, SharedCondition]:
     found: dict[Condition, SharedCondition] = {}
     for condition in study.conditions:
         shared = _shared(condition)
-        alike = sum((one.acting.specs, one.acting.modality, one.prompt) == _what_acts(shared) for one in found.values())
+        acts = [(one.acting.specs, one.acting.modality, one.prompt) for one in (*found.values(), shared)]
+        alike = acts[:-1].count(acts[-1])
         if alike:
             name = f"{shared.name} ({alike + 1})"
             shared = replace(shared, acting=replace(shared.acting, name=name))
         found[condition] = shared
     return found
-
-
-def _what_acts(shared: SharedCondition) -> tuple[tuple[str, ...], str, str]:
-    return shared.acting.specs, shared.acting.modality, shared.prompt
 
 
 def _shared(condition: Condition) -> SharedCondition:

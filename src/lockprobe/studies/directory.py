@@ -259,8 +259,4 @@ def _texts(values: object) -> list[str]:
 
 def _played(directory: Path) -> str:
     """The first file that holds finished trials or paid calls, or an empty string."""
-    return next((name for name in _KEPT if _size(directory / name)), "")
-
-
-def _size(path: Path) -> int:
-    return path.stat().st_size if path.exists() else 0
+    return next((name for name in _KEPT if (path := directory / name).exists() and path.stat().st_size), "")

@@ -15,6 +15,7 @@ from pathlib import Path
 from lockprobe.agents.mcp_client import SAME_IN_ALL_TRIALS
 from lockprobe.agents.participant import check_participant
 from lockprobe.foundation.errors import BadFile, BadValue, UserMistake
+from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.inputs import read_input
 from lockprobe.foundation.spec import MCP, spec_kind
 from lockprobe.studies.attempt_log import AttemptLog
@@ -282,17 +283,10 @@ class _CallMerger:
     def take_begun(self, source: MergeSource) -> int:
         """Merge the replies of unfinished trials and count them; a trial begun differently here keeps its own."""
         replies = 0
-        for key, calls in _by_key(source.calls).items():
+        for key, calls in grouped(source.calls, lambda call: call.key).items():
             if key in source.unfinished and self._journal.owes(key) and self._there[key] <= Counter(calls):
                 replies += sum(call.reply is not None for call in self.take(calls))
         return replies
-
-
-def _by_key(calls: Iterable[Call]) -> dict[str, list[Call]]:
-    found: defaultdict[str, list[Call]] = defaultdict(list)
-    for call in calls:
-        found[call.key].append(call)
-    return found
 
 
 def _take(
@@ -307,7 +301,7 @@ def _take(
     owed = [trial for trial in source.trials if journal.owes(trial.key)]
     kept = [trial for trial in source.trials if not journal.owes(trial.key)]
     different = sum(_differs(there[trial.key], trial) for trial in kept)
-    calls = _by_key(source.calls)
+    calls = grouped(source.calls, lambda call: call.key)
     for trial in owed:
         book.take(calls.get(trial.key, ()))
         log.replace(trial.key, source.attempts.get(trial.key, ()))

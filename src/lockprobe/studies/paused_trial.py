@@ -1,6 +1,9 @@
 """A trial that pauses at each decision for an outside agent: a participant, or a client with tools.
 
 A resumed trial first replays the steps that are on disk. The same seed gives the same reports.
+
+An environment of Gymnasium has its own form, because its ``step`` has no event loop to wait in: it sends each decision
+straight into the coroutine :func:`lockprobe.trial.loop.play`. Its episodes are neither resumed nor recorded.
 """
 
 from __future__ import annotations

@@ -14,6 +14,7 @@ from lockprobe.agents.llm.model_facts import ModelFacts
 from lockprobe.agents.llm.settings import ModelSettings
 from lockprobe.agents.llm.token_bounds import at_most, tokens
 from lockprobe.agents.prompt import Message, conversation, reply_schema
+from lockprobe.agents.reply_values import LONGEST_HYPOTHESIS
 from lockprobe.interventions.camera import CameraChannel
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.modality import interventions_for
@@ -32,9 +33,6 @@ SMALLEST_CACHED = 1024
 
 HYPOTHESIS = "The target seems to be locked by the joint beside it, which has to be moved first."
 """A hypothesis of typical length."""
-
-_LONGEST_HYPOTHESIS = 4000
-"""Characters; a longer one is malformed."""
 
 _MARKS = 4
 """Tokens around a message."""
@@ -192,7 +190,7 @@ def _played(plan: Plan, acting: Acting, said: str) -> list[Situation]:
 
 def _longest(plan: Plan) -> Situation:
     """The last situation of the longest possible trial: every remark is made, no report or turn is left out."""
-    said = reply("x" * _LONGEST_HYPOTHESIS)
+    said = reply("x" * LONGEST_HYPOTHESIS)
     interventions = [
         replace(one, p=1.0) if InterventionTraits.of(one).doses[:1] == ("p",) else one  # type: ignore[type-var]
         for one in interventions_for(plan.condition)

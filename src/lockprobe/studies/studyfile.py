@@ -307,7 +307,7 @@ def _one_condition(asked: str | Condition | Sequence[Intervention] | None, reque
     said = isinstance(asked, str) and says_modality(asked)
     if isinstance(asked, str):
         asked = read_condition(asked)
-    found = asked if isinstance(asked, Condition) else _composed(asked)
+    found = asked if isinstance(asked, Condition) else Condition(interventions=tuple(asked))
     if p and any(spec_name(spec) == OutcomeFlip.name for spec in found.specs):
         raise BadValue("p", p, "0 with a condition that flips reports itself")
     if request.flip is not None and not p:
@@ -321,10 +321,6 @@ def _one_condition(asked: str | Condition | Sequence[Intervention] | None, reque
     if request.modality is not None and request.modality != [found.modality]:
         raise BadValue("modality", request.modality[0], f"none with a condition that says {found.modality} itself")
     return found
-
-
-def _composed(acting: Sequence[Intervention]) -> Condition:
-    return Condition(interventions=tuple(acting))
 
 
 def _with_controls(found: Sequence[_Asked], modalities: Sequence[str]) -> tuple[Condition, ...]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from lockprobe.foundation.grouping import grouped
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial, TrialError
 
@@ -35,11 +36,8 @@ def invalid_conditions(study: Study, trials: Mapping[str, Trial]) -> list[Invali
 
     Conditions that nobody has played yet, and those of people, are left out.
     """
-    played: dict[str, list[Trial]] = {}
-    for agent in study.run_agents:
-        for plan in study.plans(agent):
-            if (trial := trials.get(plan.key)) is not None:
-                played.setdefault(trial.name.cell, []).append(trial)
+    plans = (plan for agent in study.run_agents for plan in study.plans(agent))
+    played = grouped((trials[plan.key] for plan in plans if plan.key in trials), lambda trial: trial.name.cell)
     return [
         Invalid(
             condition=condition,

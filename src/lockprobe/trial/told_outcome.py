@@ -1,12 +1,21 @@
-"""What a report says of the attempt that came before it: the outcome and the positions that it implies."""
+"""What a report says of the attempt that came before it: its outcome, in words too, and the positions it implies."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from lockprobe.trial.record import Moment, Task, Trial
+from lockprobe.trial.record import Moment, Outcome, Task, Trial
 
-__all__ = ["flipped", "told_moved", "told_positions"]
+__all__ = ["flipped", "in_words", "told_moved", "told_positions"]
+
+
+def in_words(outcome: Outcome | bool | None, nothing: str = "nothing") -> str:
+    """An outcome in words, given as such or as whether the joint moved; ``nothing`` where there is none.
+
+    >>> in_words("moved"), in_words(False), in_words(None)
+    ('moved', 'did not move', 'nothing')
+    """
+    return nothing if outcome is None else "moved" if outcome in (True, "moved") else "did not move"
 
 
 def told_moved(now: Moment, before: Sequence[Moment], task: Task, *, really: bool) -> bool | None:

@@ -6,9 +6,10 @@ from contextlib import closing
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pydantic import TypeAdapter
 
-from lockprobe.foundation.errors import BadValue
-from lockprobe.foundation.storage.jsonl import LineFile, whole_lines, with_checksum, without_checksum
+from lockprobe.foundation.errors import BadFile, BadValue
+from lockprobe.foundation.storage.jsonl import LineFile, read_values, whole_lines, with_checksum, without_checksum
 
 LONG = b"x" * 200_000
 
@@ -78,3 +79,16 @@ def test_every_single_bit_is_noticed():
 def test_a_line_without_a_checksum_is_refused(line):
     with pytest.raises(BadValue, match="checksum: got 'none', expected one at the end of the line"):
         without_checksum(line)
+
+
+@pytest.mark.parametrize(
+    ("line", "why"),
+    [(with_checksum(b"no json}"), "Invalid JSON"), (with_checksum(b'{"a":"x"}'), "valid integer"),
+     (b'{"a":1}', "checksum: got 'none'"), (with_checksum(b'{"a":1}').replace(b"1", b"2", 1), "the line was changed")],
+)  # fmt: skip
+def test_a_line_that_is_damaged_or_holds_another_value_is_named(tmp_path, line, why):
+    (tmp_path / "log").write_bytes(with_checksum(b'{"a":1}') + b"\n" + line + b"\n" + b"torn")
+    values = read_values(tmp_path / "log", TypeAdapter(dict[str, int]))
+    assert next(values)["a"] == 1
+    with pytest.raises(BadFile, match=f"log: line 2: .*{why}"):
+        next(values)

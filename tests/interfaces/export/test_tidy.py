@@ -10,16 +10,15 @@ import pytest
 from builders import SOLUTION, make_trial, play_study, small_study
 
 import lockprobe
-from lockprobe.interfaces.export import (
-    COLUMNS,
-    TRIAL_COLUMNS,
-    tidy,
-    tidy_rows,
-    trial_rows,
-    write_csv,
-    write_jsonl,
-    write_parquet,
-)
+from lockprobe.interfaces.export import COLUMNS, TRIAL_COLUMNS, tidy, tidy_rows, trial_rows
+from lockprobe.interfaces.export.table_files import rows_of, write_rows, write_table
+
+
+def written(trials, kind):
+    file = io.StringIO()
+    write_rows(rows_of("steps", trials), file, kind)
+    return file.getvalue()
+
 
 PROMISED = (
     "key, agent, box, modality, p, repetition, trial, step, joint, moved, told_moved, claimed, state, target, ending"
@@ -52,9 +51,7 @@ def test_where_panels_differ_each_row_names_its_own():
     for row in rows:
         assert sorted(row["panel"].split()) == sorted(trials[0].joints)
         assert len(row["state"]) == len(row["panel"].split())
-    file = io.StringIO()
-    write_csv(trials, file)
-    assert file.getvalue().splitlines()[0] == PROMISED.replace(", ", ",") + ",panel"
+    assert written(trials, "csv").splitlines()[0] == PROMISED.replace(", ", ",") + ",panel"
 
 
 def test_a_blocked_target_is_not_the_row_that_moved_it():
@@ -63,11 +60,8 @@ def test_a_blocked_target_is_not_the_row_that_moved_it():
 
 def test_csv_and_jsonl_hold_the_same():
     trials = [*play_study(small_study(trials=1)), make_trial([], broken="model")]
-    as_csv, as_jsonl = io.StringIO(), io.StringIO()
-    write_csv(trials, as_csv)
-    write_jsonl(trials, as_jsonl)
-    from_csv = list(csv.DictReader(io.StringIO(as_csv.getvalue())))
-    from_jsonl = [json.loads(line) for line in as_jsonl.getvalue().splitlines()]
+    from_csv = list(csv.DictReader(io.StringIO(written(trials, "csv"))))
+    from_jsonl = [json.loads(line) for line in written(trials, "jsonl").splitlines()]
     assert from_jsonl[0]["state"] == "0000"
     as_text = [{name: str(cell) for name, cell in row.items()} for row in from_jsonl]
     assert from_csv == [row | {"state": f"b{row['state']}"} for row in as_text]
@@ -80,9 +74,7 @@ def test_where_a_robot_played_its_verdict_comes_last():
     rows = list(tidy_rows([robot, make_trial([1])]))
     assert all(tuple(row) == (*COLUMNS, "verdict") for row in rows)
     assert [row["verdict"] for row in rows] == ["moved", "failed", ""]
-    file = io.StringIO()
-    write_csv([robot], file)
-    assert file.getvalue().splitlines()[0] == PROMISED.replace(", ", ",") + ",verdict"
+    assert written([robot], "csv").splitlines()[0] == PROMISED.replace(", ", ",") + ",verdict"
 
 
 def asked_how_sure(trial, *answers):
@@ -105,7 +97,8 @@ def test_what_an_agent_said_of_its_assessment_comes_last_and_is_empty_where_nobo
 
 def test_parquet_has_no_value_where_nobody_asked(tmp_path):
     parquet = pytest.importorskip("pyarrow.parquet")
-    write_parquet([asked_how_sure(make_trial([3, 0], budget=2), (None, None), (70, True))], tmp_path / "x.parquet")
+    asked = [asked_how_sure(make_trial([3, 0], budget=2), (None, None), (70, True))]
+    write_table(rows_of("steps", asked), tmp_path / "x.parquet", "parquet")
     table = parquet.read_table(tmp_path / "x.parquet")
     assert table.column("confidence").to_pylist() == [None, 70]
     assert [str(table.schema.field(name).type) for name in ("confidence", "report_false")] == ["int64", "int64"]
@@ -114,27 +107,24 @@ def test_parquet_has_no_value_where_nobody_asked(tmp_path):
 def test_parquet_keeps_types_and_leading_zeros(tmp_path):
     parquet = pytest.importorskip("pyarrow.parquet")
     trials = [*play_study(small_study(trials=1)), make_trial([], broken="model")]
-    write_parquet(trials, tmp_path / "x.parquet")
+    write_table(rows_of("steps", trials), tmp_path / "x.parquet", "parquet")
     table = parquet.read_table(tmp_path / "x.parquet")
     assert table.to_pylist() == list(tidy_rows(trials))
     kinds = {field.name: str(field.type) for field in table.schema}
     assert (kinds["state"], kinds["p"], kinds["step"], kinds["moved"]) == ("string", "double", "int64", "int64")
-    assert [path.name for path in tmp_path.iterdir()] == ["x.parquet"]
 
 
 def test_parquet_of_nothing_has_all_columns(tmp_path):
     parquet = pytest.importorskip("pyarrow.parquet")
-    write_parquet([], tmp_path / "x.parquet")
+    write_table(rows_of("steps", []), tmp_path / "x.parquet", "parquet")
     assert tuple(parquet.read_table(tmp_path / "x.parquet").column_names) == COLUMNS
 
 
 def test_what_steers_a_terminal_reaches_no_row():
     trial = replace(make_trial(SOLUTION), agent="x\x1b[2J\u202ey", key="flips/x\x07/truth/rep=1/trial=1")
-    for write in (write_csv, write_jsonl):
-        file = io.StringIO()
-        write([trial], file)
-        assert not {"\x1b", "\x07", "\u202e", "\\u202e", "\\u001b"} & set(re.findall(r"\\u....|.", file.getvalue()))
-        assert "x?[2J?y" in file.getvalue()
+    for text in (written([trial], "csv"), written([trial], "jsonl")):
+        assert not {"\x1b", "\x07", "\u202e", "\\u202e", "\\u001b"} & set(re.findall(r"\\u....|.", text))
+        assert "x?[2J?y" in text
 
 
 def test_a_table_of_one_trial_or_several_is_at_hand():

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from lockprobe.agents.prompt import conversation, example
-from lockprobe.interfaces.mcp.wording import CLAIMS, begun, observation, reply_form, tool_schema, wording
+from lockprobe.interfaces.mcp.wording import begun, observation, reply_form, tool_schema, wording
 from lockprobe.trial.briefing import Briefing
 from lockprobe.trial.record import Percept
 
@@ -44,7 +44,7 @@ def test_a_report_that_is_dropped_is_no_empty_text():
 def test_the_schema_asks_for_what_the_chat_protocol_asks_for():
     schema = tool_schema(4, assessment=True)
     assert schema["properties"]["joint"]["enum"] == ["A", "B", "C", "D"]
-    assert schema["properties"]["last_action"]["enum"] == list(CLAIMS)
+    assert schema["properties"]["last_action"]["enum"] == ["moved", "did not move", "none"]
     assert schema["required"] == ["joint"]
     assert "last_action" not in tool_schema(4, assessment=False)["properties"]
     assert "hypothesis" in schema["properties"]

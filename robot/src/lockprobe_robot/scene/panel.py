@@ -121,8 +121,9 @@ def _laid_out(
 
     for size in sorted((size for size in _SIZES if _apart(places * size) > _NEAREST), key=regret):
         where = [tuple((place - 0.5) * size) for place in places]
+        half = np.array(size) / 2 - _MARGIN
         choices = [
-            [f for f in mounting_choices(joint.kind, (float(x), float(y))) if _inside(f, size)]
+            [f for f in mounting_choices(joint.kind, (float(x), float(y))) if (np.abs(f.room()) <= half).all()]
             for joint, (x, y) in zip(joints, where, strict=True)
         ]
         mounted_joints = _compatible(choices)
@@ -145,10 +146,6 @@ def _laid_out(
 def _apart(places: NDArray[np.float64]) -> float:
     between = np.hypot(*(places[:, None] - places[None]).transpose(2, 0, 1))
     return float(between[~np.eye(len(places), dtype=bool)].min())
-
-
-def _inside(mounted: MountedJoint, size: tuple[float, float]) -> bool:
-    return bool((np.abs(mounted.room()) <= np.array(size) / 2 - _MARGIN).all())
 
 
 def _nearest(first: NDArray[np.float64], second: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -17,7 +17,9 @@ from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO
+from typing import IO, TypeVar
+
+from pydantic import TypeAdapter, ValidationError
 
 from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.foundation.inputs import check_regular, read_lines
@@ -26,12 +28,15 @@ from lockprobe.foundation.storage.links import refuse_links
 __all__ = [
     "LineFile",
     "State",
+    "read_values",
     "rescued_files",
     "state_of",
     "whole_lines",
     "with_checksum",
     "without_checksum",
 ]
+
+_Value = TypeVar("_Value")
 
 _BLOCK = 1 << 16
 """Bytes read at once on the way back to the end of the last whole line."""
@@ -274,3 +279,18 @@ def without_checksum(line: bytes) -> bytes:
     if zlib.crc32(said) != int(found[1], 16):
         raise BadValue("checksum", found[1].decode(), f"{zlib.crc32(said):08x}: the line was changed")
     return said + b"}"
+
+
+def read_values(path: Path, adapter: TypeAdapter[_Value]) -> Iterator[_Value]:
+    """The values on the whole lines of a file, each with its checksum.
+
+    Raises:
+        BadFile: If a line is damaged, or holds no such value.
+    """
+    for number, line in whole_lines(path):
+        try:
+            yield adapter.validate_json(without_checksum(line), strict=True, extra="forbid")
+        except ValidationError as error:
+            raise BadFile(path, f"line {number}: {error.errors()[0]['msg']}") from None
+        except BadValue as error:
+            raise BadFile(path, f"line {number}: {error}") from None

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from lockprobe.interfaces.export.table_files import write_csv, write_jsonl, write_parquet
 from lockprobe.interfaces.export.tidy import COLUMNS, TRIAL_COLUMNS, tidy, tidy_rows, trial_rows
 
-__all__ = ["COLUMNS", "TRIAL_COLUMNS", "tidy", "tidy_rows", "trial_rows", "write_csv", "write_jsonl", "write_parquet"]
+__all__ = ["COLUMNS", "TRIAL_COLUMNS", "tidy", "tidy_rows", "trial_rows"]

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.formatting import markdown_table
 from lockprobe.foundation.inputs import read_input
 from lockprobe.foundation.storage.atomic_file import atomic_directory
 from lockprobe.interfaces.export.data_dictionary import column
@@ -135,10 +136,10 @@ def _card(names: dict[str, str], columns: dict[TableName, tuple[str, ...]], lice
     lines += ["---", "", "# Lockprobe trials", ""]
     lines += ["Agents try to open lockboxes. Every step holds the truth and the report to the agent.", ""]
     lines += [f"A trial whose `ending` is `error` is not a failure to solve: `solved` is empty. {pictures}"]
-    lines += ["", "| split | agent |", "|---|---|", *(f"| `{split}` | {_cell(a)} |" for a, split in names.items())]
+    lines += ["", markdown_table(("split", "agent"), *((f"`{split}`", _cell(agent)) for agent, split in names.items()))]
     for table in _TABLES:
-        lines += ["", f"## Columns of `{table}`", "", "| column | meaning |", "|---|---|"]
-        lines += [f"| `{name}` | {_cell(column(name).meaning)} |" for name in columns[table]]
+        meanings = ((f"`{name}`", _cell(column(name).meaning)) for name in columns[table])
+        lines += ["", f"## Columns of `{table}`", "", markdown_table(("column", "meaning"), *meanings)]
     lines += [
         "",
         "## Citation",

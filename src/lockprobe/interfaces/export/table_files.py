@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import IO, Literal
 
 from lockprobe.foundation.errors import Missing
-from lockprobe.foundation.storage.atomic_file import atomic_file, atomic_files
+from lockprobe.foundation.storage.atomic_file import atomic_files
 from lockprobe.interfaces.export.data_dictionary import as_bits, column, dictionary
 from lockprobe.interfaces.export.tidy import (
     NO_TIMES,
@@ -30,8 +30,6 @@ __all__ = [
     "TableName",
     "rows_of",
     "write_csv",
-    "write_jsonl",
-    "write_parquet",
     "write_rows",
     "write_table",
 ]
@@ -91,31 +89,17 @@ def write_rows(table: Rows, file: IO[str], kind: Literal["csv", "jsonl"]) -> Non
         file.writelines(json.dumps(row, ensure_ascii=False) + "\n" for row in table.rows)
         return
     bits = [name for name in table.columns if column(name).kind == "bits"]
-    writer = csv.DictWriter(file, table.columns, lineterminator="\n")
+    rows = ({**row, **{name: as_bits(str(row[name])) for name in bits}} for row in table.rows)
+    write_csv(table.columns, rows, file)
+
+
+def write_csv(
+    columns: Sequence[str], rows: Iterable[Mapping[str, TidyCell]], file: IO[str], end: Literal["\n", "\r\n"] = "\n"
+) -> None:
+    """Write a header line and rows as CSV; a cell that a row lacks is empty."""
+    writer = csv.DictWriter(file, columns, restval="", lineterminator=end)
     writer.writeheader()
-    writer.writerows({**row, **{name: as_bits(str(row[name])) for name in bits}} for row in table.rows)
-
-
-def write_csv(trials: Iterable[Trial], file: IO[str], times: Times = NO_TIMES) -> None:
-    """Write tidy steps as CSV; ``state`` has ``b`` in front, so that no program reads it as a number."""
-    write_rows(rows_of("steps", list(trials), times), file, "csv")
-
-
-def write_jsonl(trials: Iterable[Trial], file: IO[str], times: Times = NO_TIMES) -> None:
-    """Write tidy steps, one JSON object per line."""
-    write_rows(rows_of("steps", list(trials), times), file, "jsonl")
-
-
-def write_parquet(trials: Iterable[Trial], path: Path, times: Times = NO_TIMES) -> None:
-    """Write tidy steps as a Parquet file with typed columns: ``state`` is text, counts are integers.
-
-    Raises:
-        Missing: If pyarrow is not installed.
-        BadFile: If the file cannot be written, or is no regular file.
-    """
-    table = rows_of("steps", list(trials), times)
-    with atomic_file(path) as draft:
-        _write_parquet(table, draft)
+    writer.writerows(rows)
 
 
 def _write_parquet(table: Rows, draft: Path) -> None:

@@ -214,6 +214,7 @@ def _participant(kept: Diary, experiment: Experiment | None) -> dict[str, TidyCe
     journey = Journey.of(kept)
     endings, checks = journey.endings, journey.checks
     language, _, texts = joined.words.partition(" ")
+    answered = {(did.scene, did.item) for did in kept.acts if isinstance(did.act, Answer)}
     row: dict[str, TidyCell] = {
         "participant": joined.identity,
         "language": language,
@@ -225,7 +226,7 @@ def _participant(kept: Diary, experiment: Experiment | None) -> dict[str, TidyCe
         "checks_right": sum(checks),
         "checks_wrong": len(checks) - sum(checks),
         "conditions": "; ".join(slot.condition for slot in joined.slots),
-        "finished": int(journey.boxes_done and _asked(kept, experiment) <= _answered(kept)),
+        "finished": int(journey.boxes_done and _asked(kept, experiment) <= answered),
         **_device(kept),
         **{f"{PLATFORM}{name}": said for name, said in joined.platform.items()},
     }
@@ -241,10 +242,6 @@ def _asked(kept: Diary, experiment: Experiment | None) -> set[tuple[str, str]]:
     boxes = len(kept.joined.slots)
     checks = {("check", str(number)) for number, check in enumerate(experiment.checks, 1) if check.after <= boxes}
     return checks | {("ask", question.name) for question in experiment.questions}
-
-
-def _answered(kept: Diary) -> set[tuple[str, str]]:
-    return {(did.scene, did.item) for did in kept.acts if isinstance(did.act, Answer)}
 
 
 def _device(kept: Diary) -> dict[str, TidyCell]:

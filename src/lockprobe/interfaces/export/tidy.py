@@ -138,16 +138,12 @@ def _has_others_than_flips(trials: Sequence[Trial]) -> bool:
     return any(trial.p is None for trial in trials)
 
 
-def _dealt_anew(trials: Sequence[Trial]) -> bool:
-    return len({(trial.box, trial.joints) for trial in trials}) > len({trial.box for trial in trials})
-
-
 def tidy_columns(trials: Sequence[Trial], times: Times = NO_TIMES) -> tuple[str, ...]:
     """The columns of the tidy rows of these trials: :data:`COLUMNS`, then the optional ones that apply."""
     says = {
         "condition": _has_others_than_flips(trials),
         "chosen": any(step.chosen for trial in trials for step in trial.steps),
-        "panel": _dealt_anew(trials),
+        "panel": len({(trial.box, trial.joints) for trial in trials}) > len({trial.box for trial in trials}),
         "verdict": any("verdict" in step.sensed for trial in trials for step in trial.steps),
         "rt_ms": bool(times),
         "confidence": any(step.decision.confidence is not None for trial in trials for step in trial.steps),

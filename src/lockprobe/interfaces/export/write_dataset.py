@@ -13,7 +13,6 @@ The tables are made of the records alone, so that whoever has both can see wheth
 
 from __future__ import annotations
 
-import csv
 import io
 import json
 import re
@@ -25,9 +24,11 @@ from importlib.metadata import version
 from pathlib import Path
 
 from lockprobe.foundation.errors import BadFile, UserMistake
+from lockprobe.foundation.formatting import markdown_table
 from lockprobe.foundation.spec import PEOPLE
 from lockprobe.foundation.storage.atomic_file import atomic_directory, write_private
 from lockprobe.interfaces.export.data_dictionary import column
+from lockprobe.interfaces.export.table_files import write_csv
 from lockprobe.interfaces.export.tables import TABLES, PeopleRecords, Table, tables_of
 from lockprobe.people.diary import PEOPLE_DIRECTORY, without_identity, write_diaries
 from lockprobe.people.experiment import EXPERIMENT, SECRET
@@ -157,9 +158,7 @@ def _texts_read(source: PeopleRecords) -> bytes | None:
 def as_csv(table: Table) -> str:
     """CSV as in RFC 4180. Line ends are CR LF, so a single CR or LF within a text is quoted."""
     file = io.StringIO()
-    writer = csv.DictWriter(file, table.columns, restval="", lineterminator="\r\n")
-    writer.writeheader()
-    writer.writerows(table.rows)
+    write_csv(table.columns, table.rows, file, end="\r\n")
     return file.getvalue()
 
 
@@ -199,14 +198,12 @@ def _variable(name: str) -> dict[str, object]:
 
 def _readme(given: PeopleRecords, described: dict[str, object], *, texts: bool) -> str:
     read = f"`{MATERIALS}/{TEXTS}` holds the texts that the participants read.\n\n" if texts else ""
-    rows = "\n".join(f"| {data_file(given.study, name)} | {row} |" for name, row in TABLES.items())
+    rows = ((data_file(given.study, name), row) for name, row in TABLES.items())
     return f"""# {described["name"]}
 
 {described["description"]}
 
-| file in data/ | one row is |
-|---|---|
-{rows}
+{markdown_table(("file in data/", "one row is"), *rows)}
 
 {read}{DESCRIPTION} describes every column with its unit and its clock. There are two clocks: response times are
 measured by the participant's browser, and times of arrival by the server. No time reveals the day or the time of day

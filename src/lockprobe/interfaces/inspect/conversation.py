@@ -17,6 +17,7 @@ from lockprobe.interventions.words import Tell, TextChannel
 from lockprobe.trial.briefing import Briefing
 from lockprobe.trial.pictures.picture import Picture, PictureKind
 from lockprobe.trial.record import Decision, Fact, Percept, Situation, Step, Task, Trial, Turn
+from lockprobe.trial.told_outcome import in_words
 
 __all__ = ["Exchange", "briefing_of", "exchanges_of", "instruction", "last_report"]
 
@@ -161,7 +162,7 @@ def _words(step: Step) -> tuple[str, ...]:
     decision = step.decision
     if decision.replies:
         return decision.replies
-    said = {"moved": "It moved.", "blocked": "It did not move.", None: ""}[decision.claimed]
+    said = f"It {in_words(decision.claimed)}." if decision.claimed else ""
     return (f"({' '.join(filter(None, (said, decision.hypothesis, f'Attempts {decision.joint}.')))})",)
 
 

@@ -88,7 +88,8 @@ def read_log(path: Path | str) -> MergeSource:
                 continue
             trial = trial_from_json(line)
             trials[trial.key] = trial
-            samples[trial.key] = _named(sample)
+            large: dict[str, object] = {"messages": [], "store": {}, "scores": None, "attachments": {}}
+            samples[trial.key] = sample.model_copy(update=large)  # which saves memory
             if sample.total_time is not None:
                 seconds[trial.key] = sample.total_time
             if wanted := trial.picture_names - pictures.keys():
@@ -154,11 +155,6 @@ def _check_held(header: EvalLog, held: int) -> None:
     """Refuse a log without samples, unless its eval was interrupted."""
     if not held and header.status == "success":
         raise BadValue("samples", 0, f"the {len(header.eval.dataset.sample_ids or ())} that its header lists")
-
-
-def _named(sample: EvalSample) -> EvalSample:
-    """The name alone, to save memory."""
-    return sample.model_copy(update={"messages": [], "store": {}, "scores": None, "attachments": {}})
 
 
 def _line(sample: EvalSample) -> str | None:

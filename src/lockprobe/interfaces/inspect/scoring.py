@@ -13,11 +13,13 @@ from __future__ import annotations
 from functools import cache
 
 from lockprobe.foundation.errors import needing
+from lockprobe.foundation.formatting import markdown_table
 from lockprobe.statistics.chance import chance_level
 from lockprobe.statistics.loops import any_loop
 from lockprobe.statistics.misinterpretation import trial_claims
 from lockprobe.studies.study import Study
-from lockprobe.trial.record import Step, Trial
+from lockprobe.trial.record import Outcome, Step, Trial
+from lockprobe.trial.told_outcome import in_words
 from lockprobe.trial.trial_json import trial_from_json, trial_to_json
 
 with needing("Inspect logs", "providers"):
@@ -48,8 +50,6 @@ VALUES = ("success", "steps", "loop", "loop_chance", "misinterpretation")
 
 _APART = ("success", "loop", "loop_chance")
 """The values that are also summarised by condition."""
-
-_SAID = {"moved": "moved", "blocked": "did not move", None: ""}
 
 
 def score_of(trial: Trial) -> Score:
@@ -91,7 +91,7 @@ def trial_as_markdown(trial: Trial) -> str:
         [
             str(step.step),
             f"{step.decision.joint} ({step.joint})",
-            _SAID["moved" if step.moved else "blocked"],
+            in_words(step.moved),
             _told(step),
             _said(step, claimed),
             step.state,
@@ -99,13 +99,12 @@ def trial_as_markdown(trial: Trial) -> str:
         ]
         for step, claimed in zip(trial.steps, said, strict=True)
     ]
-    lines = [head, ["---"] * len(head), *rows]
-    return "\n".join([heading, "", *(f"| {' | '.join(cells)} |" for cells in lines)])
+    return f"{heading}\n\n{markdown_table(head, *rows)}"
 
 
 def step_as_markdown(step: Step) -> str:
     """One step in Markdown, for the transcript: truth and report."""
-    true = _SAID["moved" if step.moved else "blocked"]
+    true = in_words(step.moved)
     return f"Step {step.step}: {step.decision.joint} ({step.joint}). True: {true}. Told: {_told(step)}."
 
 
@@ -114,23 +113,21 @@ def step_metadata(step: Step) -> dict[str, object]:
     return {
         "step": step.step,
         "attempted": f"{step.decision.joint} ({step.joint})",
-        "true": _SAID["moved" if step.moved else "blocked"],
+        "true": in_words(step.moved),
         "told": _told(step).replace("**", ""),
     }
 
 
 def _told(step: Step) -> str:
-    if step.told_moved is None:
-        return "nothing"
-    told = _SAID["moved" if step.told_moved else "blocked"]
+    told = in_words(step.told_moved)
     return f"**{told}** (false report)" if step.told_falsely else told
 
 
-def _said(step: Step, claimed: str | None) -> str:
+def _said(step: Step, claimed: Outcome | None) -> str:
     if claimed is None:
         return ""
     agrees = step.told_moved is None or claimed == ("moved" if step.told_moved else "blocked")
-    return _SAID[claimed] if agrees else f"**{_SAID[claimed]}** (misread)"
+    return in_words(claimed) if agrees else f"**{in_words(claimed)}** (misread)"
 
 
 def _in_a_cell(text: str) -> str:

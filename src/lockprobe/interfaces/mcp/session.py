@@ -15,11 +15,12 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from lockprobe.agents.mcp_client import SAME_IN_ALL_TRIALS
+from lockprobe.agents.reply_values import CLAIMS, LONGEST_HYPOTHESIS
 from lockprobe.foundation.errors import BadFile, BadValue, LockprobeError, SettingsChanged
 from lockprobe.foundation.redaction import without_keys
 from lockprobe.interfaces.mcp.connection import Connection, Transport, facts_of
 from lockprobe.interfaces.mcp.isolation import Isolation
-from lockprobe.interfaces.mcp.wording import CLAIMS, LONGEST_HYPOTHESIS, OVER, begun, observation, wording
+from lockprobe.interfaces.mcp.wording import OVER, begun, observation, wording
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.attempt_log import AttemptLog
 from lockprobe.studies.journal import Journal

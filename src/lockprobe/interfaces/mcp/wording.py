@@ -10,12 +10,11 @@ import json
 from collections.abc import Mapping
 
 from lockprobe.agents.prompt import INSTRUCTIONS, fingerprint, instructions
+from lockprobe.agents.reply_values import CLAIMS, LONGEST_HYPOTHESIS
 from lockprobe.trial.plan import LABELS
 from lockprobe.trial.record import Outcome, Percept, Situation
 
 __all__ = [
-    "CLAIMS",
-    "LONGEST_HYPOTHESIS",
     "NO_REPORT",
     "OVER",
     "begun",
@@ -24,12 +23,6 @@ __all__ = [
     "tool_schema",
     "wording",
 ]
-
-CLAIMS: Mapping[str, Outcome | None] = {"moved": "moved", "did not move": "blocked", "none": None}
-"""The allowed values of ``last_action``; ``none`` in the first step only."""
-
-LONGEST_HYPOTHESIS = 4000
-"""Characters, as in the chat protocol."""
 
 OVER = "The trial is over."
 

@@ -13,6 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from lockprobe.foundation.formatting import bracketed, minus
+from lockprobe.foundation.grouping import grouped
 from lockprobe.report.figures.compose import sheet
 from lockprobe.report.figures.forest import ForestRow, forest, height
 from lockprobe.report.figures.frame import FAINT, agent_label, from_to, safe_name, title
@@ -84,9 +85,7 @@ def effects(found: Results, size: Literal["screen", "column"] = "screen") -> Fig
     A panel for each agent that has conditions to compare. In a column, panels are below each other; None for a single
     panel, which fits a column as it is.
     """
-    own: dict[tuple[str, str], list[Estimate]] = {}
-    for row in found.against_control():
-        own.setdefault((row.agent, row.control), []).append(row)
+    own = grouped(found.against_control(), lambda row: (row.agent, row.control))
     shown = {one.name: one.modality for one in found.design.conditions}
     panels = []
     for (agent, control), compared in own.items():

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from lockprobe.foundation.formatting import percent
 from lockprobe.report.figures.compose import sheet
 from lockprobe.report.figures.frame import INK, agent_label, counts, p_axis, share_axis, title
 from lockprobe.report.figures.palette import SUBJECTS, Dash, Marker, Style
@@ -83,7 +84,7 @@ def _strip(axes: Axes, panel: _Panel) -> None:
     for place, (_, (quantity, of), style, course) in enumerate(rows):
         for cell in course.played:
             if (share := cell.value(quantity, of)) is not None:
-                said = f"{100 * share:.0f} %"
+                said = percent(share)
                 axes.text(cell.dose or 0.0, place, said, color=style.colour, fontsize=SMALL, ha="center", va="center")
     p_axis(axes, [cell for _, _, course in panel.own for cell in course.played])
     axes.set(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import asdict
 
-from lockprobe.foundation.formatting import percent
+from lockprobe.foundation.formatting import percent, range_of
 from lockprobe.simulation.fit.result import AgentFit, FitClaim, FitReport, Parameter, RivalFit
 
 __all__ = ["CAUTION", "finding", "fit_row"]
@@ -155,7 +155,7 @@ def _times(pull: float) -> str:
 def _share(one: Parameter) -> str:
     assert one.low is not None
     assert one.high is not None
-    return f"{percent(one.value)} ({100 * one.low:.0f} to {percent(one.high)})"
+    return f"{percent(one.value)} ({range_of(one.low, one.high)})"
 
 
 def _gain(rival: RivalFit) -> str:

@@ -137,15 +137,10 @@ def _leaders(agents: Sequence[AgentSummary], standings: Sequence[Standing]) -> s
 
 def _undetected(effect: str, differences: Iterable[DifferenceAt | Paired], what: str = "changes") -> str:
     """That no effect was detected, and up to which size intervals hold one, if that is not small."""
-    most = round(100 * _reach(differences))
+    most = round(100 * max((abs(end) for one in differences for end in (one.low, one.high)), default=0.0))
     if most <= 100 * NARROW:
         return f"No effect of {effect} was detected."
     return f"Inconclusive: no effect of {effect} was detected, and {what} of up to {most} points are not excluded."
-
-
-def _reach(differences: Iterable[DifferenceAt | Paired]) -> float:
-    """The largest change in an interval, [0, 1]; 0 without a difference."""
-    return max((abs(end) for one in differences for end in (one.low, one.high)), default=0.0)
 
 
 def _course(agent: AgentSummary) -> CourseKind:

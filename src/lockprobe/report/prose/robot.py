@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from lockprobe.foundation.formatting import percent
+from lockprobe.foundation.formatting import percent, range_of
 from lockprobe.statistics.robot import Verdicts
 from lockprobe.statistics.rules import RuleBreaks
 
@@ -19,7 +19,7 @@ def verdicts_said(found: Verdicts) -> str:
     kinds = f": {moved} took a blocked joint for moved, {blocked} a moved joint for blocked" if wrong.count else ""
     return (
         f"The robot's own verdict, from force and distance, was wrong at {wrong.count} of {wrong.n} attempts "
-        f"({percent(wrong.value, 1)}, 95 % interval {100 * wrong.low:.1f} to {percent(wrong.high, 1)}){kinds}{failed}. "
+        f"({percent(wrong.value, 1)}, 95 % interval {range_of(wrong.low, wrong.high, 1)}){kinds}{failed}. "
         "Agents are not told this verdict."
     )
 

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from lockprobe.foundation.formatting import listed, p_cell
+from lockprobe.foundation.grouping import grouped
 from lockprobe.report.prose.doses import cause
 from lockprobe.report.prose.overview import effects_answer, flips_answer
 from lockprobe.report.prose.subject import Subject, subject_of
@@ -66,9 +67,7 @@ def of_conditions(found: Sequence[Effects], *, other: bool) -> list[Question]:
         found: The effects on the agents that the study is about.
         other: Whether there are conditions beside them.
     """
-    families: dict[tuple[str, str], list[Effects]] = {}
-    for one in found:
-        families.setdefault((one.family, one.control), []).append(one)
+    families = grouped(found, lambda one: (one.family, one.control))
     several = len({control for family, control in families if family != CONTROLS}) > 1
     return [
         _of_family(own, other=other, shown=spoken(own[0].modality) if several else "") for own in families.values()

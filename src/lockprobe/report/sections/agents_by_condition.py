@@ -71,16 +71,13 @@ _WHAT = {_APART: "differences between agents", _CHANGED: "differences in the eff
 def _clearest(rows: Sequence[Estimate]) -> str:
     """The clearest differences that were detected, of models with each other before those with baselines."""
     found = [row for row in rows if row.detected]
-    found.sort(key=lambda row: (_with_baseline(row), row.p_value or 0.0, -abs(row.value or 0.0)))
+    baseline = FAMILIES["reference"]
+    found.sort(key=lambda row: (row.family.startswith(baseline), row.p_value or 0.0, -abs(row.value or 0.0)))
     if not found:
         return ""
     several = len(found) > _NAMED
     each = _one_apart if found[0].quantity == _APART else _one_changed
     return capital(f"{'the clearest: ' * several}{'; '.join(each(row) for row in found[:_NAMED])}.")
-
-
-def _with_baseline(row: Estimate) -> bool:
-    return row.family.startswith(FAMILIES["reference"])
 
 
 def _one_apart(row: Estimate) -> str:

@@ -7,6 +7,7 @@ from typing import Any
 
 from markupsafe import Markup
 
+from lockprobe.foundation.formatting import percent
 from lockprobe.report.prose.hypothesis_tests import QUESTIONS
 from lockprobe.report.section import Cells, Note, Part, Section, Template, Text
 from lockprobe.simulation.audit.rates import shipped
@@ -48,7 +49,7 @@ def _highest(rates: Iterable[_Rate]) -> str:
     errors = [rate["rate"] for rate in rates if rate["recommended"] and not rate["truth"]]
     if not errors:
         return ""
-    return f"Where the truth is no, the recommended test rejects in at most {100 * max(errors):.1f} % of studies."
+    return f"Where the truth is no, the recommended test rejects in at most {percent(max(errors), 1)} of studies."
 
 
 def _by_test(rates: Iterable[_Rate], worlds: Iterable[str]) -> Cells:

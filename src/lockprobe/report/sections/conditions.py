@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from lockprobe.foundation.formatting import NONE, minus, percent
+from lockprobe.foundation.formatting import NONE, percent
 from lockprobe.report.captions import wilson_said
 from lockprobe.report.format import TextTable
 from lockprobe.report.installed_measures import measure_rows
@@ -138,18 +138,10 @@ def _measures(found: Results) -> TextTable:
         return []
     head = ["agent", "condition", "measure", "what it is", "trials", "mean [95 % interval]"]
     return [head] + [
-        [row.agent, row.condition, name, row.note or found.fact(MEASURES, name), str(row.n), _mean(row)]
+        [row.agent, row.condition, name, row.note or found.fact(MEASURES, name), str(row.n), value_cell(row, "{:.3g}")]
         for row in found.measures
         for name in [row.quantity.removeprefix(f"{MEASURES}.")]
     ]
-
-
-def _mean(row: Estimate) -> str:
-    if row.value is None:
-        return NONE
-    if row.low is None or row.high is None:
-        return minus(f"{row.value:.3g}")
-    return minus(f"{row.value:.3g} [{row.low:.3g}, {row.high:.3g}]")
 
 
 _MEASURES = Table("measures", _measures, numeric_from=4)

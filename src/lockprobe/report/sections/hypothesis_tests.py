@@ -9,7 +9,7 @@ from typing import cast
 
 from markupsafe import Markup
 
-from lockprobe.foundation.formatting import NONE, p_cell
+from lockprobe.foundation.formatting import NONE, p_cell, range_of
 from lockprobe.report.prose.hypothesis_tests import asked, effect_said, note_said
 from lockprobe.report.prose.subject import Subject
 from lockprobe.report.section import Block, Heading, Note, Part, Section, Template, Text
@@ -77,7 +77,7 @@ def _lines(course: Course, valid: Estimate, axis: Axis) -> Iterator[_Line]:
             test=test.test,
             p_value=p_cell(test.p_value),
             estimate=_estimate(course, test, axis),
-            false_positives=f"{100 * rates[0].rate:.1f} to {100 * rates[1].rate:.1f} %" if rates else "",
+            false_positives=range_of(rates[0].rate, rates[1].rate, 1) if rates else "",
             conclusion=conclusion,
             note=_note(course, test, axis),
         )

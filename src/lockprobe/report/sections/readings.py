@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from markupsafe import Markup
 
 from lockprobe.foundation.formatting import capital, listed, percent
+from lockprobe.foundation.grouping import grouped
 from lockprobe.interventions.conditions import tells_positions
 from lockprobe.report.costs import cost_rows
 from lockprobe.report.format import TextTable
@@ -85,10 +86,7 @@ def _against_none(found: Results) -> list[Estimate]:
 
 def _against_none_said(found: Results) -> Iterator[str]:
     """Whether false reports are worse than none, for each agent that the study is about."""
-    own: dict[str, list[Estimate]] = {}
-    for row in _against_none(found):
-        own.setdefault(row.agent, []).append(row)
-    for agent, rows in own.items():
+    for agent, rows in grouped(_against_none(found), lambda row: row.agent).items():
         if agent not in found.subjects:
             continue
         better, worse = (

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from markupsafe import Markup
 
-from lockprobe.foundation.formatting import NONE, listed, minus, p_cell, percent
+from lockprobe.foundation.formatting import NONE, listed, minus, p_cell, percent, points
 from lockprobe.report.captions import best_dose_said, fit_said, model_said, paper_rates, wilson_said
 from lockprobe.report.format import DETECTED, TextTable
 from lockprobe.report.prose.subject import Subject
@@ -293,7 +293,7 @@ def _compared(course: Course, row: Estimate, dose: float) -> str:
 def _if_broken(course: Course, dose: float) -> str:
     """The difference if all broken trials had ended unsolved, and if all had been solved; empty if none broke."""
     ends = [_at_dose(course, "success_difference", dose, f"broken trials {end}") for end in ("unsolved", "solved")]
-    said = [f"{100 * (one.value or 0.0):+.0f} points, P = {one.p_value:.2g}" for one in ends if one]
+    said = [f"{points(one.value or 0.0)} points, P = {one.p_value:.2g}" for one in ends if one]
     if len(said) < len(ends):
         return ""
     return minus(

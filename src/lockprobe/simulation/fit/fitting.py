@@ -9,6 +9,7 @@ import numpy as np
 
 from lockprobe.boxes.box import Lockbox
 from lockprobe.foundation.errors import BadValue, UnknownName
+from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.seeds import generator
 from lockprobe.simulation.fit.candidate_models import CandidateModel, candidates_named
 from lockprobe.simulation.fit.choices import Choices, choices_of, cluster_of, hear
@@ -88,11 +89,8 @@ def _groups(
     for agent in asked:
         if agent not in there:
             raise UnknownName("agent in these trials", agent, there)
-    groups: dict[tuple[str, str], list[Trial]] = {}
-    for agent in asked:
-        for trial in kept:
-            if trial.group == agent:
-                groups.setdefault((agent, trial.condition if by_condition else ""), []).append(trial)
+    own = (trial for agent in asked for trial in kept if trial.group == agent)
+    groups = grouped(own, lambda trial: (trial.group, trial.condition if by_condition else ""))
     return [(agent, mine) for (agent, _), mine in groups.items()]
 
 
@@ -173,9 +171,7 @@ def _sample(trials: Sequence[Trial]) -> list[Trial]:
     """All trials; or, if they hold too many choices, a random sample of whole clusters."""
     if sum(len(trial.steps) for trial in trials) <= ENOUGH_CHOICES:
         return list(trials)
-    clusters: dict[tuple[str, int, int], list[Trial]] = {}
-    for trial in trials:
-        clusters.setdefault(cluster_of(trial), []).append(trial)
+    clusters = grouped(trials, cluster_of)
     keys, drawn, choices = sorted(clusters), list[Trial](), 0
     for place in generator(0, "fit", "some").permutation(len(keys)):
         mine = clusters[keys[place]]

@@ -12,6 +12,7 @@ import numpy as np
 
 from lockprobe.boxes.box import Lockbox
 from lockprobe.boxes.families import DEFAULT_BOX
+from lockprobe.foundation.formatting import markdown_table
 from lockprobe.foundation.validation import check_probability
 from lockprobe.interventions.conditions import interventions_in, read_condition
 from lockprobe.interventions.flip import OutcomeFlip
@@ -212,8 +213,8 @@ def _sampled(
 
 def conditions_table() -> str:
     """The kinds of false reports and their conditions at rate P, as a Markdown table."""
-    lines = [f"| {name} | `{condition.format(p='P')}` |" for name, condition in FALSE_REPORTS.items()]
-    return "\n".join(["| false report | condition |", "| --- | --- |", *lines])
+    lines = [(name, f"`{condition.format(p='P')}`") for name, condition in FALSE_REPORTS.items()]
+    return markdown_table(("false report", "condition"), *lines)
 
 
 def as_table(found: Sequence[SuccessUnder]) -> str:
@@ -225,9 +226,7 @@ def as_table(found: Sequence[SuccessUnder]) -> str:
     for agent, of_agent in groupby(found, key=lambda one: one.agent):
         rows = [list(of_kind) for _, of_kind in groupby(of_agent, key=lambda one: one.name)]
         head = [f"`{agent}`, by flip rate", *(f"{one.p:g}" for one in rows[0])]
-        lines = [[row[0].name, *map(cell, row)] for row in rows]
-        table = [head, ["---", *["---:"] * (len(head) - 1)], *lines]
-        tables.append("\n".join("| " + " | ".join(line) + " |" for line in table))
+        tables.append(markdown_table(head, *([row[0].name, *map(cell, row)] for row in rows), numbers=True))
     return "\n\n".join(tables)
 
 

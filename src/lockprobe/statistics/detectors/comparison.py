@@ -14,6 +14,7 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.formatting import markdown_table
 from lockprobe.foundation.seeds import generator
 from lockprobe.statistics.detectors.catalogue import DETECTORS, Detector
 from lockprobe.statistics.detectors.verdicts import threshold
@@ -263,5 +264,4 @@ def as_table(rows: Sequence[Row], times: Mapping[str, float] | None = None) -> s
     if times is not None:
         head.append("µs")
         lines = [[*line, f"{times[row.detector]:.0f}"] for line, row in zip(lines, rows, strict=True)]
-    table = [head, ["---", *["---:"] * (len(head) - 1)], *lines]
-    return "\n".join("| " + " | ".join(line) + " |" for line in table)
+    return markdown_table(head, *lines, numbers=True)

@@ -8,7 +8,6 @@ of all studies with 30 trials at each of seven p (46 % by the likelihood ratio).
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -86,17 +85,16 @@ def binomial_orders(p: NDArray[np.float64], solved: NDArray[np.bool_]) -> Binomi
     counted = counts(p, solved)
     n = int(counted.n.sum())
     allowed = range(min(_HIGHEST, len(counted.dose) - 1, n - 3) + 1)
-    fits = list(itertools.takewhile(lambda fit: fit is not None, (_fit(counted, order) for order in allowed)))
-    found = [fit for fit in fits if fit is not None]
+    found = []
+    for order in allowed:
+        if (fit := logit_fit(np.vander(counted.dose, order + 1, increasing=True), counted)) is None:
+            break
+        found.append(fit)
     orders = tuple(_order(n, found, order) for order in range(len(found)))
     if not allowed or len(found) < len(allowed):
         return BinomialOrders(n=n, orders=orders, order=None, curve=None, note=_why_not_fitted(counted, len(found)))
     best = min(orders, key=lambda order: order.aicc).order
     return BinomialOrders(n=n, orders=orders, order=best, curve=_curve(counted, found[best]), note="")
-
-
-def _fit(counted: Counts, order: int) -> LogitFit | None:
-    return logit_fit(np.vander(counted.dose, order + 1, increasing=True), counted)
 
 
 def _why_not_fitted(counted: Counts, order: int) -> str:

@@ -185,7 +185,7 @@ def lind_mehlum(p: NDArray[np.float64], solved: NDArray[np.bool_]) -> LindMehlum
     slopes = ends @ fit.coefficients
     z = slopes / np.sqrt(np.einsum("ij,jk,ik->i", ends, fit.covariance, ends))
     away = z * (-1, 1) * (1 if bend > 0 else -1)
-    p_value = max(_upper_tail(float(score)) for score in away)
+    p_value = max(0.5 * math.erfc(float(score) / math.sqrt(2)) for score in away)
     low, high = _fieller_interval(fit)
     return LindMehlum(
         slope_low=float(slopes[0]),
@@ -196,10 +196,6 @@ def lind_mehlum(p: NDArray[np.float64], solved: NDArray[np.bool_]) -> LindMehlum
         low=low,
         high=high,
     )
-
-
-def _upper_tail(z: float) -> float:
-    return 0.5 * math.erfc(z / math.sqrt(2))
 
 
 def _concluded(p_value: float, *, opens_up: bool) -> UShape | None:
