@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import sys
 import tempfile
 import time
 from collections import defaultdict
@@ -26,19 +27,20 @@ from lockprobe_robot.calibration.calibrate import (
     turned_degrees,
 )
 from lockprobe_robot.calibration.opencv import METHODS, tag_bits
-from lockprobe_robot.calibration.pose import Pose, angle_between, array_of, inverse
+from lockprobe_robot.calibration.pose import Pose, angle_between, array_of
 from lockprobe_robot.calibration.views import VIEWS_FILE, read_views
-from lockprobe_robot.rendering.hand_camera import HandCamera
 from lockprobe_robot.scene.panel import PanelLayout, lay_out_panel
 from lockprobe_robot.scene.scene import build_scene
 from lockprobe_robot.scene.tag_layout import NUMBERS, TagLayout, board_checksum, place_tags
-from lockprobe_robot.scene.tag_prints import PAPER, add_tag_prints
 from lockprobe_robot.twin_settings import SceneSettings
 from scipy.spatial.transform import Rotation
 
 import lockprobe
 from lockprobe.foundation.errors import UserMistake
 from lockprobe.trial.pictures.png import to_png
+
+sys.path.append(str(Path(__file__).parents[1] / "robot" / "tests" / "calibration"))
+from tag_pictures import PAPER, HandCamera, add_tag_prints
 
 SIZE = (640, 480)
 ROBOT_MM, ROBOT_DEGREES = 0.2, 0.05
@@ -121,9 +123,9 @@ def write_folder(
         pose, name = camera_pose(panel, case, rng), f"{number:02}.png"
         picture = camera.look(pose) + case.grey * rng.standard_normal((SIZE[1], SIZE[0], 1))
         (folder / name).write_bytes(to_png(np.clip(np.rint(picture), 0, 255).astype(np.uint8)))
-        hand = disturbed(pose @ inverse(camera_in_hand()), rng)
+        hand = disturbed(pose @ np.linalg.inv(camera_in_hand()), rng)
         views.append({"picture": name, "hand": hand.tolist()})
-        truth[name] = inverse(pose) @ panel.pose @ on_paper()
+        truth[name] = np.linalg.inv(pose) @ panel.pose @ on_paper()
     focal, centre = [camera.focal] * 2, [(side - 1) / 2 for side in SIZE]
     facts = {"width": SIZE[0], "height": SIZE[1], "focal": focal, "centre": centre}
     (folder / VIEWS_FILE).write_text(json.dumps({"camera": facts, "views": views}, indent=1), "utf-8")

@@ -5,7 +5,7 @@
 Both rules judge the same studies. Those of a world of known mechanism are drawn with replacement from a pool of blocks
 that the world has played, so that its arms share their luck; those of stated shares of success have independent luck.
 A study is right if its verdict is that of a large study, or that success changes by less than the margin where it
-does; it is wrong if its verdict asserts something false (:class:`lockprobe.simulation.montecarlo.verdicts.Mechanism`).
+does; it is wrong if its verdict asserts something false (:class:`lockprobe.simulation.montecarlo.why_power.Mechanism`).
 A verdict that decides nothing is neither, nor is one that names one of two ways.
 
 The older rule has true reports, lies and retracted lies. It takes the difference that a retraction makes for what a lie
@@ -26,7 +26,7 @@ from lockprobe.foundation.parallel import Pool, Processes
 from lockprobe.foundation.seeds import generator
 from lockprobe.simulation.montecarlo.blocks import Played, played_blocks
 from lockprobe.simulation.montecarlo.propagation import propagate
-from lockprobe.simulation.montecarlo.verdicts import MECHANISMS, STATED, Mechanism, mechanism_of
+from lockprobe.simulation.montecarlo.why_power import STATED, Mechanism, mechanism_of
 from lockprobe.statistics.agent_comparison.paired import Array, BlockMean
 from lockprobe.statistics.mechanism import MARGIN, Verdict, decide, mean_over_blocks
 from lockprobe.statistics.paired_proportions import equivalence
@@ -35,6 +35,32 @@ from lockprobe.statistics.why_arms import ARMS
 from lockprobe.studies.studyfile import study
 
 P = 0.4
+
+_SAYS, _FORM = Mechanism("says", ("says",)), Mechanism("form", ("form",))
+_NOTHING = Mechanism("no change")
+
+MECHANISMS: Mapping[str, Mechanism] = {
+    "world:loop-breaker": _FORM,
+    "world:form-by-length": _FORM,
+    "world:sceptic": _FORM,
+    "world:novelty": Mechanism("not decided"),
+    "world:any-falsehood": _SAYS,
+    "world:first-believer": _SAYS,
+    "world:last-believer": _SAYS,
+    "world:agreed-believer": _SAYS,
+    "world:plain-believer": Mechanism("not decided", ("says",)),
+    "world:correction-jolt": Mechanism("blurred", ("says",)),
+    "world:half-and-half": Mechanism("both", ("says", "form")),
+    "world:information": _SAYS,
+    "world:information-hurts": _SAYS,
+    "world:perseverant": _SAYS,
+    "world:careful-believer": _SAYS,
+    "world:irrelevant": _NOTHING,
+    "world:lost-half": _NOTHING,
+}
+"""World -> what is true of it. In three, corrected reports cannot show how a lie acts: novelty takes notice of the
+first odd report alone, which comes too early where reports are corrected; the plain believer does not believe a report
+that is corrected; and any correction jolts the last one."""
 
 PATTERNS: Mapping[str, tuple[float, ...]] = {
     **STATED,

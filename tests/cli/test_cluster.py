@@ -1,6 +1,5 @@
 """``--cluster`` as it is typed."""
 
-import json
 from contextlib import contextmanager
 
 import pytest
@@ -50,14 +49,6 @@ def test_a_study_is_played_on_it(lockprobe, connected, tmp_path):
 def test_an_estimate_needs_none(lockprobe, connected, tmp_path):
     assert lockprobe(*RUN, tmp_path / "S", "--cluster", "auto", "--estimate")[0] == 0
     assert connected == []
-
-
-def test_an_audit_on_it_is_the_audit_of_one_machine(lockprobe, connected):
-    asked = ("audit", "--studies", 1, "--world", "no-effect", "--json")
-    there = lockprobe(*asked, "--cluster", "auto")
-    here = lockprobe(*asked, "--workers", 1)
-    assert json.loads(there[1]) == json.loads(here[1])
-    assert connected == ["auto"]
 
 
 def test_a_study_file_cannot_ask_for_one(lockprobe, connected, tmp_path):

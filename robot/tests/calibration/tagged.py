@@ -4,7 +4,6 @@ from functools import cache
 
 import numpy as np
 from lockprobe_robot.calibration.calibrate import BoardView
-from lockprobe_robot.calibration.pose import inverse
 from lockprobe_robot.calibration.views import Intrinsics
 from lockprobe_robot.scene.panel import lay_out_panel
 from lockprobe_robot.scene.tag_layout import place_tags
@@ -44,8 +43,8 @@ def views(count=12, seed=1, millimetres=0.0, **turned):
     panel, rng, found = board()[0], np.random.default_rng(seed), []
     for number in range(count):
         pose = camera_pose(panel, rng, **turned)
-        hand = pose @ inverse(eye())
+        hand = pose @ np.linalg.inv(eye())
         hand[:3, 3] += 1e-3 * millimetres * rng.standard_normal(3)
-        seen = inverse(pose) @ panel.pose
+        seen = np.linalg.inv(pose) @ panel.pose
         found.append(BoardView(picture=f"{number}.png", hand=hand, board=seen, tags=4, reprojection=0.1))
     return found

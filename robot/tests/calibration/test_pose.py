@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from lockprobe_robot.calibration.pose import PoseRows, angle_between, array_of, inverse, mean_pose, rows_of
+from lockprobe_robot.calibration.pose import PoseRows, angle_between, array_of, mean_pose, rows_of
 from pydantic import TypeAdapter, ValidationError
 from scipy.spatial.transform import Rotation
 
@@ -16,11 +16,6 @@ def pose(seed, degrees=180.0):
     return found
 
 
-@pytest.mark.parametrize("seed", range(5))
-def test_a_pose_and_its_inverse_cancel(seed):
-    np.testing.assert_allclose(pose(seed, 77) @ inverse(pose(seed, 77)), np.eye(4), atol=1e-12)
-
-
 @pytest.mark.parametrize("degrees", [0.01, 1.0, 90.0, 179.0])
 def test_the_angle_is_that_of_the_rotation_between(degrees):
     first = pose(1, 40)
@@ -30,7 +25,7 @@ def test_the_angle_is_that_of_the_rotation_between(degrees):
 def test_the_mean_of_a_rotation_and_its_opposite_is_none():
     middle, turn = pose(3, 50), pose(4, 10)
     turn[:3, 3] = 0
-    found = mean_pose([middle @ turn, middle @ inverse(turn)])
+    found = mean_pose([middle @ turn, middle @ np.linalg.inv(turn)])
     np.testing.assert_allclose(found, middle, atol=1e-12)
 
 

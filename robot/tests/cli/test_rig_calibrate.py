@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from calibration import tagged
 from lockprobe_robot.calibration.calibration_file import calibration_for
-from lockprobe_robot.calibration.pose import array_of, inverse
+from lockprobe_robot.calibration.pose import array_of
 from lockprobe_robot.calibration.views import VIEWS_FILE
 from lockprobe_robot.scene.tag_layout import NUMBERS, board_checksum
 from typed import in_process
@@ -22,9 +22,8 @@ ask = partial(in_process, "rig")
 def pictures(tmp_path_factory):
     """Ten views of the tagged twin, in one of which a tag is left and in one of which the picture is black."""
     pytest.importorskip("cv2")
+    from calibration.tag_pictures import HandCamera, add_tag_prints
     from lockprobe_robot.calibration.opencv import tag_bits
-    from lockprobe_robot.rendering.hand_camera import HandCamera
-    from lockprobe_robot.scene.tag_prints import add_tag_prints
     from scene.scenes import scene_of
 
     from lockprobe.boxes.families import box
@@ -40,7 +39,7 @@ def pictures(tmp_path_factory):
         if number == 7:
             picture[:, :320] = 90
         (folder / name).write_bytes(to_png(picture))
-        views.append({"picture": name, "hand": (pose @ inverse(tagged.eye())).tolist()})
+        views.append({"picture": name, "hand": (pose @ np.linalg.inv(tagged.eye())).tolist()})
     camera.close()
     facts = {"width": 640, "height": 480, "focal": [camera.focal] * 2, "centre": [319.5, 239.5]}
     (folder / VIEWS_FILE).write_text(json.dumps({"camera": facts, "views": views}))

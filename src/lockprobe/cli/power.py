@@ -24,9 +24,9 @@ from lockprobe.studies.study_options import parse_p
 
 if TYPE_CHECKING:
     from lockprobe.simulation.montecarlo.condition_power import ConditionPower
-    from lockprobe.simulation.montecarlo.verdicts import VerdictRates
+    from lockprobe.simulation.montecarlo.why_power import VerdictRates
 
-__all__ = ["AsJson", "Seed", "Workers", "power", "print_verdicts", "processes", "whole_numbers"]
+__all__ = ["power"]
 
 AsJson = Annotated[bool, typer.Option("--json", help="One JSON object.")]
 Seed = Annotated[int, typer.Option(min=0, help="Seed of everything.")]
@@ -77,7 +77,7 @@ def power(
     loops when it is told the truth. power why: how many blocks (--trials) a study of controls needs to name the reason
     for a change of success.
     """
-    sizes, beside = whole_numbers("trials", trials), bool(agent or condition or sweep)
+    sizes, beside = _whole_numbers("trials", trials), bool(agent or condition or sweep)
     if what == "why":
         if beside or shared:
             raise Conflict("power why", "--agent, --condition, --sweep and --shared", "its seven arms are its own")
@@ -85,7 +85,7 @@ def power(
         return
     shares = None if success is None else _numbers("success", success)
     rates = None if p is None else parse_p(p)
-    simulated: dict[str, Any] = {"target": target, "studies": studies, "workers": processes(workers)}
+    simulated: dict[str, Any] = {"target": target, "studies": studies, "workers": _processes(workers)}
     if what or beside:
         if trap is not None or harm != 1.0:
             raise Conflict("--trap and --harm", "conditions", "they state an effect of flip rates alone")
@@ -174,7 +174,7 @@ def _print_conditions(found: Sequence[ConditionPower], target: float, shared: fl
 
 
 def _power_why(success: str | None, sizes: Sequence[int], studies: int, seed: int, *, json: bool) -> None:
-    from lockprobe.simulation.montecarlo.verdicts import STATED, stated_rates
+    from lockprobe.simulation.montecarlo.why_power import STATED, stated_rates
 
     effects = STATED if success is None else {"as stated": _numbers("success", success)}
     rates = [
@@ -182,33 +182,30 @@ def _power_why(success: str | None, sizes: Sequence[int], studies: int, seed: in
         for name, shares in effects.items()
         for one in stated_rates(name, shares, blocks=sizes or [50, 150, 300, 600], studies=studies, seed=seed)
     ]
-    print_verdicts(rates, "effect", seed, json=json)
-    if not json:
-        print(
-            "Arms share no luck here, as with a hosted model. A seeded agent's arms share luck and need fewer blocks."
-        )
-
-
-def print_verdicts(rates: Sequence[VerdictRates], what: str, seed: int, *, json: bool) -> None:
-    """Print how often studies of controls conclude what, by world or effect."""
     if json:
         print(json_.dumps({"seed": seed, "rates": [asdict(one) for one in rates]}, indent=1))
-        return
-    table = new_table(what)
+    else:
+        _print_verdicts(rates)
+
+
+def _print_verdicts(rates: Sequence[VerdictRates]) -> None:
+    """How often studies of controls conclude what."""
+    table = new_table("effect")
     for name in ("change", "truth", "blocks", "right", "wrong", "verdicts"):
         table.add_column(name)
     for one in rates:
         change = f"{100 * one.change:+.1f}" if one.change else "0"
         said = ", ".join(f"{found} {n}" for found, n in one.verdicts.items())
-        table.add_row(one.world, change, one.truth, str(one.blocks), f"{one.right:.3f}", f"{one.wrong:.3f}", said)
+        table.add_row(one.effect, change, one.truth, str(one.blocks), f"{one.right:.3f}", f"{one.wrong:.3f}", said)
     print_table(table)
     print(
         f"change: of success by lies, in points. truth: the verdict of a large study; where the change is less than "
-        f"{100 * MARGIN:g} points, no change is right too. wrong: the verdict asserts something false."
+        f"{100 * MARGIN:g} points, no change is right too. wrong: the verdict asserts something false.\n"
+        "Arms share no luck here, as with a hosted model. A seeded agent's arms share luck and need fewer blocks."
     )
 
 
-def processes(workers: int | None) -> Processes:
+def _processes(workers: int | None) -> Processes:
     """The processes of this machine, at most eight unless a user says how many."""
     return Processes(workers or min(os.cpu_count() or 1, 8))
 
@@ -220,12 +217,8 @@ def _numbers(name: str, text: str | None) -> list[float]:
         raise BadValue(name, text, "numbers separated by commas") from None
 
 
-def whole_numbers(name: str, text: str | None) -> list[int]:
-    """Whole numbers separated by commas; none of no text.
-
-    Raises:
-        BadValue: If it holds anything else.
-    """
+def _whole_numbers(name: str, text: str | None) -> list[int]:
+    """Whole numbers separated by commas; none of no text."""
     values = _numbers(name, text)
     if not all(value.is_integer() for value in values):
         raise BadValue(name, text, "whole numbers separated by commas")

@@ -16,7 +16,7 @@ PROJECT = tomllib.loads(Path(__file__).parents[3].joinpath("pyproject.toml").rea
 WHAT_TO_DO = """
 uvicorn has moved. Connection in src/lockprobe/foundation/http_server/connections.py extends its H11Protocol, so:
 1. Read what changed in uvicorn/protocols/http/h11_impl.py since the version named here.
-2. Run tests/http_server, tests/web and tests/interfaces/mcp/test_http.py with the new version.
+2. Run tests/foundation/http_server, tests/people/web and tests/interfaces/mcp/test_http.py with the new version.
 3. Mend Connection, then raise the bounds of uvicorn in pyproject.toml (extras web and mcp) and USED below.
 """
 

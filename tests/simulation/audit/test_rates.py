@@ -16,7 +16,6 @@ from lockprobe.simulation.audit.rates import (
     COMPARISON,
     EARLY,
     Rate,
-    as_data,
     false_positives,
     measure,
     measured,
@@ -24,19 +23,19 @@ from lockprobe.simulation.audit.rates import (
     within_error,
 )
 from lockprobe.simulation.audit.simulate import simulate, simulate_study
-from lockprobe.simulation.audit.simulated_agents import WORLDS, Design, world
+from lockprobe.simulation.audit.simulated_agents import WORLDS, Design
 from lockprobe.statistics.inference.battery import infer
 from lockprobe.statistics.outcomes import outcomes
 from lockprobe.statistics.persistence import persistence
 
-NULL, TRAP = world("loops-irrelevant"), world("loop-trapped")
+NULL, TRAP = WORLDS["loops-irrelevant"], WORLDS["loop-trapped"]
 
 
 @pytest.fixture(scope="module")
 def rates():
     """The first studies of the shipped audit, measured now."""
     worlds = [NULL, TRAP, WORLDS["shared-luck"]]
-    found = measure(worlds, studies=EARLY, seed=shipped()["seed"], records=False)
+    found = measure(worlds, studies=EARLY, seed=shipped()["seed"])
     return {(rate.world, rate.test): rate for rate in found}
 
 
@@ -52,14 +51,13 @@ def test_counts_are_those_of_the_tests_one_by_one():
     assert (first.rejected, first.studies, first.world, first.trials) == (rejected, 3, TRAP.name, 30)
 
 
-def test_neither_records_nor_processes_change_a_rate(monkeypatch):
-    """Three jobs over two forked workers; ``tests/cli/test_audit.py`` has workers that start afresh."""
+def test_processes_change_no_rate(monkeypatch):
+    """Three jobs over two forked workers."""
     monkeypatch.setattr("lockprobe.simulation.audit.rates.BATCH", 1)
     monkeypatch.setattr("lockprobe.foundation.parallel.get_context", lambda _: get_context("fork"))
     few = measure([TRAP], studies=3, seed=2)
-    assert few == measure([TRAP], studies=3, seed=2, records=False)
-    assert few == measure([TRAP], studies=3, seed=2, records=False, workers=Processes(2))
-    assert few != measure([TRAP], studies=3, seed=3, records=False)
+    assert few == measure([TRAP], studies=3, seed=2, workers=Processes(2))
+    assert few != measure([TRAP], studies=3, seed=3)
 
 
 def test_the_papers_correlation_finds_harm_where_there_is_none(rates):
@@ -108,7 +106,7 @@ def test_within_monte_carlo_error_is_a_binomial_tail(rejected, studies, fine):
 
 def test_people_who_leave_are_not_told_apart_from_an_equal_agent():
     """With every box counted alike they are in a third of studies."""
-    (rate,) = (one for one in measure([WORLDS["dropout"]], studies=20, records=False) if one.question == "comparison")
+    (rate,) = (one for one in measure([WORLDS["dropout"]], studies=20) if one.question == "comparison")
     assert rate.rejected <= 3
 
 
@@ -133,7 +131,7 @@ def test_a_killed_worker_is_one_line(monkeypatch):
 
     monkeypatch.setattr("lockprobe.foundation.parallel.ProcessPoolExecutor", Pool)
     with pytest.raises(Missing, match="a worker process died before its work was done: is there memory enough for 2"):
-        measure([TRAP], studies=12, records=False, workers=Processes(2))
+        measure([TRAP], studies=12, workers=Processes(2))
 
 
 def test_every_test_of_every_world_was_measured():
@@ -164,12 +162,13 @@ def test_what_was_measured_is_what_is_measured_now(rates):
         assert rate.early == rate.rejected == shipped_early[place], place
 
 
-def test_data_says_what_the_rates_say():
-    rates = measure([WORLDS["no-effect"]], studies=1)
-    data = as_data(rates, seed=1)
-    assert data["worlds"] == {"no-effect": WORLDS["no-effect"].says}
-    assert [row["test"] for row in data["rates"]] == [rate.test for rate in rates]
-    assert false_positives("no such test") is None
+def test_what_is_said_of_many_agents_is_seldom_false():
+    found = shipped()["many_agents"]
+    assert {rate["world"] for rate in found["rates"]} == set(found["worlds"])
+    for rate in found["rates"]:
+        assert rate["studies"] >= 400
+        assert rate["rate"] == rate["said"] / rate["studies"]
+        assert rate["truth"] or within_error(rate["said"], rate["studies"]), rate
 
 
 def figure(rate):
@@ -193,6 +192,6 @@ def documented():
 def test_the_docs_hold_the_shipped_audit():
     written = (Path(__file__).parents[3] / "docs" / "statistics.md").read_text(encoding="utf-8")
     assert "\n".join(documented()) in written
-    studies = {rate.studies for rate in measured()}
-    assert len(studies) == 1
-    assert f"`lockprobe audit --studies {studies.pop()}`" in written
+    assert {rate.studies for rate in measured()} == {1000}
+    assert "`python benchmarks/audit.py` simulates 1000 studies" in written
+    assert shipped()["worlds"] == {name: made.says for name, made in WORLDS.items()}

@@ -6,10 +6,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from lockprobe.foundation.errors import BadValue, UnknownName
+from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.seeds import generator
 from lockprobe.simulation.audit.simulate import BUDGET, simulate, simulate_columns, simulate_outcomes, simulate_study
-from lockprobe.simulation.audit.simulated_agents import WORLDS, Design, world
+from lockprobe.simulation.audit.simulated_agents import WORLDS, Design
 from lockprobe.statistics.outcomes import broken_off, outcomes
 from lockprobe.trial.trial_json import trial_from_json, trial_to_json
 
@@ -18,7 +18,7 @@ LARGE = Design(repetitions=1, trials=3000)
 
 @pytest.mark.parametrize("name", WORLDS)
 def test_records_are_possible_and_say_what_the_columns_say(name):
-    made = world(name)
+    made = WORLDS[name]
     design = made.design
     trials = simulate(made, design, generator(1, name))
     planned = len(design.p) * design.clusters
@@ -125,9 +125,7 @@ def test_equal_seeds_give_equal_studies_and_others_do_not():
     assert first != other
 
 
-def test_unknown_worlds_and_designs_that_do_not_fit_are_refused():
-    with pytest.raises(UnknownName, match="no-effect"):
-        world("no-efect")
+def test_designs_that_do_not_fit_are_refused():
     with pytest.raises(BadValue, match="one for each of 2 flip rates"):
         simulate(WORLDS["no-effect"], Design(p=(0.0, 0.4)), generator(1))
 

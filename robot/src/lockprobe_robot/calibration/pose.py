@@ -1,4 +1,4 @@
-"""Rigid poses (SE(3)): check, inverse, mean and rotation distance."""
+"""Rigid poses (SE(3)): check, mean and rotation distance."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import AfterValidator, FiniteFloat
 
-__all__ = ["Pose", "PoseRows", "angle_between", "array_of", "inverse", "is_rigid", "mean_pose", "rows_of"]
+__all__ = ["Pose", "PoseRows", "angle_between", "array_of", "is_rigid", "mean_pose", "rows_of"]
 
 Pose = NDArray[np.float64]
 """Shape (4, 4): rotation and position in metres of one frame in another."""
@@ -50,14 +50,6 @@ def rows_of(pose: Pose) -> PoseRows:
     """A pose as rows for a file, to a tenth of a micrometre."""
     a, b, c, d = (tuple(round(float(x), 7) for x in row) for row in pose)
     return (a, b, c, d)  # type: ignore[return-value]
-
-
-def inverse(pose: Pose) -> Pose:
-    """The inverse of a rigid pose, shape (4, 4)."""
-    found = np.eye(4)
-    found[:3, :3] = pose[:3, :3].T
-    found[:3, 3] = -pose[:3, :3].T @ pose[:3, 3]
-    return found
 
 
 def mean_pose(poses: Sequence[Pose]) -> Pose:

@@ -1,5 +1,8 @@
 """The ray-casting renderer, which needs no graphics library: rays by MuJoCo, shading by NumPy.
 
+It is here so that the twin has pictures on machines without OpenGL, such as containers, continuous integration and
+laptops without EGL. MuJoCo itself renders through OpenGL alone.
+
 MuJoCo's rays skip whatever lies outside the bounding box of a body's *colliding* geoms, so they miss geoms that are
 only there to be looked at. The rays are therefore cast in a second model. It holds only the geoms that a camera shows,
 each as a body that can collide.

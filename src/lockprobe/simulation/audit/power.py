@@ -157,9 +157,7 @@ def power(
         Design(p=tuple(p), repetitions=REPETITIONS, trials=each)
         for each in sorted({math.ceil(count / REPETITIONS) for count in trials})
     ]
-    rates = measure(
-        worlds, studies=studies, seed=seed, designs=designs, workers=workers, records=False, progress=progress
-    )
+    rates = measure(worlds, studies=studies, seed=seed, designs=designs, workers=workers, progress=progress)
     found: dict[tuple[str, str], list[Rate]] = {}
     for rate in rates:
         if rate.truth:

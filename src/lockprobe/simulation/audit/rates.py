@@ -1,8 +1,8 @@
 """False-positive rates and power of every test, over many simulated studies with known truth.
 
-Simulated studies pass from their records through the same tests as a user's. If the truth is *no*, a test may reject in
-5 % of the studies; if it is *yes*, the share of rejections is the power. ``measured.json`` ships the rates of this
-release: the output of ``lockprobe audit --studies 1000 --json``.
+Simulated studies go through the same tests as a user's. If the truth is *no*, a test may reject in 5 % of the studies;
+if it is *yes*, the share of rejections is the power. ``measured.json`` ships the rates of this release, as
+``python benchmarks/audit.py`` prints them.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import json
 import math
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import cache
 from importlib.resources import files
 from typing import Any, Literal
@@ -22,13 +22,13 @@ from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.parallel import THIS_PROCESS, Pool
 from lockprobe.foundation.seeds import generator
 from lockprobe.foundation.spec import PEOPLE
-from lockprobe.simulation.audit.simulate import BUDGET, simulate, simulate_outcomes, simulate_study
-from lockprobe.simulation.audit.simulated_agents import WORLDS, Design, World
+from lockprobe.simulation.audit.simulate import BUDGET, simulate_outcomes, simulate_study
+from lockprobe.simulation.audit.simulated_agents import Design, World
 from lockprobe.statistics.agent_comparison.pair import compare, corrected
 from lockprobe.statistics.agent_comparison.paired import sheets
 from lockprobe.statistics.inference.battery import infer
 from lockprobe.statistics.inference.verdict import Question
-from lockprobe.statistics.outcomes import Outcomes, broken_off, outcomes
+from lockprobe.statistics.outcomes import Outcomes
 from lockprobe.statistics.persistence import persistence
 from lockprobe.statistics.proportions import ALPHA
 
@@ -37,7 +37,6 @@ __all__ = [
     "Asked",
     "Progress",
     "Rate",
-    "as_data",
     "false_positives",
     "measure",
     "measured",
@@ -111,7 +110,6 @@ class _StudyRange:
     seed: int
     first: int
     end: int
-    records: bool
 
 
 Asked = Question | Literal["comparison"]
@@ -133,7 +131,6 @@ def measure(
     seed: int = 1,
     designs: Sequence[Design] = (),
     workers: Pool = THIS_PROCESS,
-    records: bool = True,
     progress: Progress = lambda done, of: None,
 ) -> list[Rate]:
     """Simulate studies of every world and count the rejections of each test.
@@ -144,7 +141,6 @@ def measure(
         seed: Seed of everything; the number of workers changes nothing.
         designs: The designs of a study; by default its world's design.
         workers: The pool of processes that simulates the studies.
-        records: Whether studies are written and read as records; False is faster with equal results.
         progress: Called with the number of studies done.
 
     Returns:
@@ -156,7 +152,7 @@ def measure(
     if len(set(kinds)) < len(kinds):
         raise BadValue("worlds and designs", sorted(kinds), "every one once")
     jobs = [
-        _StudyRange(truth=w, design=d, seed=seed, first=first, end=min(first + BATCH, studies), records=records)
+        _StudyRange(truth=w, design=d, seed=seed, first=first, end=min(first + BATCH, studies))
         for w in worlds
         for d in designs or (w.design,)
         for first in range(0, studies, BATCH)
@@ -192,13 +188,7 @@ def _batch(job: _StudyRange) -> list[Verdict]:
     verdicts: list[Verdict] = []
     for number in range(job.first, job.end):
         place = (job.seed, "audit", job.truth.name, job.design.clusters, number)
-        rng = generator(*place)
-        if job.records:
-            trials = simulate(job.truth, job.design, rng)
-            found, broken = outcomes(trials), broken_off(trials)
-            lowest = [trial for trial in trials if trial.p == job.design.p[0]]
-        else:
-            found, broken, lowest = simulate_study(job.truth, job.design, rng)
+        found, broken, lowest = simulate_study(job.truth, job.design, generator(*place))
         drawn, kept = generator(*place, "tests"), persistence(lowest)
         tests = infer(found, drawn, broken=broken, persistence=kept, budget=BUDGET).tests
         verdicts += [(test.name, test.question, test.recommended, test.rejects) for test in tests]
@@ -217,23 +207,13 @@ def _people_differ(people: Outcomes, truth: World, design: Design, rng: np.rando
     return compared is not None and corrected([compared])[0].verdict != 0
 
 
-def as_data(rates: Sequence[Rate], *, seed: int) -> dict[str, Any]:
-    """The audit of the tests as JSON data."""
-    return {
-        "seed": seed,
-        "worlds": {name: WORLDS[name].says for name in dict.fromkeys(rate.world for rate in rates)},
-        "rates": [asdict(rate) | {"rate": rate.rate, "error": rate.error, "valid": rate.valid} for rate in rates],
-    }
-
-
 @cache
 def shipped() -> dict[str, Any]:
     """The shipped audit as JSON data; do not modify it."""
     found: dict[str, Any] = json.loads(
         files("lockprobe.simulation.audit").joinpath("measured.json").read_text(encoding="utf-8")
     )
-    worlds = {name: WORLDS[name].says if name in WORLDS else says for name, says in found["worlds"].items()}
-    return found | {"worlds": worlds}
+    return found
 
 
 @cache

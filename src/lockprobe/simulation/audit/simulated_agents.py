@@ -10,12 +10,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 
-from lockprobe.foundation.errors import UnknownName
 from lockprobe.interventions.conditions import flips
 from lockprobe.statistics.inference.verdict import Question
 from lockprobe.trial.condition import Condition
 
-__all__ = ["WORLDS", "Design", "P", "World", "world"]
+__all__ = ["WORLDS", "Design", "P", "World"]
 
 P = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
 MANY_P = tuple(i / 20 for i in range(21))
@@ -245,14 +244,3 @@ WORLDS: Mapping[str, World] = {
     )
 }
 """Worlds by name, in the paper's design unless a world states another."""
-
-
-def world(name: str) -> World:
-    """A world by name.
-
-    Raises:
-        UnknownName: If there is none; the message lists those that exist.
-    """
-    if name not in WORLDS:
-        raise UnknownName("world", name, tuple(WORLDS))
-    return WORLDS[name]

@@ -1,13 +1,16 @@
 """Coverage of the intervals of the effect of one lie, and power and size of its test, by simulation.
 
+    python benchmarks/lie_intervals.py [--studies 1000] [--seed 1] [--workers 2]
+
 Two estimates are audited on agents whose effect is exact (:mod:`lockprobe.simulation.montecarlo.excursions`): that of
 one more lie from the records of a flip study, and that of forks of recorded trials after one step.
 """
 
 from __future__ import annotations
 
+import argparse
 import asyncio
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
@@ -15,8 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.agents.catalogue import resolve
-from lockprobe.foundation.errors import BadValue
-from lockprobe.foundation.parallel import THIS_PROCESS, Pool
+from lockprobe.foundation.parallel import Pool, Processes
 from lockprobe.foundation.seeds import generator
 from lockprobe.simulation.montecarlo.excursions import lie_effects, one_lie
 from lockprobe.simulation.montecarlo.populations import Population, population
@@ -26,8 +28,6 @@ from lockprobe.statistics.proportions import ALPHA
 from lockprobe.studies.play import play_timed
 from lockprobe.studies.studyfile import study
 
-__all__ = ["AUDITED", "FORKED", "FORK_STEP", "IntervalRates", "interval_rates"]
-
 AUDITED = (("random", 0.4), ("cognitive:perseverant", 0.3), ("cognitive:insistent", 0.4), ("human-inspired", 0.4))
 """Agents and flip rates; on ``random`` a lie has no effect."""
 
@@ -36,6 +36,9 @@ FORK_STEP = 4
 
 BATCH = 25
 """Studies that a process plays before it reports."""
+
+TRIALS = 210
+"""Trials of a study."""
 
 FORKED = 4000
 """Trials that are forked for each agent."""
@@ -53,7 +56,6 @@ class IntervalRates:
         estimate: The source: the ``records`` of a flip study, or ``forks`` after step :data:`FORK_STEP`.
         exact: The exact effect, [-1, 1].
         mean: Mean of the estimates; None without an estimate.
-        trials: Trials per study.
         studies: Number of studies.
         shown: Studies with an estimate; the others have too few trials of either outcome.
         covered: Studies whose 95 % interval holds the exact effect.
@@ -65,7 +67,6 @@ class IntervalRates:
     estimate: Estimate
     exact: float
     mean: float | None
-    trials: int
     studies: int
     shown: int
     covered: int
@@ -86,11 +87,9 @@ class _StudyRange(NamedTuple):
     agent: str
     p: float
     exact: float
-    trials: int
     seed: int
     first: int
     end: int
-    forked: int
 
 
 class _Estimate(NamedTuple):
@@ -99,60 +98,28 @@ class _Estimate(NamedTuple):
     rejects: bool
 
 
-def interval_rates(
-    agents: Sequence[tuple[str, float]] = AUDITED,
-    *,
-    trials: int = 210,
-    studies: int = 300,
-    forked: int = FORKED,
-    seed: int = 1,
-    workers: Pool = THIS_PROCESS,
-    progress: Callable[[int, int], None] = lambda done, of: None,
-) -> list[IntervalRates]:
+def interval_rates(*, studies: int, seed: int, workers: Pool) -> list[IntervalRates]:
     """Simulate studies of agents with a known exact effect; count covering intervals and rejecting tests.
 
     The records of every study are played anew. Forks are played once; studies are drawn from them with replacement, and
     their intervals are compared with the mean of all forks.
-
-    Args:
-        agents: Specs of policies, and flip rates above 0 and below 1.
-        trials: Trials per study, at least 2.
-        studies: Studies per agent and estimate.
-        forked: Forked trials per agent, at least 2.
-        seed: Seed of everything; the number of workers changes nothing.
-        workers: The pool of processes that simulates the studies.
-        progress: Called with the number of studies done, from records and from forks, and their total.
-
-    Raises:
-        BadValue: If a number is too small.
-        UserMistake: As :func:`lockprobe.propagate`.
     """
-    for what, number, least in (("trials", trials, 2), ("studies", studies, 1), ("forked", forked, 2)):
-        if number < least:
-            raise BadValue(what, number, f"a number from {least}")
-    effects = {(agent, p): lie_effects(agent, p=p, modality="symbolic") for agent, p in agents}
+    effects = {(agent, p): lie_effects(agent, p=p, modality="symbolic") for agent, p in AUDITED}
     jobs = [
-        _StudyRange(agent, p, effect.mean, trials, seed, first, min(first + BATCH, studies), forked)
+        _StudyRange(agent, p, effect.mean, seed, first, min(first + BATCH, studies))
         for (agent, p), effect in effects.items()
         for first in range(0, studies, BATCH)
     ]
     found: dict[tuple[str, float], list[_Estimate]] = {}
-    done, of = 0, 2 * studies * len(effects)  # from records and from forks
     for job, estimates in zip(jobs, workers.map(_of_records, jobs), strict=True):
         found.setdefault((job.agent, job.p), []).extend(estimates)
-        done += job.end - job.first
-        progress(done, of)
     pools = [
-        _StudyRange(agent, p, effect.by_step[FORK_STEP - 1], trials, seed, 0, studies, forked)
-        for (agent, p), effect in effects.items()
+        _StudyRange(agent, p, effect.by_step[FORK_STEP - 1], seed, 0, studies) for (agent, p), effect in effects.items()
     ]
     rates = []
     for job, from_forks in zip(pools, workers.map(_of_forks, pools), strict=True):
-        records = found[job.agent, job.p]
-        rates.append(_rates(job, "records", effects[job.agent, job.p].mean, records))
+        rates.append(_rates(job, "records", effects[job.agent, job.p].mean, found[job.agent, job.p]))
         rates.append(_rates(job, "forks", job.exact, from_forks))
-        done += job.end
-        progress(done, of)
     return rates
 
 
@@ -163,7 +130,6 @@ def _rates(job: _StudyRange, estimate: Estimate, exact: float, found: Sequence[_
         estimate=estimate,
         exact=exact,
         mean=float(np.mean([one.value for one in found])) if found else None,
-        trials=job.trials,
         studies=job.end,
         shown=len(found),
         covered=sum(one.covers for one in found),
@@ -178,15 +144,15 @@ def _of_records(job: _StudyRange) -> list[_Estimate]:
         job.agent,
         p=job.p,
         modality="symbolic",
-        trials=number * job.trials,
+        trials=number * TRIALS,
         record=True,
         seed=job.seed,
         repetition=job.first // BATCH + 1,
         threads=1,
     )
     found = []
-    for first in range(0, number * job.trials, job.trials):
-        points = _points(made, job.p, slice(first, first + job.trials))
+    for first in range(0, number * TRIALS, TRIALS):
+        points = _points(made, job.p, slice(first, first + TRIALS))
         one = excursion(points, "solved", np.ones(len(points), dtype=np.bool_))
         if isinstance(one, Excursion):
             found.append(_Estimate(one.effect, one.low <= job.exact <= one.high, one.p_value < ALPHA))
@@ -217,7 +183,7 @@ def _of_forks(job: _StudyRange) -> list[_Estimate]:
     truth, rng = float(changes.mean()), generator(job.seed, "interval rates", job.agent, f"p={job.p:g}")
     found = []
     for _ in range(job.end):
-        drawn = block_mean(changes[rng.integers(len(changes), size=job.trials)][:, None], unit=1.0)
+        drawn = block_mean(changes[rng.integers(len(changes), size=TRIALS)][:, None], unit=1.0)
         assert drawn.low is not None  # two trials or more
         assert drawn.high is not None
         assert drawn.p_value is not None
@@ -228,10 +194,10 @@ def _of_forks(job: _StudyRange) -> list[_Estimate]:
 async def _forked(job: _StudyRange) -> NDArray[np.float64]:
     """The change of success by a lie at the fork step, for every trial that goes on after it, shape (trials,)."""
     conditions = [f"{one_lie(FORK_STEP, rate, job.p)} + symbolic" for rate in (0.0, 1.0)]
-    planned = study("flips", agent=job.agent, condition=conditions, trials=job.forked, repetitions=1, seed=job.seed)
+    planned = study("flips", agent=job.agent, condition=conditions, trials=FORKED, repetitions=1, seed=job.seed)
     player = resolve(job.agent).make()
     changes = []
-    for number in range(1, job.forked + 1):
+    for number in range(1, FORKED + 1):
         forks = [
             (await play_timed(planned.plan(job.agent, condition, 1, number), player, lambda key, step: None))[0]
             for condition in planned.conditions[-2:]  # after those of the truth
@@ -239,3 +205,23 @@ async def _forked(job: _StudyRange) -> NDArray[np.float64]:
         if len(forks[0].steps) > FORK_STEP:
             changes.append(float(forks[1].solved) - forks[0].solved)
     return np.array(changes)
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--studies", type=int, default=1000)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--workers", type=int, default=2)
+    asked = parser.parse_args()
+    print("| agent | p | from | exact effect, points | mean estimate | coverage | P < 0.05 | studies |")
+    print("|---|---|---|---|---|---|---|---|")
+    for one in interval_rates(studies=asked.studies, seed=asked.seed, workers=Processes(asked.workers)):
+        shares = ("-" if share is None else f"{100 * share:.1f} %" for share in (one.held, one.detected))
+        size = (f"{100 * one.exact:.1f}", "-" if one.mean is None else f"{100 * one.mean:.1f}")
+        shown = f"{one.shown} of {one.studies}"
+        print(f"| {' | '.join([one.agent, f'{one.p:g}', one.estimate, *size, *shares, shown])} |", flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -2,7 +2,7 @@
 
 A sentence that names those of many agents that change, or the best of them, is false if one of its parts is. Simulated
 agents of known truth play whole studies, suites or crossings, and what the report would say of them is counted. Studies
-pass through the same functions as a user's.
+pass through the same functions as a user's. ``audit.py`` runs this.
 """
 
 from __future__ import annotations
@@ -10,8 +10,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
-from typing import Any
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -29,8 +28,6 @@ from lockprobe.statistics.proportions import proportion
 from lockprobe.statistics.series import Crossing
 from lockprobe.statistics.suite_ranks import possible_ranks
 from lockprobe.statistics.suite_scores import change_of_success, share_over_levels
-
-__all__ = ["MANY_AGENTS", "ManyAgents", "SentenceRate", "sentence_data", "sentence_rates"]
 
 _BATCH = 5
 """Studies that a process plays before it reports."""
@@ -253,7 +250,6 @@ def sentence_rates(
     studies: int,
     seed: int = 1,
     workers: Pool = THIS_PROCESS,
-    progress: Callable[[int, int], None] = lambda done, of: None,
 ) -> list[SentenceRate]:
     """Simulate studies of many agents and count what a report would say.
 
@@ -262,18 +258,15 @@ def sentence_rates(
         studies: Studies of each world, at least 1.
         seed: Seed of everything; the number of workers changes nothing.
         workers: The pool of processes that simulates the studies.
-        progress: Called with the number of studies done, and of all.
     """
     jobs = [
         _Range(world=name, seed=seed, first=first, end=min(first + _BATCH, studies))
         for name in names
         for first in range(0, studies, _BATCH)
     ]
-    said, done = Counter[tuple[str, str]](), 0
+    said = Counter[tuple[str, str]]()
     for job, found in zip(jobs, workers.map(_played, jobs), strict=True):
         said.update({(job.world, sentence): count for sentence, count in found.items()})
-        done += job.end - job.first
-        progress(done, studies * len(names))
     return [
         SentenceRate(
             world=name,
@@ -294,11 +287,3 @@ def _played(job: _Range) -> dict[str, int]:
         found = world.play(world.agents, generator(job.seed, "audit", world.name, number))
         said.update(sentence for sentence, says in found.items() if says)
     return dict(said)
-
-
-def sentence_data(rates: Sequence[SentenceRate]) -> dict[str, Any]:
-    """The rates as JSON data."""
-    return {
-        "worlds": {name: MANY_AGENTS[name].says for name in dict.fromkeys(rate.world for rate in rates)},
-        "rates": [asdict(rate) | {"rate": rate.rate, "error": rate.error, "valid": rate.valid} for rate in rates],
-    }

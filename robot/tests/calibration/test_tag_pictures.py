@@ -1,10 +1,8 @@
 """A printed tag shows its cells where the layout says, upright and not mirrored."""
 
-import mujoco
 import numpy as np
-from lockprobe_robot.rendering.hand_camera import HandCamera
+from calibration.tag_pictures import HandCamera, add_tag_prints
 from lockprobe_robot.scene.tag_layout import place_tags
-from lockprobe_robot.scene.tag_prints import add_tag_prints
 from scene.scenes import scene_of
 
 from lockprobe.boxes.families import box
@@ -34,13 +32,3 @@ def test_every_cell_is_seen_where_it_belongs():
         rows = 359.5 - camera.focal * y / 0.4
         seen = picture[np.rint(rows).astype(int), np.rint(columns).astype(int)]
         assert seen[cells].min() > 2 * seen[~cells].max() + 40
-
-
-def test_prints_touch_nothing_and_weigh_nothing():
-    plain = scene_of(box("chain-2")).spec.compile()
-    model = tagged_scene()[0].spec.compile()
-    np.testing.assert_array_equal(model.body_mass, plain.body_mass)
-    for number in range(4):
-        geom = model.geom(f"tag-{number}")
-        assert geom.type == mujoco.mjtGeom.mjGEOM_MESH
-        assert (geom.contype, geom.conaffinity) == (0, 0)
