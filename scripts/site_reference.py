@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import lockprobe
 from lockprobe.cli import build, every_command
+from lockprobe.cli.headings import AS_RUN, Headed, as_run
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -79,10 +80,16 @@ def _described(command: Any, name: str) -> str:
     context = command.make_context(name, [], resilient_parsing=True)
     usage = " ".join([name, *command.collect_usage_pieces(context)])
     told = "\n\n".join(" ".join(part.split()) for part in (command.help or "").split("\n\n"))
-    rows = [row for option in command.params if (row := option.get_help_record(context)) and option.name != "help"]
-    table = "".join(f"| `{left}` | {_cell(right)} |\n" for left, right in rows)
-    head = "| argument or option | meaning |\n|---|---|\n" if rows else ""
-    return f"\n{html.escape(told, quote=False)}\n\n```text\n{usage}\n```\n\n{head}{table}"
+    said = f"\n{html.escape(told, quote=False)}\n\n```text\n{usage}\n```\n"
+    headings = command.by_heading(context) if isinstance(command, Headed) else {"Options": command.params}
+    for heading, options in headings.items():
+        rows = [row for one in options if one.name != "help" and (row := one.get_help_record(context))]
+        if heading == AS_RUN:
+            said += f"\n[{heading}](#lockprobe-run): `{as_run(options)}`.\n"
+        elif rows:
+            table = "".join(f"| `{left}` | {_cell(right)} |\n" for left, right in rows)
+            said += f"\n| {heading} | meaning |\n|---|---|\n{table}"
+    return said
 
 
 def _cell(text: str) -> str:

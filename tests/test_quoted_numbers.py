@@ -5,7 +5,6 @@ its numbers stand. What took a long simulation is not run again: there the text 
 there.
 """
 
-import math
 import re
 from dataclasses import replace
 from functools import cache

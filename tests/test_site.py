@@ -68,6 +68,10 @@ def test_every_public_name_and_every_command_is_in_the_reference():
     assert sorted(listed) == sorted({*lockprobe.__all__} - {"__version__"})
     page = make_site.generated()["reference/commands.md"]
     assert re.findall(r"^## lockprobe (\S+)$", page, re.MULTILINE) == every_command()
+    sections = dict(re.findall(r"^## lockprobe (\S+)$(.*?)(?=^## )", page, re.MULTILINE | re.DOTALL))
+    assert re.findall(r"^\| (\w[\w ]*) \| meaning \|$", sections["run"], re.MULTILINE) == [
+        "Arguments", "Options", "The study", "Reports and conditions", "Running", "Hosted models"]  # fmt: skip
+    assert "whose --help explains them](#lockprobe-run): `--box, --p, " in sections["serve"]
     assert "| `--length <int range>` | Length of the trial in steps (20). [0&lt;=x&lt;=10000] |" in page
 
 

@@ -122,6 +122,13 @@ def test_what_was_refused_is_told():
     assert {line["reason"] for line in refused} == {"too short: solved in 1 of at least 2 steps"}
 
 
+def test_a_random_family_takes_the_numbers_of_its_interlock():
+    (plain,), (simple,) = (objects(ask("generate", "--family", family, "--seed", 3, "--json"))[-1:]
+                            for family in ("random-5", "random-5?alternatives=1&literals=1&negative=0"))  # fmt: skip
+    assert max(map(len, plain["interlock"].values())) > 1
+    assert {len(clauses) for clauses in simple["interlock"].values()} <= {0, 1}
+
+
 def test_what_cannot_be_had_is_refused_after_many_tries():
     with pytest.raises(BadValue, match="count: got 1, expected at most 0: all other seeds of 100 were refused"):
         ask("generate", "--family", "fork", "--shortest", 9)
@@ -138,7 +145,8 @@ def test_what_cannot_be_had_is_refused_after_many_tries():
         (["show", "--scale", "1:1", "--out", "x.png"], BadValue, "a file name that ends in .svg or .pdf, with --scale"),
         (["generate", "--family", "chain", "--joints", "9"], BadValue, "joints of chain: got 9"),
         (["generate", "--family", "chian"], UnknownName, "no family is called 'chian'"),
-        (["generate", "--negative", "2"], BadValue, "negative: got 2.0"),
+        (["generate", "--family", "random?negative=2"], BadValue, "negative: got 2.0"),
+        (["generate", "--family", "chain?negative=1"], UnknownName, "no option of chain-4 is called 'negative'"),
         (["solve", "nothing"], UnknownName, "no box is called 'nothing'"),
     ],
 )

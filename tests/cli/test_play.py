@@ -168,7 +168,7 @@ def test_a_mistake_is_said_in_one_line(tmp_path):
     for arguments, kind in (
         (("--box", "nothing"), UnknownName),
         (("--p", 2), BadValue),
-        (("--seed", -1), BadValue),
+        (("--p", "0,0.4"), BadValue),
         (("--max-steps", 0), BadValue),
         (("--record", tmp_path / "no" / "a.jsonl"), BadFile),
     ):

@@ -4,33 +4,29 @@ from __future__ import annotations
 
 import json as json_
 from collections.abc import Mapping
-from typing import Annotated
 
-import typer
-
+from lockprobe.cli import options
 from lockprobe.foundation.plugins import Kind, listed_plugins
 from lockprobe.foundation.spec import options_of
 
-__all__ = ["AsJson", "agents", "interventions", "list_all", "plants"]
-
-AsJson = Annotated[bool, typer.Option("--json", help="One JSON object per line.")]
+__all__ = ["agents", "interventions", "list_all", "plants"]
 
 
-def agents(json: AsJson = False) -> None:
+def agents(json: options.AsJson = False) -> None:
     """List the agents by spec."""
     from lockprobe.agents.catalogue import known_specs
 
     list_all("agent", known_specs(), 24, json=json)
 
 
-def plants(json: AsJson = False) -> None:
+def plants(json: options.AsJson = False) -> None:
     """List the plants by spec: the boxes and robots that agents act on."""
     from lockprobe.plants.catalogue import known_plants
 
     list_all("plant", known_plants(), 9, json=json)
 
 
-def interventions(json: AsJson = False) -> None:
+def interventions(json: options.AsJson = False) -> None:
     """List the interventions by their place in the loop: told, asked, remembered, done."""
     from lockprobe.interventions.catalogue import packaged, shipped
     from lockprobe.trial.condition import PLACES, place_of

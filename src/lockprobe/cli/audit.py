@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import json as json_
 from collections.abc import Sequence
-from typing import Annotated
 
-import typer
 from rich.table import Table
 
+from lockprobe.cli import options
 from lockprobe.cli.printing import new_table, plain_console, print_table
 from lockprobe.report.prose.hypothesis_tests import QUESTIONS
 from lockprobe.simulation.audit.rates import COMPARISON, Rate, measured, shipped
@@ -16,7 +15,7 @@ from lockprobe.simulation.audit.rates import COMPARISON, Rate, measured, shipped
 __all__ = ["audit"]
 
 
-def audit(json: Annotated[bool, typer.Option("--json", help="One JSON object.")] = False) -> None:
+def audit(json: options.AsJson = False) -> None:
     """Print the false positive rate and the power of every test, as measured for this release.
 
     Simulated agents with known truth (worlds) play the paper's flip study many times; these studies go through the same

@@ -23,25 +23,33 @@ from lockprobe.boxes.sketch import ascii_only, interlock_lines, panel_lines
 from lockprobe.boxes.solve import optimal_plans, optimum, random_no_repeat_success, random_success
 from lockprobe.boxes.state_space import space_of
 from lockprobe.boxes.structures import FAMILIES
+from lockprobe.cli import options
 from lockprobe.cli.robot_tools import robot_tool
 from lockprobe.foundation.errors import BadFile, BadValue, UserMistake
 from lockprobe.foundation.inputs import read_input
 from lockprobe.foundation.plugins import listed_plugins
+from lockprobe.foundation.spec import Spec, arguments_from
 from lockprobe.foundation.storage.atomic_file import write_file
 from lockprobe.foundation.storage.links import refuse_links
 
 __all__ = ["app", "generate", "list_boxes", "show", "solve"]
 
 app = typer.Typer(no_args_is_help=True, rich_markup_mode=None)
-AsJson = Annotated[bool, typer.Option("--json", help="One JSON object per line.")]
-Name = Annotated[str, typer.Argument(metavar="NAME|FILE", help="A box by name, random-N-SEED, or a TOML file.")]
+Name = Annotated[str, typer.Argument(metavar="NAME|FILE", help=options.BOX)]
+
+_FAMILY = (
+    "A named box, with or without its size, or random; random?alternatives=2&literals=2&negative=0.25 has options."
+)
+_PARTS = tuple(Recipe.__dataclass_fields__)
+_FIXED = tuple(name for name in _PARTS if name not in ("alternatives", "literals", "negative"))
+"""The parts of a recipe that are no options of a family."""
 
 _TRIES = 100
 """Seeds tried for each box that was asked for."""
 
 
 @app.command("list")
-def list_boxes(json: AsJson = False) -> None:
+def list_boxes(json: options.AsJson = False) -> None:
     """List the named boxes and their difficulty."""
     if json:
         for name in named_boxes():
@@ -84,13 +92,16 @@ def _packaged() -> Iterator[tuple[str, str, Lockbox | str]]:
 def show(
     name: Name = DEFAULT_BOX,
     out: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Draw the box (.svg, .png), or write it for MuJoCo (.xml).")
+        Path | None,
+        typer.Option(
+            metavar="FILE", help=options.with_brackets(options.OUT, "a drawing, .svg or .png; a model for MuJoCo, .xml")
+        ),
     ] = None,
     scale: Annotated[
         Literal["1:1"] | None,
         typer.Option(help="With --out: a drilling template in true scale (.svg, .pdf) instead of a figure."),
     ] = None,
-    json: Annotated[bool, typer.Option("--json", help="One JSON object.")] = False,
+    json: options.AsJson = False,
 ) -> None:
     """Show a box: its panel, its interlock and its difficulty."""
     box = find_box(name)
@@ -114,7 +125,7 @@ def show(
 def solve(
     name: Name = DEFAULT_BOX,
     limit: Annotated[int, typer.Option(min=0, max=100_000, help="The most plans to print.")] = 100,
-    json: Annotated[bool, typer.Option("--json", help="One JSON object.")] = False,
+    json: options.AsJson = False,
 ) -> None:
     """List all optimal plans of a box."""
     box = find_box(name)
@@ -132,34 +143,26 @@ def solve(
 
 @app.command("generate")
 def generate(
-    family: Annotated[str, typer.Option(help="A named box, with or without its size, or random.")] = "random",
-    joints: Annotated[int | None, typer.Option(help="Number of joints (4).")] = None,
-    layout: Annotated[LayoutName, typer.Option(help="Where joints are on the panel.")] = "serial",
+    family: Annotated[str, typer.Option(help=_FAMILY)] = "random",
+    joints: Annotated[int | None, typer.Option(help=options.with_brackets(options.JOINTS, "4"))] = None,
+    layout: Annotated[LayoutName, typer.Option(help=options.LAYOUT)] = "serial",
     deal: Annotated[
         bool, typer.Option("--deal", help="Assign places, kinds and names to the joints at random.")
     ] = False,
     initial: Annotated[InitialName, typer.Option(help="All joints closed, or each at a random position.")] = ("rest"),
-    alternatives: Annotated[int, typer.Option(help="random: the most alternatives of a joint.")] = 2,
-    literals: Annotated[int, typer.Option(help="random: the most positions in an alternative.")] = 2,
-    negative: Annotated[float, typer.Option(help="random: the probability that a position is closed.")] = 0.25,
     shortest: Annotated[int, typer.Option(help="The least number of steps of the optimum.")] = 2,
     count: Annotated[int, typer.Option(min=1, max=100_000, help="How many boxes.")] = 1,
-    seed: Annotated[int, typer.Option(min=0, help="The first seed to try; the following ones are tried next.")] = 1,
-    out: Annotated[Path | None, typer.Option(metavar="DIR", help="Write each box as a TOML file.")] = None,
-    json: AsJson = False,
+    seed: options.Seed = 1,
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help=options.with_brackets(options.OUT, "a TOML file of each box"))
+    ] = None,
+    json: options.AsJson = False,
 ) -> None:
-    """Generate boxes. Seeds that give no valid box are skipped and counted, with the reasons."""
-    recipe = Recipe(
-        family=sized(family, joints),
-        layout=layout,
-        dealt=deal,
-        initial=initial,
-        alternatives=alternatives,
-        literals=literals,
-        negative=negative,
-        shortest=shortest,
-        seed=seed,
-    )
+    """Generate boxes, from --seed on. Seeds that give no valid box are skipped and counted, with the reasons."""
+    spec = Spec.parse(family, "family")
+    name = sized(spec.full_name, joints)
+    drawn = arguments_from(Recipe, name, spec.options, taken=_FIXED if name.startswith("random-") else _PARTS)
+    recipe = Recipe(family=name, layout=layout, dealt=deal, initial=initial, shortest=shortest, seed=seed, **drawn)  # type: ignore[arg-type] # named as its fields are
     made, refused = 0, Counter[str]()
     for tried in range(seed, seed + _TRIES * count):
         found = make(replace(recipe, seed=tried))

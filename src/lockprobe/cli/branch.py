@@ -17,6 +17,7 @@ from lockprobe.agents.model_access import Access
 from lockprobe.cli import options
 from lockprobe.cli.display import watch
 from lockprobe.cli.format_cost import money
+from lockprobe.cli.headings import AS_RUN, under_headings
 from lockprobe.cli.printing import new_table, print_table
 from lockprobe.cli.progress import Plain
 from lockprobe.cli.run_study import BROKE, BUDGET_REACHED
@@ -43,9 +44,6 @@ _AT = "Fork after the reports of these steps, or at onset, first-lie, before-ons
 _TOLD = "The report in each arm: truth, lie, truth-truth, lie-truth, truth-lie, lie-lie, remark, withheld."
 _ACT = "Actions to change in the step after a true report: tremble, random, force=JOINT."
 _THEN = "Later reports: as in the condition of the trial, or the truth."
-_BUDGET = "The most that forks of this study may cost in US dollars, earlier runs included; it is never exceeded."
-_ESTIMATE = "Only print how many forks there would be and what they can cost."
-
 
 _OTHERS = {"steps": "steps", "leaves": "leaves loop", "repeats": "repeats", "choice": "next choice"}
 """Outcomes besides success -> the heads of their columns."""
@@ -55,6 +53,7 @@ def _several(values: str) -> list[str]:
     return [value.strip() for value in values.split(",") if value.strip()]
 
 
+@under_headings({AS_RUN: "workers connections timeout retries allow"})
 def branch(
     directory: Annotated[Path, typer.Argument(metavar="DIR", help="The directory of a study.")],
     keys: Annotated[
@@ -70,16 +69,16 @@ def branch(
     connections: options.Connections = 10,
     timeout: options.Timeout = 120.0,
     retries: options.Retries = 6,
-    budget: Annotated[float | None, typer.Option(metavar="DOLLARS", help=_BUDGET)] = None,
-    estimate: Annotated[bool, typer.Option("--estimate", help=_ESTIMATE)] = False,
+    budget: options.Budget = None,
+    estimate: options.EstimateOnly = False,
     json: options.AsJson = False,
 ) -> None:
     """Measure the effect of one report: fork finished trials after it, change it, and let the agent play on.
 
     Earlier steps come from the record; the agent is not asked again. Arms share their luck if the agent is seeded.
     Forks are written to DIR/forks and do not count as trials of the study; the same command resumes them. In trials
-    at p = 0 the effect is that of the first lie among true reports. Exit status 3: the budget ended the run; 1: a
-    fork broke and is owed.
+    at p = 0 the effect is that of the first lie among true reports. --budget counts all forks of the study; --estimate
+    also says how many there would be. Exit status 3: the budget ended the run; 1: a fork broke and is owed.
     """
     options.permit(allow)
     study = read_study(directory)

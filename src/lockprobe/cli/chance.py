@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from lockprobe.cli import options
 from lockprobe.cli.sequences import MOST_ACTIONS, check_actions, read_sequences
 from lockprobe.foundation.errors import BadFile, BadValue, Conflict
 from lockprobe.statistics.chance import chance_level
@@ -18,19 +19,19 @@ __all__ = ["chance"]
 
 def chance(
     length: Annotated[int | None, typer.Option(min=0, max=10_000, help="Length of the trial in steps (20).")] = None,
-    actions: Annotated[int, typer.Option(min=1, max=MOST_ACTIONS, help="Number of joints.")] = 4,
+    actions: Annotated[int, typer.Option(min=1, max=MOST_ACTIONS, help=options.ACTIONS)] = 4,
     null: Annotated[
         TrialNull, typer.Option(help="The null model; markov and permutation need --sequences.")
     ] = "uniform",
-    overlap: Annotated[bool, typer.Option("--overlap", help="Let two occurrences overlap.")] = False,
-    min_length: Annotated[int, typer.Option(min=1, help="Shortest loop in actions.")] = 3,
+    overlap: options.Overlap = False,
+    min_length: options.MinLength = 3,
     sequences: Annotated[
         str | None,
         typer.Option(
             metavar="FILE|-", help="One action sequence per line: the loop rate expected in trials of these lengths."
         ),
     ] = None,
-    json: Annotated[bool, typer.Option("--json", help="One JSON object.")] = False,
+    json: options.AsJson = False,
 ) -> None:
     """Compute the probability of an action loop in a trial of random choices of this length."""
     match null, sequences:

@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from lockprobe.cli import options
 from lockprobe.cli.export import refuse_study_file
 from lockprobe.cli.printing import new_table, print_table
+from lockprobe.cli.study_options import study_help
 from lockprobe.foundation.sections import LeftOutSection, without
 from lockprobe.foundation.terminal_text import printable
 
@@ -29,13 +31,12 @@ Directories = Annotated[
 ]
 Agents = Annotated[
     list[str] | None,
-    typer.Option("--agent", help="Only this agent; may be repeated. Fewer need less correction."),
+    typer.Option("--agent", help=study_help("agent", "all; fewer need less correction")),
 ]
-Out = Annotated[Path, typer.Option(metavar="FILE", help="The page to write.")]
-AsJson = Annotated[bool, typer.Option("--json", help="One JSON object.")]
+Out = Annotated[Path, typer.Option(metavar="FILE", help=options.with_brackets(options.OUT, "a page"))]
 
 
-def compare(directories: Directories, agent: Agents = None, out: Out = PAGE, json: AsJson = False) -> None:
+def compare(directories: Directories, agent: Agents = None, out: Out = PAGE, json: options.AsJson = False) -> None:
     """Compare studies: success of every agent under the conditions that the studies share, and every difference.
 
     Conditions are matched by what acts in them, whatever they are called; what only one study has is named. Studies of

@@ -10,8 +10,10 @@ from typing import Annotated
 
 import typer
 
+from lockprobe.cli import options
 from lockprobe.cli.printing import new_table, print_table
 from lockprobe.cli.sequences import MOST_ACTIONS, check_actions, numbered_sequences
+from lockprobe.cli.study_options import study_help
 from lockprobe.statistics.detectors import DETECTORS, Row, as_table, comparison, flags, microseconds, score
 
 __all__ = ["detectors"]
@@ -25,11 +27,13 @@ def detectors(
         str | None,
         typer.Argument(metavar="[FILE|-]", help="One action sequence per line; prints the detectors that flag it."),
     ] = None,
-    trials: Annotated[int, typer.Option(min=20, max=100_000, help="Trials of each kind in the table.")] = 1000,
-    seed: Annotated[int, typer.Option(help="Seed of the trials in the table.")] = 0,
-    actions: Annotated[int, typer.Option(min=2, max=MOST_ACTIONS, help="Number of joints, for FILE.")] = 4,
+    trials: Annotated[
+        int, typer.Option(min=20, max=100_000, help=study_help("trials", "of each kind in the table"))
+    ] = 1000,
+    seed: options.Seed = 0,
+    actions: Annotated[int, typer.Option(min=2, max=MOST_ACTIONS, help=options.ACTIONS)] = 4,
     clock: Annotated[bool, typer.Option("--clock", help="Also measure the time per trial.")] = False,
-    json: Annotated[bool, typer.Option("--json", help="One JSON object per detector, or per sequence.")] = False,
+    json: options.AsJson = False,
 ) -> None:
     """Compare loop detectors of agent frameworks with the paper's, on planted loops or on your sequences."""
     if file is not None:

@@ -9,11 +9,9 @@ import os
 import platform
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Annotated
-
-import typer
 
 from lockprobe.agents import weights
+from lockprobe.cli import options
 from lockprobe.cli.robot_tools import robot_tool
 from lockprobe.foundation.errors import UserMistake
 from lockprobe.foundation.install import advice
@@ -81,7 +79,7 @@ def _package(module: str, package: str, what: str, remedy: str) -> Finding:
     return Finding(what=what, ok=True, detail=f"{package} {importlib.metadata.version(package)}")
 
 
-def doctor(json: Annotated[bool, typer.Option("--json", help="One JSON object per line.")] = False) -> None:
+def doctor(json: options.AsJson = False) -> None:
     """Check what works on this machine, and how to repair the rest."""
     for finding in examine():
         if json:

@@ -9,6 +9,7 @@ from typing import Annotated, Literal
 
 import typer
 
+from lockprobe.cli import options
 from lockprobe.foundation.errors import BadFile, BadValue, Conflict
 from lockprobe.interfaces.export.hub_dataset import write_hub_dataset
 from lockprobe.interfaces.export.send_traces import endpoints_of, send_traces
@@ -29,9 +30,10 @@ STUDY_FILES = ("study.json", "trials.jsonl", "timings.jsonl", CALLS, ASKED, "res
 
 Format = Literal["csv", "jsonl", "parquet", "eval", "psych-ds", "otel", "hf"]
 
-_OUT = (
-    "File to write (standard output, also with -). For logs: a file for all agents, or a directory for one log of "
-    "each. For a dataset: a new directory."
+_OUT = options.with_brackets(
+    options.OUT,
+    "standard output, also with -; eval: a file for all agents, or a directory for one log of each; psych-ds, hf: a "
+    "new directory",
 )
 
 Directory = Annotated[Path, typer.Argument(metavar="DIR", help="The directory of a study.")]

@@ -17,8 +17,10 @@ from rich.table import Table
 
 from lockprobe.boxes.box import Lockbox
 from lockprobe.boxes.families import box
+from lockprobe.cli import options
 from lockprobe.cli.export import refuse_study_file
 from lockprobe.cli.printing import new_table, print_table
+from lockprobe.cli.study_options import study_help
 from lockprobe.foundation.errors import UserMistake
 from lockprobe.foundation.formatting import percent
 from lockprobe.foundation.storage.atomic_file import atomic_file
@@ -37,20 +39,23 @@ WIDTH = 100
 
 def fit(
     directory: Annotated[Path, typer.Argument(metavar="DIR", help="The directory of a study.")],
-    agent: Annotated[list[str] | None, typer.Option(help="Only this agent; may be repeated.")] = None,
-    condition: Annotated[list[str] | None, typer.Option(help="Only this condition; may be repeated.")] = None,
+    agent: Annotated[list[str] | None, typer.Option(help=study_help("agent", "all"))] = None,
+    condition: Annotated[list[str] | None, typer.Option(help=study_help("condition", "all"))] = None,
     models: Annotated[
         str | None, typer.Option(help=f"Only these models, separated by commas: {', '.join(RIVALS)}.")
     ] = None,
     folds: Annotated[int, typer.Option(help="Number of parts; each is held out in turn.")] = 10,
     by_condition: Annotated[bool, typer.Option("--by-condition", help="Fit each condition separately.")] = False,
-    json: Annotated[bool, typer.Option("--json", help="One JSON object, with all parameters of all models.")] = False,
-    out: Annotated[Path | None, typer.Option(help="File to write (standard output, also with -).")] = None,
+    json: options.AsJson = False,
+    out: Annotated[
+        Path | None, typer.Option(help=options.with_brackets(options.OUT, "standard output, also with -"))
+    ] = None,
 ) -> None:
     """Find the simple mechanism that best predicts an agent's choices from what it was told, and how well it does.
 
     Every model is fitted to the choices of every agent, over all conditions, and evaluated on held-out trials.
-    Conditions in which the agent forgets reports are left out: what it still knows is not on record.
+    Conditions in which the agent forgets reports are left out: what it still knows is not on record. --json has all
+    parameters of all models.
     """
     out = None if str(out) == "-" else out
     if out is not None:

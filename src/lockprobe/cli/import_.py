@@ -9,6 +9,7 @@ from typing import Annotated
 
 import typer
 
+from lockprobe.cli import options
 from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.interfaces.export.read_dataset import is_dataset, source_of_dataset
@@ -23,7 +24,7 @@ _SOURCES = "An Inspect log (.eval, .json), a directory of such logs, the directo
 def take(
     directory: Annotated[Path, typer.Argument(metavar="DIR", help="The directory of a study; created if missing.")],
     sources: Annotated[list[Path], typer.Argument(metavar="SOURCE...", help=_SOURCES)],
-    json: Annotated[bool, typer.Option("--json", help="One JSON object.")] = False,
+    json: options.AsJson = False,
 ) -> None:
     """Import trials that DIR does not have from Inspect logs, other study directories and people's datasets.
 

@@ -14,6 +14,7 @@ from lockprobe.agents.network.network import HIDDEN
 from lockprobe.agents.network.network_file import load, save
 from lockprobe.agents.network.training import SCHEDULE, TrainingSettings, success, train
 from lockprobe.boxes.families import box as find_box
+from lockprobe.cli import options
 from lockprobe.cli.printing import time_left
 from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.formatting import percent
@@ -23,26 +24,27 @@ __all__ = ["learn"]
 
 _TRIALS = 10_000
 
-Box = Annotated[str | None, typer.Option(metavar="NAME|FILE", help="Only this box, with joints reassigned each time.")]
+Box = Annotated[str | None, typer.Option(help=options.with_brackets(options.BOX, "new boxes of --joints"))]
 Schedule = Annotated[int, typer.Option(help="Updates over which the learning rate falls.")]
 ToldLies = Annotated[bool, typer.Option("--told-lies", help="Train with false reports, at rates from 0 to 1.")]
 
 
 def learn(
-    out: Annotated[Path, typer.Option(metavar="FILE", help="File for the network.")],
+    out: Annotated[Path, typer.Option(metavar="FILE", help=options.with_brackets(options.OUT, "a file"))],
     updates: Annotated[int, typer.Option(help="Number of updates, each on 256 new boxes.")] = SCHEDULE,
-    joints: Annotated[int, typer.Option(help="Joints of the boxes, 2 to 8.")] = 4,
+    joints: Annotated[int, typer.Option(help=options.with_brackets(options.JOINTS, "2 to 8"))] = 4,
     box: Box = None,
     hidden: Annotated[int, typer.Option(help="Units of the network, 1 to 256.")] = HIDDEN,
-    seed: Annotated[int, typer.Option(help="Seed of everything.")] = 1,
+    seed: options.Seed = 1,
     schedule: Schedule = SCHEDULE,
     told_lies: ToldLies = False,
-    json: Annotated[bool, typer.Option("--json", help="One JSON object.")] = False,
+    json: options.AsJson = False,
 ) -> None:
     """Train a small recurrent network to open boxes that it has never seen, and write it to a file.
 
-    The same command writes the same file. lockprobe run flips --agent learner:FILE plays it. False reports help a
-    learner after few updates and hurt it after many; see docs/learner.md.
+    The same command writes the same file. lockprobe run flips --agent learner:FILE plays it. With --box it is trained
+    on that box alone, whose joints are reassigned each time. False reports help a learner after few updates and hurt it
+    after many; see docs/learner.md.
     """
     if not out.parent.is_dir():
         raise BadFile(out, "its directory does not exist")

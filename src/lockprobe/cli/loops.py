@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from lockprobe.cli import options
 from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.statistics.loops.choices import Rule, Solver
@@ -21,11 +22,11 @@ def loops(
     file: Annotated[
         str, typer.Argument(metavar="[FILE|-]", help="One action sequence per line, also as a JSON array.")
     ] = "-",
-    json: Annotated[bool, typer.Option("--json", help="One JSON object per line.")] = False,
+    json: options.AsJson = False,
     solver: Annotated[Solver, typer.Option(help="dp: exact and fast; ilp: the paper's ILP.")] = "dp",
     rule: Annotated[Rule, typer.Option("--cover", help="Occurrences that a cover may select.")] = "free",
-    overlap: Annotated[bool, typer.Option("--overlap", help="Let two occurrences overlap.")] = False,
-    min_length: Annotated[int, typer.Option(min=1, help="Shortest loop in actions.")] = 3,
+    overlap: options.Overlap = False,
+    min_length: options.MinLength = 3,
 ) -> None:
     """Find action loops in sequences, one sequence per line (paper, Sec. 3.3)."""
     from lockprobe.cli.sequences import numbered_sequences

@@ -17,6 +17,7 @@ import typer
 
 from lockprobe.agents.mcp_client import client_spec
 from lockprobe.cli import options
+from lockprobe.cli.study_options import with_study_options
 from lockprobe.foundation.errors import BadValue, Conflict, Missing
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.interfaces.mcp.isolation import Isolation, check_isolation, client_of_stdio, named_client
@@ -29,37 +30,39 @@ from lockprobe.studies.studyfile import study
 __all__ = ["mcp", "records_directory"]
 
 _NAME = "The agent's name in the records: mcp:NAME. Use a different name for each model or program."
-_OUT = "Directory of the records, outside the working directory (~/.local/share/lockprobe/STUDY)."
+_OUT = options.with_brackets(
+    options.OUT, "~/.local/share/lockprobe/STUDY-HASH; never in the working directory, where the agent could read"
+)
 _TRANSPORT = "stdio: the client starts this command; http: clients connect to an address on this machine."
 _ISOLATION = (
     "checked: refuse a client that could read the records; declared: you state that it cannot read them; "
     "none: it may be able to. Every record says which."
 )
 _USER = "The user, by name or number, that an HTTP client runs as; for --isolation checked."
-_EACH = "The most trials of one connection (any number)."
-_AS_JSON = "With --transport http, one JSON object: url, token, directory."
+_EACH = options.with_brackets(options.TRIALS_EACH, "any number; else at most N in one connection")
 
 TransportOption = Annotated[Literal["stdio", "http"], typer.Option(help=_TRANSPORT)]
 IsolationOption = Annotated[Isolation, typer.Option(help=_ISOLATION)]
 
 
-@options.with_study_options(without=("agent",))
+@with_study_options(without=("agent",))
 def mcp(
     what: Annotated[str, typer.Argument(metavar="flips|modalities|why|FILE.toml", help="The study.")],
     asked: Mapping[str, object],
     agent_name: Annotated[str, typer.Option(metavar="NAME", help=_NAME)] = "agent",
     out: Annotated[Path | None, typer.Option(metavar="DIR", help=_OUT)] = None,
     transport: TransportOption = "stdio",
-    port: Annotated[int, typer.Option(min=0, max=65535, help="The port for http; 0 for any free one.")] = 8766,
+    port: options.Port = 8766,
     isolation: IsolationOption = "checked",
     client_user: Annotated[str | None, typer.Option(metavar="USER", help=_USER)] = None,
     trials_each: Annotated[int | None, typer.Option(min=1, metavar="N", help=_EACH)] = None,
-    json: Annotated[bool, typer.Option("--json", help=_AS_JSON)] = False,
+    json: options.AsJson = False,
 ) -> None:
     """Let an agent with tools play a study: it calls begin, attempt and observe over the Model Context Protocol.
 
     Every trial is an ordinary record of the agent mcp:NAME, with the same luck as for any other agent. The same command
     resumes the study; an unfinished trial continues at its step. lockprobe status and report read the directory.
+    With --transport http, --json prints url, token and directory.
     """
     if find_spec("mcp") is None or find_spec("uvicorn") is None:
         raise Missing("lockprobe mcp needs the package mcp", "pip install 'lockprobe[mcp]'")

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.markup import escape
 
-from lockprobe.cli.agents import AsJson, list_all
+from lockprobe.cli import options
+from lockprobe.cli.agents import list_all
 from lockprobe.cli.printing import new_table, print_table
 from lockprobe.foundation.errors import UserMistake
 from lockprobe.foundation.terminal_text import printable
@@ -33,7 +34,7 @@ def measures(
     measure: Annotated[
         list[str] | None, typer.Option(help="Only this measure, or python:module:name; may be repeated.")
     ] = None,
-    json: AsJson = False,
+    json: options.AsJson = False,
 ) -> None:
     """List the measures of a trial, or print a study's means of them for every condition, with 95 % intervals.
 

@@ -15,12 +15,12 @@ from lockprobe.agents import weights
 from lockprobe.agents.llm.model_facts import facts_of
 from lockprobe.agents.llm.settings import read_settings
 from lockprobe.cli import options
+from lockprobe.cli.headings import Headed
+from lockprobe.cli.study_options import Name, with_study_options
 from lockprobe.studies.study_options import StudyOptions, read_options_file
 from lockprobe.studies.studyfile import study
 
 __all__ = ["list_models", "models", "prompt", "pull", "show"]
-
-AsJson = Annotated[bool, typer.Option("--json", help="One JSON object per line.")]
 
 _WIDTH = 118
 """Characters of a line."""
@@ -29,7 +29,7 @@ models = typer.Typer(invoke_without_command=True)
 
 
 @models.callback()
-def list_models(context: typer.Context, json: AsJson = False) -> None:
+def list_models(context: typer.Context, json: options.AsJson = False) -> None:
     """List the language models that can play without a key, and say which are installed."""
     if context.invoked_subcommand is not None:
         return
@@ -63,7 +63,7 @@ def pull(name: Annotated[str, typer.Argument(help="Name from `lockprobe models`.
 @models.command("show")
 def show(
     spec: Annotated[str, typer.Argument(help="A spec as for --agent, for example llm:openai/o3?effort=low.")],
-    json: AsJson = False,
+    json: options.AsJson = False,
 ) -> None:
     """Show the known facts of a hosted model and the options sent to it. This needs no key and makes no call."""
     name, settings = read_settings(spec)
@@ -78,9 +78,9 @@ def show(
             print(f"  {title:5}  {what:14}  {_in_words(value)}")
 
 
-@models.command("prompt")
-@options.with_study_options(without=("agent",))
-def prompt(what: options.Name, asked: Mapping[str, object], json: AsJson = False) -> None:
+@models.command("prompt", cls=Headed)
+@with_study_options(without=("agent",))
+def prompt(what: Name, asked: Mapping[str, object], json: options.AsJson = False) -> None:
     """Show what hosted models read in each modality of a study, side by side; nothing is asked or played."""
     from lockprobe.studies.prompts import prompt_parts, side_by_side
 

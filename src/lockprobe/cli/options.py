@@ -1,54 +1,78 @@
-"""The command-line options of ``lockprobe run`` and ``lockprobe serve``."""
+"""The options that several commands share: each is declared here once, so they spell and explain it in one way.
+
+What a command says of an option in brackets, the default or what it means there, may differ. The options that describe
+a study are those of :class:`lockprobe.studies.study_options.StudyOptions`; see ``lockprobe.cli.study_options``.
+"""
 
 from __future__ import annotations
 
-import inspect
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from pathlib import Path
-from types import NoneType
-from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
+from typing import Annotated
 
 import typer
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.plugins import allow
 from lockprobe.foundation.spec import spec_kind
-from lockprobe.interventions.flip import FlipKind
-from lockprobe.studies.study_options import StudyOptions, parse_p
 
 __all__ = [
-    "Again",
+    "ACTIONS",
+    "BOX",
+    "HOST",
+    "JOINTS",
+    "LAYOUT",
+    "OUT",
+    "PLANT",
+    "SEED",
+    "STUDIES",
+    "TRIALS_EACH",
+    "VIEW",
     "Allow",
     "AsJson",
-    "Batch",
+    "Box",
     "Budget",
-    "Camera",
     "ClusterAt",
     "Connections",
     "EstimateOnly",
-    "Name",
+    "MinLength",
     "Out",
+    "Overlap",
+    "Port",
     "Retries",
-    "ShardOf",
+    "Seed",
     "Timeout",
     "Workers",
-    "WriteReport",
     "permit",
-    "with_study_options",
+    "with_brackets",
 ]
 
-_STUDY = "The study; mechanisms.toml comes with the package."
-_BUDGET = "The most that the study may cost in US dollars, earlier runs included; it is never exceeded."
-_BATCH = "Use the provider's batch interface: it is cheaper and takes hours instead of seconds."
-_ESTIMATE = "Only estimate the cost; call no model and write nothing."
-_REPORT = "Write the report; `lockprobe report DIR` does it later."
-_AGAIN = "Replay trials that ended without a usable reply, or as a refusal; earlier records stay in the file (nothing)."
-_RETRIES = "How often a request without an answer is made again."
-_SHARD = "Play only part i of n of the trials, for example 3/16; `lockprobe import` joins the directories (all)."
-_CLUSTER = "A Ray cluster on whose processors agents and plants that ship are played; see docs/cluster.md (none)."
-_CAMERA = "For --plant manual: pictures tell the truth; a folder in which you save them, or webcam (a person tells it)."
+ACTIONS = "Number of different actions."
+BOX = "A box by name, random-N-SEED, or a TOML file."
+HOST = "Host name or IP address."
+JOINTS = "Number of joints."
+LAYOUT = "Where joints lie on the panel."
+OUT = "Where the result is written."
+PLANT = "What is acted on: a plant that lockprobe plants lists, with options as in twin?looks=varied."
+SEED = "Seed of everything."
+STUDIES = "Simulated studies of each kind."
+TRIALS_EACH = "Trials of each person or client."
+VIEW = "How reports are shown: as text, which models read, or on a panel, which is drawn."
+
 _ALLOW = "Code of yours that the directory names, as python:MODULE:NAME; it runs only if named; may be repeated (none)."
-_WORKERS = "Processes for local models and simulated plants (one per core)."
+_BUDGET = "The most that the study may cost in US dollars, earlier runs included; it is never exceeded."
+_CLUSTER = "A Ray cluster on whose processors agents and plants that ship are played; see docs/cluster.md (none)."
+_ESTIMATE = "Only estimate the cost; call no model and write nothing."
+_RETRIES = "How often a request without an answer is made again."
+
+
+def with_brackets(text: str, here: str) -> str:
+    """The text of an option with what holds in one command.
+
+    >>> with_brackets("Number of joints.", "4")
+    'Number of joints (4).'
+    """
+    return f"{text.removesuffix('.')} ({here})."
 
 
 def _directory(path: str) -> Path:
@@ -58,22 +82,23 @@ def _directory(path: str) -> Path:
     return Path(path)
 
 
-Name = Annotated[str, typer.Argument(metavar="flips|modalities|why|suite-1|FILE.toml", help=_STUDY)]
-Out = Annotated[Path | None, typer.Option(metavar="DIR", parser=_directory, help="Directory of the study.")]
-Workers = Annotated[int | None, typer.Option(min=1, help=_WORKERS)]
-Connections = Annotated[int, typer.Option(min=1, help="Requests to providers in progress at once.")]
-Timeout = Annotated[float, typer.Option(help="Seconds after which a hanging request is made again.")]
-Camera = Annotated[str | None, typer.Option("--camera", metavar="FOLDER|webcam", help=_CAMERA)]
-ClusterAt = Annotated[str | None, typer.Option("--cluster", metavar="auto|HOST:PORT", help=_CLUSTER)]
-ShardOf = Annotated[str | None, typer.Option("--shard", metavar="i/n", help=_SHARD)]
-Retries = Annotated[int, typer.Option(help=_RETRIES)]
-Budget = Annotated[float | None, typer.Option(metavar="DOLLARS", help=_BUDGET)]
-Batch = Annotated[bool, typer.Option("--batch", help=_BATCH)]
-WriteReport = Annotated[bool, typer.Option("--report/--no-report", help=_REPORT)]
-EstimateOnly = Annotated[bool, typer.Option("--estimate", help=_ESTIMATE)]
-Again = Annotated[str | None, typer.Option(metavar="reply|refusal", help=_AGAIN)]
-AsJson = Annotated[bool, typer.Option("--json", help="One JSON object a line.")]
 Allow = Annotated[list[str] | None, typer.Option("--allow", metavar="SPEC", help=_ALLOW)]
+AsJson = Annotated[bool, typer.Option("--json", help="JSON: one object, or one a line.")]
+Box = Annotated[str, typer.Option(help=BOX)]
+Budget = Annotated[float | None, typer.Option(metavar="DOLLARS", help=_BUDGET)]
+ClusterAt = Annotated[str | None, typer.Option("--cluster", metavar="auto|HOST:PORT", help=_CLUSTER)]
+Connections = Annotated[int, typer.Option(min=1, help="Requests to providers in progress at once.")]
+EstimateOnly = Annotated[bool, typer.Option("--estimate", help=_ESTIMATE)]
+MinLength = Annotated[int, typer.Option(min=1, help="Shortest loop in actions.")]
+Out = Annotated[
+    Path | None, typer.Option(metavar="DIR", parser=_directory, help=with_brackets(OUT, "lockprobe-runs/STUDY-HASH"))
+]
+Overlap = Annotated[bool, typer.Option("--overlap", help="Let two occurrences overlap.")]
+Port = Annotated[int, typer.Option(min=0, max=65535, help="The port; 0 for any free one.")]
+Retries = Annotated[int, typer.Option(help=_RETRIES)]
+Seed = Annotated[int, typer.Option(min=0, help=SEED)]
+Timeout = Annotated[float, typer.Option(help="Seconds after which a hanging request is made again.")]
+Workers = Annotated[int | None, typer.Option(min=1, help="Processes (one per core, at most 8).")]
 
 
 def permit(specs: Iterable[str] | None) -> None:
@@ -86,65 +111,3 @@ def permit(specs: Iterable[str] | None) -> None:
         if spec_kind(spec) != "python":
             raise BadValue("allow", spec, "python:MODULE:NAME")
         allow(spec)
-
-
-def with_study_options(*, without: Iterable[str] = ()) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """Give a command the options of a study, except ``without``, in front of its own options.
-
-    The command gets those that the user gave as ``asked``.
-    """
-    names = [name for name in StudyOptions.model_fields if name not in {"study", *without}]
-
-    def give(command: Callable[..., None]) -> Callable[..., None]:
-        hints = get_type_hints(command, include_extras=True)
-        own = [
-            parameter.replace(annotation=hints[name])
-            for name, parameter in inspect.signature(command).parameters.items()
-            if name != "asked"
-        ]
-        options = [
-            inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=_option(name))
-            for name in names
-        ]
-
-        def run(*what: Any, **given: Any) -> None:
-            given |= dict(zip([own[0].name], what, strict=False))
-            asked = {name: given.pop(name, None) for name in names}
-            if asked.get("p") is not None:
-                asked["p"] = parse_p(asked["p"])
-            command(asked={name: value for name, value in asked.items() if value not in (None, [])}, **given)
-
-        run.__name__, run.__doc__ = command.__name__, command.__doc__
-        rest = [parameter.replace(kind=inspect.Parameter.KEYWORD_ONLY) for parameter in own[1:]]
-        run.__signature__ = inspect.Signature([own[0], *options, *rest])  # type: ignore[attr-defined]
-        return run
-
-    return give
-
-
-def _option(name: str) -> Any:
-    """An option of a study as one of a command line: lists are repeated, flip rates have commas between."""
-    field = StudyOptions.model_fields[name]
-    kind, words = _kind(field.annotation), field.description
-    if kind is bool:
-        flag = f"--{name.replace('_', '-')}" if field.default is False else f"--{name}/--no-{name}"
-        return Annotated[bool | None, typer.Option(flag, help=words)]
-    return Annotated[kind | None, typer.Option(help=words)]
-
-
-def _kind(annotation: Any) -> Any:
-    """What a command line takes for a type of a field."""
-    (kind,) = {part for part in get_args(annotation) if part is not NoneType} or {annotation}
-    kind = _bare(kind)
-    if get_origin(kind) is list:
-        return str if _bare(get_args(kind)[0]) is float else list[str]
-    if get_origin(kind) is Union:
-        return str  # a box, by its name or path
-    if get_origin(kind) is Literal:
-        return str if kind == FlipKind else kind  # the flip says itself which kinds there are
-    return kind
-
-
-def _bare(kind: Any) -> Any:
-    """A type without its annotations."""
-    return get_args(kind)[0] if get_origin(kind) is Annotated else kind

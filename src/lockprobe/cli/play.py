@@ -15,22 +15,22 @@ from contextlib import closing, suppress
 from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self, cast
 
 import numpy as np
 import typer
 
 from lockprobe.agents.participant import participant_spec
-from lockprobe.boxes.box import LayoutKind, Lockbox, Shuffle
-from lockprobe.boxes.families import DEFAULT_BOX
+from lockprobe.boxes.box import Lockbox
 from lockprobe.boxes.sketch import interlock_lines, panel_lines
 from lockprobe.boxes.solve import optimum, random_curve
+from lockprobe.cli import options
 from lockprobe.cli.printing import Screen
+from lockprobe.cli.study_options import with_study_options
 from lockprobe.foundation.errors import BadFile, BadValue, LockprobeError
 from lockprobe.foundation.inputs import check_regular
 from lockprobe.foundation.storage.jsonl import LineFile
 from lockprobe.foundation.storage.links import refuse_links
-from lockprobe.interventions.flip import DEFAULT, FlipKind
 from lockprobe.studies.play import play_timed
 from lockprobe.studies.single import run_trial
 from lockprobe.studies.studyfile import trial_study
@@ -52,33 +52,23 @@ _SEEDS = 10_000
 """The number of seeds from which a seed is drawn if none is given."""
 
 
+@with_study_options(only=("box", "p", "seed", "max_steps", "flip", "layout", "shuffle", "assessment"))
 def play(
-    box: Annotated[str, typer.Option(help="A box by name, random-N-SEED, or a TOML file.")] = DEFAULT_BOX,
-    p: Annotated[float, typer.Option(help="Flip rate: how often reports are false.")] = 0.0,
-    flip: Annotated[FlipKind, typer.Option(help="What a false report is.")] = DEFAULT,
-    seed: Annotated[int | None, typer.Option(help="Seed of everything (drawn).")] = None,
-    max_steps: Annotated[int, typer.Option(help="Budget in steps.")] = 20,
-    layout: Annotated[LayoutKind, typer.Option(help="The box's own panel, or joints dealt to it.")] = "fixed",
-    shuffle: Annotated[Shuffle, typer.Option(help="How often labels and their order are drawn.")] = "trial",
-    assessment: Annotated[
-        bool, typer.Option("--assessment/--no-assessment", help="Ask what the last action did.")
-    ] = True,
-    view: Annotated[
-        ViewKind, typer.Option(help="Show reports as a drawing, or as the text that models read.")
-    ] = "panel",
+    asked: Mapping[str, Any],
+    view: Annotated[ViewKind, typer.Option(help=options.VIEW)] = "panel",
     record: Annotated[
         Path | None, typer.Option(metavar="FILE.jsonl", help="Append the trial to this file, as studies record it.")
     ] = None,
 ) -> None:
-    """Play a trial yourself, with keys: the same box, reports and budget as any agent; then see the truth."""
-    seed = secrets.randbelow(_SEEDS) if seed is None else seed
+    """Play a trial yourself, with keys: the same box, reports and budget as any agent; then see the truth.
+
+    Without --p, all reports are true. Without --seed, it is drawn.
+    """
+    seed = asked.get("seed", secrets.randbelow(_SEEDS))
     if record is not None:
         _check_record(record)
-    asked: TrialOptions = {
-        "box": box, "p": p, "flip": flip, "seed": seed, "max_steps": max_steps, "layout": layout, "shuffle": shuffle,
-        "assessment": assessment,
-    }  # fmt: skip
-    study = trial_study(asked, agent=participant_spec("local"))
+    options_given = cast("TrialOptions", {**asked, "seed": seed, "p": _rate(asked.get("p", [0.0]))})
+    study = trial_study(options_given, agent=participant_spec("local"))
     plan = study.plan(study.agents[0], study.conditions[0], 1, 1)
     screen = Screen()
     screen.say(f"Lockbox (--seed {seed} plays this trial again)", "bold")
@@ -95,10 +85,17 @@ def play(
         raise
     if record is not None:
         _append(record, trial)
-    others = {spec: _of(spec, asked) for spec in OTHERS}
+    others = {spec: _of(spec, options_given) for spec in OTHERS}
     tell(screen, trial, plan.box, others)
     if record is not None:
         screen.say(f"Recorded: {record}")
+
+
+def _rate(rates: Sequence[float]) -> float:
+    """The flip rate of a trial, of which there is one."""
+    if len(rates) != 1:
+        raise BadValue("p", ",".join(f"{rate:g}" for rate in rates), "one number from 0 to 1")
+    return rates[0]
 
 
 def _played(plan: Plan, view: ViewKind, screen: Screen) -> Trial:

@@ -11,7 +11,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.markup import escape
 
+from lockprobe.cli import options
 from lockprobe.cli.printing import new_table, plain_console, print_table, time_left
+from lockprobe.cli.study_options import study_help, with_study_options
 from lockprobe.foundation.errors import BadValue, Conflict
 from lockprobe.foundation.formatting import percent
 from lockprobe.foundation.parallel import Processes
@@ -20,7 +22,6 @@ from lockprobe.simulation.audit.power import TRIALS, Needed, default_worlds, sta
 from lockprobe.simulation.audit.power import power as measure_power
 from lockprobe.simulation.audit.simulated_agents import WORLDS, P, World
 from lockprobe.statistics.mechanism import MARGIN
-from lockprobe.studies.study_options import parse_p
 
 if TYPE_CHECKING:
     from lockprobe.simulation.montecarlo.condition_power import ConditionPower
@@ -28,73 +29,57 @@ if TYPE_CHECKING:
 
 __all__ = ["power"]
 
-AsJson = Annotated[bool, typer.Option("--json", help="One JSON object.")]
-Seed = Annotated[int, typer.Option(min=0, help="Seed of everything.")]
-Workers = Annotated[int | None, typer.Option(min=1, help="Processes (one per core).")]
-
 _WHAT = "why: blocks of a study of controls; a study file: its conditions (trials per flip rate)."
 _SUCCESS = (
     "Effect: success at each flip rate, as 0.2,0.5,0.4 (two effects); under each condition, the control first; "
     "for why in its seven arms: truth, lie, truth-truth, lie-truth, truth-lie, lie-lie, remark."
 )
-_AGENT = (
-    "A strategy or learner that is played under each condition; with --success any, to correct for their number; may "
-    "be repeated (none)."
-)
-_CONDITION = "A condition that is compared with its control, as for lockprobe run; may be repeated (none)."
-_SWEEP = "A dose that is compared with its control: 'tremble?p=0,0.1,0.2'; may be repeated (none)."
 _TRAP = "Effect: chance per step to begin a cycle at each flip rate (none)."
 _HARM = "Effect: factor on the chance to solve after a loop, 0 to 1."
-_STUDIES = "Simulated studies per number of trials."
+_TRIALS = study_help("trials", "numbers to measure at: 15,30,60,120,240; with why 50,150,300,600")
 _SHARED = "With --success for conditions: share of trials that one number decides under all of them, 0 to 1."
 
 
+@with_study_options(without=("trials", "strategy_trials", "repetitions", "full", "name"))
 def power(
+    asked: Mapping[str, Any],
     what: Annotated[str | None, typer.Argument(metavar="[why|FILE.toml]", help=_WHAT)] = None,
     success: Annotated[str | None, typer.Option(help=_SUCCESS)] = None,
-    agent: Annotated[list[str] | None, typer.Option(help=_AGENT)] = None,
-    condition: Annotated[list[str] | None, typer.Option(help=_CONDITION)] = None,
-    sweep: Annotated[list[str] | None, typer.Option(help=_SWEEP)] = None,
     shared: Annotated[float, typer.Option(help=_SHARED)] = 0.0,
     trap: Annotated[str | None, typer.Option(help=_TRAP)] = None,
     harm: Annotated[float, typer.Option(help=_HARM)] = 1.0,
-    p: Annotated[str | None, typer.Option(help="Flip rates (0,0.1,...,0.6; beside conditions none).")] = None,
-    trials: Annotated[
-        str | None, typer.Option(help="Trials per condition to measure at (15,30,60,120,240; with why 50,150,300,600).")
-    ] = None,
+    trials: Annotated[str | None, typer.Option(help=_TRIALS)] = None,
     target: Annotated[float, typer.Option(help="Power to reach.")] = 0.8,
-    studies: Annotated[int, typer.Option(min=1, max=100_000, help=_STUDIES)] = 100,
-    seed: Seed = 1,
-    workers: Workers = None,
-    json: AsJson = False,
+    studies: Annotated[int, typer.Option(min=1, max=100_000, help=options.STUDIES)] = 100,
+    workers: options.Workers = None,
+    json: options.AsJson = False,
 ) -> None:
     """Find by simulation how many trials per condition each test needs to detect a given effect.
 
     --condition, --sweep or --agent: the difference of every condition from its control, by the test of the report: in
     pairs of equal luck, corrected for the conditions of its family and for the agents. Success is what an --agent
-    reaches that is played here, or --success. Without them, every test over flip rates, for two effects: a rise and
-    fall of success like the paper's (0.23 at flip rate 0, 0.67 at 0.4, then 0.5), and an agent that gets trapped in
-    loops when it is told the truth. power why: how many blocks (--trials) a study of controls needs to name the reason
-    for a change of success.
+    reaches that is played here, or --success. Without them, every test over flip rates (--p, else 0 to 0.6 in steps of
+    0.1), for two effects: a rise and fall of success like the paper's (0.23 at flip rate 0, 0.67 at 0.4, then 0.5), and
+    an agent that gets trapped in loops when it is told the truth. power why: how many blocks (--trials) a study of
+    controls needs to name the reason for a change of success.
     """
-    sizes, beside = _whole_numbers("trials", trials), bool(agent or condition or sweep)
+    sizes, seed, rates = _whole_numbers("trials", trials), asked.get("seed", 1), asked.get("p")
+    beside = asked.keys() - {"p", "seed"}
     if what == "why":
-        if beside or shared:
-            raise Conflict("power why", "--agent, --condition, --sweep and --shared", "its seven arms are its own")
+        if shared or rates or beside:
+            raise Conflict("power why", "--shared and options of a study", "its seven arms are its own")
         _power_why(success, sizes, studies, seed, json=json)
         return
     shares = None if success is None else _numbers("success", success)
-    rates = None if p is None else parse_p(p)
     simulated: dict[str, Any] = {"target": target, "studies": studies, "workers": _processes(workers)}
     if what or beside:
         if trap is not None or harm != 1.0:
             raise Conflict("--trap and --harm", "conditions", "they state an effect of flip rates alone")
-        asked = {"agent": agent, "condition": condition, "sweep": sweep, "p": rates, "seed": seed}
         _power_of_conditions(what, asked, shares, shared, simulated | {"trials": sizes or TRIALS}, json=json)
         return
     if shared:
         raise Conflict("--shared", "flip rates alone", "they share no luck here; --agent or --condition compares pairs")
-    if shares is None and (trap is not None or harm != 1.0 or p is not None):
+    if shares is None and (trap is not None or harm != 1.0 or rates is not None):
         raise BadValue("--success", None, "success at each flip rate: --p, --trap and --harm need it")
     grid = P if rates is None else rates
     stated = () if shares is None else (stated_world(shares, p=grid, trap=_numbers("trap", trap), harm=harm),)
@@ -122,15 +107,14 @@ def _power_of_conditions(
     from lockprobe.simulation.montecarlo.condition_power import condition_power
     from lockprobe.studies.studyfile import study
 
-    given = {name: value for name, value in asked.items() if value not in (None, [])}
-    if file is None and "agent" not in given:
+    if file is None and "agent" not in asked:
         if success is None:
             raise BadValue("--success", None, "success under each condition, or --agent with a strategy to be played")
-        given["agent"] = "random"  # it is not played
+        asked = {**asked, "agent": "random"}  # it is not played
     if file is not None and not file.endswith(".toml"):
         raise BadValue("power", file, "why, a study file ending in .toml, or nothing")
     found = condition_power(
-        study(file or "flips", **given),
+        study(file or "flips", **asked),
         success=success,
         shared=shared,
         playing=time_left("blocks"),

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import json as json_
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from itertools import groupby
 from math import isnan
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from rich.markup import escape
 
 from lockprobe.boxes.families import DEFAULT_BOX
+from lockprobe.cli import options
 from lockprobe.cli.printing import new_table, plain_console, print_table
+from lockprobe.cli.study_options import study_help, with_study_options
 from lockprobe.simulation.montecarlo.readings import (
     AGENTS,
     FALSE_REPORTS,
@@ -25,32 +27,27 @@ from lockprobe.simulation.montecarlo.readings import (
     conditions_table,
     success_under,
 )
-from lockprobe.studies.study_options import parse_p
 
 __all__ = ["readings"]
 
-_AGENT = f"A strategy, cognitive model or learner; may be repeated ({', '.join(AGENTS)})."
-_RATES = f"Rates of false reports ({','.join(f'{rate:g}' for rate in P)})."
-_TRIALS = "Trials per cell of an agent whose success has to be sampled."
+_TRIALS = study_help("trials", "where success has to be sampled")
 
 
+@with_study_options(only=("agent", "box", "p", "seed", "max_steps"))
 def readings(
-    agent: Annotated[list[str] | None, typer.Option(help=_AGENT)] = None,
-    p: Annotated[str | None, typer.Option(help=_RATES)] = None,
-    box: Annotated[str, typer.Option(help="A box by name, random-N-SEED, or a TOML file.")] = DEFAULT_BOX,
-    max_steps: Annotated[int, typer.Option(help="Budget in steps.")] = 20,
+    asked: Mapping[str, Any],
     trials: Annotated[int, typer.Option(min=1, max=1_000_000, help=_TRIALS)] = 1_500,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of these trials.")] = 1,
-    json: Annotated[bool, typer.Option("--json", help="One JSON object per cell.")] = False,
+    json: options.AsJson = False,
 ) -> None:
     """Compute how often agents open a box under every reading of a false report, and under its parts.
 
     The success is exact where the agent has few states, and otherwise the share of trials, with a 95 % interval. In
     brackets: the share of reports whose outcome, told or inferred by comparing two reports, is false. Each kind of
-    false report is a condition for lockprobe run.
+    false report is a condition for lockprobe run. Agents are strategies, cognitive models and learners; without --agent
+    human-inspired and cognitive:perseverant, insistent and careful.
     """
-    rates = P if p is None else parse_p(p)
-    found = success_under(agent or AGENTS, box, p=rates, max_steps=max_steps, trials=trials, seed=seed, begun=_begun)
+    given = {"agent": AGENTS, "box": DEFAULT_BOX, "p": P, "seed": 1, "max_steps": 20, **asked}
+    found = success_under(given.pop("agent"), given.pop("box"), **given, trials=trials, begun=_begun)
     if json:
         for one in found:
             share = None if isnan(one.false_outcomes) else one.false_outcomes

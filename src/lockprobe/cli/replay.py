@@ -10,6 +10,7 @@ from typing import Annotated, Any
 
 import typer
 
+from lockprobe.cli import options
 from lockprobe.cli.robot_tools import robot_tool
 from lockprobe.foundation.errors import BadValue, TrialFault, UnknownName, UserMistake
 from lockprobe.foundation.terminal_text import printable
@@ -32,13 +33,15 @@ def replay(
     key: Annotated[str, typer.Argument(help="Key of a trial, or its beginning or end.")],
     out: Annotated[
         Path | None,
-        typer.Option(help="Make a film: FILE.gif, FILE.mp4, or a directory for single pictures."),
+        typer.Option(
+            help=options.with_brackets(options.OUT, "a film: FILE.gif, FILE.mp4, or a directory for single pictures")
+        ),
     ] = None,
     seen: Annotated[
         bool, typer.Option("--seen", help="Film the pictures that the agent saw, from the study's directory.")
     ] = False,
     speed: Annotated[int, typer.Option(min=1, max=_FASTEST, help="Playback speed of a robot.")] = 1,
-    json: Annotated[bool, typer.Option("--json", help="One JSON object per step, or one for the film.")] = False,
+    json: options.AsJson = False,
 ) -> None:
     """Show a finished trial step by step, truth and report, or with --out as a film."""
     trials = load(directory)

@@ -25,10 +25,11 @@ _WATCH = "Update the report while the study runs, until all planned trials are f
 
 Directory = Annotated[Path, typer.Argument(metavar="DIR", help="The directory of a study or a suite.")]
 Watch = Annotated[bool, typer.Option("--watch", help=_WATCH)]
-AsJson = Annotated[bool, typer.Option("--json", help="One JSON object; with --watch one line per report.")]
 
 
-def report(directory: Directory, watch: Watch = False, cluster: options.ClusterAt = None, json: AsJson = False) -> None:
+def report(
+    directory: Directory, watch: Watch = False, cluster: options.ClusterAt = None, json: options.AsJson = False
+) -> None:
     """Write results.json, report.html, figures/ and tables/ from the records; for a suite, suite.json and suite.html.
 
     With --cluster, the cluster computes and draws a large report.

@@ -10,13 +10,15 @@ import sys
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.model_access import Access
 from lockprobe.cli import options
+from lockprobe.cli.headings import under_headings
+from lockprobe.cli.study_options import Name, with_study_options
 from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.studies.agent_names import named_agents
 from lockprobe.studies.study_options import SHIPPED, STUDIES, SUITE_NAMES
@@ -26,25 +28,47 @@ if TYPE_CHECKING:
 
 __all__ = ["run"]
 
+_AGAIN = "Replay trials that ended without a usable reply, or as a refusal; earlier records stay in the file (nothing)."
+_BATCH = "Use the provider's batch interface: it is cheaper and takes hours instead of seconds."
+_CAMERA = "For --plant manual: pictures tell the truth; a folder in which you save them, or webcam (a person tells it)."
+_REPORT = "Write the report; `lockprobe report DIR` does it later."
+_SHARD = "Play only part i of n of the trials, for example 3/16; `lockprobe import` joins the directories (all)."
 
-@options.with_study_options()
+Camera = Annotated[str | None, typer.Option("--camera", metavar="FOLDER|webcam", help=_CAMERA)]
+ShardOf = Annotated[str | None, typer.Option("--shard", metavar="i/n", help=_SHARD)]
+Batch = Annotated[bool, typer.Option("--batch", help=_BATCH)]
+WriteReport = Annotated[bool, typer.Option("--report/--no-report", help=_REPORT)]
+Again = Annotated[str | None, typer.Option(metavar="reply|refusal", help=_AGAIN)]
+
+HEADINGS = {
+    "Options": "agent p trials condition box full seed out estimate budget",
+    "The study": "repetitions strategy_trials max_steps plant camera layout shuffle as_paper name",
+    "Reports and conditions": "sweep flip readings parts modality assessment hypothesis",
+    "Running": "workers shard cluster again allow report json",
+    "Hosted models": "connections timeout retries batch",
+}
+"""Heading -> its options; first what most people need."""
+
+
+@under_headings(HEADINGS)
+@with_study_options(explained=True)
 def run(
-    what: options.Name,
+    what: Name,
     asked: Mapping[str, object],
-    camera: options.Camera = None,
+    camera: Camera = None,
     out: options.Out = None,
     workers: options.Workers = None,
-    shard: options.ShardOf = None,
+    shard: ShardOf = None,
     cluster: options.ClusterAt = None,
     connections: options.Connections = 10,
     timeout: options.Timeout = 120.0,
     retries: options.Retries = 6,
-    batch: options.Batch = False,
+    batch: Batch = False,
     budget: options.Budget = None,
-    again: options.Again = None,
+    again: Again = None,
     allow: options.Allow = None,
     estimate: options.EstimateOnly = False,
-    report: options.WriteReport = True,
+    report: WriteReport = True,
     json: options.AsJson = False,
 ) -> None:
     """Play a study, or resume it, and write its report. The same command again resumes it; what people did there stays.

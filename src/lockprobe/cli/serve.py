@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from lockprobe.cli import options
+from lockprobe.cli.headings import under_headings
+from lockprobe.cli.study_options import with_study_options
 from lockprobe.foundation.errors import BadFile, BadValue, Conflict, Missing
 from lockprobe.foundation.inputs import read_input
 from lockprobe.foundation.spec import PEOPLE
@@ -54,8 +56,6 @@ _PEOPLE = (
     "Settings for people (--write-people writes an example), or their number, or both; the number sets the trials."
 )
 _TEXTS = "The texts of the page: a shipped language, or a file (--write-texts writes an example)."
-_EACH = "Boxes for each participant (each condition once)."
-_HOST = "Address to listen on. Any except loopback needs LOCKPROBE_ADMIN_TOKEN."
 _PUBLIC = "The public origin of a proxy, for example https://study.example.org."
 _ALLOWED = "A name of this machine on a local network; may be repeated."
 
@@ -66,20 +66,27 @@ RequireId = Annotated[
 ]
 JoinCode = Annotated[str | None, typer.Option(metavar="CODE", help="The code that participants need to join.")]
 Texts = Annotated[str | None, typer.Option(metavar="NAME|FILE.toml", help=_TEXTS)]
-View = Annotated[str | None, typer.Option(metavar="text|panel", help="How reports are shown.")]
-TrialsEach = Annotated[int | None, typer.Option(help=_EACH)]
-Host = Annotated[str, typer.Option(help=_HOST)]
-Port = Annotated[int, typer.Option(min=0, max=65535, help="The port; 0 for any free one.")]
+View = Annotated[str | None, typer.Option(metavar="text|panel", help=options.with_brackets(options.VIEW, "panel"))]
+TrialsEach = Annotated[int | None, typer.Option(help=options.with_brackets(options.TRIALS_EACH, "each condition once"))]
+Host = Annotated[
+    str,
+    typer.Option(help=options.with_brackets(options.HOST, "any other than the default needs LOCKPROBE_ADMIN_TOKEN")),
+]
 Public = Annotated[str, typer.Option(metavar="ORIGIN", help=_PUBLIC)]
 Allowed = Annotated[list[str] | None, typer.Option("--allow-host", metavar="NAME", help=_ALLOWED)]
 WriteTexts = Annotated[Path | None, typer.Option(metavar="FILE.toml", help="Write a file of texts to edit, and exit.")]
 WritePeople = Annotated[
     Path | None, typer.Option(metavar="FILE.toml", help="Write a file of settings for people to edit, and exit.")
 ]
-AsJson = Annotated[bool, typer.Option("--json", help="One JSON object: url, admin_url, directory.")]
 
 
-@options.with_study_options(without=("agent",))
+@under_headings(
+    {
+        "The address": "host port public_url allow_host",
+        "Files to edit": "write_people write_texts",
+    }
+)
+@with_study_options(without=("agent",))
 def serve(
     asked: Mapping[str, object],
     what: Name = None,
@@ -92,17 +99,18 @@ def serve(
     out: options.Out = None,
     allow: options.Allow = None,
     host: Host = "127.0.0.1",
-    port: Port = 8765,
+    port: options.Port = 8765,
     public_url: Public = "",
     allow_host: Allowed = None,
     write_texts: WriteTexts = None,
     write_people: WritePeople = None,
-    json: AsJson = False,
+    json: options.AsJson = False,
 ) -> None:
     """Let people take part in a study, on a page in their browser. The same command resumes the study.
 
     Together they play the trials of the agent participant, each trial once; lockprobe run, report and export treat
-    these like any other agent's. Ctrl-C stops the server; no progress is lost.
+    these like any other agent's. Ctrl-C stops the server; no progress is lost. --json prints url, study_url, admin_url
+    and directory.
     """
     if write_texts or write_people:
         _write(write_texts, write_people, texts)

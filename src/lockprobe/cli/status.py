@@ -12,6 +12,7 @@ from typing import Annotated
 import typer
 
 from lockprobe.agents.reply_text import TIDIED
+from lockprobe.cli import options
 from lockprobe.cli.format_cost import money, share, spent_facts
 from lockprobe.cli.progress import foreign_in_words, invalid_in_words
 from lockprobe.cli.tally import count, in_boundaries
@@ -34,10 +35,9 @@ from lockprobe.trial.record import Trial
 __all__ = ["status"]
 
 Directory = Annotated[Path, typer.Argument(metavar="DIR", help="The directory of a study or a suite.")]
-AsJson = Annotated[bool, typer.Option("--json", help="One JSON object; for a suite one line per study.")]
 
 
-def status(directory: Directory, json: AsJson = False) -> None:
+def status(directory: Directory, json: options.AsJson = False) -> None:
     """Show the progress, errors by boundary, time and cost of a study, or of each study of a suite."""
     if not is_suite(directory):
         _status(directory, json=json)

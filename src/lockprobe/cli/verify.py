@@ -9,6 +9,7 @@ from typing import Annotated
 
 import typer
 
+from lockprobe.cli import options
 from lockprobe.cli.printing import time_left
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.studies.results_hash import check_hash
@@ -24,13 +25,14 @@ Settings = Annotated[
 Results = Annotated[
     str | None, typer.Option("--results", metavar="HASH", help="The hash of the results, as it was published.")
 ]
-AsJson = Annotated[bool, typer.Option("--json", help="One JSON object.")]
 
 _NAMED = 5
 """The most failures printed by name; --json has all."""
 
 
-def verify(directory: Directory, settings: Settings = None, results: Results = None, json: AsJson = False) -> None:
+def verify(
+    directory: Directory, settings: Settings = None, results: Results = None, json: options.AsJson = False
+) -> None:
     """Recompute a study or a suite from its records, and hold replies, logs and report against them.
 
     Published hashes of settings and results are compared with --settings and --results. Exit status 1: a check failed.

@@ -123,8 +123,8 @@ class StudyOptions(BaseModel):
     agent: Annotated[
         Several | None,
         _about(
-            "Agent spec, or 'NAME=SPEC', whose name keys, tables and pages show in its place; may be repeated (flips: "
-            "llm:local, a learner and three baselines)."
+            "Agent by its spec, or by the name that 'NAME=SPEC' gives it; may be repeated (flips: llm:local, a learner "
+            "and three baselines)."
         ),
     ] = None
     box: Annotated[Box | None, _about("A box by name, random-N-SEED, or a TOML file (chain-4).")] = None
@@ -135,14 +135,15 @@ class StudyOptions(BaseModel):
     trials: Annotated[
         Whole | None,
         _about(
-            "Trials per repetition and condition (6; 10 with --full, or if --p or --repetitions is given; 50 with why)."
+            "Trials per condition (in each repetition: 6; 10 with --full, or if --p or --repetitions is given; 50 with "
+            "why)."
         ),
     ] = None
     strategy_trials: Annotated[
         Whole | None,
         _about(
-            "The same for strategies and learners, which cost nothing (100 in the short study, 150 with why; else as "
-            "--trials)."
+            "Trials per condition for strategies and learners, which cost nothing (100 in the short study, 150 with "
+            "why; else as --trials)."
         ),
     ] = None
     repetitions: Annotated[Whole | None, _about("Repetitions (3; 1 with why).")] = None
@@ -166,8 +167,8 @@ class StudyOptions(BaseModel):
     plant: Annotated[
         str | None,
         _about(
-            "What is acted on: symbolic (flips), fast-twin (modalities), twin, manual (a person moves the joints), "
-            "rig; options as twin?looks=varied."
+            "What is acted on: a plant that lockprobe plants lists, with options as in twin?looks=varied (flips: "
+            "symbolic; modalities: fast-twin)."
         ),
     ] = None
     modality: Annotated[
@@ -180,8 +181,8 @@ class StudyOptions(BaseModel):
     condition: Annotated[
         Conditions | None,
         _about(
-            "Interventions, with plus signs between: 'flip?p=0.4 + nudge'; 'NAME=SPEC' names them; may be repeated "
-            "(nothing; with any, truth is played too, as the control)."
+            "Interventions with plus signs between, 'flip?p=0.4 + nudge', or the name that 'NAME=SPEC' gives them; may "
+            "be repeated (nothing; with any, truth is played too, as the control)."
         ),
     ] = None
     sweep: Annotated[
@@ -194,8 +195,8 @@ class StudyOptions(BaseModel):
     layout: Annotated[
         LayoutKind | None,
         _about(
-            "fixed (flips): the box's own panel; dealt: one for all trials, on which joints lie at random; shuffled "
-            "(modalities): a new one in every trial."
+            "Where joints lie on the panel (flips: fixed, as in the box; dealt: at random, in all trials alike; "
+            "modalities: shuffled, at random in every trial)."
         ),
     ] = None
     shuffle: Annotated[

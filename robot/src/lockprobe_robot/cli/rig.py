@@ -13,6 +13,7 @@ import typer
 
 from lockprobe.boxes.families import DEFAULT_BOX
 from lockprobe.boxes.families import find_box as find
+from lockprobe.cli import options
 from lockprobe.foundation.errors import BadValue, Conflict, PlantFault, UserMistake, needing
 from lockprobe.foundation.plugins import ROBOT
 from lockprobe_robot.cli.rig_calibrate import calibrate
@@ -33,13 +34,13 @@ app = typer.Typer(no_args_is_help=True, rich_markup_mode=None)
 app.command("tags")(tags)
 app.command("calibrate")(calibrate)
 
+_PLANT = options.with_brackets(options.PLANT, "rig?rung=scripted|twin|wire, or your rig as python:MODULE:NAME")
 _ARM = "fr3 (franky), panda (panda-py), or wire: a simulated FR3 behind the real client library."
 
 _ARMS = {"fr3": "FR3", "panda": "Panda", "wire": "a simulated FR3 behind the real client library"}
 
 _TWIN = "rig?rung=twin"
 
-AsJson = Annotated[bool, typer.Option("--json", help="One JSON object.")]
 ArmKind = Literal["fr3", "panda", "wire"]
 
 NOT_GOOD = 1
@@ -49,10 +50,10 @@ NOT_GOOD = 1
 @app.command()
 def rehearse(
     rung: Annotated[RehearsalRung, typer.Option(help="How realistic the arm is: scripted, twin or wire.")] = "scripted",
-    box: Annotated[str, typer.Option(help="A box by name, random-N-SEED, or a TOML file.")] = DEFAULT_BOX,
+    box: options.Box = DEFAULT_BOX,
     attempts: Annotated[int, typer.Option(min=1, max=10_000, help="Random attempts.")] = 20,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the attempts, the same on all rungs.")] = 1,
-    json: AsJson = False,
+    seed: options.Seed = 1,
+    json: options.AsJson = False,
 ) -> None:
     """Rehearse random attempts with all software but without a robot, and compare the verdicts with the rules.
 
@@ -71,10 +72,10 @@ def rehearse(
 
 @app.command("dry-run")
 def dry_run(
-    plant: Annotated[str, typer.Option(help="rig?rung=scripted|twin|wire, or your rig as python:MODULE:NAME.")] = _TWIN,
-    box: Annotated[str, typer.Option(help="A box by name, random-N-SEED, or a TOML file.")] = DEFAULT_BOX,
+    plant: Annotated[str, typer.Option(help=_PLANT)] = _TWIN,
+    box: options.Box = DEFAULT_BOX,
     height: Annotated[float, typer.Option(help="Height above the handles, metres, from 0.05 to 0.3.")] = 0.1,
-    json: AsJson = False,
+    json: options.AsJson = False,
 ) -> None:
     """Make every joint's motion above the board, in both directions, without touching it.
 
@@ -109,9 +110,9 @@ def dry_run(
 @app.command()
 def check(
     arm: Annotated[ArmKind, typer.Option(help=_ARM)] = "wire",
-    host: Annotated[str, typer.Option(help="Address of the robot.")] = "",
+    host: Annotated[str, typer.Option(help=options.with_brackets(options.HOST, "of the robot; wire has none"))] = "",
     commands: Annotated[int, typer.Option(min=10, max=100_000, help="Commands, 10 ms each.")] = 500,
-    json: AsJson = False,
+    json: options.AsJson = False,
 ) -> None:
     """Hold an arm in place, and measure success rate and latency of commands before anything moves.
 

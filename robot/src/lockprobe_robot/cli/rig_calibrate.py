@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from lockprobe.boxes.families import DEFAULT_BOX, find_box
+from lockprobe.cli import options
 from lockprobe.foundation.errors import BadValue
 
 if TYPE_CHECKING:
@@ -28,17 +29,20 @@ def calibrate(
     folder: Annotated[
         Path, typer.Argument(metavar="FOLDER", help="Pictures and views.json (robot/docs/calibration.md).")
     ],
-    box: Annotated[str, typer.Option(metavar="NAME|FILE", help="The box on the board in the pictures.")] = DEFAULT_BOX,
+    box: options.Box = DEFAULT_BOX,
     method: Annotated[str, typer.Option(help="park, tsai, horaud or daniilidis.")] = "park",
     tag_size: Annotated[
         float | None, typer.Option(metavar="MM", help="Measured side of a printed tag's black square (as drawn).")
     ] = None,
     out: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="File for the result (FOLDER/calibration.json).")
+        Path | None, typer.Option(metavar="FILE", help=options.with_brackets(options.OUT, "FOLDER/calibration.json"))
     ] = None,
-    json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")] = False,
+    json: options.AsJson = False,
 ) -> None:
-    """Find the pose of the camera in the hand and of the board in the robot's base, from pictures of tags."""
+    """Find the pose of the camera in the hand and of the board in the robot's base, from pictures of tags.
+
+    --box is the box on the board in the pictures.
+    """
     from lockprobe.foundation.validation import check_choice
     from lockprobe_robot.calibration import calibrate as library
     from lockprobe_robot.calibration.calibration_file import write_calibration

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from lockprobe.cli import options
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.storage.atomic_file import write_file
 
@@ -14,7 +15,9 @@ __all__ = ["tags"]
 
 
 def tags(
-    out: Annotated[Path, typer.Option(metavar="FILE", help="File for the sheet (.pdf, .svg).")] = Path("tags.pdf"),
+    out: Annotated[Path, typer.Option(metavar="FILE", help=options.with_brackets(options.OUT, ".pdf or .svg"))] = Path(
+        "tags.pdf"
+    ),
 ) -> None:
     """Write an A4 sheet with the AprilTags of a board, in true scale."""
     form = out.suffix.removeprefix(".")
