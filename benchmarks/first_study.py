@@ -19,11 +19,15 @@ AGENTS = (LEARNER, "human-inspired")
 
 
 def courses(seed: int) -> dict[str, str]:
-    """Agent -> the course of its success over the flip rate, as the report of one study states it."""
+    """Agent -> what the report of one study says of its success over the flip rate: higher at some rate, lower."""
     with TemporaryDirectory() as directory:
         study = Path(directory) / "study"
         lockprobe.run_study(lockprobe.study(agent=list(AGENTS), seed=seed), study)
-        return {row.agent: row.kind for row in lockprobe.results(study).courses}
+        (said,) = (
+            one.text for one in lockprobe.results(study).findings if (one.section, one.kind) == ("success", "courses")
+        )
+    clauses = (clause.partition(" for ") for clause in said.rstrip(".").partition(": ")[2].split("; "))
+    return {agent: kind for kind, _, agents in clauses for agent in agents.split(", ")}
 
 
 def main() -> None:

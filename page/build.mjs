@@ -12,7 +12,7 @@ import { fileURLToPath } from "node:url";
 import { build } from "esbuild";
 
 const here = dirname(fileURLToPath(import.meta.url));
-const into = join(here, "..", "src", "lockprobe", "web", "static");
+const into = join(here, "..", "src", "lockprobe", "people", "web", "static");
 const TARGET = ["chrome109", "firefox115", "safari16"];
 
 /** Everything that decides what is built, in a fixed order. */

@@ -348,7 +348,7 @@ MEASURED = [
     (REPORT, "modality_rates.py --lapses 0.12 0.2 0.3", ["benchmarks/modality_rates.py"]),
     (
         "docs/embedded-model.md",
-        "`lockprobe run flips --full --seed 2 --modality symbolic --flip memoryless`",
+        "`lockprobe run flips --full --seed 2 --modality symbolic --agent llm:local`",
         ["src/lockprobe/cli/run.py"],
     ),
     ("docs/embedded-model.md", "`uv run python benchmarks/steps_per_minute.py`", ["benchmarks/steps_per_minute.py"]),

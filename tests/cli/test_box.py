@@ -181,7 +181,7 @@ def test_the_list_has_boxes_of_packages_and_why_one_cannot_be_used(tmp_path, mon
 
 
 def test_a_generated_box_is_played_on_shuffled_panels(tmp_path, monkeypatch):
-    monkeypatch.setattr("lockprobe.report.write_report", lambda directory, **_: directory / "report.html")
+    monkeypatch.setattr("lockprobe.report.write.write_report", lambda directory, **_: directory / "report.html")
     ask("generate", "--joints", 4, "--out", tmp_path)
     (file,) = tmp_path.iterdir()
     run_app = typer.Typer()

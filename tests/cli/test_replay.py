@@ -74,7 +74,7 @@ def test_a_plant_that_breaks_when_it_is_played_again_is_one_line(directory, tmp_
     def broken(*given, **named):
         raise PlantFault("the arm, reach: no answer within 30 s")
 
-    monkeypatch.setattr("lockprobe.cli.replay.film_trial", broken)
+    monkeypatch.setattr("lockprobe_robot.film.make.film_trial", broken)
     with pytest.raises(
         UserMistake, match="no film: the trial breaks when it is played again .the arm, reach: no answer within 30 s.$"
     ):

@@ -31,5 +31,5 @@ def test_under_uv_run_it_is_uv(monkeypatch, pip, uv):
 def test_an_import_that_fails_names_the_package_and_the_extra(monkeypatch):
     monkeypatch.delenv("UV_RUN_RECURSION_DEPTH", raising=False)
     expected = r"^films need the package nowhere: pip install 'lockprobe-robot\[film\]'$"
-    with pytest.raises(Missing, match=expected), needing("films", "film"):
+    with pytest.raises(Missing, match=expected), needing("films", "film", "lockprobe-robot"):
         import nowhere  # noqa: F401

@@ -14,9 +14,10 @@ from functools import partial
 import pytest
 from builders import small_study, write_study
 
-from lockprobe.report import parallel, report_files, write_report
+from lockprobe.report import parallel, report_files
 from lockprobe.report.opened import open_study
 from lockprobe.report.parallel import shared, uncollected
+from lockprobe.report.write import write_report
 from lockprobe.statistics import habit_baseline
 from lockprobe.studies.studyfile import study
 

@@ -10,11 +10,12 @@ from builders import write_study
 
 from lockprobe.cli.report import report
 from lockprobe.foundation import sections
-from lockprobe.report import report_files, write_report
+from lockprobe.report import report_files
 from lockprobe.report.opened import open_study
 from lockprobe.report.parallel import one_thread
 from lockprobe.report.sections import audit, own_sections
 from lockprobe.report.verification import verify
+from lockprobe.report.write import write_report
 from lockprobe.statistics.rows import Results
 from lockprobe.studies.studyfile import study
 

@@ -7,7 +7,6 @@ from typing import ClassVar
 
 import numpy as np
 import pytest
-from lockprobe_robot.twin_settings import SceneSettings
 from seen import PhotographedPlant
 
 from lockprobe import run_trial
@@ -72,7 +71,7 @@ def plants(monkeypatch):
             made.append((Spots(box), labels, rng.random()))
             return made[-1][0]
 
-        return PlantSource(spec=spec, settings=SceneSettings(), make=make)
+        return PlantSource(spec=spec, picture_size=(640, 480), make=make)
 
     monkeypatch.setattr(play, "resolve_plant", resolve)
     return made
@@ -118,7 +117,7 @@ def test_a_plant_that_cannot_be_made_breaks_its_trial(monkeypatch, fault):
     def make(box, labels, rng):
         raise fault
 
-    monkeypatch.setattr(play, "resolve_plant", lambda spec: PlantSource(spec=spec, settings=SceneSettings(), make=make))
+    monkeypatch.setattr(play, "resolve_plant", lambda spec: PlantSource(spec=spec, picture_size=(640, 480), make=make))
     trial = run_trial(plant="fast-twin")
     assert (trial.ending, trial.error.boundary, trial.owed_again, trial.plant) == ("error", "plant", True, {})
     assert "jammed" in trial.error.message
@@ -128,7 +127,7 @@ def test_what_the_user_has_to_supply_is_said(monkeypatch):
     def make(box, labels, rng):
         raise Missing("a box that can be built", "take another")
 
-    monkeypatch.setattr(play, "resolve_plant", lambda spec: PlantSource(spec=spec, settings=SceneSettings(), make=make))
+    monkeypatch.setattr(play, "resolve_plant", lambda spec: PlantSource(spec=spec, picture_size=(640, 480), make=make))
     with pytest.raises(Missing, match="a box that can be built"):
         run_trial(plant="fast-twin")
 

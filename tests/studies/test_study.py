@@ -168,8 +168,8 @@ def test_a_study_can_be_had_and_played_from_python(tmp_path):
     rows = list(lockprobe.tidy_rows(trials))
     assert len(rows) == sum(len(trial.steps) for trial in trials)
     assert set(lockprobe.__all__) <= set(dir(lockprobe)) | set(lockprobe._HOMES)
-    with pytest.raises(AttributeError, match="module 'lockprobe' has no attribute 'boxes'"):
-        _ = lockprobe.boxes
+    with pytest.raises(AttributeError, match="module 'lockprobe' has no attribute 'bxo'"):
+        _ = lockprobe.bxo
 
 
 def test_p_on_the_command_line():

@@ -105,7 +105,7 @@ def _subcommand(name: str) -> tuple[Any, str]:
     from lockprobe.foundation.plugins import find_plugin
 
     if (plugin := find_plugin("command", name)) is None:
-        raise Missing(f"commands such as {name} need the package lockprobe-robot", "pip install 'lockprobe[twin]'")
+        raise Missing(f"lockprobe {name} needs the package lockprobe-robot", "pip install 'lockprobe[twin]'")
     found = plugin.load()
     if name in _OF_ROBOT:
         return found, _OF_ROBOT[name]

@@ -105,7 +105,7 @@ def _described(name: str) -> str:
 
 
 def _missing(plant: str) -> Missing:
-    return Missing(f"plants such as {plant} need the package lockprobe-robot", "pip install 'lockprobe[twin]'")
+    return Missing(f"the plant {plant} needs the package lockprobe-robot", "pip install 'lockprobe[twin]'")
 
 
 def resolve_plant(spec: str | Spec) -> PlantSource:
