@@ -23,9 +23,9 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 from loopback_cluster import loopback_cluster
 
 from lockprobe.foundation.cluster import Cluster
-from lockprobe.studies.journal import Journal, read_timings
-from lockprobe.studies.runner import Limits, run
-from lockprobe.studies.studyfile import study
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.journal import Journal, read_timings
+from lockprobe.studies.running.runner import Limits, run
 
 
 def processor_seconds() -> float:

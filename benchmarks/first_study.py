@@ -13,7 +13,7 @@ from tempfile import TemporaryDirectory
 
 import lockprobe
 from lockprobe.statistics.proportions import proportion
-from lockprobe.studies.paper import LEARNER
+from lockprobe.studies.options.paper import LEARNER
 
 AGENTS = (LEARNER, "human-inspired")
 

@@ -20,10 +20,10 @@ from numpy.typing import NDArray
 from lockprobe.boxes.box import Lockbox
 from lockprobe.boxes.families import box
 from lockprobe.simulation.audit.simulated_agents import P
-from lockprobe.statistics.habit_baseline import Actions, blind_trials, played_out
 from lockprobe.statistics.inference.hazard import LoopEffect, loop_hazard
 from lockprobe.statistics.loops import onset_batch
-from lockprobe.statistics.null_models import chain_walks
+from lockprobe.statistics.loops.habit_baseline import Actions, blind_trials, played_out
+from lockprobe.statistics.loops.null_models import chain_walks
 from lockprobe.statistics.proportions import ALPHA
 
 BUDGET = 20

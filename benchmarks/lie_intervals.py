@@ -2,7 +2,7 @@
 
     python benchmarks/lie_intervals.py [--studies 1000] [--seed 1] [--workers 2]
 
-Two estimates are audited on agents whose effect is exact (:mod:`lockprobe.simulation.montecarlo.excursions`): that of
+Two estimates are audited on agents whose effect is exact (:mod:`lockprobe.simulation.exact.excursions`): that of
 one more lie from the records of a flip study, and that of forks of recorded trials after one step.
 """
 
@@ -20,13 +20,13 @@ from numpy.typing import NDArray
 from lockprobe.agents.catalogue import resolve
 from lockprobe.foundation.parallel import Pool, Processes
 from lockprobe.foundation.seeds import generator
-from lockprobe.simulation.montecarlo.excursions import lie_effects, one_lie
+from lockprobe.simulation.exact.excursions import lie_effects, one_lie
 from lockprobe.simulation.montecarlo.populations import Population, population
 from lockprobe.statistics.agent_comparison.paired import block_mean
 from lockprobe.statistics.excursion import DecisionPoints, Excursion, excursion
 from lockprobe.statistics.proportions import ALPHA
-from lockprobe.studies.play import play_timed
-from lockprobe.studies.studyfile import study
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.running.trial_setup import play_timed
 
 AUDITED = (("random", 0.4), ("cognitive:perseverant", 0.3), ("cognitive:insistent", 0.4), ("human-inspired", 0.4))
 """Agents and flip rates; on ``random`` a lie has no effect."""

@@ -35,12 +35,12 @@ from inspect_ai.util import JSONSchema
 from lockprobe.agents.llm import model as _  # noqa: F401 - so that nobody is charged for importing it
 from lockprobe.agents.model_access import Access
 from lockprobe.agents.prompt import conversation, parse_reply, reply_schema
-from lockprobe.studies.journal import Journal
-from lockprobe.studies.play import play_timed
-from lockprobe.studies.runner import Limits, run
+from lockprobe.studies.options.study_options import StudyOptions
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.journal import Journal
+from lockprobe.studies.running.runner import Limits, run
+from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.studies.study import Study
-from lockprobe.studies.study_options import StudyOptions
-from lockprobe.studies.studyfile import study
 from lockprobe.trial.record import Decision, Fact, Situation
 
 SERVER = Path(__file__).parents[1] / "tests" / "provider_server.py"

@@ -19,15 +19,15 @@ from lockprobe.foundation.seeds import generator
 from lockprobe.simulation.audit.rates import within_error
 from lockprobe.simulation.audit.simulate import simulate_outcomes
 from lockprobe.simulation.audit.simulated_agents import WORLDS, Design, World
-from lockprobe.statistics.effects import interactions
+from lockprobe.statistics.conditions.effects import interactions
+from lockprobe.statistics.conditions.series import Crossing
 from lockprobe.statistics.inference.course import course
 from lockprobe.statistics.inference.difference import any_difference
 from lockprobe.statistics.inference.ushape import corrected, two_lines
 from lockprobe.statistics.outcomes import Outcomes, points, solved_in_pairs
 from lockprobe.statistics.proportions import proportion
-from lockprobe.statistics.series import Crossing
-from lockprobe.statistics.suite_ranks import possible_ranks
-from lockprobe.statistics.suite_scores import change_of_success, share_over_levels
+from lockprobe.statistics.suite.ranks import possible_ranks
+from lockprobe.statistics.suite.scores import change_of_success, share_over_levels
 
 _BATCH = 5
 """Studies that a process plays before it reports."""

@@ -21,10 +21,10 @@ from makespan import MODEL, serving
 
 from lockprobe.agents.llm.model import HostedModel
 from lockprobe.agents.model_access import Access
-from lockprobe.studies.journal import Journal, load
-from lockprobe.studies.runner import Limits, run
-from lockprobe.studies.study_options import StudyOptions
-from lockprobe.studies.studyfile import study
+from lockprobe.studies.options.study_options import StudyOptions
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.journal import Journal, load
+from lockprobe.studies.running.runner import Limits, run
 
 
 def resident() -> float:

@@ -25,9 +25,9 @@ import numpy as np
 from lockprobe.agents.catalogue import resolve
 from lockprobe.boxes.families import box
 from lockprobe.interventions.conditions import flips
-from lockprobe.statistics.modalities import ModalityEffect, modality_effect
+from lockprobe.statistics.conditions.modalities import ModalityEffect, modality_effect
 from lockprobe.statistics.proportions import ALPHA, proportion
-from lockprobe.studies.play import play_timed
+from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
 

@@ -24,9 +24,9 @@ from lockprobe.agents.catalogue import resolve
 from lockprobe.boxes.families import box
 from lockprobe.interventions.conditions import flips
 from lockprobe.plants.symbolic import SymbolicPlant
+from lockprobe.simulation.exact.propagation import propagate
 from lockprobe.simulation.montecarlo.plain import play_plainly, policy_of, world_of
 from lockprobe.simulation.montecarlo.populations import Population, population
-from lockprobe.simulation.montecarlo.propagation import propagate
 from lockprobe.studies.modality import interventions_for
 from lockprobe.studies.study import Study
 from lockprobe.trial.loop import play

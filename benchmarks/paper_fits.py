@@ -18,7 +18,7 @@ from lockprobe.agents.cognitive import SoftmaxMemory
 from lockprobe.interventions.flip import flip_of
 from lockprobe.simulation.montecarlo.populations import population
 from lockprobe.statistics.published import LOOPS_AT_0, LOOPS_AT_40, SOLVED_AT_0, SOLVED_AT_40
-from lockprobe.studies.readings import ALL
+from lockprobe.studies.options.readings import ALL
 
 TRIALS = 1_000
 """Trials of an agent at a flip rate: a standard error of at most 1.6 points."""

@@ -38,7 +38,7 @@ from lockprobe.statistics.inference.ushape import two_lines
 from lockprobe.statistics.outcomes import Outcomes
 from lockprobe.statistics.people import people
 from lockprobe.statistics.proportions import ALPHA
-from lockprobe.studies.single import run_trial
+from lockprobe.studies.running.single import run_trial
 from lockprobe.trial.doses import FLIP_RATE
 from lockprobe.trial.record import Trial
 

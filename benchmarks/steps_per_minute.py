@@ -25,11 +25,11 @@ import numpy as np
 from lockprobe.agents import weights
 from lockprobe.agents.engine import Engine
 from lockprobe.agents.prompt import conversation, parse_reply, reply_schema
-from lockprobe.studies.journal import Journal
-from lockprobe.studies.play import play_timed
-from lockprobe.studies.runner import Limits, Silent, run
-from lockprobe.studies.study_options import StudyOptions
-from lockprobe.studies.studyfile import study
+from lockprobe.studies.options.study_options import StudyOptions
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.journal import Journal
+from lockprobe.studies.running.runner import Limits, Silent, run
+from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.trial.record import Decision, Fact, Situation, Step
 
 

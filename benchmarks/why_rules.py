@@ -5,7 +5,7 @@
 Both rules judge the same studies. Those of a world of known mechanism are drawn with replacement from a pool of blocks
 that the world has played, so that its arms share their luck; those of stated shares of success have independent luck.
 A study is right if its verdict is that of a large study, or that success changes by less than the margin where it
-does; it is wrong if its verdict asserts something false (:class:`lockprobe.simulation.montecarlo.why_power.Mechanism`).
+does; it is wrong if its verdict asserts something false (:class:`lockprobe.simulation.power.why.Mechanism`).
 A verdict that decides nothing is neither, nor is one that names one of two ways.
 
 The older rule has true reports, lies and retracted lies. It takes the difference that a retraction makes for what a lie
@@ -24,15 +24,15 @@ from numpy.typing import NDArray
 
 from lockprobe.foundation.parallel import Pool, Processes
 from lockprobe.foundation.seeds import generator
+from lockprobe.simulation.exact.propagation import propagate
 from lockprobe.simulation.montecarlo.blocks import Played, played_blocks
-from lockprobe.simulation.montecarlo.propagation import propagate
-from lockprobe.simulation.montecarlo.why_power import STATED, Mechanism, mechanism_of
+from lockprobe.simulation.power.why import STATED, Mechanism, mechanism_of
 from lockprobe.statistics.agent_comparison.paired import Array, BlockMean
-from lockprobe.statistics.mechanism import MARGIN, Verdict, decide, mean_over_blocks
 from lockprobe.statistics.paired_proportions import equivalence
 from lockprobe.statistics.proportions import ALPHA
-from lockprobe.statistics.why_arms import ARMS
-from lockprobe.studies.studyfile import study
+from lockprobe.statistics.why.arms import ARMS
+from lockprobe.statistics.why.mechanism import MARGIN, Verdict, decide, mean_over_blocks
+from lockprobe.studies.options.studyfile import study
 
 P = 0.4
 

@@ -16,7 +16,7 @@ from pathlib import Path
 
 from lockprobe.boxes.families import box
 from lockprobe.interventions.conditions import flips
-from lockprobe.studies.runner import run_study
+from lockprobe.studies.running.runner import run_study
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Step, Trial
 

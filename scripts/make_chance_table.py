@@ -1,4 +1,4 @@
-"""Makes ``src/lockprobe/statistics/chance_table.json``: exact counts of loop-free sequences.
+"""Makes ``src/lockprobe/statistics/loops/chance_table.json``: exact counts of loop-free sequences.
 
 A *pattern* is a sequence up to the names of its actions (named in order of first appearance). For every
 length n and number k of distinct actions the table holds how many patterns hold no action loop of three or

@@ -25,8 +25,8 @@ NAMES = {
 """Heading -> the public names of ``lockprobe`` below it."""
 
 OPTIONS = {
-    "lockprobe.studies.study_options.StudyOptions": "Options of study",
-    "lockprobe.studies.trial_options.TrialOptions": "Options of run_trial",
+    "lockprobe.studies.options.study_options.StudyOptions": "Options of study",
+    "lockprobe.studies.options.trial_options.TrialOptions": "Options of run_trial",
 }
 """What holds the options of two functions -> its heading."""
 

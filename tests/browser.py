@@ -27,7 +27,7 @@ from lockprobe.agents.catalogue import resolve
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.texts import filled, read_words
 from lockprobe.people.web.serving import ServerOptions, opened
-from lockprobe.studies.single import run_trial
+from lockprobe.studies.running.single import run_trial
 from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.record import Percept, Situation, Task, Turn
 from lockprobe.trial.trial_json import trial_from_line

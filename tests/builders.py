@@ -16,10 +16,10 @@ from lockprobe.foundation.spec import group_of
 from lockprobe.foundation.storage.jsonl import with_checksum
 from lockprobe.interventions.conditions import flips
 from lockprobe.interventions.flip import FlipKind
-from lockprobe.statistics.condition_study import ConditionStudySummary, summarise_conditions
+from lockprobe.statistics.conditions.condition_study import ConditionStudySummary, summarise_conditions
 from lockprobe.statistics.summary import summarise
-from lockprobe.studies.journal import Journal, Timing
-from lockprobe.studies.play import play_timed
+from lockprobe.studies.records.journal import Journal, Timing
+from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.studies.study import Study
 from lockprobe.studies.study_design import design_of
 from lockprobe.trial.condition import Condition

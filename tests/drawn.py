@@ -5,8 +5,8 @@ from importlib import import_module
 import numpy as np
 from matplotlib.collections import PathCollection, PolyCollection
 
+from lockprobe.report.rows import Course, Player
 from lockprobe.report.sections import own_sections
-from lockprobe.statistics.rows import Course, Player
 from lockprobe.trial.record import STATES
 
 

@@ -6,7 +6,7 @@ from builders import study_of
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.boxes.families import box
-from lockprobe.studies.play import play_timed
+from lockprobe.studies.running.trial_setup import play_timed
 
 PAPER = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
 

@@ -187,7 +187,7 @@ IMPORTED = (
     "agents.catalogue", "simulation.audit.rates", "cli.agents", "cli.audit", "cli.box", "cli.chance", "cli.display",
     "cli.export", "cli.fit", "cli.import_", "cli.doctor", "cli.play", "cli.power", "cli.replay", "cli.report", "cli.run",
     "cli.serve", "cli.status", "people.web.serving", "report.figures",
-    "report.report_files", "simulation.fit", "studies.runner",
+    "report.report_files", "simulation.fit", "studies.running.runner",
 )  # fmt: skip
 
 
@@ -279,7 +279,7 @@ if __name__ == "__main__":
     for name in OF_REPORTS:
         import_module(name)
     with suppress(ImportError):  # how finely the null of blind agents is simulated is no matter of commands
-        import_module("lockprobe.statistics.habit_baseline").SIMULATED = 2_000
+        import_module("lockprobe.statistics.loops.habit_baseline").SIMULATED = 2_000
     gc.freeze()
     stem = _stem_of(*(socket.socket(fileno=int(number)) for number in sys.argv[1:]))
     if stem and (found := _asked_of(stem)):

@@ -22,11 +22,11 @@ import strangers
 from builders import play_study, played_by_people, write_study
 from placeholders import undrawn
 
+from lockprobe.report.rows import Curve, Estimate, Finding, Results
 from lockprobe.report.write import write_report
-from lockprobe.statistics.rows import Curve, Estimate, Finding, Results
 from lockprobe.studies.branch import FORKS, branching, play_forks
-from lockprobe.studies.journal import Journal, load
-from lockprobe.studies.studyfile import study
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.journal import Journal, load
 
 FROZEN = Path(__file__).parent / "golden" / "reports"
 

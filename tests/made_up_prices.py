@@ -5,8 +5,8 @@ from functools import cache
 import pytest
 
 from lockprobe.agents.llm.model_facts import OWN_FACTS
-from lockprobe.studies.study_options import StudyOptions
-from lockprobe.studies.studyfile import study
+from lockprobe.studies.options.study_options import StudyOptions
+from lockprobe.studies.options.studyfile import study
 from lockprobe.trial.model_call import Call, Usage
 from lockprobe.trial.trial_name import TrialName
 

@@ -5,7 +5,7 @@ from contextlib import contextmanager
 import pytest
 
 from lockprobe.report import report_files
-from lockprobe.statistics import habit_baseline
+from lockprobe.statistics.loops import habit_baseline
 
 __all__ = ["PLACEHOLDERS", "undrawn"]
 

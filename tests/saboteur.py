@@ -7,7 +7,7 @@ import json
 from pathlib import Path
 
 from lockprobe.foundation.storage.jsonl import with_checksum, without_checksum
-from lockprobe.studies.settings import read_study
+from lockprobe.studies.options.settings import read_study
 
 
 def lines(path, *, checksums=True):

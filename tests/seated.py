@@ -19,7 +19,7 @@ from lockprobe.people.responses import Act, Agree, Answer, Attempt, Next
 from lockprobe.people.scenes import Ask, Box, BoxPanel, Check, Consent
 from lockprobe.people.server_state import PageReply, ServerState
 from lockprobe.people.texts import read_words
-from lockprobe.studies.play import play_timed
+from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.studies.study import Study
 from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.record import Decision, Percept, Situation, Task, Turn

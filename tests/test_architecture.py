@@ -125,9 +125,9 @@ def test_broad_excepts_stand_where_anybody_s_code_or_log_is_read_and_where_a_rep
     broad = [name for name in FILES if re.search(r"except \(?(Base)?Exception\b", text_of(name))]
     assert broad == [
         "lockprobe/foundation/plugins.py",
-        "lockprobe/foundation/sections.py",
+        "lockprobe/foundation/left_out.py",
         "lockprobe/interfaces/inspect/read_log.py",
-        "lockprobe/studies/play.py",
+        "lockprobe/studies/running/trial_setup.py",
         "lockprobe/trial/changes.py",
         "lockprobe/trial/loop.py",
         "lockprobe_robot/hardware/driver_call.py",

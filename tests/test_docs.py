@@ -12,9 +12,9 @@ from typer.exceptions import TyperException
 from lockprobe.agents.catalogue import known_specs, resolve
 from lockprobe.boxes.boxfile import read_box
 from lockprobe.cli import build, every_command
-from lockprobe.studies.agent_names import named_agents
-from lockprobe.studies.study_options import read_options_file
-from lockprobe.studies.studyfile import study
+from lockprobe.studies.options.agent_names import named_agents
+from lockprobe.studies.options.study_options import read_options_file
+from lockprobe.studies.options.studyfile import study
 
 ROOT = Path(__file__).parents[1]
 GENERATED = ROOT / "docs" / "modules.md"

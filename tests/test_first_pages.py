@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 import lockprobe
 from lockprobe.cli import build
 from lockprobe.foundation.formatting import percent
-from lockprobe.studies.studyfile import study
+from lockprobe.studies.options.studyfile import study
 
 ROOT = Path(__file__).parents[1]
 PAGE = "curves-and-causes.md"

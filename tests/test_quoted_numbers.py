@@ -21,12 +21,12 @@ from lockprobe.boxes.families import box
 from lockprobe.boxes.layouts import permuted
 from lockprobe.boxes.solve import optimum, random_no_repeat_success, random_success
 from lockprobe.interventions.flip import DEFAULT
-from lockprobe.simulation.montecarlo.excursions import lie_effects
-from lockprobe.simulation.montecarlo.propagation import propagate
-from lockprobe.statistics.chance import chance_level
+from lockprobe.simulation.exact.excursions import lie_effects
+from lockprobe.simulation.exact.propagation import propagate
+from lockprobe.statistics.loops.chance import chance_level
 from lockprobe.statistics.proportions import proportion
-from lockprobe.studies.paper import LEARNER
-from lockprobe.studies.studyfile import study
+from lockprobe.studies.options.paper import LEARNER
+from lockprobe.studies.options.studyfile import study
 
 ROOT = Path(__file__).parents[1]
 MAP = "cognitive:random-map?window=1&avoid=last"

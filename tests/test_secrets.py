@@ -18,7 +18,7 @@ from provider_server import completion, failure, here, names, truthful
 from lockprobe.cli import main
 from lockprobe.foundation.errors import BadValue, ModelFault, ReplyFault
 from lockprobe.foundation.redaction import without_keys, without_secrets
-from lockprobe.studies.single import run_trial
+from lockprobe.studies.running.single import run_trial
 from lockprobe.trial.record import Decision
 
 KEY = "planted/key+0123456789"

@@ -13,7 +13,7 @@ import lockprobe
 from lockprobe.cli import build
 from lockprobe.people.capacity import trials_for, what_each_plays
 from lockprobe.people.experiment import Experiment
-from lockprobe.studies.studyfile import study
+from lockprobe.studies.options.studyfile import study
 
 IN_ARM = {"lie": "flip?p=0.4"}
 """The condition of an arm whose name is not its spec."""

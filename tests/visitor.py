@@ -16,7 +16,7 @@ from wire import Gone, Wire
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.people.diary import Joined, read_diary
-from lockprobe.studies.play import play_timed
+from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.trial.record import Decision, Percept, Situation, Task, Turn
 
 PATIENCE = 60.0

@@ -3,11 +3,11 @@
 from lockprobe.foundation.spec import Spec
 from lockprobe.interventions.conditions import read_condition
 from lockprobe.statistics.agent_comparison.paired import BlockMean
-from lockprobe.statistics.mechanism import CONTRASTS, Decision
+from lockprobe.statistics.conditions.series import SeriesArm
 from lockprobe.statistics.proportions import proportion
-from lockprobe.statistics.series import SeriesArm
-from lockprobe.statistics.why import ArmEffect, Why
-from lockprobe.statistics.why_arms import ARMS, ON_REQUEST, PARTS
+from lockprobe.statistics.why.arms import ARMS, ON_REQUEST, PARTS
+from lockprobe.statistics.why.contrasts import ArmEffect, Why
+from lockprobe.statistics.why.mechanism import CONTRASTS, Decision
 
 TRUTH = {"truth": 30, "truth-truth": 30, "lie-truth": 30, "truth-lie": 30, "lie-lie": 30, "remark": 30}
 

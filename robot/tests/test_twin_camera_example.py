@@ -14,7 +14,7 @@ from lockprobe_robot.hardware import manual_camera
 
 from lockprobe.boxes.families import box
 from lockprobe.plants.operator import ENTER
-from lockprobe.studies.single import run_trial
+from lockprobe.studies.running.single import run_trial
 
 PATH = Path(__file__).parents[2] / "examples" / "twin_camera.py"
 NAMED = re.compile(r"Move joint \w \(([\w-]+)\)")

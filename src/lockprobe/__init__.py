@@ -25,12 +25,13 @@ if TYPE_CHECKING:
     from lockprobe.foundation.errors import BadValue, LockprobeError, TrialFault, UserMistake
     from lockprobe.interfaces.export import tidy, trial_rows
     from lockprobe.report.results import results
-    from lockprobe.simulation.montecarlo import population, propagate
-    from lockprobe.studies.journal import load
-    from lockprobe.studies.runner import run_study
-    from lockprobe.studies.single import run_trial
+    from lockprobe.simulation.exact.propagation import propagate
+    from lockprobe.simulation.montecarlo.populations import population
+    from lockprobe.studies.options.studyfile import study
+    from lockprobe.studies.records.journal import load
+    from lockprobe.studies.running.runner import run_study
+    from lockprobe.studies.running.single import run_trial
     from lockprobe.studies.study import Study
-    from lockprobe.studies.studyfile import study
     from lockprobe.trial.protocols import Actuator, Agent, Channel, Memory, Plant, Prompt
     from lockprobe.trial.record import Decision, Percept, Situation, Snapshot, Step, Trial
 
@@ -74,12 +75,13 @@ _NAMES = {
     "foundation.errors": "BadValue LockprobeError TrialFault UserMistake",
     "interfaces.export": "tidy tidy_rows trial_rows",
     "report.results": "results",
-    "simulation.montecarlo": "population propagate",
-    "studies.journal": "load",
-    "studies.runner": "run_study",
-    "studies.single": "run_trial",
+    "simulation.exact.propagation": "propagate",
+    "simulation.montecarlo.populations": "population",
+    "studies.records.journal": "load",
+    "studies.running.runner": "run_study",
+    "studies.running.single": "run_trial",
     "studies.study": "Study",
-    "studies.studyfile": "study",
+    "studies.options.studyfile": "study",
     "trial.protocols": "Actuator Agent Channel Memory Plant Prompt",
     "trial.record": "Decision Percept Situation Snapshot Step Trial",
 }

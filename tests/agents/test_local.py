@@ -10,11 +10,11 @@ from lockprobe.agents import local
 from lockprobe.agents.local import CONSTANT, UNASKED, LocalModel, read_options
 from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadValue, UnknownName
-from lockprobe.studies.journal import Journal
-from lockprobe.studies.play import play_timed
-from lockprobe.studies.runner import Limits, run
-from lockprobe.studies.study_options import StudyOptions
-from lockprobe.studies.studyfile import study
+from lockprobe.studies.options.study_options import StudyOptions
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.journal import Journal
+from lockprobe.studies.running.runner import Limits, run
+from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.trial.trial_json import trial_to_json
 
 

@@ -16,7 +16,7 @@ from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadValue
 from lockprobe.interventions.conditions import flips
 from lockprobe.plants.symbolic import SymbolicPlant
-from lockprobe.studies.single import run_trial
+from lockprobe.studies.running.single import run_trial
 from lockprobe.trial.loop import play
 from lockprobe.trial.pictures import picture_reader
 from lockprobe.trial.pictures.picture import Picture

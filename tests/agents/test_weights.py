@@ -10,7 +10,7 @@ import pytest
 
 from lockprobe.agents import weights
 from lockprobe.foundation.errors import BadFile, Missing, UnknownName
-from lockprobe.studies.agent_names import named_agents
+from lockprobe.studies.options.agent_names import named_agents
 
 CONTENT = b"GGUF" + bytes(3000)
 

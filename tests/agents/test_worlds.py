@@ -10,9 +10,9 @@ from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.policy import View
 from lockprobe.agents.worlds import WORLDS, LostHalf
 from lockprobe.foundation.errors import BadValue, UnknownName
-from lockprobe.simulation.montecarlo import propagate
-from lockprobe.statistics.why_arms import ARMS
-from lockprobe.studies.single import run_trial
+from lockprobe.simulation.exact.propagation import propagate
+from lockprobe.statistics.why.arms import ARMS
+from lockprobe.studies.running.single import run_trial
 
 SPECS = {arm: "" if arm == "truth" else spec.format(p=0.4, reading="") for arm, spec in ARMS.items()}
 FEW = 0.011

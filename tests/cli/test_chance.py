@@ -7,7 +7,7 @@ import pytest
 from typed import in_process
 
 from lockprobe.foundation.errors import BadFile, BadValue, Conflict
-from lockprobe.statistics.chance import chance_level
+from lockprobe.statistics.loops.chance import chance_level
 
 TRIALS = "ABCABCABC\nA B C D\n\nABDCABDDCBA\n"
 

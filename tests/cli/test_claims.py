@@ -9,7 +9,7 @@ from lockprobe import load
 from lockprobe.cli.run import run
 from lockprobe.cli.status import status
 from lockprobe.foundation.errors import Missing
-from lockprobe.studies.call_log import read_calls
+from lockprobe.studies.costs.call_log import read_calls
 
 SPEC = "llm:openai-api/fake/model"
 

@@ -7,7 +7,7 @@ import pytest
 from typed import in_process
 
 from lockprobe.foundation.errors import BadFile
-from lockprobe.statistics.detectors import DETECTORS, as_table, comparison
+from lockprobe.statistics.loops.detectors import DETECTORS, as_table, comparison
 
 NAMES = [detector.name for detector in DETECTORS]
 

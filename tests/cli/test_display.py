@@ -7,12 +7,12 @@ from rich.console import Console
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.cli.display import LiveDisplay, watch
-from lockprobe.studies.budget import Budget
-from lockprobe.studies.call_log import read_calls
-from lockprobe.studies.journal import Journal
-from lockprobe.studies.spending import Ledger
-from lockprobe.studies.study_options import StudyOptions
-from lockprobe.studies.studyfile import study
+from lockprobe.studies.costs.budget import Budget
+from lockprobe.studies.costs.call_log import read_calls
+from lockprobe.studies.costs.spending import Ledger
+from lockprobe.studies.options.study_options import StudyOptions
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.journal import Journal
 from lockprobe.trial.model_call import Usage
 from lockprobe.trial.record import Decision, Step
 

@@ -6,7 +6,7 @@ import pytest
 from builders import small_study, write_study
 from typed import typed
 
-from lockprobe.studies.studyfile import study as make_study
+from lockprobe.studies.options.studyfile import study as make_study
 
 QUICK = ("--models", "no-repeat,human-inspired,softmax-memory", "--folds", "4")
 

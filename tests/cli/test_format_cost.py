@@ -3,10 +3,10 @@
 import pytest
 
 from lockprobe.cli.format_cost import about, estimate_lines, money, spent_in_words
-from lockprobe.studies.estimate import estimates
-from lockprobe.studies.spending import Spending
-from lockprobe.studies.study_options import StudyOptions
-from lockprobe.studies.studyfile import study
+from lockprobe.studies.costs.estimate import estimates
+from lockprobe.studies.costs.spending import Spending
+from lockprobe.studies.options.study_options import StudyOptions
+from lockprobe.studies.options.studyfile import study
 from lockprobe.trial.model_call import Usage
 
 

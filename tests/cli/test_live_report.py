@@ -10,8 +10,8 @@ from lockprobe.boxes.families import box
 from lockprobe.cli import live_report
 from lockprobe.cli.live_report import FIRST_PAUSE, LiveReport
 from lockprobe.interventions.conditions import flips
-from lockprobe.studies.journal import Journal
-from lockprobe.studies.runner import Silent, run
+from lockprobe.studies.records.journal import Journal
+from lockprobe.studies.running.runner import Silent, run
 from lockprobe.studies.study import Study
 
 

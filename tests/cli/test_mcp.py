@@ -16,8 +16,8 @@ from tool_player import Player
 from lockprobe.cli.mcp import records_directory
 from lockprobe.interfaces.mcp.http import HOST, PATH, TOKEN
 from lockprobe.statistics.summary import summarise
-from lockprobe.studies.journal import load
-from lockprobe.studies.studyfile import study
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.journal import load
 
 SMALL = ["--p", "0", "--trials", "2", "--repetitions", "1", "--max-steps", "8"]
 PAGE = (Path(__file__).parents[2] / "docs" / "mcp.md").read_text("utf-8")

@@ -7,8 +7,8 @@ import strangers
 from builders import small_study, write_study
 
 from lockprobe.statistics.measures import MEASURES, measured
-from lockprobe.studies.journal import load
-from lockprobe.studies.studyfile import study
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.journal import load
 
 
 @pytest.fixture

@@ -19,7 +19,7 @@ from lockprobe.boxes.solve import optimum
 from lockprobe.cli import build
 from lockprobe.cli.play import relabelled
 from lockprobe.foundation.errors import BadFile, BadValue, UnknownName
-from lockprobe.studies.single import run_trial
+from lockprobe.studies.running.single import run_trial
 from lockprobe.trial.trial_json import trial_from_json
 
 SEED = 3

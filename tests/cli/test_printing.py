@@ -7,11 +7,11 @@ import pytest
 
 from lockprobe.cli import audit, detectors, fit, power
 from lockprobe.cli.printing import new_table, print_table
-from lockprobe.simulation.audit.power import Needed
 from lockprobe.simulation.audit.rates import Rate
 from lockprobe.simulation.fit import AgentFit, Predicted, RivalFit
-from lockprobe.simulation.montecarlo.condition_power import ConditionPower
-from lockprobe.statistics.detectors.comparison import Row
+from lockprobe.simulation.power.conditions import ConditionPower
+from lockprobe.simulation.power.flip_rates import Needed
+from lockprobe.statistics.loops.detectors.comparison import Row
 
 TESTS = ("greatest difference from the lowest dose, permutation", "order 2 by AIC and cross-validation, maximum inside")
 

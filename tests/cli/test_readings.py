@@ -6,7 +6,7 @@ import pytest
 from typed import in_process
 
 from lockprobe.foundation.errors import BadValue
-from lockprobe.simulation.montecarlo.readings import FALSE_REPORTS, as_table, success_under
+from lockprobe.simulation.exact.readings import FALSE_REPORTS, as_table, success_under
 
 
 def ask(*words):

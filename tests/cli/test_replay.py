@@ -17,9 +17,9 @@ from lockprobe.foundation.errors import BadFile, BadValue, Missing, PlantFault, 
 from lockprobe.interfaces.export import tidy_rows
 from lockprobe.interfaces.gymnasium.learned_agent import LearnedAgent
 from lockprobe.interventions.conditions import flips
-from lockprobe.studies.journal import Journal
-from lockprobe.studies.picture_store import Album
-from lockprobe.studies.play import play_timed
+from lockprobe.studies.records.journal import Journal
+from lockprobe.studies.records.picture_store import Album
+from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.studies.study import Study
 
 KEY = "flips/human-inspired/truth/rep=1/trial=1"

@@ -22,13 +22,13 @@ from lockprobe.cli.progress import Plain
 from lockprobe.cli.run import run
 from lockprobe.cli.run_study import BROKE, BUDGET_REACHED
 from lockprobe.foundation.errors import BadValue
-from lockprobe.studies.budget import Budget
-from lockprobe.studies.call_log import read_calls
-from lockprobe.studies.journal import Journal
-from lockprobe.studies.settings import read_study
-from lockprobe.studies.spending import Ledger
-from lockprobe.studies.study_options import StudyOptions
-from lockprobe.studies.studyfile import study
+from lockprobe.studies.costs.budget import Budget
+from lockprobe.studies.costs.call_log import read_calls
+from lockprobe.studies.costs.spending import Ledger
+from lockprobe.studies.options.settings import read_study
+from lockprobe.studies.options.study_options import StudyOptions
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.journal import Journal
 from lockprobe.trial.model_call import Usage
 
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from lockprobe.studies.journal import load
+from lockprobe.studies.records.journal import load
 
 
 def test_joined_they_are_the_study_byte_for_byte(lockprobe, tmp_path, monkeypatch):

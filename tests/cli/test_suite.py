@@ -7,11 +7,11 @@ import pytest
 from provider_server import counted
 
 from lockprobe.cli.run_study import BUDGET_REACHED
-from lockprobe.studies.budget import Budget
-from lockprobe.studies.call_log import read_calls
-from lockprobe.studies.journal import load
-from lockprobe.studies.settings import read_study
-from lockprobe.studies.spending import Ledger
+from lockprobe.studies.costs.budget import Budget
+from lockprobe.studies.costs.call_log import read_calls
+from lockprobe.studies.costs.spending import Ledger
+from lockprobe.studies.options.settings import read_study
+from lockprobe.studies.records.journal import load
 from lockprobe.studies.suites import SUITES, suite_study
 from lockprobe.trial.record import STATES
 
@@ -86,8 +86,8 @@ MODEL = "llm:openai-api/fake/model"
 def test_a_budget_is_that_of_all_levels_together(lockprobe, provider, prices, monkeypatch, tmp_path):
     """Without pictures, which take seconds here and cost the same tokens at this provider."""
     server, answer = provider
-    monkeypatch.setattr("lockprobe.studies.paper.MODALITIES", (STATES,))
-    monkeypatch.setattr("lockprobe.studies.paper.ROBOT", "symbolic")
+    monkeypatch.setattr("lockprobe.studies.options.paper.MODALITIES", (STATES,))
+    monkeypatch.setattr("lockprobe.studies.options.paper.ROBOT", "symbolic")
     monkeypatch.setitem(SUITES, "suite-1", replace(SUITES["suite-1"], looks=2))
     prices(10, 100)
     answer(counted)

@@ -5,10 +5,10 @@ from builders import SOLUTION, call_of, make_trial
 
 from lockprobe.agents.catalogue import resolve
 from lockprobe.cli.tally import Tally, in_boundaries
-from lockprobe.studies.call_log import Calls
-from lockprobe.studies.spending import Ledger
-from lockprobe.studies.study_options import StudyOptions
-from lockprobe.studies.studyfile import study
+from lockprobe.studies.costs.call_log import Calls
+from lockprobe.studies.costs.spending import Ledger
+from lockprobe.studies.options.study_options import StudyOptions
+from lockprobe.studies.options.studyfile import study
 from lockprobe.trial.model_call import Usage
 
 
@@ -35,7 +35,7 @@ def test_errors_are_counted_by_boundary():
 
 def test_a_provider_that_makes_us_wait_is_spoken_of(tmp_path, monkeypatch):
     now = [0.0]
-    monkeypatch.setattr("lockprobe.studies.call_log.time.monotonic", lambda: now[0])
+    monkeypatch.setattr("lockprobe.studies.costs.call_log.time.monotonic", lambda: now[0])
     tally = Tally()
     tally.turn(resolve("random"), 1, [], slow=True)
     with Calls.open(tmp_path) as tally.calls:

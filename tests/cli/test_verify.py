@@ -12,10 +12,10 @@ from typed import typed
 from lockprobe import run_study, study
 from lockprobe.agents.model_access import Access
 from lockprobe.foundation.storage.jsonl import whole_lines, with_checksum, without_checksum
-from lockprobe.report.verification import verify
+from lockprobe.report.verify.verification import verify
 from lockprobe.studies.branch import FORKS, branching, play_forks
-from lockprobe.studies.journal import Journal, load
-from lockprobe.studies.runner import Limits
+from lockprobe.studies.records.journal import Journal, load
+from lockprobe.studies.running.runner import Limits
 
 RUN = ("run", "flips", "--agent", "random", "--p", "0,0.4", "--trials", "2", "--repetitions", "1")
 

@@ -8,7 +8,7 @@ from builders import play_study, small_study, write_study
 from lockprobe.cli import report as command
 from lockprobe.cli.watch_report import PAUSE, owed_trials, watch_report
 from lockprobe.foundation.errors import BadFile
-from lockprobe.studies.journal import Journal, Timing, load
+from lockprobe.studies.records.journal import Journal, Timing, load
 
 STUDY = small_study(agents=("random",), p=(0.0,), repetitions=1, trials=4)
 TRIALS = play_study(STUDY)

@@ -12,9 +12,9 @@ from lockprobe.cli.sequences import read_sequences
 from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.inputs import check_regular, is_there, parse_json, read_input, read_lines
 from lockprobe.people.diary import read_diaries
-from lockprobe.studies.directory import read_settings
-from lockprobe.studies.journal import Journal, read_timings
-from lockprobe.studies.merge import source_of_directory
+from lockprobe.studies.records.directory import read_settings
+from lockprobe.studies.records.journal import Journal, read_timings
+from lockprobe.studies.records.merge import source_of_directory
 
 
 @pytest.fixture

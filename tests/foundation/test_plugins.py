@@ -25,8 +25,8 @@ from lockprobe.interventions.catalogue import interventions_of, kinds
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.report.sections import section_of_package
 from lockprobe.statistics.measures import find_measure
-from lockprobe.studies.single import run_trial
-from lockprobe.studies.study_options import read_options_file
+from lockprobe.studies.options.study_options import read_options_file
+from lockprobe.studies.running.single import run_trial
 from lockprobe.trial.condition import spec_of
 from lockprobe.trial.trial_json import trial_from_json, trial_from_line, trial_to_json
 

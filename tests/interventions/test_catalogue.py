@@ -13,7 +13,7 @@ from lockprobe.foundation.errors import UserMistake
 from lockprobe.foundation.plugins import allow
 from lockprobe.foundation.spec import spec_name
 from lockprobe.interventions.catalogue import interventions_of, shipped
-from lockprobe.studies.single import run_trial
+from lockprobe.studies.running.single import run_trial
 from lockprobe.testing import check_intervention
 from lockprobe.trial.condition import place_of, spec_of
 

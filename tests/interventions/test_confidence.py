@@ -7,7 +7,7 @@ import pytest
 from lockprobe.agents.prompt import conversation, example, parse_reply, repair, reply_schema
 from lockprobe.foundation.errors import BadValue, ReplyFault
 from lockprobe.interventions.confidence import Confidence
-from lockprobe.studies.single import run_trial
+from lockprobe.studies.running.single import run_trial
 from lockprobe.trial.briefing import Briefing
 from lockprobe.trial.record import Decision
 from lockprobe.trial.trial_json import trial_from_json, trial_to_json

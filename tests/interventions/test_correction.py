@@ -4,7 +4,7 @@ import pytest
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.interventions.correction import Correction
-from lockprobe.studies.single import run_trial
+from lockprobe.studies.running.single import run_trial
 
 SAYS = ("lie", "truth")
 

@@ -4,7 +4,7 @@ import pytest
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.interventions.delay import Delay
-from lockprobe.studies.single import run_trial
+from lockprobe.studies.running.single import run_trial
 
 
 @pytest.mark.parametrize("lag", [1, 2, 5])

@@ -6,7 +6,7 @@ import pytest
 from scipy.stats import binomtest
 
 from lockprobe.interventions.distract import ASIDES
-from lockprobe.studies.single import run_trial
+from lockprobe.studies.running.single import run_trial
 
 
 def said(p, **settings):

@@ -2,7 +2,7 @@
 
 import itertools
 
-from lockprobe.studies.single import run_trial
+from lockprobe.studies.running.single import run_trial
 
 
 def lost(p, seed=1):

@@ -14,7 +14,7 @@ from lockprobe.interventions.catalogue import interventions_of
 from lockprobe.interventions.flip import READINGS, OutcomeFlip, flip_of
 from lockprobe.interventions.phantom import Phantom
 from lockprobe.statistics.loops import onset
-from lockprobe.studies.single import run_trial
+from lockprobe.studies.running.single import run_trial
 from lockprobe.trial.condition import spec_of
 from lockprobe.trial.record import STATES, Moment, Percept, Task
 

@@ -4,7 +4,7 @@ import pytest
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.interventions.force import Force
-from lockprobe.studies.single import run_trial
+from lockprobe.studies.running.single import run_trial
 
 
 def test_one_step_is_drawn_and_all_others_are_the_agent_s():

@@ -4,7 +4,7 @@ import pytest
 
 from lockprobe.agents.policy import Policy, Told
 from lockprobe.interventions.history import History
-from lockprobe.studies.single import run_trial
+from lockprobe.studies.running.single import run_trial
 from lockprobe.trial.record import Decision, Percept, Turn
 
 TURNS = tuple(Turn(percept=Percept(text=str(i)), decision=Decision(joint="A")) for i in range(5))

@@ -5,7 +5,7 @@ import pytest
 from lockprobe.agents.prompt import conversation
 from lockprobe.interventions.nudge import NUDGE, loops_completed
 from lockprobe.interventions.remark import REMARK
-from lockprobe.studies.single import run_trial
+from lockprobe.studies.running.single import run_trial
 from lockprobe.trial.briefing import Briefing
 from lockprobe.trial.record import Decision, Moment, Percept, Situation, Task, Turn
 

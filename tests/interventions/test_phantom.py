@@ -5,7 +5,7 @@ import pytest
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.interventions.phantom import Phantom
-from lockprobe.studies.single import run_trial
+from lockprobe.studies.running.single import run_trial
 from lockprobe.trial.record import STATES, Moment, Percept, Task
 
 TASK = Task(joints=("A", "B", "C"), target="C", budget=20)

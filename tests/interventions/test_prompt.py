@@ -14,9 +14,9 @@ from lockprobe.interventions.catalogue import interventions_of
 from lockprobe.interventions.prompt import LARGEST_TEMPLATE, OwnPrompt
 from lockprobe.interventions.warn import Warn
 from lockprobe.report.write import write_report
-from lockprobe.studies.runner import run_study
-from lockprobe.studies.single import run_trial
-from lockprobe.studies.studyfile import study
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.running.runner import run_study
+from lockprobe.studies.running.single import run_trial
 from lockprobe.trial.briefing import Briefing
 from lockprobe.trial.condition import spec_of
 from lockprobe.trial.trial_json import trial_from_json, trial_to_json

@@ -5,7 +5,7 @@ import pytest
 from lockprobe.foundation.errors import BadValue
 from lockprobe.interventions.nudge import NUDGE
 from lockprobe.interventions.remark import REMARK, Remark
-from lockprobe.studies.single import run_trial
+from lockprobe.studies.running.single import run_trial
 
 
 def test_it_is_as_long_as_the_nudge():

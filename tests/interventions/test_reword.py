@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from lockprobe.interventions.reword import SENTENCES, Reword, pattern_of
 from lockprobe.interventions.words import TextChannel
-from lockprobe.studies.single import run_trial
+from lockprobe.studies.running.single import run_trial
 from lockprobe.trial.record import Percept, Task
 from lockprobe.trial.trial_json import trial_to_json
 

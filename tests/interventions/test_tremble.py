@@ -6,8 +6,8 @@ from scipy.stats import binomtest
 
 from lockprobe.foundation.seeds import trial_stream
 from lockprobe.interventions.tremble import Tremble
-from lockprobe.simulation.montecarlo import propagate
-from lockprobe.studies.single import run_trial
+from lockprobe.simulation.exact.propagation import propagate
+from lockprobe.studies.running.single import run_trial
 from lockprobe.trial.record import Task
 
 

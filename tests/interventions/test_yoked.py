@@ -4,7 +4,7 @@ import pytest
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.interventions.yoked import Yoked
-from lockprobe.studies.single import run_trial
+from lockprobe.studies.running.single import run_trial
 
 
 def lies(condition, trial):

@@ -11,7 +11,7 @@ from lockprobe.interventions.conditions import flips
 from lockprobe.people.box_view import box_to_show, panel_to_show, view_of_modality
 from lockprobe.people.experiment import Experiment
 from lockprobe.plants import catalogue
-from lockprobe.studies.paused_trial import PausedTrial
+from lockprobe.studies.running.paused_trial import PausedTrial
 from lockprobe.trial.plan import Names
 
 STUDY = people_study(layout="shuffled", flip="integrated", modalities=("symbolic",))
@@ -94,7 +94,7 @@ def test_nobody_is_asked_where_the_study_does_not_ask():
 @pytest.fixture
 def camera(monkeypatch):
     source = catalogue.PlantSource(spec="symbolic", make=lambda box, labels, rng: PhotographedPlant(box))
-    monkeypatch.setattr("lockprobe.studies.play.resolve_plant", lambda spec: source)
+    monkeypatch.setattr("lockprobe.studies.running.trial_setup.resolve_plant", lambda spec: source)
 
 
 @pytest.mark.parametrize(("modality", "pictures"), [("rgb", 1), ("rgbd", 2)])

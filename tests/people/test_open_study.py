@@ -31,9 +31,9 @@ from lockprobe.people.responses import Agree
 from lockprobe.people.scenes import Box
 from lockprobe.people.server_state import ServerState
 from lockprobe.people.texts import TEXTS, read_words
-from lockprobe.studies.journal import Journal, LeftOut, Timing, left_out, load, read_timings
-from lockprobe.studies.runner import run_study
-from lockprobe.studies.settings import read_study
+from lockprobe.studies.options.settings import read_study
+from lockprobe.studies.records.journal import Journal, LeftOut, Timing, left_out, load, read_timings
+from lockprobe.studies.running.runner import run_study
 from lockprobe.trial.condition import Condition
 
 STUDY = people_study()

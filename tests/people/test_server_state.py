@@ -25,8 +25,8 @@ from lockprobe.people.experiment import Experiment
 from lockprobe.people.refusals import ActRefused
 from lockprobe.people.responses import Agree, Answer, Attempt, Next
 from lockprobe.people.scenes import Box
-from lockprobe.studies.journal import load, read_timings
-from lockprobe.studies.settings import read_study
+from lockprobe.studies.options.settings import read_study
+from lockprobe.studies.records.journal import load, read_timings
 
 CHOICE = Attempt(joint="A", rt=1.0)
 

@@ -31,7 +31,7 @@ from lockprobe.people.responses import Answer, Attempt, Next
 from lockprobe.people.scenes import Ask, Box, Check, Debrief
 from lockprobe.plants import catalogue
 from lockprobe.plants.symbolic import SymbolicPlant
-from lockprobe.studies.journal import Timing, left_out, load
+from lockprobe.studies.records.journal import Timing, left_out, load
 from lockprobe.trial.condition import Condition
 
 STUDY = people_study(max_steps=5)
@@ -140,7 +140,7 @@ def test_a_trial_that_could_not_be_written_down_is_written_down_later(tmp_path, 
     async def full_disk(reception, shown):
         player = Player(tmp_path, STUDY, "round-robin")
         with monkeypatch.context() as patched:
-            patched.setattr("lockprobe.studies.journal.Journal.append", fails)
+            patched.setattr("lockprobe.studies.records.journal.Journal.append", fails)
             with pytest.raises(BadFile):
                 await go_on(reception, player, shown)
         assert load(tmp_path) == []
@@ -181,7 +181,7 @@ def test_a_trial_that_waits_for_nobody_is_let_go_of_and_goes_on(tmp_path, monkey
             closed.append(self)
 
     source = catalogue.PlantSource(spec="symbolic", make=lambda box, labels, rng: Plant(box))
-    monkeypatch.setattr("lockprobe.studies.play.resolve_plant", lambda spec: source)
+    monkeypatch.setattr("lockprobe.studies.running.trial_setup.resolve_plant", lambda spec: source)
     clock = Clock()
 
     async def waits(reception, shown):
@@ -286,7 +286,7 @@ def plant(monkeypatch):
         pass
 
     source = catalogue.PlantSource(spec="symbolic", make=lambda box, labels, rng: Plant(box))
-    monkeypatch.setattr("lockprobe.studies.play.resolve_plant", lambda spec: source)
+    monkeypatch.setattr("lockprobe.studies.running.trial_setup.resolve_plant", lambda spec: source)
     return Plant
 
 

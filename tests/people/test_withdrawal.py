@@ -13,7 +13,7 @@ from lockprobe.people.refusals import ActRefused
 from lockprobe.people.responses import Agree, Attempt, Next
 from lockprobe.people.scenes import Box
 from lockprobe.people.withdrawal import finish_withdrawal, note_withdrawal, put, withdrawn
-from lockprobe.studies.journal import Journal, Timing, load, read_timings
+from lockprobe.studies.records.journal import Journal, Timing, load, read_timings
 
 STUDY = people_study()
 
@@ -160,7 +160,7 @@ def test_where_it_could_not_be_written_nobody_is_told_that_it_was(tmp_path, monk
         async with opened(tmp_path, STUDY, short()) as reception:
             shown = await reception.enter(left.token, {})
             with monkeypatch.context() as patched:
-                patched.setattr("lockprobe.studies.journal.rewritten", fails)
+                patched.setattr("lockprobe.studies.records.journal.rewritten", fails)
                 with pytest.raises(BadFile):
                     await reception.withdraw(shown.token, shown.lease)
                 with pytest.raises(ActRefused):
@@ -182,7 +182,7 @@ def test_a_deletion_that_failed_is_finished_before_the_next_one(tmp_path, monkey
     async def withdraw_both():
         async with opened(tmp_path, STUDY, short()) as reception:
             with monkeypatch.context() as patched:
-                patched.setattr("lockprobe.studies.journal.rewritten", cannot)
+                patched.setattr("lockprobe.studies.records.journal.rewritten", cannot)
                 for identity in (fails.identity, other.identity):  # nothing is noted over what is not finished
                     with pytest.raises(BadFile):
                         await reception.withdraw_participant(identity)

@@ -11,8 +11,8 @@ from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import UserMistake
 from lockprobe.plants.manual import Manual
 from lockprobe.plants.operator import OperatorStopped
-from lockprobe.studies.journal import load
-from lockprobe.studies.runner import Limits, run_study
+from lockprobe.studies.records.journal import load
+from lockprobe.studies.running.runner import Limits, run_study
 from lockprobe.testing import check_plant
 
 FIVE = box("random-5-3")

@@ -9,7 +9,7 @@ from lockprobe.report.pages import page_of
 from lockprobe.report.results import results_of
 from lockprobe.report.sections import effects, success
 from lockprobe.report.study_numbers import study_numbers
-from lockprobe.studies.studyfile import study
+from lockprobe.studies.options.studyfile import study
 
 AGENTS = ("cognitive:perseverant", "random")
 SMALL = {"agent": list(AGENTS), "trials": 8, "repetitions": 2}

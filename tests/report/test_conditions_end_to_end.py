@@ -9,11 +9,11 @@ from clumsy import CLUMSY
 
 from lockprobe.interfaces.export import tidy_rows
 from lockprobe.report.pages import figures_of, parts_of
+from lockprobe.report.rows import Results
 from lockprobe.report.write import write_report
 from lockprobe.simulation.fit.fitting import fit_agents
-from lockprobe.statistics.rows import Results
-from lockprobe.studies.journal import load
-from lockprobe.studies.studyfile import study
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.journal import load
 
 ASKED = {
     "agent": ["cognitive:perseverant", "random"], "p": [0, 0.3, 0.6], "sweep": "tremble?p=0.1,0.2,0.4",

@@ -12,9 +12,9 @@ from lockprobe import run_trial
 from lockprobe.boxes.families import box
 from lockprobe.report.explorer import explorer_data
 from lockprobe.report.write import write_report
-from lockprobe.studies.paper import LEARNER
-from lockprobe.studies.study_options import StudyOptions
-from lockprobe.studies.studyfile import study
+from lockprobe.studies.options.paper import LEARNER
+from lockprobe.studies.options.study_options import StudyOptions
+from lockprobe.studies.options.studyfile import study
 
 ATTACK = "</script><script>document.title='owned'</script><img src=x onerror=\"document.title='owned'\">\u202e<!--"
 

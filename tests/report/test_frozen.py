@@ -9,7 +9,7 @@ import re
 import pytest
 from frozen import FROZEN, RESTS_ON, STUDIES, kept, reported
 
-from lockprobe.statistics.rows import UNITS
+from lockprobe.report.rows import UNITS
 
 DIGITS = 1e-5
 """Relative difference of numbers on other machines and with other releases of scipy."""

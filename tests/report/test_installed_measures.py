@@ -9,7 +9,7 @@ from lockprobe.report.opened import open_study
 from lockprobe.report.pages import tables_of
 from lockprobe.report.results import results
 from lockprobe.report.study_numbers import study_numbers
-from lockprobe.report.verification import verify
+from lockprobe.report.verify.verification import verify
 from lockprobe.report.write import write_report
 from lockprobe.statistics.measures import measured
 

@@ -6,11 +6,11 @@ import pytest
 from builders import write_study
 from clumsy import CLUMSY
 
-from lockprobe.report.compare import compare_studies
-from lockprobe.report.compare_page import difference_table
+from lockprobe.report.compare.page import difference_table
+from lockprobe.report.compare.studies import compare_studies
+from lockprobe.report.rows import Results
 from lockprobe.report.write import write_report
-from lockprobe.statistics.rows import Results
-from lockprobe.studies.studyfile import study
+from lockprobe.studies.options.studyfile import study
 
 AGENTS = ["cognitive:perseverant", "cognitive:careful", "human-inspired"]
 

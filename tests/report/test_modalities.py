@@ -9,10 +9,10 @@ import pytest
 from builders import modality_study, write_study
 from captions import too_long
 
+from lockprobe.report.claims.paper import CLAIMS
 from lockprobe.report.pages import tables_of
-from lockprobe.report.paper import CLAIMS
+from lockprobe.report.rows import Results
 from lockprobe.report.write import write_report
-from lockprobe.statistics.rows import Results
 from lockprobe.trial.pictures.png import to_png
 
 

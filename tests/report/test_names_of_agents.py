@@ -9,7 +9,7 @@ from builders import play_study, write_study
 from lockprobe.foundation.errors import ModelFault
 from lockprobe.interfaces.export.tidy import tidy
 from lockprobe.report.results import results
-from lockprobe.studies.studyfile import study
+from lockprobe.studies.options.studyfile import study
 from lockprobe.trial.loop import broken
 
 SPEC = "human-inspired?lapse=0.125"

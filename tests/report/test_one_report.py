@@ -5,9 +5,9 @@ from builders import write_study
 
 from lockprobe.report.pages import tables_of
 from lockprobe.report.results import results
+from lockprobe.report.rows import Results
 from lockprobe.report.write import write_report
-from lockprobe.statistics.rows import Results
-from lockprobe.studies.studyfile import study
+from lockprobe.studies.options.studyfile import study
 
 SMALL = {"agent": ["cognitive:perseverant", "human-inspired"], "trials": 8, "repetitions": 2, "seed": 5}
 FLIPS = {"p": [0, 0.4, 0.8]}

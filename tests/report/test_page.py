@@ -11,15 +11,15 @@ import pytest
 from builders import SOLUTION, make_trial, play_study, small_study, write_study
 
 from lockprobe.foundation.errors import BadFile
-from lockprobe.foundation.sections import leaving_out
+from lockprobe.foundation.left_out import leaving_out
 from lockprobe.report import pages
 from lockprobe.report.opened import open_study
 from lockprobe.report.pages import page_of
 from lockprobe.report.results import results_of
+from lockprobe.report.rows import LeftOut, Results
 from lockprobe.report.sections import own_sections
 from lockprobe.report.study_numbers import study_numbers
 from lockprobe.report.write import write_report
-from lockprobe.statistics.rows import LeftOut, Results
 
 ATTACK = "<script>alert('x')</script><img src=https://evil.example/x onerror=alert(1)>"
 ALWAYS = ("report", "claims", "audit")

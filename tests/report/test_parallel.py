@@ -18,8 +18,8 @@ from lockprobe.report import parallel, report_files
 from lockprobe.report.opened import open_study
 from lockprobe.report.parallel import shared, uncollected
 from lockprobe.report.write import write_report
-from lockprobe.statistics import habit_baseline
-from lockprobe.studies.studyfile import study
+from lockprobe.statistics.loops import habit_baseline
+from lockprobe.studies.options.studyfile import study
 
 LARGE = parallel.LARGE
 SIMULATED = habit_baseline.SIMULATED

@@ -13,8 +13,8 @@ from lockprobe.report.explorer import explorer_data
 from lockprobe.report.opened import open_study
 from lockprobe.report.pages import page_of, tables_of
 from lockprobe.report.results import results
+from lockprobe.report.rows import Results
 from lockprobe.report.write import write_report
-from lockprobe.statistics.rows import Results
 from lockprobe.trial.trial_json import trial_to_json
 
 NUMBER = re.compile(r"(?<![\w.])\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![\w])")

@@ -14,15 +14,15 @@ from lockprobe import run_study, study
 from lockprobe.agents.catalogue import resolve
 from lockprobe.agents.model_access import Access
 from lockprobe.cli import verify as command
-from lockprobe.report import checked_report
 from lockprobe.report.opened import open_study
 from lockprobe.report.parallel import one_thread
 from lockprobe.report.report_files import report_files
-from lockprobe.report.verification import NOT_SHOWN, verify
+from lockprobe.report.verify import checked_report
+from lockprobe.report.verify.verification import NOT_SHOWN, verify
 from lockprobe.report.write import write_report
-from lockprobe.studies.play import play_timed
-from lockprobe.studies.runner import Limits
-from lockprobe.studies.settings import read_study
+from lockprobe.studies.options.settings import read_study
+from lockprobe.studies.running.runner import Limits
+from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.trial.trial_json import trial_to_json
 
 pytest.importorskip("inspect_ai")

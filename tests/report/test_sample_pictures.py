@@ -5,8 +5,8 @@ import base64
 import numpy as np
 from builders import make_trial
 
+from lockprobe.report.rows import Fact, Results
 from lockprobe.report.sample_pictures import embedded, pictures_shown, seen_facts
-from lockprobe.statistics.rows import Fact, Results
 from lockprobe.trial.pictures.png import from_png, to_png
 
 

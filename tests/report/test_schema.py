@@ -8,9 +8,9 @@ from builders import small_study, write_study
 from pydantic import ValidationError
 
 import lockprobe
+from lockprobe.report.rows import Results
 from lockprobe.report.write import write_report
-from lockprobe.statistics.rows import Results
-from lockprobe.studies.studyfile import study
+from lockprobe.studies.options.studyfile import study
 
 PUBLISHED = Path(__file__).parents[2] / "docs" / "results.schema.json"
 

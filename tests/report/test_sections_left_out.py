@@ -9,15 +9,15 @@ import pytest
 from builders import write_study
 
 from lockprobe.cli.report import report
-from lockprobe.foundation import sections
+from lockprobe.foundation import left_out as sections
 from lockprobe.report import report_files
 from lockprobe.report.opened import open_study
 from lockprobe.report.parallel import one_thread
+from lockprobe.report.rows import Results
 from lockprobe.report.sections import audit, own_sections
-from lockprobe.report.verification import verify
+from lockprobe.report.verify.verification import verify
 from lockprobe.report.write import write_report
-from lockprobe.statistics.rows import Results
-from lockprobe.studies.studyfile import study
+from lockprobe.studies.options.studyfile import study
 
 SAID = "broken on purpose"
 
@@ -46,7 +46,7 @@ def short(monkeypatch):
 
 
 def wrapped(monkeypatch, around):
-    """Every call of :func:`lockprobe.foundation.sections.section` goes through this function first."""
+    """Every call of :func:`lockprobe.foundation.left_out.section` goes through this function first."""
     own_sections()  # imports their modules
     real = sections.section
     for module in [*sys.modules.values()]:

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from builders import SOLUTION, make_trial, play_study, small_study
 
-from lockprobe.report.claims import claim_rows
+from lockprobe.report.claims.verdicts import claim_rows
 from lockprobe.statistics.summary import summarise
 from lockprobe.trial.record import Trial
 

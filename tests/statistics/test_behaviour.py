@@ -15,7 +15,7 @@ from lockprobe.statistics.behaviour import (
     policy_entropy,
     redundant_share,
 )
-from lockprobe.statistics.chance import chance_level
+from lockprobe.statistics.loops.chance import chance_level
 from lockprobe.statistics.summary import summarise
 
 AGENT = "llm:local"

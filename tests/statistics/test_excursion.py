@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from lockprobe import population, run_trial
-from lockprobe.simulation.montecarlo.excursions import lie_effects
+from lockprobe.simulation.exact.excursions import lie_effects
 from lockprobe.statistics.excursion import (
     FEWEST,
     SOON,

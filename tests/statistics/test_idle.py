@@ -9,7 +9,7 @@ from lockprobe.boxes.families import box
 from lockprobe.interventions.conditions import interventions_in
 from lockprobe.statistics.idle import Idle, idle_interventions, steps_changed, unheeded
 from lockprobe.statistics.summary import summarise
-from lockprobe.studies.studyfile import study
+from lockprobe.studies.options.studyfile import study
 from lockprobe.testing import play_trials
 
 CHAIN = box("chain-4")

@@ -3,7 +3,7 @@
 import pytest
 from builders import SOLUTION, make_trial, play_study, small_study
 
-from lockprobe.statistics.axis_trials import on_axis
+from lockprobe.statistics.conditions.axis_trials import on_axis
 from lockprobe.statistics.pace import pace
 
 

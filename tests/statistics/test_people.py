@@ -7,7 +7,7 @@ import pytest
 from builders import SOLUTION, make_trial, play_study, played_by_people, small_study
 
 from lockprobe.foundation.seeds import generator
-from lockprobe.statistics.axis_trials import on_axis
+from lockprobe.statistics.conditions.axis_trials import on_axis
 from lockprobe.statistics.outcomes import joined, outcomes
 from lockprobe.statistics.pace import pace
 from lockprobe.statistics.people import people

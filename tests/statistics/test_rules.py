@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from lockprobe.boxes.families import box
-from lockprobe.statistics.condition import condition_summary
+from lockprobe.statistics.conditions.condition import condition_summary
 from lockprobe.statistics.rules import RuleBreaks, against_rules, rule_breaks, together
 from lockprobe.testing import make_trial, play_trials
 from lockprobe.trial.record import Snapshot

@@ -8,14 +8,14 @@ from builders import make_trial
 
 from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.interventions.flip import OutcomeFlip
-from lockprobe.simulation.montecarlo.excursions import one_lie
-from lockprobe.simulation.montecarlo.propagation import propagate
+from lockprobe.simulation.exact.excursions import one_lie
+from lockprobe.simulation.exact.propagation import propagate
 from lockprobe.statistics.branch import branch_effects
-from lockprobe.statistics.why_arms import CROSSED
+from lockprobe.statistics.why.arms import CROSSED
 from lockprobe.studies.branch import FORKS, TOLD, arm_interventions, branching, play_forks
-from lockprobe.studies.journal import Journal, load
-from lockprobe.studies.runner import run_study
-from lockprobe.studies.studyfile import study
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.journal import Journal, load
+from lockprobe.studies.running.runner import run_study
 from lockprobe.trial.record import TrialError
 from lockprobe.trial.told_outcome import flipped
 

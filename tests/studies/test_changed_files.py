@@ -12,10 +12,10 @@ from lockprobe.foundation.errors import BadFile, DirectoryBusy
 from lockprobe.foundation.storage.jsonl import LineFile
 from lockprobe.people.diary import DiaryFile, Did, Joined, read_diary
 from lockprobe.people.responses import Next
-from lockprobe.studies.call_log import ASKED, CALLS, read_calls
-from lockprobe.studies.journal import Journal, Timing, load
-from lockprobe.studies.study_options import StudyOptions
-from lockprobe.studies.studyfile import study
+from lockprobe.studies.costs.call_log import ASKED, CALLS, read_calls
+from lockprobe.studies.options.study_options import StudyOptions
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.journal import Journal, Timing, load
 
 STUDY = study(StudyOptions(agent=["random"], trials=3, repetitions=1, p=[0]))
 JOINED = Joined(identity="3f9a01bc", token="0" * 64, at=10.5, platform={}, slots=(), words="en 0")

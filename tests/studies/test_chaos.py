@@ -11,11 +11,11 @@ from provider_server import ENDS, HTTP_FAULTS, REPLY_FAULTS, Manner, here, mixed
 
 from lockprobe.agents.model_access import Access
 from lockprobe.foundation.errors import Missing
-from lockprobe.studies.call_log import read_calls
-from lockprobe.studies.journal import Journal, load
-from lockprobe.studies.runner import Limits, run
-from lockprobe.studies.study_options import StudyOptions
-from lockprobe.studies.studyfile import study
+from lockprobe.studies.costs.call_log import read_calls
+from lockprobe.studies.options.study_options import StudyOptions
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.journal import Journal, load
+from lockprobe.studies.running.runner import Limits, run
 
 pytest.importorskip("lockprobe.agents.llm.model")
 SPEC = "llm:openai-api/fake/model"

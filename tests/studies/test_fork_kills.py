@@ -14,13 +14,13 @@ from provider_server import Manner, account, elsewhere
 from lockprobe.agents.model_access import Access
 from lockprobe.foundation.errors import BudgetReached
 from lockprobe.studies.branch import FORKS, branching, play_forks
-from lockprobe.studies.budget import Budget
-from lockprobe.studies.call_log import CALLS, read_calls, unanswered
-from lockprobe.studies.fork_costs import fork_costs
-from lockprobe.studies.journal import Journal, left_out, load
-from lockprobe.studies.runner import Limits, run_study
-from lockprobe.studies.study_options import StudyOptions
-from lockprobe.studies.studyfile import study
+from lockprobe.studies.costs.budget import Budget
+from lockprobe.studies.costs.call_log import CALLS, read_calls, unanswered
+from lockprobe.studies.costs.fork_costs import fork_costs
+from lockprobe.studies.options.study_options import StudyOptions
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.journal import Journal, left_out, load
+from lockprobe.studies.running.runner import Limits, run_study
 
 pytest.importorskip("lockprobe.agents.llm.model")
 

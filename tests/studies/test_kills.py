@@ -19,11 +19,11 @@ from provider_server import Manner, account, elsewhere
 from lockprobe.agents.model_access import Access
 from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.storage.jsonl import with_checksum
-from lockprobe.studies.call_log import ASKED, CALLS, read_calls, unanswered
-from lockprobe.studies.journal import Journal, left_out, load
-from lockprobe.studies.runner import Limits, run_study
-from lockprobe.studies.study_options import StudyOptions
-from lockprobe.studies.studyfile import study
+from lockprobe.studies.costs.call_log import ASKED, CALLS, read_calls, unanswered
+from lockprobe.studies.options.study_options import StudyOptions
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.journal import Journal, left_out, load
+from lockprobe.studies.running.runner import Limits, run_study
 
 SPEC = "llm:openai-api/fake/model"
 CONNECTIONS = 4
@@ -95,8 +95,8 @@ def test_killed_at_random_moments_nothing_is_lost_and_nothing_is_asked_twice(tmp
 DIES = """
 import json, os, signal, sys
 from pathlib import Path
-from lockprobe.studies.runner import run_study
-from lockprobe.studies.studyfile import StudyOptions, study
+from lockprobe.studies.running.runner import run_study
+from lockprobe.studies.options.studyfile import StudyOptions, study
 directory, name, at, part, request = sys.argv[1], sys.argv[2], int(sys.argv[3]), float(sys.argv[4]), sys.argv[5]
 plain, writes = Path.open, 0
 class Dying:
@@ -178,8 +178,8 @@ def test_killed_while_writing_a_line_about_a_call(tmp_path, monkeypatch, name, a
 FULL = """
 import json, resource, sys
 from lockprobe.foundation.errors import UserMistake
-from lockprobe.studies.runner import run_study
-from lockprobe.studies.studyfile import StudyOptions, study
+from lockprobe.studies.running.runner import run_study
+from lockprobe.studies.options.studyfile import StudyOptions, study
 most = int(sys.argv[2])
 resource.setrlimit(resource.RLIMIT_FSIZE, (most, most))
 try:

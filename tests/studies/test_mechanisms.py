@@ -9,8 +9,8 @@ from builders import play_study
 from lockprobe.interventions.conditions import flips
 from lockprobe.statistics.inference.battery import infer
 from lockprobe.statistics.outcomes import outcomes
-from lockprobe.studies.study_options import SHIPPED
-from lockprobe.studies.studyfile import study
+from lockprobe.studies.options.study_options import SHIPPED
+from lockprobe.studies.options.studyfile import study
 
 
 @pytest.mark.parametrize("name", SHIPPED)

@@ -4,10 +4,10 @@ import pytest
 
 from lockprobe.foundation.errors import BadFile
 from lockprobe.studies.branch import FORKS, branching, play_forks
-from lockprobe.studies.journal import Journal, load
 from lockprobe.studies.next_choice import next_choices, read_choices, write_choices
-from lockprobe.studies.runner import run_study
-from lockprobe.studies.studyfile import study
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.journal import Journal, load
+from lockprobe.studies.running.runner import run_study
 
 
 def test_chances_are_those_on_record_and_of_policies_alone(tmp_path):

@@ -7,8 +7,8 @@ from itertools import permutations
 import pytest
 
 from lockprobe.agents.prompt import INSTRUCTIONS
+from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.prompts import prompt_parts, side_by_side
-from lockprobe.studies.studyfile import study
 
 PARTS = ["first message", "report after the first step", "form of the reply"]
 OF_OBSERVATIONS = re.compile(

@@ -10,12 +10,12 @@ from builders import make_trial, modality_study, play_study, small_study
 from lockprobe.boxes.box import bits
 from lockprobe.foundation.errors import BadFile, BadValue, UnknownName
 from lockprobe.interventions.conditions import flips
-from lockprobe.studies import paper
-from lockprobe.studies.agent_names import joined_agents
-from lockprobe.studies.settings import study_from
-from lockprobe.studies.single import run_trial
-from lockprobe.studies.study_options import StudyOptions, parse_p, read_options_file
-from lockprobe.studies.studyfile import study, trial_study
+from lockprobe.studies.options import paper
+from lockprobe.studies.options.agent_names import joined_agents
+from lockprobe.studies.options.settings import study_from
+from lockprobe.studies.options.study_options import StudyOptions, parse_p, read_options_file
+from lockprobe.studies.options.studyfile import study, trial_study
+from lockprobe.studies.running.single import run_trial
 from lockprobe.trial.condition import Condition
 
 GOLDEN = Path(__file__).parents[1] / "golden" / "identities.json"

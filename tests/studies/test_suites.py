@@ -8,7 +8,7 @@ from lockprobe.boxes.beliefs.structures import interlocks
 from lockprobe.boxes.families import box
 from lockprobe.boxes.solve import optimum, random_success
 from lockprobe.foundation.errors import BadFile, BadValue, UnknownName
-from lockprobe.studies.study_options import SUITE_NAMES
+from lockprobe.studies.options.study_options import SUITE_NAMES
 from lockprobe.studies.suites import (
     SUITES,
     begin_suite,

@@ -4,8 +4,8 @@ import pytest
 
 import lockprobe
 from lockprobe.foundation.errors import BadValue, UserMistake
-from lockprobe.statistics.why_arms import ARMS, CROSSED, PARTS
-from lockprobe.studies.studyfile import study
+from lockprobe.statistics.why.arms import ARMS, CROSSED, PARTS
+from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.why import AGENTS, EXTENT
 
 

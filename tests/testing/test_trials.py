@@ -4,7 +4,7 @@ import pytest
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.interventions.tremble import Tremble
-from lockprobe.studies.single import run_trial
+from lockprobe.studies.running.single import run_trial
 from lockprobe.testing import ScriptedAgent, make_trial, play_trials
 from lockprobe.testing.records import check_facts
 from lockprobe.trial.trial_json import trial_from_json, trial_to_json

@@ -7,7 +7,7 @@ import pytest
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.interventions.catalogue import interventions_of
-from lockprobe.studies.single import run_trial
+from lockprobe.studies.running.single import run_trial
 from lockprobe.testing import make_trial
 from lockprobe.trial.changes import Acting, pass_through
 from lockprobe.trial.record import Percept

@@ -49,7 +49,7 @@ class SimulatedLockbox:
         return Snapshot(
             configuration=self._mechanism.configuration(),
             look=self._camera.look_now(),
-            render=self._camera.look_as_if(),
+            render=self._camera.look_as_told(),
         )
 
     def attempt(self, joint: int) -> Snapshot:

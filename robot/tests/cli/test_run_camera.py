@@ -14,9 +14,9 @@ from lockprobe.cli.run import run
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.spec import Spec
 from lockprobe.plants.catalogue import with_camera
-from lockprobe.studies.journal import load
-from lockprobe.studies.settings import read_study
-from lockprobe.studies.studyfile import study
+from lockprobe.studies.options.settings import read_study
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.journal import load
 
 FIVE = "random-5-3"
 PLAYED = {"agent": ["human-inspired"], "box": FIVE, "p": "0", "trials": 1, "repetitions": 1}

@@ -21,7 +21,7 @@ from lockprobe_robot.scene.tag_layout import board_checksum, place_tags
 from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.foundation.plugins import allow
-from lockprobe.studies.runner import run_study
+from lockprobe.studies.running.runner import run_study
 
 CHAIN = box("chain-4")
 POSE = np.array([[0, 1, 0, 0.52], [-1, 0, 0, 0.03], [0, 0, 1, 0.17], [0, 0, 0, 1]])

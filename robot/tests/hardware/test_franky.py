@@ -20,7 +20,7 @@ from lockprobe_robot.hardware.rungs import parts_of
 from lockprobe.boxes.families import box
 from lockprobe.foundation.plugins import allow
 from lockprobe.plants.operator import ConsentingOperator
-from lockprobe.studies.runner import run_study
+from lockprobe.studies.running.runner import run_study
 
 CHAIN = box("chain-4")
 

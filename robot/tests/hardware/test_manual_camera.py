@@ -15,7 +15,7 @@ from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadFile, BadValue, Missing, PlantFault, UserMistake
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.plants.manual import Manual
-from lockprobe.studies.single import run_trial
+from lockprobe.studies.running.single import run_trial
 from lockprobe.testing import check_plant
 
 FIVE = box("random-5-3")

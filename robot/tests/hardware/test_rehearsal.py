@@ -9,7 +9,7 @@ from lockprobe_robot.hardware.rungs import parts_of
 from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadValue
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.studies.single import run_trial
+from lockprobe.studies.running.single import run_trial
 from lockprobe.testing import check_plant
 
 CHAIN = box("chain-4")

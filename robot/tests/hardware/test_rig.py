@@ -28,7 +28,7 @@ from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import PlantFault, UserMistake
 from lockprobe.foundation.plugins import allow
 from lockprobe.plants.operator import ConsentingOperator
-from lockprobe.studies.runner import Limits, run_study
+from lockprobe.studies.running.runner import Limits, run_study
 from lockprobe.testing import check_plant
 
 DOCS = Path(__file__).parents[2] / "docs"

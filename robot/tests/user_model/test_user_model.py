@@ -13,7 +13,7 @@ import lockprobe
 from lockprobe.foundation.errors import BadFile, BadValue, PlantFault, SettingsChanged, UnknownName
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.plants.symbolic import SymbolicPlant
-from lockprobe.studies.directory import claim
+from lockprobe.studies.records.directory import claim
 from lockprobe.trial.protocols import Plant
 
 SPEC = f"twin?model={OWN}"

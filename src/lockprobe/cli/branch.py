@@ -29,12 +29,12 @@ from lockprobe.report.prose.branch import found_said, size_said, value_said
 from lockprobe.statistics.branch import BranchEffect, branch_effects
 from lockprobe.statistics.rules import RuleBreaks, rule_breaks
 from lockprobe.studies.branch import FORKS, Branching, branching, play_forks
-from lockprobe.studies.budget import Budget
-from lockprobe.studies.fork_costs import fork_costs
-from lockprobe.studies.journal import Journal, Timing, load
+from lockprobe.studies.costs.budget import Budget
+from lockprobe.studies.costs.fork_costs import fork_costs
 from lockprobe.studies.next_choice import write_choices
-from lockprobe.studies.runner import Limits
-from lockprobe.studies.settings import read_study
+from lockprobe.studies.options.settings import read_study
+from lockprobe.studies.records.journal import Journal, Timing, load
+from lockprobe.studies.running.runner import Limits
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Step, Trial
 

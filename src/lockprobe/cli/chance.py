@@ -11,8 +11,8 @@ import typer
 from lockprobe.cli import options
 from lockprobe.cli.sequences import MOST_ACTIONS, check_actions, read_sequences
 from lockprobe.foundation.errors import BadFile, BadValue, Conflict
-from lockprobe.statistics.chance import chance_level
-from lockprobe.statistics.null_models import TrialNull, expected_loop_rate
+from lockprobe.statistics.loops.chance import chance_level
+from lockprobe.statistics.loops.null_models import TrialNull, expected_loop_rate
 
 __all__ = ["chance"]
 

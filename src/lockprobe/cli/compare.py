@@ -13,11 +13,11 @@ from lockprobe.cli import options
 from lockprobe.cli.export import refuse_study_file
 from lockprobe.cli.printing import new_table, print_table
 from lockprobe.cli.study_options import study_help
-from lockprobe.foundation.sections import LeftOutSection, without
+from lockprobe.foundation.left_out import LeftOutSection, without
 from lockprobe.foundation.terminal_text import printable
 
 if TYPE_CHECKING:
-    from lockprobe.report.compare import Comparison
+    from lockprobe.report.compare.studies import Comparison
 
 __all__ = ["compare"]
 
@@ -43,8 +43,10 @@ def compare(directories: Directories, agent: Agents = None, out: Out = PAGE, jso
     one seed share their luck and are compared trial by trial; others are independent samples. Studies of different
     boxes, budgets of steps, plants or modalities are refused.
     """
-    from lockprobe.report.compare import compare_studies  # two seconds of imports, which --help need not wait for
-    from lockprobe.report.compare_page import write_comparison
+    from lockprobe.report.compare.page import write_comparison
+    from lockprobe.report.compare.studies import (
+        compare_studies,  # two seconds of imports, which --help need not wait for
+    )
 
     for directory in directories:
         refuse_study_file(out, directory)
@@ -59,7 +61,7 @@ def compare(directories: Directories, agent: Agents = None, out: Out = PAGE, jso
 
 
 def _print(found: Comparison) -> None:
-    from lockprobe.report.compare_page import difference_table, success_table
+    from lockprobe.report.compare.page import difference_table, success_table
     from lockprobe.report.prose.study_comparison import leading
 
     print(printable(found.said))

@@ -14,7 +14,7 @@ from lockprobe.cli import options
 from lockprobe.cli.printing import new_table, print_table
 from lockprobe.cli.sequences import MOST_ACTIONS, check_actions, numbered_sequences
 from lockprobe.cli.study_options import study_help
-from lockprobe.statistics.detectors import DETECTORS, Row, as_table, comparison, flags, microseconds, score
+from lockprobe.statistics.loops.detectors import DETECTORS, Row, as_table, comparison, flags, microseconds, score
 
 __all__ = ["detectors"]
 

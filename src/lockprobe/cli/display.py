@@ -19,15 +19,15 @@ from lockprobe.agents.catalogue import AgentSource
 from lockprobe.cli.format_cost import estimate_facts, spent_facts
 from lockprobe.cli.progress import Plain, invalid_in_words, told
 from lockprobe.foundation.errors import BudgetReached, UserMistake
-from lockprobe.foundation.sections import LeftOutSection
+from lockprobe.foundation.left_out import LeftOutSection
 from lockprobe.foundation.terminal_text import printable
-from lockprobe.studies.budget import Budget
-from lockprobe.studies.estimate import Estimate
-from lockprobe.studies.journal import Journal, Timing
-from lockprobe.studies.results_hash import StudyHashes
-from lockprobe.studies.settings import read_study
+from lockprobe.studies.costs.budget import Budget
+from lockprobe.studies.costs.estimate import Estimate
+from lockprobe.studies.options.settings import read_study
+from lockprobe.studies.options.valid_conditions import Invalid
+from lockprobe.studies.records.journal import Journal, Timing
+from lockprobe.studies.records.results_hash import StudyHashes
 from lockprobe.studies.study import Study
-from lockprobe.studies.valid_conditions import Invalid
 from lockprobe.trial.model_call import Call
 from lockprobe.trial.record import Step, Trial
 

@@ -18,10 +18,10 @@ from lockprobe.interfaces.export.traces import EPOCH, requests, write_traces
 from lockprobe.interfaces.export.write_dataset import write_dataset
 from lockprobe.people.diary import PEOPLE_DIRECTORY, read_diaries
 from lockprobe.people.step_times import times_of_steps
-from lockprobe.studies.call_log import ASKED, CALLS, read_calls
-from lockprobe.studies.journal import load, read_timings
-from lockprobe.studies.picture_store import ALBUM
-from lockprobe.studies.settings import read_study
+from lockprobe.studies.costs.call_log import ASKED, CALLS, read_calls
+from lockprobe.studies.options.settings import read_study
+from lockprobe.studies.records.journal import load, read_timings
+from lockprobe.studies.records.picture_store import ALBUM
 
 __all__ = ["export", "refuse_study_file"]
 

@@ -28,8 +28,8 @@ from lockprobe.foundation.terminal_text import printable
 from lockprobe.report.prose.model_fit import CAUTION, finding, fit_row
 from lockprobe.simulation.fit import RIVALS, AgentFit, FitReport, Parameter, RivalFit, fit_agents
 from lockprobe.simulation.fit.model_comparison import Tell
-from lockprobe.studies.journal import load
-from lockprobe.studies.settings import read_study
+from lockprobe.studies.options.settings import read_study
+from lockprobe.studies.records.journal import load
 
 __all__ = ["fit"]
 

@@ -11,11 +11,11 @@ from lockprobe.agents.llm.model_facts import OWN_FACTS, Price, price_lines
 from lockprobe.foundation.inputs import is_there
 from lockprobe.foundation.spec import Spec
 from lockprobe.foundation.terminal_text import printable
-from lockprobe.studies.call_log import read_calls
-from lockprobe.studies.estimate import Estimate, estimates, together
-from lockprobe.studies.journal import load
-from lockprobe.studies.spending import Spending, hosted
-from lockprobe.studies.spending import dollars as in_words
+from lockprobe.studies.costs.call_log import read_calls
+from lockprobe.studies.costs.estimate import Estimate, estimates, together
+from lockprobe.studies.costs.spending import Spending, hosted
+from lockprobe.studies.costs.spending import dollars as in_words
+from lockprobe.studies.records.journal import load
 from lockprobe.studies.study import Study
 from lockprobe.trial.model_call import Usage
 

@@ -14,7 +14,7 @@ from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.interfaces.export.read_dataset import is_dataset, source_of_dataset
 from lockprobe.people.import_diaries import DiaryImport
-from lockprobe.studies.merge import MergeSource, gather, source_of_directory
+from lockprobe.studies.records.merge import MergeSource, gather, source_of_directory
 
 __all__ = ["take"]
 

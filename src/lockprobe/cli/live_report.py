@@ -11,8 +11,8 @@ from pathlib import Path
 
 from lockprobe.agents.catalogue import AgentSource
 from lockprobe.foundation.errors import UserMistake
-from lockprobe.studies.journal import Journal, Timing
-from lockprobe.studies.runner import Observer
+from lockprobe.studies.records.journal import Journal, Timing
+from lockprobe.studies.running.runner import Observer
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Step, Trial
 

@@ -22,10 +22,10 @@ from lockprobe.foundation.errors import BadValue, Conflict, Missing
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.interfaces.mcp.isolation import Isolation, check_isolation, client_of_stdio, named_client
 from lockprobe.interfaces.mcp.session import SessionOptions, ToolSession
-from lockprobe.studies.settings import read_study
+from lockprobe.studies.options.settings import read_study
+from lockprobe.studies.options.study_options import StudyOptions, read_options_file
+from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.study import Study
-from lockprobe.studies.study_options import StudyOptions, read_options_file
-from lockprobe.studies.studyfile import study
 
 __all__ = ["mcp", "records_directory"]
 

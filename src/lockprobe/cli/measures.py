@@ -47,7 +47,7 @@ def measures(
         known = {one.name: one.what for one in map(find_measure, measure or MEASURES)}
         list_all("measure", known, 14, json=json, packaged=not measure)
         return
-    from lockprobe.studies.journal import load
+    from lockprobe.studies.records.journal import load
 
     cells = defaultdict(list)
     for trial in load(directory):

@@ -17,8 +17,8 @@ from lockprobe.agents.llm.settings import read_settings
 from lockprobe.cli import options
 from lockprobe.cli.headings import Headed
 from lockprobe.cli.study_options import Name, with_study_options
-from lockprobe.studies.study_options import StudyOptions, read_options_file
-from lockprobe.studies.studyfile import study
+from lockprobe.studies.options.study_options import StudyOptions, read_options_file
+from lockprobe.studies.options.studyfile import study
 
 __all__ = ["list_models", "models", "prompt", "pull", "show"]
 

@@ -1,7 +1,7 @@
 """The options that several commands share: each is declared here once, so they spell and explain it in one way.
 
 What a command says of an option in brackets, the default or what it means there, may differ. The options that describe
-a study are those of :class:`lockprobe.studies.study_options.StudyOptions`; see ``lockprobe.cli.study_options``.
+a study are those of :class:`lockprobe.studies.options.study_options.StudyOptions`; see ``lockprobe.cli.study_options``.
 """
 
 from __future__ import annotations

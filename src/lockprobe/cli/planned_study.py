@@ -8,14 +8,14 @@ from pathlib import Path
 
 from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.plants.catalogue import with_camera
-from lockprobe.studies.directory import SETTINGS
-from lockprobe.studies.settings import read_study
-from lockprobe.studies.shard import Shard
+from lockprobe.studies.options.settings import read_study
+from lockprobe.studies.options.study_options import StudyOptions, read_options_file
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.directory import SETTINGS
+from lockprobe.studies.records.shard import Shard
+from lockprobe.studies.running.yoking import is_yoked
 from lockprobe.studies.study import Study
-from lockprobe.studies.study_options import StudyOptions, read_options_file
-from lockprobe.studies.studyfile import study
 from lockprobe.studies.suites import is_suite, read_suite
-from lockprobe.studies.yoking import is_yoked
 
 __all__ = ["planned_study", "refuse_followers"]
 

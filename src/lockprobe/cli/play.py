@@ -31,10 +31,10 @@ from lockprobe.foundation.errors import BadFile, BadValue, LockprobeError
 from lockprobe.foundation.inputs import check_regular
 from lockprobe.foundation.storage.jsonl import LineFile
 from lockprobe.foundation.storage.links import refuse_links
-from lockprobe.studies.play import play_timed
-from lockprobe.studies.single import run_trial
-from lockprobe.studies.studyfile import trial_study
-from lockprobe.studies.trial_options import TrialOptions
+from lockprobe.studies.options.studyfile import trial_study
+from lockprobe.studies.options.trial_options import TrialOptions
+from lockprobe.studies.running.single import run_trial
+from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.trial.plan import Names, Plan
 from lockprobe.trial.record import Decision, Fact, Outcome, Percept, Situation, Task, Trial
 from lockprobe.trial.told_outcome import in_words

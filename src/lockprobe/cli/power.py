@@ -18,14 +18,14 @@ from lockprobe.foundation.errors import BadValue, Conflict
 from lockprobe.foundation.formatting import percent
 from lockprobe.foundation.parallel import Processes
 from lockprobe.foundation.terminal_text import printable
-from lockprobe.simulation.audit.power import TRIALS, Needed, default_worlds, stated_world
-from lockprobe.simulation.audit.power import power as measure_power
 from lockprobe.simulation.audit.simulated_agents import WORLDS, P, World
-from lockprobe.statistics.mechanism import MARGIN
+from lockprobe.simulation.power.flip_rates import TRIALS, Needed, default_worlds, stated_world
+from lockprobe.simulation.power.flip_rates import power as measure_power
+from lockprobe.statistics.why.mechanism import MARGIN
 
 if TYPE_CHECKING:
-    from lockprobe.simulation.montecarlo.condition_power import ConditionPower
-    from lockprobe.simulation.montecarlo.why_power import VerdictRates
+    from lockprobe.simulation.power.conditions import ConditionPower
+    from lockprobe.simulation.power.why import VerdictRates
 
 __all__ = ["power"]
 
@@ -104,8 +104,8 @@ def _power_of_conditions(
     *,
     json: bool,
 ) -> None:
-    from lockprobe.simulation.montecarlo.condition_power import condition_power
-    from lockprobe.studies.studyfile import study
+    from lockprobe.simulation.power.conditions import condition_power
+    from lockprobe.studies.options.studyfile import study
 
     if file is None and "agent" not in asked:
         if success is None:
@@ -158,7 +158,7 @@ def _print_conditions(found: Sequence[ConditionPower], target: float, shared: fl
 
 
 def _power_why(success: str | None, sizes: Sequence[int], studies: int, seed: int, *, json: bool) -> None:
-    from lockprobe.simulation.montecarlo.why_power import STATED, stated_rates
+    from lockprobe.simulation.power.why import STATED, stated_rates
 
     effects = STATED if success is None else {"as stated": _numbers("success", success)}
     rates = [

@@ -11,21 +11,21 @@ from lockprobe.cli.format_cost import estimate_lines, money, spent_in_words
 from lockprobe.cli.server_marks import ServerMarks
 from lockprobe.cli.tally import Tally, count
 from lockprobe.foundation.errors import BudgetReached, UserMistake
-from lockprobe.foundation.sections import LeftOutSection, without
+from lockprobe.foundation.left_out import LeftOutSection, without
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.statistics.why_arms import CROSSED
-from lockprobe.studies.budget import Budget
-from lockprobe.studies.call_log import read_calls
-from lockprobe.studies.estimate import Estimate, estimates
-from lockprobe.studies.journal import Journal, Timing
-from lockprobe.studies.paper import ROBOT, is_short
-from lockprobe.studies.records import LeftOut
-from lockprobe.studies.results_hash import StudyHashes
-from lockprobe.studies.settings import read_study
-from lockprobe.studies.spending import Ledger, hosted
+from lockprobe.statistics.why.arms import CROSSED
+from lockprobe.studies.costs.budget import Budget
+from lockprobe.studies.costs.call_log import read_calls
+from lockprobe.studies.costs.estimate import Estimate, estimates
+from lockprobe.studies.costs.spending import Ledger, hosted
+from lockprobe.studies.options.paper import ROBOT, is_short
+from lockprobe.studies.options.settings import read_study
+from lockprobe.studies.options.valid_conditions import Invalid
+from lockprobe.studies.records.journal import Journal, Timing
+from lockprobe.studies.records.read_records import LeftOut
+from lockprobe.studies.records.results_hash import StudyHashes
 from lockprobe.studies.study import Study
-from lockprobe.studies.valid_conditions import Invalid
 from lockprobe.trial.model_call import Call
 from lockprobe.trial.record import Step, Trial
 from lockprobe.trial.told_outcome import in_words

@@ -17,7 +17,7 @@ from lockprobe.boxes.families import DEFAULT_BOX
 from lockprobe.cli import options
 from lockprobe.cli.printing import new_table, plain_console, print_table
 from lockprobe.cli.study_options import study_help, with_study_options
-from lockprobe.simulation.montecarlo.readings import (
+from lockprobe.simulation.exact.readings import (
     AGENTS,
     FALSE_REPORTS,
     P,

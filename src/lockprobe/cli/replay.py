@@ -14,7 +14,7 @@ from lockprobe.cli import options
 from lockprobe.cli.robot_tools import robot_tool
 from lockprobe.foundation.errors import BadValue, TrialFault, UnknownName, UserMistake
 from lockprobe.foundation.terminal_text import printable
-from lockprobe.studies.journal import load
+from lockprobe.studies.records.journal import load
 from lockprobe.trial.record import Trial
 from lockprobe.trial.told_outcome import in_words
 

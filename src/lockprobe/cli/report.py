@@ -14,8 +14,8 @@ from lockprobe.cli import options
 from lockprobe.cli.cluster import reached
 from lockprobe.cli.watch_report import owed_trials, watch_report
 from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.left_out import LeftOutSection, without
 from lockprobe.foundation.parallel import Pool
-from lockprobe.foundation.sections import LeftOutSection, without
 from lockprobe.report.write import write_report
 from lockprobe.studies.suites import is_suite
 

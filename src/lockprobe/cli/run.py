@@ -20,11 +20,11 @@ from lockprobe.cli import options
 from lockprobe.cli.headings import under_headings
 from lockprobe.cli.study_options import Name, with_study_options
 from lockprobe.foundation.errors import BadValue, UnknownName
-from lockprobe.studies.agent_names import named_agents
-from lockprobe.studies.study_options import SHIPPED, STUDIES, SUITE_NAMES
+from lockprobe.studies.options.agent_names import named_agents
+from lockprobe.studies.options.study_options import SHIPPED, STUDIES, SUITE_NAMES
 
 if TYPE_CHECKING:
-    from lockprobe.studies.runner import Limits
+    from lockprobe.studies.running.runner import Limits
 
 __all__ = ["run"]
 
@@ -91,7 +91,7 @@ def run(
         raise BadValue("again", again, "no --estimate with it: that plays nothing and writes nothing")
     _check_names(what, asked)
     from lockprobe.cli.cluster import reached
-    from lockprobe.studies.runner import Limits
+    from lockprobe.studies.running.runner import Limits
 
     access = Access(connections=connections, timeout=timeout, retries=retries, batch=batch)
     with reached(None if estimate else cluster) as machines:
@@ -128,7 +128,7 @@ def _run_study(
     json: bool,
 ) -> None:
     from lockprobe.cli.planned_study import planned_study, refuse_followers
-    from lockprobe.studies.shard import Shard
+    from lockprobe.studies.records.shard import Shard
 
     part = None if shard is None else Shard.parse(shard)
     planned, directory = planned_study(name, asked, out, camera)

@@ -13,15 +13,15 @@ from lockprobe.cli.format_cost import money
 from lockprobe.cli.live_report import LiveReport
 from lockprobe.cli.progress import Plain, foreign_in_words
 from lockprobe.foundation.errors import AgentsGivenUp, BadValue, BudgetReached
-from lockprobe.foundation.sections import LeftOutSection
+from lockprobe.foundation.left_out import LeftOutSection
 from lockprobe.foundation.terminal_text import printable
-from lockprobe.studies.budget import Budget
-from lockprobe.studies.journal import Journal
-from lockprobe.studies.runner import Limits, owe_anew
-from lockprobe.studies.runner import run as play_trials
-from lockprobe.studies.shard import Shard
+from lockprobe.studies.costs.budget import Budget
+from lockprobe.studies.options.valid_conditions import invalid_conditions
+from lockprobe.studies.records.journal import Journal
+from lockprobe.studies.records.shard import Shard
+from lockprobe.studies.running.runner import Limits, owe_anew
+from lockprobe.studies.running.runner import run as play_trials
 from lockprobe.studies.study import Study
-from lockprobe.studies.valid_conditions import invalid_conditions
 from lockprobe.trial.plan import Plan
 
 __all__ = ["BROKE", "BUDGET_REACHED", "NO_VALID_TRIAL", "allowed_budget", "play_study"]

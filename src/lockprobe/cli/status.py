@@ -18,17 +18,17 @@ from lockprobe.cli.progress import foreign_in_words, invalid_in_words
 from lockprobe.cli.tally import count, in_boundaries
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.studies.branch import FORKS, read_forks
-from lockprobe.studies.call_log import read_calls, unanswered
-from lockprobe.studies.directory import added_agents
-from lockprobe.studies.idle_conditions import idle_conditions
-from lockprobe.studies.journal import read_timings
-from lockprobe.studies.records import read_records
-from lockprobe.studies.results_hash import results_hash
-from lockprobe.studies.settings import read_study
-from lockprobe.studies.spending import Ledger, Spending, total
+from lockprobe.studies.costs.call_log import read_calls, unanswered
+from lockprobe.studies.costs.spending import Ledger, Spending, total
+from lockprobe.studies.options.idle_conditions import idle_conditions
+from lockprobe.studies.options.settings import read_study
+from lockprobe.studies.options.valid_conditions import invalid_conditions
+from lockprobe.studies.records.directory import added_agents
+from lockprobe.studies.records.journal import read_timings
+from lockprobe.studies.records.read_records import read_records
+from lockprobe.studies.records.results_hash import results_hash
 from lockprobe.studies.study import Study
 from lockprobe.studies.suites import is_suite, read_suite, suite_directories
-from lockprobe.studies.valid_conditions import invalid_conditions
 from lockprobe.trial.model_call import BROKEN_OFF, Call
 from lockprobe.trial.record import Trial
 

@@ -13,7 +13,7 @@ import typer
 from lockprobe.cli.headings import AS_RUN, under_headings
 from lockprobe.cli.options import with_brackets
 from lockprobe.interventions.flip import FlipKind
-from lockprobe.studies.study_options import StudyOptions, parse_p
+from lockprobe.studies.options.study_options import StudyOptions, parse_p
 
 __all__ = ["Name", "study_help", "with_study_options"]
 

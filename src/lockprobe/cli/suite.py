@@ -15,21 +15,21 @@ from lockprobe.cli.printing import new_table, print_table
 from lockprobe.cli.progress import results_line, settings_line
 from lockprobe.cli.run_study import BUDGET_REACHED, allowed_budget, play_study
 from lockprobe.foundation.errors import BadValue, Conflict
-from lockprobe.foundation.sections import LeftOutSection, without
+from lockprobe.foundation.left_out import LeftOutSection, without
 from lockprobe.foundation.terminal_text import printable
-from lockprobe.studies import paper
-from lockprobe.studies.agent_names import joined_agents
-from lockprobe.studies.call_log import read_calls
-from lockprobe.studies.directory import SETTINGS
-from lockprobe.studies.results_hash import hash_of_parts, hashes_of_suite
-from lockprobe.studies.runner import Limits
-from lockprobe.studies.settings import read_study
-from lockprobe.studies.spending import Ledger
+from lockprobe.studies.costs.call_log import read_calls
+from lockprobe.studies.costs.spending import Ledger
+from lockprobe.studies.options import paper
+from lockprobe.studies.options.agent_names import joined_agents
+from lockprobe.studies.options.settings import read_study
+from lockprobe.studies.records.directory import SETTINGS
+from lockprobe.studies.records.results_hash import hash_of_parts, hashes_of_suite
+from lockprobe.studies.running.runner import Limits
 from lockprobe.studies.study import Study
 from lockprobe.studies.suites import Suite, begin_suite, is_suite, suite_directories, suite_studies
 
 if TYPE_CHECKING:
-    from lockprobe.report.suite import SuiteResults
+    from lockprobe.report.suite.results import SuiteResults
 
 __all__ = ["report_suite", "run_suite"]
 
@@ -139,8 +139,8 @@ def _spent(directory: Path, suite: Suite, *, without: str) -> float:
 def report_suite(directory: Path, *, json: bool) -> None:
     """Write the scores and the page of a suite, and print the scores."""
     # the modules of the report take seconds, which --help and --estimate need not wait for
-    from lockprobe.report.suite import suite_results
-    from lockprobe.report.suite_page import write_suite
+    from lockprobe.report.suite.page import write_suite
+    from lockprobe.report.suite.results import suite_results
 
     found = suite_results(directory)
     left_out: list[LeftOutSection] = []
@@ -153,7 +153,7 @@ def report_suite(directory: Path, *, json: bool) -> None:
 
 
 def _print(found: SuiteResults) -> None:
-    from lockprobe.report.suite_page import score_table
+    from lockprobe.report.suite.page import score_table
 
     rows = score_table(found)
     table = new_table(*rows[0])

@@ -8,8 +8,8 @@ from collections.abc import Mapping
 
 from lockprobe.agents.catalogue import AgentSource
 from lockprobe.cli.format_cost import spent_in_words
-from lockprobe.studies.call_log import Calls
-from lockprobe.studies.spending import Ledger
+from lockprobe.studies.costs.call_log import Calls
+from lockprobe.studies.costs.spending import Ledger
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
 

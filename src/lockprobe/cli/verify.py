@@ -12,7 +12,7 @@ import typer
 from lockprobe.cli import options
 from lockprobe.cli.printing import time_left
 from lockprobe.foundation.terminal_text import printable
-from lockprobe.studies.results_hash import check_hash
+from lockprobe.studies.records.results_hash import check_hash
 from lockprobe.studies.suites import is_suite
 
 __all__ = ["verify"]
@@ -40,9 +40,9 @@ def verify(
     check_hash("settings", settings)
     check_hash("results", results)
     # two seconds of imports, which --help need not wait for
-    from lockprobe.report.suite_verification import verify_suite
-    from lockprobe.report.verification import NOT_SHOWN
-    from lockprobe.report.verification import verify as verify_study
+    from lockprobe.report.verify.suite_verification import verify_suite
+    from lockprobe.report.verify.verification import NOT_SHOWN
+    from lockprobe.report.verify.verification import verify as verify_study
 
     check = verify_suite if is_suite(directory) else verify_study
     checks = check(directory, settings=settings, results=results, processes=2, tell=time_left("trials"))

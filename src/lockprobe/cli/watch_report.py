@@ -6,9 +6,9 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from lockprobe.studies.directory import RECORDS, SETTINGS
-from lockprobe.studies.journal import load
-from lockprobe.studies.settings import read_study
+from lockprobe.studies.options.settings import read_study
+from lockprobe.studies.records.directory import RECORDS, SETTINGS
+from lockprobe.studies.records.journal import load
 
 __all__ = ["PAUSE", "owed_trials", "watch_report"]
 

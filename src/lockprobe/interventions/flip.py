@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal, get_args
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.validation import check_choice, check_probability
-from lockprobe.interventions.survival import survival
+from lockprobe.interventions.second_draw import survival
 from lockprobe.trial.record import Moment, Outcome, Percept, Task
 
 if TYPE_CHECKING:  # the options of a study rest on this module, and their help needs no arithmetic

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from lockprobe.foundation.validation import check_probability
 from lockprobe.interventions.flip import OutcomeFlip
-from lockprobe.interventions.survival import survival
+from lockprobe.interventions.second_draw import survival
 from lockprobe.trial.record import Moment, Percept, Task
 
 if TYPE_CHECKING:

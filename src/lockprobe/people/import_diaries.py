@@ -12,7 +12,7 @@ from lockprobe.people.diary import PEOPLE_DIRECTORY, Diary, read_diaries, write_
 from lockprobe.people.experiment import EXPERIMENT
 from lockprobe.people.journey import Journey
 from lockprobe.people.texts import TEXTS
-from lockprobe.studies.settings import read_study
+from lockprobe.studies.options.settings import read_study
 from lockprobe.trial.record import Trial
 
 __all__ = ["DiaryImport"]

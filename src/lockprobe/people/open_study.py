@@ -27,11 +27,11 @@ from lockprobe.people.texts import LANGUAGES, TEXTS, Words, read_words, words_fi
 from lockprobe.people.tokens import TOKENS
 from lockprobe.people.withdrawal import finish_withdrawal, put
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.studies.directory import write_settings
-from lockprobe.studies.journal import Journal
-from lockprobe.studies.play import own_thread
-from lockprobe.studies.playable import PERSON, check_playable
-from lockprobe.studies.settings import read_study
+from lockprobe.studies.options.settings import read_study
+from lockprobe.studies.records.directory import write_settings
+from lockprobe.studies.records.journal import Journal
+from lockprobe.studies.running.playable import PERSON, check_playable
+from lockprobe.studies.running.trial_setup import own_thread
 from lockprobe.studies.study import Study
 from lockprobe.trial.loop import Executor, here
 from lockprobe.trial.plan import Plan

@@ -13,7 +13,7 @@ from lockprobe.foundation.spec import PEOPLE
 from lockprobe.people.box_view import panel_to_show
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.scenes import BoxPanel
-from lockprobe.studies.paused_trial import PausedTrial
+from lockprobe.studies.running.paused_trial import PausedTrial
 from lockprobe.studies.study import Study
 from lockprobe.trial.condition import Condition
 from lockprobe.trial.doses import modality_doses
@@ -48,7 +48,7 @@ def example_box(study: Study) -> Lockbox:
 
     It has another number of joints than the box of the study, and its target is another kind of joint in another place.
 
-    >>> from lockprobe.studies.studyfile import study
+    >>> from lockprobe.studies.options.studyfile import study
     >>> example_box(study("flips")).names
     ('joint-1', 'joint-2', 'joint-3')
     """

@@ -15,9 +15,9 @@ from lockprobe.people.open_study import OpenStudy
 from lockprobe.people.refusals import ActRefused
 from lockprobe.people.responses import Act, Answer, Attempt, Next, fits
 from lockprobe.people.scenes import Ask, Check, InstructionPage, Scene, TrialOver
-from lockprobe.studies.journal import Timing
-from lockprobe.studies.paused_trial import PausedTrial, RecordedAttempt
-from lockprobe.studies.picture_store import ALBUM
+from lockprobe.studies.records.journal import Timing
+from lockprobe.studies.records.picture_store import ALBUM
+from lockprobe.studies.running.paused_trial import PausedTrial, RecordedAttempt
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Fact, Trial
 

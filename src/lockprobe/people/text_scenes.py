@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from typing import Literal
 
 from lockprobe.foundation.spec import PEOPLE
+from lockprobe.people.deception_check import can_be_false
 from lockprobe.people.diary import Joined
 from lockprobe.people.experiment import Experiment
-from lockprobe.people.false_reports import can_be_false
 from lockprobe.people.journey import Journey, Station
 from lockprobe.people.practice import ExamplePanels, true_modality
 from lockprobe.people.scenes import Ask, Check, Closed, Consent, Debrief, Example, InstructionPage, TrialOver

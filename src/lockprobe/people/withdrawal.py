@@ -13,7 +13,7 @@ from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.foundation.inputs import parse_json, read_input
 from lockprobe.foundation.storage.atomic_file import remove_file, sync_directory, write_private
 from lockprobe.people.diary import PEOPLE_DIRECTORY
-from lockprobe.studies.journal import Journal
+from lockprobe.studies.records.journal import Journal
 
 __all__ = ["finish_withdrawal", "note_withdrawal", "put", "withdrawing", "withdrawn"]
 

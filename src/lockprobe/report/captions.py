@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from lockprobe.foundation.spec import PEOPLE
+from lockprobe.report.rows import Course
 from lockprobe.statistics.published import PEAK
-from lockprobe.statistics.rows import Course
 
 __all__ = ["best_dose_said", "fit_said", "model_said", "paper_rates", "wilson_said"]
 

@@ -11,7 +11,7 @@ from typing import Any
 from pydantic import TypeAdapter
 
 from lockprobe.agents.llm.model_facts import Price, facts_of
-from lockprobe.statistics.rows import Estimate, Fact, Results
+from lockprobe.report.rows import Estimate, Fact, Results
 from lockprobe.trial.model_call import Usage
 from lockprobe.trial.record import Trial
 

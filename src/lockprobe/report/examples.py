@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+from lockprobe.report.rows import Exhibit, ExhibitStep
 from lockprobe.statistics.behaviour import has_loop, loop_coverage
 from lockprobe.statistics.loops import cover
 from lockprobe.statistics.misinterpretation import claims
-from lockprobe.statistics.rows import Exhibit, ExhibitStep
 from lockprobe.statistics.summary import AgentSummary, StudySummary
 from lockprobe.trial.record import Trial
 

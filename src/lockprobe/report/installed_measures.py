@@ -6,9 +6,9 @@ from collections.abc import Iterator
 
 from lockprobe.foundation.errors import UserMistake
 from lockprobe.foundation.plugins import find_plugin, plugin_names
+from lockprobe.report.rows import MEASURES, Fact, Row
 from lockprobe.report.study_numbers import PlayedCell, StudyNumbers
 from lockprobe.statistics.measures import find_measure, measured
-from lockprobe.statistics.rows import MEASURES, Fact, Row
 
 __all__ = ["measure_rows"]
 

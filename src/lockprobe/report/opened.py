@@ -7,16 +7,16 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from lockprobe.foundation.sections import LeftOutSection
+from lockprobe.foundation.left_out import LeftOutSection
 from lockprobe.people.diary import Diary, read_diaries
 from lockprobe.people.withdrawal import withdrawn
 from lockprobe.report.costs import Prices
-from lockprobe.statistics.rows import Row
+from lockprobe.report.rows import Row
 from lockprobe.studies.branch import read_forks
-from lockprobe.studies.directory import SETTINGS, read_settings
 from lockprobe.studies.next_choice import read_choices
-from lockprobe.studies.records import LeftOut, read_records
-from lockprobe.studies.settings import study_from
+from lockprobe.studies.options.settings import study_from
+from lockprobe.studies.records.directory import SETTINGS, read_settings
+from lockprobe.studies.records.read_records import LeftOut, read_records
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
 

@@ -11,14 +11,14 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
-from lockprobe.foundation.sections import of_package, section
+from lockprobe.foundation.left_out import of_package, section
 from lockprobe.report.explorer import script, script_hash
 from lockprobe.report.format import TextTable
 from lockprobe.report.package_parts import stays_within
 from lockprobe.report.rendering import image, rendered
+from lockprobe.report.rows import Results
 from lockprobe.report.section import Block, Caption, Figure, Part, Section, Table, Template, nested
 from lockprobe.report.sections import all_sections
-from lockprobe.statistics.rows import Results
 
 __all__ = [
     "NOT_JUDGED",

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from lockprobe.foundation.formatting import interval, percent, share
 from lockprobe.foundation.grouping import grouped
 from lockprobe.people.progress import Flow
-from lockprobe.statistics.modalities import spoken
+from lockprobe.statistics.conditions.modalities import spoken
 from lockprobe.statistics.people import People
 from lockprobe.statistics.relative_steps import RelativeSteps
 

@@ -13,18 +13,18 @@ from dataclasses import replace
 from functools import partial
 from importlib import import_module
 
+from lockprobe.foundation.left_out import LeftOutSection, collecting, leaving_out, of_package, section
 from lockprobe.foundation.parallel import Each
-from lockprobe.foundation.sections import LeftOutSection, collecting, leaving_out, of_package, section
 from lockprobe.report.explorer import explorer_data
 from lockprobe.report.format import as_csv, as_tex
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.pages import PAGES, Pictures, figures_of, marked, page_of, parts_of, tables_of
 from lockprobe.report.results import results_of, with_left_out
+from lockprobe.report.rows import Results
 from lockprobe.report.sample_pictures import embedded
 from lockprobe.report.section import Caption, Figure
 from lockprobe.report.sections import all_sections
 from lockprobe.report.study_numbers import study_numbers
-from lockprobe.statistics.rows import Results
 
 __all__ = ["File", "drawn_figure", "report_files", "results_text"]
 

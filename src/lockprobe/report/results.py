@@ -7,14 +7,10 @@ from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 
-from lockprobe.foundation.sections import LeftOutSection, leaving_out, of_package, section
+from lockprobe.foundation.left_out import LeftOutSection, leaving_out, of_package, section
 from lockprobe.report.opened import OpenedStudy, open_study
 from lockprobe.report.parallel import one_thread
-from lockprobe.report.section import Section
-from lockprobe.report.sections import all_sections
-from lockprobe.report.sections.overview import without_answer
-from lockprobe.report.study_numbers import StudyNumbers, study_numbers
-from lockprobe.statistics.rows import (
+from lockprobe.report.rows import (
     Condition,
     Curve,
     Design,
@@ -27,8 +23,12 @@ from lockprobe.statistics.rows import (
     Results,
     Row,
 )
+from lockprobe.report.section import Section
+from lockprobe.report.sections import all_sections
+from lockprobe.report.sections.first_screen import without_answer
+from lockprobe.report.study_numbers import StudyNumbers, study_numbers
 from lockprobe.statistics.summary import StudySummary
-from lockprobe.studies.results_hash import results_hash
+from lockprobe.studies.records.results_hash import results_hash
 from lockprobe.studies.study_design import design_of
 
 __all__ = ["results", "results_of", "with_left_out"]

@@ -7,8 +7,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from lockprobe.foundation.errors import BadFile, BadValue, Missing
-from lockprobe.statistics.rows import Fact, Results
-from lockprobe.studies.picture_store import read_picture
+from lockprobe.report.rows import Fact, Results
+from lockprobe.studies.records.picture_store import read_picture
 from lockprobe.trial.pictures.picture import PICTURE_NAME, PictureKind
 from lockprobe.trial.pictures.png import from_png, to_png
 from lockprobe.trial.record import Trial

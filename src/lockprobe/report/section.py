@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 from typing import ClassVar
 
 from lockprobe.report.format import TextTable
+from lockprobe.report.rows import Exhibit, Results, Row
 from lockprobe.report.study_numbers import StudyNumbers
-from lockprobe.statistics.rows import Exhibit, Results, Row
 
 __all__ = [
     "Beside",

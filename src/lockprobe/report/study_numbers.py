@@ -1,4 +1,4 @@
-"""From an opened study to its numbers, without sentences: what sections of a report make their rows from."""
+"""From an opened study to its numbers: what sections of a report make their rows from."""
 
 from __future__ import annotations
 
@@ -11,22 +11,22 @@ from typing import Any
 
 from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.foundation.grouping import grouped
+from lockprobe.foundation.left_out import collecting, section
 from lockprobe.foundation.parallel import Each
-from lockprobe.foundation.sections import collecting, section
 from lockprobe.report.opened import OpenedStudy
 from lockprobe.report.prose.robot import not_judged
 from lockprobe.report.prose.section_answers import section_answers
+from lockprobe.report.rows import Curve, Estimate, Finding
 from lockprobe.statistics.branch import BranchEffect, branch_effects
 from lockprobe.statistics.clustered import ClusteredProportion
-from lockprobe.statistics.condition import ConditionSummary
-from lockprobe.statistics.condition_study import ConditionStudySummary, dose_series, summarise_conditions
+from lockprobe.statistics.conditions.condition import ConditionSummary
+from lockprobe.statistics.conditions.condition_study import ConditionStudySummary, dose_series, summarise_conditions
+from lockprobe.statistics.conditions.series import Series
 from lockprobe.statistics.people import People, people
 from lockprobe.statistics.proportions import Proportion
-from lockprobe.statistics.rows import Curve, Estimate, Finding
 from lockprobe.statistics.rules import RuleBreaks, together
-from lockprobe.statistics.series import Series
 from lockprobe.statistics.summary import AgentSummary, StudySummary, check_trials, summarise
-from lockprobe.studies.directory import RECORDS
+from lockprobe.studies.records.directory import RECORDS
 from lockprobe.studies.study import Study
 from lockprobe.studies.study_design import design_of
 from lockprobe.trial.condition import Condition

@@ -8,7 +8,7 @@ from lockprobe.foundation.formatting import NONE, bracketed, percent, share
 from lockprobe.report.format import EVERY
 from lockprobe.report.prose.doses import at_dose
 from lockprobe.report.prose.subject import Subject
-from lockprobe.statistics.rows import Cell, Estimate, Results
+from lockprobe.report.rows import Cell, Estimate, Results
 
 __all__ = [
     "at_lowest",

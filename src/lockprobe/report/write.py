@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+from lockprobe.foundation.left_out import LeftOutSection
 from lockprobe.foundation.parallel import Pool
-from lockprobe.foundation.sections import LeftOutSection
 from lockprobe.foundation.storage.atomic_file import remove_file, write_file
 from lockprobe.foundation.storage.links import make_directory
 from lockprobe.report.parallel import one_thread, shared, uncollected

@@ -9,10 +9,10 @@ from functools import lru_cache
 from statistics import fmean
 from typing import get_args
 
-from lockprobe.statistics.chance import Chance
 from lockprobe.statistics.clustered import share_of
 from lockprobe.statistics.loops import Symbol, any_loop, cover, symbols
-from lockprobe.statistics.null_models import TrialNull, expected_loop_rate
+from lockprobe.statistics.loops.chance import Chance
+from lockprobe.statistics.loops.null_models import TrialNull, expected_loop_rate
 from lockprobe.statistics.outcomes import ended, numbered, onset, outcomes
 from lockprobe.statistics.proportions import ALPHA, Proportion
 from lockprobe.trial.record import Trial

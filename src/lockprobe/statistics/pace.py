@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from lockprobe.statistics.axis_trials import AxisTrials
+from lockprobe.statistics.conditions.axis_trials import AxisTrials
 from lockprobe.statistics.inference.logrank import independent_logrank, solution_logrank
 from lockprobe.statistics.outcomes import joined, with_players_of
 

@@ -15,23 +15,23 @@ import numpy as np
 from lockprobe.boxes.box import Lockbox
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.grouping import grouped
+from lockprobe.foundation.left_out import of_whom, section
 from lockprobe.foundation.parallel import Each
-from lockprobe.foundation.sections import of_whom, section
 from lockprobe.foundation.seeds import generator
 from lockprobe.foundation.spec import PEOPLE, spec_kind
 from lockprobe.statistics.agent_comparison.leaderboard import Entrant, comparisons, ranked
 from lockprobe.statistics.agent_comparison.leaderboard_row import Standing, standing
 from lockprobe.statistics.agent_comparison.pair import AgentComparison
-from lockprobe.statistics.axis import FLIPS, Axis
-from lockprobe.statistics.axis_trials import AxisTrials, Place, on_axis, on_flip_axis
 from lockprobe.statistics.behaviour import heeded_at_most
-from lockprobe.statistics.condition import ConditionSummary, Contrast, condition_summary, contrast
-from lockprobe.statistics.habit_baseline import blind_twin
+from lockprobe.statistics.conditions.axis import FLIPS, Axis
+from lockprobe.statistics.conditions.axis_trials import AxisTrials, Place, on_axis, on_flip_axis
+from lockprobe.statistics.conditions.condition import ConditionSummary, Contrast, condition_summary, contrast
+from lockprobe.statistics.conditions.modalities import ModalityEffect, modality_effect, spoken
 from lockprobe.statistics.inference.association import Correlation, correlation
 from lockprobe.statistics.inference.battery import Inference, infer
 from lockprobe.statistics.inference.peak import Peak, peak
 from lockprobe.statistics.inference.trend import TrendFit, trend_fit
-from lockprobe.statistics.modalities import ModalityEffect, modality_effect, spoken
+from lockprobe.statistics.loops.habit_baseline import blind_twin
 from lockprobe.statistics.outcomes import Point, outcomes
 from lockprobe.statistics.pace import Pace, pace
 from lockprobe.statistics.reference import Reference, reference_of

@@ -20,14 +20,14 @@ from lockprobe.interventions.conditions import interventions_in
 from lockprobe.interventions.correction import Correction
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.statistics.branch import TRUTH, check_rule, fork_steps
-from lockprobe.studies.call_log import read_calls
-from lockprobe.studies.directory import RECORDS
-from lockprobe.studies.journal import Journal
+from lockprobe.studies.costs.call_log import read_calls
 from lockprobe.studies.modality import interventions_for, is_pictured
-from lockprobe.studies.records import load
-from lockprobe.studies.runner import Limits, Observer, run
+from lockprobe.studies.records.directory import RECORDS
+from lockprobe.studies.records.journal import Journal
+from lockprobe.studies.records.read_records import load
+from lockprobe.studies.running.runner import Limits, Observer, run
+from lockprobe.studies.running.yoking import as_recorded
 from lockprobe.studies.study import Study
-from lockprobe.studies.yoking import as_recorded
 from lockprobe.trial.condition import Condition
 from lockprobe.trial.plan import Fork, Plan
 from lockprobe.trial.protocols import Intervention
@@ -273,8 +273,8 @@ def play_forks(
         observer: Receives the progress.
 
     Raises:
-        UserMistake: As :func:`lockprobe.studies.runner.run`.
-        BudgetReached: As :func:`lockprobe.studies.runner.run`.
+        UserMistake: As :func:`lockprobe.studies.running.runner.run`.
+        BudgetReached: As :func:`lockprobe.studies.running.runner.run`.
     """
     journal.calls.adopt(call for call in read_calls(journal.directory.parent) if call.key in asked.trials)
     study = replace(asked.study, agents=asked.agents)

@@ -15,8 +15,8 @@ from pathlib import Path
 from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.foundation.spec import Spec, spec_name
 from lockprobe.interventions.prompt import OwnPrompt
-from lockprobe.statistics.design import Design
-from lockprobe.statistics.rows.design import axis_key
+from lockprobe.statistics.conditions.axis import axis_key
+from lockprobe.statistics.conditions.design import Design
 from lockprobe.studies.study import Study, flip_axis
 from lockprobe.studies.study_design import arms_of
 from lockprobe.trial.condition import Condition, Recorded

@@ -17,10 +17,10 @@ from lockprobe.foundation.validation import check_choice
 from lockprobe.interventions.conditions import flip_alone, tells_positions
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.studies.agent_names import check_names
 from lockprobe.studies.modality import check_shown, is_pictured, refuse_blind, taken_in
-from lockprobe.studies.playable import PERSON, check_playable
-from lockprobe.studies.settings_hash import hash_of, in_no_order, sorted_text
+from lockprobe.studies.options.agent_names import check_names
+from lockprobe.studies.options.settings_hash import hash_of, in_no_order, sorted_text
+from lockprobe.studies.running.playable import PERSON, check_playable
 from lockprobe.trial.briefing import Ask
 from lockprobe.trial.condition import Condition
 from lockprobe.trial.doses import DOSES_SAID, can_be_fitted

@@ -24,9 +24,9 @@ from lockprobe.foundation.storage.atomic_file import write_file
 from lockprobe.foundation.storage.links import refuse_links
 from lockprobe.interventions.conditions import flips
 from lockprobe.interventions.flip import DEFAULT
-from lockprobe.studies import paper
-from lockprobe.studies.agent_names import named_agents
-from lockprobe.studies.directory import SETTINGS
+from lockprobe.studies.options import paper
+from lockprobe.studies.options.agent_names import named_agents
+from lockprobe.studies.records.directory import SETTINGS
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import STATES
 

@@ -6,8 +6,8 @@ from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.spec import spec_name
 from lockprobe.interventions.conditions import read_condition
 from lockprobe.interventions.flip import OutcomeFlip
-from lockprobe.statistics.why_arms import ARMS, PARTS
-from lockprobe.studies.paper import Extent
+from lockprobe.statistics.why.arms import ARMS, PARTS
+from lockprobe.studies.options.paper import Extent
 from lockprobe.trial.condition import Condition
 
 __all__ = ["AGENTS", "EXTENT", "arm_conditions"]

@@ -12,7 +12,7 @@ from lockprobe.agents.catalogue import resolve
 from lockprobe.boxes.box import Lockbox
 from lockprobe.foundation.plugins import allow
 from lockprobe.studies.modality import is_pictured
-from lockprobe.studies.single import run_trial
+from lockprobe.studies.running.single import run_trial
 from lockprobe.testing.records import check_facts, check_record
 from lockprobe.trial.protocols import Agent
 from lockprobe.trial.record import Decision, Fact, Situation, Trial

@@ -13,7 +13,7 @@ from lockprobe.foundation.plugins import allow
 from lockprobe.foundation.spec import settings_of
 from lockprobe.interventions.catalogue import interventions_of
 from lockprobe.studies.modality import shown
-from lockprobe.studies.single import run_trial
+from lockprobe.studies.running.single import run_trial
 from lockprobe.trial.condition import PLACES, place_of, spec_of
 from lockprobe.trial.protocols import Intervention, InterventionTraits
 from lockprobe.trial.record import STATES, Percept, Trial

@@ -11,7 +11,7 @@ from lockprobe.boxes.box import Lockbox
 from lockprobe.boxes.families import find_box
 from lockprobe.foundation.plugins import allow
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.studies.single import run_trial
+from lockprobe.studies.running.single import run_trial
 from lockprobe.testing.records import check_facts, check_record
 from lockprobe.trial.plan import LABELS
 from lockprobe.trial.protocols import Plant

@@ -11,12 +11,12 @@ from tempfile import TemporaryDirectory
 from lockprobe.report.opened import open_study
 from lockprobe.report.pages import Page, checked_cells, figures_of
 from lockprobe.report.results import results_of
+from lockprobe.report.rows import Results
 from lockprobe.report.section import Figure, Section
 from lockprobe.report.sections import checked_section, own_sections
 from lockprobe.report.study_numbers import StudyNumbers, study_numbers
-from lockprobe.statistics.rows import Results
-from lockprobe.studies.runner import run_study
-from lockprobe.studies.studyfile import study
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.running.runner import run_study
 
 __all__ = ["check_section"]
 

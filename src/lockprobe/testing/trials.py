@@ -12,7 +12,7 @@ from lockprobe.boxes.families import DEFAULT_BOX, find_box
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.validation import check_whole
 from lockprobe.interventions.flip import OutcomeFlip
-from lockprobe.studies.single import run_trial
+from lockprobe.studies.running.single import run_trial
 from lockprobe.trial.protocols import Agent, Intervention
 from lockprobe.trial.record import Decision, Fact, Moment, Outcome, Percept, Situation, Task, Trial
 

@@ -19,12 +19,12 @@ from lockprobe.foundation.errors import BadValue, Missing, SettingsChanged, Unkn
 from lockprobe.interventions.conditions import flips
 from lockprobe.interventions.words import TextChannel
 from lockprobe.plants.symbolic import SymbolicPlant
-from lockprobe.report.verification import verify
-from lockprobe.studies.call_log import read_calls
-from lockprobe.studies.journal import Journal, load
-from lockprobe.studies.runner import Limits, run
-from lockprobe.studies.study_options import StudyOptions
-from lockprobe.studies.studyfile import study
+from lockprobe.report.verify.verification import verify
+from lockprobe.studies.costs.call_log import read_calls
+from lockprobe.studies.options.study_options import StudyOptions
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.journal import Journal, load
+from lockprobe.studies.running.runner import Limits, run
 from lockprobe.trial.loop import play
 from lockprobe.trial.model_call import Usage
 from lockprobe.trial.pictures.picture import Picture

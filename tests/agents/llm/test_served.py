@@ -14,10 +14,10 @@ from lockprobe.agents.llm.settings import ModelSettings
 from lockprobe.agents.llm.token_bounds import at_most, tokens
 from lockprobe.agents.model_access import Access
 from lockprobe.agents.prompt import conversation, parse_reply
-from lockprobe.studies.call_log import read_calls
-from lockprobe.studies.runner import Limits, run_study
-from lockprobe.studies.study_options import StudyOptions
-from lockprobe.studies.studyfile import study
+from lockprobe.studies.costs.call_log import read_calls
+from lockprobe.studies.options.study_options import StudyOptions
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.running.runner import Limits, run_study
 from lockprobe.trial.model_call import Usage
 from lockprobe.trial.record import Percept, Situation, Task, Turn
 

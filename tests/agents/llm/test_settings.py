@@ -10,10 +10,10 @@ from lockprobe.agents.llm.model_facts import OWN_FACTS, ModelFacts, facts_of
 from lockprobe.agents.llm.settings import MOST_PLAIN, MOST_REASONED, ModelSettings, read_settings
 from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.plants.catalogue import known_plants
-from lockprobe.studies.journal import load
-from lockprobe.studies.runner import run_study
-from lockprobe.studies.study_options import StudyOptions
-from lockprobe.studies.studyfile import study
+from lockprobe.studies.options.study_options import StudyOptions
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.journal import load
+from lockprobe.studies.running.runner import run_study
 
 UNKNOWN = ModelFacts()
 PLAIN = ModelFacts(known=True, most_output=16_384)

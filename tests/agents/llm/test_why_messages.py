@@ -7,8 +7,8 @@ import pytest
 
 import lockprobe
 from lockprobe.interventions.distract import ASIDES
-from lockprobe.statistics.why_arms import ARMS
-from lockprobe.studies.studyfile import study
+from lockprobe.statistics.why.arms import ARMS
+from lockprobe.studies.options.studyfile import study
 from lockprobe.testing.provider import ScriptedProvider, words
 
 pytest.importorskip("lockprobe.agents.llm.model")

@@ -8,9 +8,9 @@ import pytest
 from loopback_cluster import loopback_cluster
 
 from lockprobe.foundation.cluster import Cluster
-from lockprobe.studies.journal import Journal, load, read_timings
-from lockprobe.studies.runner import Limits, Silent, run
-from lockprobe.studies.studyfile import study
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.journal import Journal, load, read_timings
+from lockprobe.studies.running.runner import Limits, Silent, run
 from lockprobe.trial.trial_json import trial_to_line
 
 pytestmark = pytest.mark.skipif(find_spec("ray") is None, reason="ray is not installed")  # importing it comes later

@@ -14,7 +14,7 @@ from lockprobe.interfaces.export.data_dictionary import COLUMN
 from lockprobe.interfaces.export.table_files import rows_of, write_table
 from lockprobe.interfaces.export.tables import TABLES, PeopleRecords, tables_of
 from lockprobe.interfaces.export.write_dataset import write_dataset
-from lockprobe.studies.journal import load
+from lockprobe.studies.records.journal import load
 
 STUDY = small_study(["random", "participant"], p=[0.0, 0.4], trials=4)
 DOCS = Path(__file__).parents[3] / "docs" / "participants.md"

@@ -20,8 +20,8 @@ from lockprobe.interfaces.export.write_dataset import write_dataset
 from lockprobe.people.import_diaries import DiaryImport
 from lockprobe.people.responses import Attempt
 from lockprobe.people.scenes import Box
-from lockprobe.studies.journal import load, read_timings
-from lockprobe.studies.merge import gather
+from lockprobe.studies.records.journal import load, read_timings
+from lockprobe.studies.records.merge import gather
 
 STUDY = small_study(["participant"], p=[0.0, 0.4], trials=2)
 MODELS = replace(STUDY, agents=("random",))

@@ -11,7 +11,7 @@ from lockprobe.interfaces.export import tidy_rows, trial_rows
 from lockprobe.interfaces.export.tables import PeopleRecords, tables_of
 from lockprobe.people.experiment import Experiment
 from lockprobe.people.withdrawal import note_withdrawal
-from lockprobe.studies.journal import Journal
+from lockprobe.studies.records.journal import Journal
 
 STUDY = small_study(["random", "participant"], p=[0.0, 0.4], trials=2)
 ANN, BOB, CEM = "aaaa01", "bbbb02", "cccc03"

@@ -22,9 +22,9 @@ from lockprobe.interfaces.export.write_dataset import write_dataset
 from lockprobe.people.import_diaries import DiaryImport
 from lockprobe.people.journey import fingerprint
 from lockprobe.people.texts import read_words, words_file
-from lockprobe.studies.journal import load
-from lockprobe.studies.merge import gather
-from lockprobe.studies.settings import read_study
+from lockprobe.studies.options.settings import read_study
+from lockprobe.studies.records.journal import load
+from lockprobe.studies.records.merge import gather
 
 STUDY = small_study(["random", "participant"], p=[0.0, 0.4], trials=2)
 ANN, BOB = "aaaa01", "bbbb02"

@@ -12,9 +12,9 @@ from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.tremble import Tremble
 from lockprobe.interventions.words import TextChannel
 from lockprobe.studies.modality import interventions_for
-from lockprobe.studies.study_options import StudyOptions
-from lockprobe.studies.studyfile import trial_study
-from lockprobe.studies.trial_options import TrialOptions
+from lockprobe.studies.options.study_options import StudyOptions
+from lockprobe.studies.options.studyfile import trial_study
+from lockprobe.studies.options.trial_options import TrialOptions
 from lockprobe.trial.condition import Condition
 
 FILE = """

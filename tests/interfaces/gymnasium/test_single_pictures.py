@@ -15,7 +15,7 @@ from lockprobe import run_trial
 from lockprobe.foundation.errors import BadValue, ChannelFault, PlantFault
 from lockprobe.interfaces.gymnasium.learned_agent import LearnedAgent
 from lockprobe.interfaces.gymnasium.single import LockboxEnv
-from lockprobe.studies.picture_store import Album
+from lockprobe.studies.records.picture_store import Album
 from lockprobe.trial.pictures.png import from_png, to_png
 
 SMALL = "fast-twin?width=80&height=64"

@@ -9,7 +9,7 @@ from builders import make_trial, play_study, small_study
 from lockprobe.agents.prompt import fingerprint
 from lockprobe.foundation.errors import UnknownName
 from lockprobe.interfaces.inspect.conversation import exchanges_of, instruction, last_report
-from lockprobe.studies.single import run_trial
+from lockprobe.studies.running.single import run_trial
 from lockprobe.testing import completion, in_turn, words
 from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.record import TrialError

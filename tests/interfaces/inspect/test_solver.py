@@ -8,11 +8,11 @@ from inspected import IN_EVALS, MODEL, SPEC, evaluated
 from provider_server import Manner, completion, failure, here, truthful, words
 
 from lockprobe.foundation.errors import BadValue, ChannelFault, ModelFault, PlantFault
-from lockprobe.studies.journal import load
-from lockprobe.studies.play import play_timed
-from lockprobe.studies.runner import run_study
-from lockprobe.studies.study_options import StudyOptions
-from lockprobe.studies.studyfile import study
+from lockprobe.studies.options.study_options import StudyOptions
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.journal import load
+from lockprobe.studies.running.runner import run_study
+from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.trial.record import TrialError
 
 playing = pytest.importorskip("lockprobe.interfaces.inspect.solver")

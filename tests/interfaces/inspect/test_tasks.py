@@ -5,8 +5,8 @@ from importlib.metadata import entry_points
 
 import pytest
 
-from lockprobe.studies.study_options import StudyOptions
-from lockprobe.studies.studyfile import study
+from lockprobe.studies.options.study_options import StudyOptions
+from lockprobe.studies.options.studyfile import study
 
 tasks = pytest.importorskip("lockprobe.interfaces.inspect.tasks")
 

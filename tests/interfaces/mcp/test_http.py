@@ -16,9 +16,9 @@ from tool_player import SPEC, Player, plain_records
 
 from lockprobe.interfaces.mcp.client_sessions import MOST_SESSIONS
 from lockprobe.interfaces.mcp.http import LARGEST_BODY
-from lockprobe.studies.journal import load
-from lockprobe.studies.runner import run_study
-from lockprobe.studies.studyfile import study
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.journal import load
+from lockprobe.studies.running.runner import run_study
 
 OPTIONS = ["--p", "0.3", "--trials", "3", "--repetitions", "1", "--max-steps", "12"]
 

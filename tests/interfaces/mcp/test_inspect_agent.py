@@ -11,9 +11,9 @@ pytest.importorskip("inspect_ai")
 from mcp_wire import served
 from tool_player import SPEC, plain_records
 
-from lockprobe.studies.journal import load
-from lockprobe.studies.runner import run_study
-from lockprobe.studies.studyfile import study
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.journal import load
+from lockprobe.studies.running.runner import run_study
 
 TESTS = Path(__file__).parents[2]
 OPTIONS = ["--p", "0.3", "--trials", "2", "--repetitions", "1", "--max-steps", "8"]

@@ -14,9 +14,9 @@ from lockprobe.interfaces.mcp.connection import Connection
 from lockprobe.interfaces.mcp.session import CallRefused, SessionOptions, ToolSession
 from lockprobe.plants import catalogue
 from lockprobe.plants.symbolic import SymbolicPlant
-from lockprobe.studies.journal import load, read_timings
-from lockprobe.studies.runner import run_study
-from lockprobe.studies.studyfile import study
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.journal import load, read_timings
+from lockprobe.studies.running.runner import run_study
 
 STUDY = {"p": [0.0, 0.3], "trials": 2, "repetitions": 2, "max_steps": 12}
 STDIO = Connection(client="test", version="1")
@@ -359,7 +359,7 @@ class _Stuck(SymbolicPlant):
 
 def test_a_box_that_breaks_is_an_error_and_is_played_again_from_its_first_step(tmp_path, monkeypatch, alone):
     source = catalogue.PlantSource(spec="symbolic", make=lambda box, labels, rng: _Stuck(box))
-    monkeypatch.setattr("lockprobe.studies.play.resolve_plant", lambda spec: source)
+    monkeypatch.setattr("lockprobe.studies.running.trial_setup.resolve_plant", lambda spec: source)
 
     async def play():
         async with opened(tmp_path) as session:
@@ -386,7 +386,7 @@ def test_a_box_that_breaks_is_an_error_and_is_played_again_from_its_first_step(t
 
 def test_pictures_are_shown_and_kept(tmp_path, monkeypatch):
     source = catalogue.PlantSource(spec="fast-twin", make=lambda box, labels, rng: PhotographedPlant(box))
-    for room in ("studies.play", "interfaces.mcp.session"):
+    for room in ("studies.running.trial_setup", "interfaces.mcp.session"):
         monkeypatch.setattr(f"lockprobe.{room}.resolve_plant", lambda spec: source)
     shown = planned(p=[0.0], plant="fast-twin", modality=["rgb", "rgbd"])
 

@@ -14,9 +14,9 @@ from tool_player import AGENT, SPEC, Player, plain_records
 from lockprobe.interfaces.mcp.session import SessionOptions, ToolSession
 from lockprobe.interfaces.mcp.tools import make_server
 from lockprobe.plants import catalogue
-from lockprobe.studies.journal import load
-from lockprobe.studies.runner import run_study
-from lockprobe.studies.studyfile import study
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.journal import load
+from lockprobe.studies.running.runner import run_study
 from lockprobe.trial.pictures.png import from_png
 
 STUDY = {"p": [0.4], "trials": 2, "repetitions": 1, "max_steps": 12}
@@ -106,7 +106,7 @@ def test_the_tools_are_listed_and_nothing_structured_is_said(tmp_path):
 @pytest.mark.parametrize(("modality", "pictures"), [("rgb", 1), ("rgbd", 2)])
 def test_pictures_are_image_content(tmp_path, monkeypatch, modality, pictures):
     source = catalogue.PlantSource(spec="fast-twin", make=lambda box, labels, rng: PhotographedPlant(box))
-    for room in ("studies.play", "interfaces.mcp.session"):
+    for room in ("studies.running.trial_setup", "interfaces.mcp.session"):
         monkeypatch.setattr(f"lockprobe.{room}.resolve_plant", lambda spec: source)
 
     async def call(client):

@@ -16,8 +16,9 @@ from lockprobe.report.sections import own_sections
 from lockprobe.report.study_numbers import study_numbers
 from lockprobe.simulation.audit.simulate import simulate
 from lockprobe.simulation.audit.simulated_agents import WORLDS, Design
-from lockprobe.statistics import habit_baseline, rationality
-from lockprobe.studies.records import LeftOut
+from lockprobe.statistics import rationality
+from lockprobe.statistics.loops import habit_baseline
+from lockprobe.studies.records.read_records import LeftOut
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import STATES
 

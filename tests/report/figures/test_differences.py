@@ -6,10 +6,10 @@ from builders import SOLUTION, make_trial, small_study, write_study
 from lockprobe.report.figures.differences import SHOWN, comparison_drawing, effects, pair_rows, side_by_side
 from lockprobe.report.opened import open_study
 from lockprobe.report.results import results_of
+from lockprobe.report.rows import Condition, Design, Estimate, Player, Results
 from lockprobe.report.study_numbers import study_numbers
-from lockprobe.statistics import habit_baseline
 from lockprobe.statistics.agent_comparison.across_studies import Sample, Side, study_differences
-from lockprobe.statistics.rows import Condition, Design, Estimate, Player, Results
+from lockprobe.statistics.loops import habit_baseline
 
 
 @pytest.fixture

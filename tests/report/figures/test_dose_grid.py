@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from lockprobe.report.figures.dose_grid import cell_lines, dose_grid
+from lockprobe.report.rows import Estimate, Fact, Results
 from lockprobe.statistics.proportions import proportion
-from lockprobe.statistics.rows import Estimate, Fact, Results
 
 AXIS = "flip rate \N{MULTIPLICATION SIGN} tremble p"
 

@@ -4,7 +4,7 @@ from drawn import bars
 
 from lockprobe.report.figures.forest import ForestRow, forest
 from lockprobe.report.figures.palette import Style
-from lockprobe.statistics.rows import Estimate
+from lockprobe.report.rows import Estimate
 
 
 def row(name, value, low=None, high=None):

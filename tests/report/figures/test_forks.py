@@ -5,7 +5,7 @@ from drawn import bars
 
 from lockprobe.report.figures import render
 from lockprobe.report.figures.forks import forks
-from lockprobe.statistics.rows import Estimate, Results
+from lockprobe.report.rows import Estimate, Results
 
 
 def effect(where, arm, value, condition="truth", quantity="success"):

@@ -6,7 +6,7 @@ import pytest
 from drawn import bars, labelled, lines, published, shades, staircases
 
 from lockprobe.report.figures.success_by_step import success_curves, success_curves_by_p, success_curves_corrected
-from lockprobe.statistics.rows import Condition, Design
+from lockprobe.report.rows import Condition, Design
 
 
 def curves_of(course):

@@ -5,7 +5,7 @@ from itertools import combinations
 import pytest
 
 from lockprobe.report.figures.suite import SHOWN, suite_drawing
-from lockprobe.statistics.suite_scores import Rational, Score, SuiteScore
+from lockprobe.statistics.suite.scores import Rational, Score, SuiteScore
 
 
 def scores(value, *, asked=True):

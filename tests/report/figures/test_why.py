@@ -3,9 +3,9 @@
 import pytest
 
 from lockprobe.report.figures.why import why
-from lockprobe.statistics.mechanism import CONTRASTS
+from lockprobe.report.rows import Estimate, Results
 from lockprobe.statistics.proportions import proportion
-from lockprobe.statistics.rows import Estimate, Results
+from lockprobe.statistics.why.mechanism import CONTRASTS
 
 AGENT = {"agent": "cognitive:insistent", "modality": "symbolic?tell=state"}
 COUNTS = {"truth": 30, "lie": 90, "truth-truth": 30, "lie-truth": 45, "truth-lie": 60, "lie-lie": 75, "remark": 15}

@@ -5,7 +5,7 @@ from builders import SOLUTION, make_trial
 from lockprobe.report.prose.doses import at_dose, cause
 from lockprobe.report.prose.hypothesis_tests import asked, effect_said
 from lockprobe.report.prose.success import finding
-from lockprobe.statistics.axis import FLIPS, Axis
+from lockprobe.statistics.conditions.axis import FLIPS, Axis
 from lockprobe.statistics.summary import summarise
 
 TREMBLE = Axis(kind="tremble", dose="p", rest="nudge")

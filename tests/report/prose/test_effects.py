@@ -7,11 +7,11 @@ from builders import SOLUTION, make_trial
 
 from lockprobe.interventions.conditions import read_condition
 from lockprobe.report.prose.effects import effects_said, grid_said
-from lockprobe.statistics.dose_grid import grid_summary, grids
-from lockprobe.statistics.effects import effects
+from lockprobe.statistics.conditions.dose_grid import grid_summary, grids
+from lockprobe.statistics.conditions.effects import effects
+from lockprobe.statistics.conditions.series import Crossing
 from lockprobe.statistics.outcomes import outcomes
 from lockprobe.statistics.proportions import proportion
-from lockprobe.statistics.series import Crossing
 from lockprobe.studies.study_design import arms_of
 
 NAMES = ("truth", "nudge", "warn", "nudge + warn")

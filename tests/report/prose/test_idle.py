@@ -3,8 +3,8 @@
 from dataclasses import replace
 
 from lockprobe.boxes.families import box
+from lockprobe.report.prose.first_screen import flips_answer
 from lockprobe.report.prose.idle import idle_doses_said, idle_said, unheeded_said
-from lockprobe.report.prose.overview import flips_answer
 from lockprobe.report.prose.success import baselines_said, finding
 from lockprobe.statistics.idle import Idle, Unheeded
 from lockprobe.statistics.summary import summarise

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from lockprobe.report.prose.suite import suite_said
 from lockprobe.statistics.proportions import proportion
-from lockprobe.statistics.suite_scores import LevelScore, Score, SuiteScore
+from lockprobe.statistics.suite.scores import LevelScore, Score, SuiteScore
 
 LESS = "\N{MINUS SIGN}"
 BEST = SuiteScore(

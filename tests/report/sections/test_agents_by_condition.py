@@ -9,8 +9,8 @@ from lockprobe.report.figures.differences import by_condition
 from lockprobe.report.pages import tables_of
 from lockprobe.report.results import results
 from lockprobe.report.sections.agents_by_condition import SECTIONS
-from lockprobe.studies.records import load
-from lockprobe.studies.studyfile import study
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.read_records import load
 
 AGENTS = ("cognitive:perseverant", "cognitive:careful", "human-inspired")
 CONDITIONS = ("drop?p=0.5", "tremble?p=0.2", "nudge")

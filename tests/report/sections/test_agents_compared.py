@@ -13,10 +13,10 @@ from lockprobe.report.costs import prices_of
 from lockprobe.report.opened import open_study
 from lockprobe.report.pages import page_of, tables_of
 from lockprobe.report.results import results_of
+from lockprobe.report.rows import Estimate
 from lockprobe.report.sections import agents_compared, leaderboard
 from lockprobe.report.study_numbers import study_numbers
-from lockprobe.statistics import habit_baseline
-from lockprobe.statistics.rows import Estimate
+from lockprobe.statistics.loops import habit_baseline
 from lockprobe.trial.model_call import Usage
 from lockprobe.trial.record import STATES
 

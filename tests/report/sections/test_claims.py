@@ -6,13 +6,13 @@ import pytest
 from builders import modality_study, small_study, write_study
 from clumsy import CLUMSY
 
-from lockprobe.foundation.sections import LeftOutSection
+from lockprobe.foundation.left_out import LeftOutSection
+from lockprobe.report.claims.paper import CLAIMS
 from lockprobe.report.opened import open_study
 from lockprobe.report.pages import page_of, parts_of, tables_of
-from lockprobe.report.paper import CLAIMS
 from lockprobe.report.results import results_of, with_left_out
 from lockprobe.report.study_numbers import study_numbers
-from lockprobe.studies.studyfile import study
+from lockprobe.studies.options.studyfile import study
 
 
 def found_of(directory, planned, trials=None):

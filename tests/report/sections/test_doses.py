@@ -13,7 +13,7 @@ from lockprobe.report.opened import open_study
 from lockprobe.report.pages import page_of
 from lockprobe.report.results import results_of
 from lockprobe.report.study_numbers import study_numbers
-from lockprobe.studies.studyfile import study
+from lockprobe.studies.options.studyfile import study
 
 READER = "cognitive:perseverant"
 LAB = {"agent": [READER, "random"], "p": [0, 0.3, 0.6], "sweep": "tremble?p=0.1,0.2,0.4", "trials": 8, "repetitions": 2}

@@ -8,8 +8,8 @@ from lockprobe.report.opened import open_study
 from lockprobe.report.pages import Page, page_of, parts_of, tables_of
 from lockprobe.report.results import results_of
 from lockprobe.report.study_numbers import study_numbers
-from lockprobe.studies.journal import load
-from lockprobe.studies.studyfile import study
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.journal import load
 
 READER = "cognitive:perseverant"
 LAB = {

@@ -11,8 +11,8 @@ from lockprobe.report.pages import figures_of, page_of, parts_of, tables_of
 from lockprobe.report.results import results_of
 from lockprobe.report.study_numbers import study_numbers
 from lockprobe.studies.branch import FORKS, branching, play_forks
-from lockprobe.studies.journal import Journal, load
-from lockprobe.studies.studyfile import study
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.journal import Journal, load
 
 
 @pytest.fixture(scope="module", params=["flips", "why"])

@@ -9,7 +9,7 @@ from lockprobe.report.prose.loops import LOOP_DEFINITION
 from lockprobe.report.results import results_of
 from lockprobe.report.sections import loops
 from lockprobe.report.study_numbers import study_numbers
-from lockprobe.statistics.detectors import DETECTORS
+from lockprobe.statistics.loops.detectors import DETECTORS
 
 STARS = "Hollow stars"
 

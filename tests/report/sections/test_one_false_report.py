@@ -9,10 +9,10 @@ from lockprobe.report.opened import open_study
 from lockprobe.report.pages import page_of, tables_of
 from lockprobe.report.prose.subject import Subject
 from lockprobe.report.results import results_of
+from lockprobe.report.rows import Estimate, Finding
 from lockprobe.report.sections.one_false_report import effects_on
 from lockprobe.report.study_numbers import study_numbers
-from lockprobe.statistics.rows import Estimate, Finding
-from lockprobe.studies.studyfile import study
+from lockprobe.studies.options.studyfile import study
 from lockprobe.testing import play_trials
 
 EFFECT = "effect_of_one_false_report"

@@ -22,8 +22,8 @@ from lockprobe.report.people_said import conditions_said, flow_said
 from lockprobe.report.results import results_of
 from lockprobe.report.study_numbers import study_numbers
 from lockprobe.statistics.people import people
-from lockprobe.studies.journal import load
-from lockprobe.studies.runner import run_study
+from lockprobe.studies.records.journal import load
+from lockprobe.studies.running.runner import run_study
 from lockprobe.trial.record import TrialError
 
 STUDY = small_study(("participant", "random", "round-robin"), (0.0, 0.4), 2, 5)

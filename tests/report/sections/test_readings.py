@@ -11,8 +11,8 @@ from lockprobe.report.figures.readings import readings as drawn
 from lockprobe.report.pages import tables_of
 from lockprobe.report.results import results
 from lockprobe.report.sections.readings import SECTIONS
-from lockprobe.studies.records import load
-from lockprobe.studies.studyfile import study
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.read_records import load
 from lockprobe.trial.model_call import Usage
 
 AGENT, BLIND = "cognitive:perseverant", "random"

@@ -6,14 +6,14 @@ import pytest
 import strangers
 from builders import small_study, write_study
 
+from lockprobe.foundation.left_out import leaving_out
 from lockprobe.foundation.plugins import no_foreign_code
-from lockprobe.foundation.sections import leaving_out
 from lockprobe.report.pages import PAGES, page_of, parts_of, tables_of
 from lockprobe.report.results import results
+from lockprobe.report.rows import Results
 from lockprobe.report.sections import all_sections, own_sections
-from lockprobe.report.verification import verify
+from lockprobe.report.verify.verification import verify
 from lockprobe.report.write import write_report
-from lockprobe.statistics.rows import Results
 from lockprobe.testing import check_section
 
 PACKAGE = "strange-things 0.3"
@@ -23,7 +23,7 @@ TEXT = '''
 
 from lockprobe.report.section import Caption, Figure, Heading, Part, Section, Table, Text
 from markupsafe import Markup
-from lockprobe.statistics.rows import Estimate, Fact, Finding
+from lockprobe.report.rows import Estimate, Fact, Finding
 
 
 def rows(study):
@@ -166,7 +166,7 @@ WRONG = {
         'SECTION = Section(**GIVEN | {"tables": (Table("other.dozens", cells),)})', "Section dozens",
         "begin alike, and not with measures., unlike other.dozens)"),
     "its rows raise": ("def rows(study): raise SystemExit('enough')", "Dozens", "(SystemExit: enough)"),
-    "its rows are none": ("def rows(study): yield {'quantity': 'dozens'}", "Dozens", "(TypeError: dict, not a row of lockprobe.statistics.rows)"),
+    "its rows are none": ("def rows(study): yield {'quantity': 'dozens'}", "Dozens", "(TypeError: dict, not a row of lockprobe.report.rows)"),
     "its row was made without checks": ("def rows(study): yield Fact.model_construct(about='a', name='b', text=object())",
                                         "Dozens", "(PydanticSerializationError"),
     "its row is no JSON": ("def rows(study): yield Estimate(quantity='strange.dozens', doses={'a': float('nan')})",

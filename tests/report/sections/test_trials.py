@@ -6,7 +6,7 @@ from lockprobe.report.opened import open_study
 from lockprobe.report.pages import page_of
 from lockprobe.report.results import results_of
 from lockprobe.report.study_numbers import study_numbers
-from lockprobe.studies.studyfile import study
+from lockprobe.studies.options.studyfile import study
 
 CIRCLING = ([0, 1, 2] * 7)[:20]
 

@@ -11,10 +11,10 @@ from lockprobe.report.opened import open_study
 from lockprobe.report.pages import page_of, parts_of, tables_of
 from lockprobe.report.results import results_of
 from lockprobe.report.study_numbers import study_numbers
-from lockprobe.statistics.mechanism import CONTRASTS
-from lockprobe.statistics.why_arms import ARMS, PARTS, PLANNED
-from lockprobe.studies.journal import load
-from lockprobe.studies.studyfile import study
+from lockprobe.statistics.why.arms import ARMS, PARTS, PLANNED
+from lockprobe.statistics.why.mechanism import CONTRASTS
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.journal import load
 
 AGENTS = ["cognitive:perseverant", "world:lost-half"]
 

@@ -25,8 +25,8 @@ from lockprobe.simulation.audit.rates import (
 from lockprobe.simulation.audit.simulate import simulate, simulate_study
 from lockprobe.simulation.audit.simulated_agents import WORLDS, Design
 from lockprobe.statistics.inference.battery import infer
+from lockprobe.statistics.loops.persistence import persistence
 from lockprobe.statistics.outcomes import outcomes
-from lockprobe.statistics.persistence import persistence
 
 NULL, TRAP = WORLDS["loops-irrelevant"], WORLDS["loop-trapped"]
 

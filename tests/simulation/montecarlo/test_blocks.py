@@ -2,8 +2,8 @@
 
 from lockprobe.simulation.montecarlo import blocks
 from lockprobe.simulation.montecarlo.blocks import Played, played_blocks
-from lockprobe.studies.single import run_trial
-from lockprobe.studies.studyfile import study
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.running.single import run_trial
 
 
 def test_blocks_of_several_agents_are_their_trials_in_order(monkeypatch):

@@ -16,9 +16,9 @@ from lockprobe.boxes.box import Shuffle
 from lockprobe.boxes.families import box
 from lockprobe.boxes.solve import random_curve
 from lockprobe.foundation.errors import BadValue
+from lockprobe.simulation.exact.propagation import propagate
 from lockprobe.simulation.montecarlo import compiled as compiling
 from lockprobe.simulation.montecarlo.populations import population
-from lockprobe.simulation.montecarlo.propagation import propagate
 from lockprobe.statistics.loops import cover, onset
 
 SPECS = (

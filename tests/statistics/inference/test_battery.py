@@ -15,8 +15,8 @@ from lockprobe.statistics.inference.battery import infer
 from lockprobe.statistics.inference.difference import any_difference
 from lockprobe.statistics.inference.hazard import loop_hazard
 from lockprobe.statistics.inference.verdict import TestResult
+from lockprobe.statistics.loops.persistence import persistence
 from lockprobe.statistics.outcomes import Outcomes, outcomes
-from lockprobe.statistics.persistence import persistence
 
 
 def drawn(name, seed=1, design=None):

@@ -1,8 +1,8 @@
 """A section of the report: of how many attempts agents were told nothing, under every condition."""
 
 from latecomer.untold import untold
+from lockprobe.report.rows import Finding
 from lockprobe.report.section import Caption, Figure, Part, Section, Table
-from lockprobe.statistics.rows import Finding
 
 NAME, SHARE = "latecomer.silence", "latecomer.untold_share"
 

@@ -1,4 +1,4 @@
-"""A plant's RGB-D camera: pictures of a MuJoCo model, rendered only on request (lazily)."""
+"""A plant's RGB-D camera: pictures of a MuJoCo model, true or as it is told falsely, rendered only on request."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ class PlantCamera:
         """
         return partial(self._look, self._moment, None)
 
-    def look_as_if(self) -> Callable[[Configuration], Frame]:
+    def look_as_told(self) -> Callable[[Configuration], Frame]:
         """As :meth:`look_now`, but the function draws the joints in a given configuration, for false pictures."""
         return partial(self._look, self._moment)
 

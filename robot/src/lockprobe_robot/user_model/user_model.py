@@ -89,7 +89,7 @@ class UserModel:
         return Snapshot(
             configuration=self._joints.configuration(),
             look=partial(self._labelled, self._camera.look_now()),
-            render=partial(self._labelled_as_if, self._camera.look_as_if()),
+            render=partial(self._labelled_as_if, self._camera.look_as_told()),
         )
 
     def attempt(self, joint: int) -> Snapshot:

@@ -16,7 +16,7 @@ from lockprobe.foundation.inputs import check_regular
 from lockprobe.foundation.terminal_text import readable
 from lockprobe.interfaces.export.tables import PeopleRecords, Table, tables_of
 from lockprobe.interfaces.export.write_dataset import DATA, DESCRIPTION, RECORDS, data_file
-from lockprobe.studies.merge import MergeSource, source_of_directory
+from lockprobe.studies.records.merge import MergeSource, source_of_directory
 
 __all__ = ["LARGEST_FILE", "is_dataset", "source_of_dataset"]
 

@@ -17,8 +17,8 @@ from lockprobe.people.journey import Journey
 from lockprobe.people.responses import Answer, Attempt
 from lockprobe.people.step_times import acts_of_steps, key_of
 from lockprobe.people.withdrawal import withdrawing
-from lockprobe.studies.journal import load
-from lockprobe.studies.settings import read_study
+from lockprobe.studies.options.settings import read_study
+from lockprobe.studies.records.journal import load
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
 

@@ -34,8 +34,8 @@ from lockprobe.people.diary import PEOPLE_DIRECTORY, without_identity, write_dia
 from lockprobe.people.experiment import EXPERIMENT, SECRET
 from lockprobe.people.journey import fingerprint
 from lockprobe.people.texts import TEXTS, read_words, words_file
-from lockprobe.studies.journal import Journal, Timing, read_timings
-from lockprobe.studies.picture_store import ALBUM
+from lockprobe.studies.records.journal import Journal, Timing, read_timings
+from lockprobe.studies.records.picture_store import ALBUM
 from lockprobe.studies.study import Study
 from lockprobe.trial.pictures.picture import PICTURE_NAME
 from lockprobe.trial.record import Trial
@@ -61,7 +61,7 @@ DESCRIPTION, DATA, MATERIALS, RECORDS = "dataset_description.json", "data", "mat
 def data_file(study: Study, table: str) -> str:
     """The file name of a table, with keywords and values as Psych-DS requires.
 
-    >>> from lockprobe.studies.studyfile import study
+    >>> from lockprobe.studies.options.studyfile import study
     >>> data_file(study("flips"), "steps")
     'study-flips_description-steps_data.csv'
     """

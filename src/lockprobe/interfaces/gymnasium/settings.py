@@ -1,7 +1,7 @@
 """The settings of an environment, and the trial that each episode plays.
 
 Options of a single trial have the same names here and are read by the same code
-(:func:`lockprobe.studies.studyfile.trial_study`). A few options exist only here.
+(:func:`lockprobe.studies.options.studyfile.trial_study`). A few options exist only here.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from lockprobe.interfaces.gymnasium.observation import sizes
 from lockprobe.interventions.conditions import MODALITIES, says_modality
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.modality import interventions_for, is_pictured
+from lockprobe.studies.options.studyfile import trial_study
+from lockprobe.studies.options.trial_options import TrialOptions
 from lockprobe.studies.study import Study
-from lockprobe.studies.studyfile import trial_study
-from lockprobe.studies.trial_options import TrialOptions
 from lockprobe.trial.condition import Condition, place_of, spec_of
 from lockprobe.trial.plan import LABELS, Plan
 from lockprobe.trial.protocols import Channel, Intervention, InterventionTraits
@@ -124,8 +124,8 @@ def read_settings(given: Mapping[str, Any]) -> EnvironmentSettings:
     """The settings from keyword arguments of ``gymnasium.make``.
 
     Args:
-        given: All options of :class:`lockprobe.studies.trial_options.TrialOptions` except :data:`NOT_HERE`; here
-            ``shuffle`` defaults to ``never``, and ``modality`` to ``symbolic``, which tells outcomes too. Further
+        given: All options of :class:`lockprobe.studies.options.trial_options.TrialOptions` except :data:`NOT_HERE`;
+            here ``shuffle`` defaults to ``never``, and ``modality`` to ``symbolic``, which tells outcomes too. Further
             options: ``observation`` (``"symbolic"``, ``"rgb"`` or ``"rgbd"``), short for that modality; ``steps_left``
             (False); ``step_cost`` (0.0); ``info`` (None or ``"truth"``).
 

@@ -23,7 +23,7 @@ from lockprobe.interfaces.gymnasium.settings import (
     whole,
 )
 from lockprobe.interventions.flip import OutcomeFlip
-from lockprobe.interventions.survival import survival
+from lockprobe.interventions.second_draw import survival
 from lockprobe.interventions.words import TextChannel
 from lockprobe.trial.condition import spec_of
 from lockprobe.trial.plan import Names

@@ -20,8 +20,8 @@ from lockprobe.interfaces.inspect.sample_pictures import pictures_of
 from lockprobe.interfaces.inspect.samples import OPTIONS, SETTINGS
 from lockprobe.interfaces.inspect.scoring import TRIAL
 from lockprobe.interfaces.inspect.solver import agent_spec
-from lockprobe.studies.merge import MergeSource
-from lockprobe.studies.settings import study_from
+from lockprobe.studies.options.settings import study_from
+from lockprobe.studies.records.merge import MergeSource
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Trial
 from lockprobe.trial.trial_json import trial_from_json

@@ -14,8 +14,8 @@ from functools import cache
 
 from lockprobe.foundation.errors import needing
 from lockprobe.foundation.formatting import markdown_table
-from lockprobe.statistics.chance import chance_level
 from lockprobe.statistics.loops import any_loop
+from lockprobe.statistics.loops.chance import chance_level
 from lockprobe.statistics.misinterpretation import trial_claims
 from lockprobe.studies.study import Study
 from lockprobe.trial.record import Outcome, Step, Trial

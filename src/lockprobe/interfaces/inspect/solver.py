@@ -38,9 +38,9 @@ from lockprobe.foundation.spec import Spec
 from lockprobe.interfaces.inspect.conversation import last_report
 from lockprobe.interfaces.inspect.sample_pictures import beside
 from lockprobe.interfaces.inspect.scoring import TRIAL, step_as_markdown, step_metadata
-from lockprobe.studies.picture_store import Album
-from lockprobe.studies.play import play_timed
-from lockprobe.studies.settings import study_from
+from lockprobe.studies.options.settings import study_from
+from lockprobe.studies.records.picture_store import Album
+from lockprobe.studies.running.trial_setup import play_timed
 from lockprobe.trial.record import Decision, Fact, Situation, Step, Trial
 from lockprobe.trial.trial_json import trial_to_json
 

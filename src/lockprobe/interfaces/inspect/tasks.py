@@ -18,9 +18,9 @@ from lockprobe.interfaces.inspect.solver import agent_spec, play_trial
 from lockprobe.interventions.camera import CameraChannel
 from lockprobe.interventions.words import TextChannel
 from lockprobe.studies.modality import shown
+from lockprobe.studies.options.study_options import StudyOptions, parse_p
+from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.study import Study
-from lockprobe.studies.study_options import StudyOptions, parse_p
-from lockprobe.studies.studyfile import study
 from lockprobe.trial.briefing import Briefing
 from lockprobe.trial.plan import Names, Plan
 

@@ -1,7 +1,7 @@
 """The session of a study that clients with tools play: one trial after another, one call at a time.
 
-Every attempt is on disk before its report leaves (:mod:`lockprobe.studies.attempt_log`). A client that goes away
-leaves its trial where it is: whoever begins next goes on with it. A refused call changes nothing.
+Every attempt is on disk before its report leaves (:mod:`lockprobe.studies.records.attempt_log`). A client that goes
+away leaves its trial where it is: whoever begins next goes on with it. A refused call changes nothing.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ from lockprobe.interfaces.mcp.connection import Connection, Transport, facts_of
 from lockprobe.interfaces.mcp.isolation import Isolation
 from lockprobe.interfaces.mcp.wording import OVER, begun, observation, wording
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.studies.attempt_log import AttemptLog
-from lockprobe.studies.journal import Journal
-from lockprobe.studies.paused_trial import PausedTrial, RecordedAttempt
-from lockprobe.studies.picture_store import ALBUM
-from lockprobe.studies.play import own_thread
-from lockprobe.studies.playable import CLIENT, check_playable
+from lockprobe.studies.records.attempt_log import AttemptLog
+from lockprobe.studies.records.journal import Journal
+from lockprobe.studies.records.picture_store import ALBUM
+from lockprobe.studies.running.paused_trial import PausedTrial, RecordedAttempt
+from lockprobe.studies.running.playable import CLIENT, check_playable
+from lockprobe.studies.running.trial_setup import own_thread
 from lockprobe.studies.study import Study
 from lockprobe.trial.loop import Executor, here
 from lockprobe.trial.pictures.picture import Picture

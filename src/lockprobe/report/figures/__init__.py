@@ -1,6 +1,6 @@
 """The paper's figures, each with a companion from which conclusions may be drawn.
 
-Drawing only: every number comes from the rows of :class:`lockprobe.statistics.rows.Results`. A figure is a function
+Drawing only: every number comes from the rows of :class:`lockprobe.report.rows.Results`. A figure is a function
 that takes results and returns a figure of Matplotlib, or None where there is nothing to draw; ``files`` makes PNG and
 SVG of it.
 """

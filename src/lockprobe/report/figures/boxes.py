@@ -17,7 +17,7 @@ from lockprobe.report.figures.frame import FAINT, INK, settable
 from lockprobe.report.figures.interlock import diagram_of, draw_interlock, name_joint, rounded, symbols
 from lockprobe.report.figures.palette import TARGET, Dash
 from lockprobe.report.figures.settings import own_settings
-from lockprobe.statistics.rows import Results
+from lockprobe.report.rows import Results
 
 __all__ = ["box_figure", "box_of_study"]
 

@@ -21,10 +21,10 @@ from lockprobe.report.figures.palette import ACCENT, SUBJECTS, Marker, Style
 from lockprobe.report.figures.primitives import Interval
 from lockprobe.report.figures.settings import own_settings
 from lockprobe.report.prose.subject import Subject
+from lockprobe.report.rows import Estimate, Results
 from lockprobe.statistics.agent_comparison.across_studies import Side, StudyDifference
-from lockprobe.statistics.axis import FLIPS
+from lockprobe.statistics.conditions.axis import FLIPS
 from lockprobe.statistics.proportions import ALPHA
-from lockprobe.statistics.rows import Estimate, Results
 from lockprobe.trial.record import PLAIN_WORDS
 
 __all__ = ["SHOWN", "by_condition", "comparison_drawing", "effects", "pair_rows", "side_by_side"]

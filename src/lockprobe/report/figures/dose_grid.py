@@ -16,7 +16,7 @@ from lockprobe.report.figures.compose import sheet
 from lockprobe.report.figures.frame import FAINT, INK, axis_label, safe_name, title
 from lockprobe.report.figures.settings import own_settings
 from lockprobe.report.prose.subject import Subject
-from lockprobe.statistics.rows import Estimate, Results
+from lockprobe.report.rows import Estimate, Results
 
 __all__ = ["cell_lines", "dose_grid"]
 

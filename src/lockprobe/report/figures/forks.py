@@ -11,7 +11,7 @@ from lockprobe.report.figures.palette import ACCENT, SUBJECTS, Style
 from lockprobe.report.figures.primitives import estimates
 from lockprobe.report.figures.settings import own_settings
 from lockprobe.report.figures.why import change_ticks
-from lockprobe.statistics.rows import Estimate, Results
+from lockprobe.report.rows import Estimate, Results
 
 __all__ = ["forks"]
 

@@ -22,8 +22,8 @@ from lockprobe.foundation.spec import spec_name
 from lockprobe.report.figures.palette import Dash
 from lockprobe.report.figures.settings import FAINT, INK, SMALL
 from lockprobe.report.prose.subject import Subject
-from lockprobe.statistics.axis import FLIPS
-from lockprobe.statistics.rows import Cell, Course
+from lockprobe.report.rows import Cell, Course
+from lockprobe.statistics.conditions.axis import FLIPS
 
 __all__ = [
     "BEYOND",

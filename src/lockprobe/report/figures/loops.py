@@ -40,8 +40,8 @@ from lockprobe.report.figures.primitives import (
     widened,
 )
 from lockprobe.report.figures.settings import own_settings
+from lockprobe.report.rows import Cell, Course, Curve, Estimate, Results
 from lockprobe.statistics.published import LOOPS_AT_0, LOOPS_AT_40
-from lockprobe.statistics.rows import Cell, Course, Curve, Estimate, Results
 
 __all__ = ["loop_harm", "loops_against_success", "loops_by_dose", "loops_by_p", "loops_with_chance"]
 

@@ -17,7 +17,7 @@ from typing import Any
 import matplotlib as mpl
 
 from lockprobe.foundation.spec import spec_name
-from lockprobe.statistics.rows import Course
+from lockprobe.report.rows import Course
 
 __all__ = ["ACCENT", "SUBJECTS", "TARGET", "Dash", "Marker", "Style", "shifts", "styles"]
 

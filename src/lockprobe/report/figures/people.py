@@ -21,7 +21,7 @@ from lockprobe.report.figures.frame import INK, SMALL, agent_label, blank, p_axi
 from lockprobe.report.figures.palette import Style, shifts, styles
 from lockprobe.report.figures.primitives import key, numbers
 from lockprobe.report.figures.settings import own_settings
-from lockprobe.statistics.rows import Cell, Course, Estimate, Results
+from lockprobe.report.rows import Cell, Course, Estimate, Results
 
 __all__ = ["people"]
 

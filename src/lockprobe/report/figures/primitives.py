@@ -12,9 +12,9 @@ from matplotlib.axes import Axes
 
 from lockprobe.report.figures.frame import BEYOND, INK
 from lockprobe.report.figures.palette import Style
+from lockprobe.report.rows import Cell, Course, Curve, Estimate
 from lockprobe.statistics.proportions import Proportion
 from lockprobe.statistics.published import PEAK
-from lockprobe.statistics.rows import Cell, Course, Curve, Estimate
 
 __all__ = [
     "Interval",

@@ -11,7 +11,7 @@ from lockprobe.report.figures.frame import dose_axes, from_to, heading, title
 from lockprobe.report.figures.palette import ACCENT, SUBJECTS, Dash, Style
 from lockprobe.report.figures.primitives import by_dose, numbers, widened
 from lockprobe.report.figures.settings import own_settings
-from lockprobe.statistics.rows import Cell, Course, Results
+from lockprobe.report.rows import Cell, Course, Results
 
 __all__ = ["rationality"]
 

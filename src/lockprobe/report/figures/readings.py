@@ -15,8 +15,8 @@ from lockprobe.report.figures.palette import SUBJECTS, Dash, Marker, Style
 from lockprobe.report.figures.primitives import by_dose, published, published_by_p
 from lockprobe.report.figures.settings import SMALL, own_settings
 from lockprobe.report.prose.readings import reading_name
+from lockprobe.report.rows import Course, Results
 from lockprobe.statistics.published import SOLVED_AT_0, SOLVED_AT_40
-from lockprobe.statistics.rows import Course, Results
 
 __all__ = ["readings"]
 

@@ -36,8 +36,8 @@ from lockprobe.report.figures.primitives import (
     second_order_fit,
 )
 from lockprobe.report.figures.settings import own_settings
+from lockprobe.report.rows import Course, Results
 from lockprobe.statistics.published import SOLVED_AT_0, SOLVED_AT_40
-from lockprobe.statistics.rows import Course, Results
 
 __all__ = [
     "_draw_course",

@@ -26,8 +26,8 @@ from lockprobe.report.figures.frame import (
 from lockprobe.report.figures.palette import Dash, Style, styles
 from lockprobe.report.figures.primitives import band, published, staircase
 from lockprobe.report.figures.settings import own_settings
+from lockprobe.report.rows import Cell, Course, Curve, Estimate, Results
 from lockprobe.statistics.published import REFERENCE_STEPS, STEPS_TO_80
-from lockprobe.statistics.rows import Cell, Course, Curve, Estimate, Results
 
 __all__ = ["success_curves", "success_curves_by_p", "success_curves_corrected"]
 

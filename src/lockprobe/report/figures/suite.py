@@ -15,7 +15,7 @@ from lockprobe.report.figures.frame import FAINT, safe_name, title
 from lockprobe.report.figures.palette import SUBJECTS, Style
 from lockprobe.report.figures.primitives import estimates
 from lockprobe.report.figures.settings import own_settings
-from lockprobe.statistics.suite_scores import Rational, Score, SuiteScore
+from lockprobe.statistics.suite.scores import Rational, Score, SuiteScore
 
 __all__ = ["SHOWN", "suite_drawing"]
 

@@ -18,7 +18,7 @@ from lockprobe.report.figures.palette import SUBJECTS, Style
 from lockprobe.report.figures.primitives import estimates
 from lockprobe.report.figures.settings import SMALL, own_settings
 from lockprobe.report.prose.subject import Subject
-from lockprobe.statistics.rows import Estimate, Results
+from lockprobe.report.rows import Estimate, Results
 
 __all__ = ["change_ticks", "why"]
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from lockprobe.report.prose.readings import false_reports
-from lockprobe.statistics.axis import AGENT, FLIPS, Axis
+from lockprobe.statistics.conditions.axis import AGENT, FLIPS, Axis
 
 __all__ = ["at_dose", "cause"]
 

@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 from lockprobe.foundation.formatting import change, corrected, p_value, points
 from lockprobe.report.prose.subject import Subject
 from lockprobe.report.prose.success import of_trials
-from lockprobe.statistics.condition import ConditionSummary
-from lockprobe.statistics.dose_grid import GridSummary
-from lockprobe.statistics.effects import Effect, Effects, Interplay
+from lockprobe.statistics.conditions.condition import ConditionSummary
+from lockprobe.statistics.conditions.dose_grid import GridSummary
+from lockprobe.statistics.conditions.effects import Effect, Effects, Interplay
 
 __all__ = ["effects_said", "grid_said"]
 

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from lockprobe.foundation.formatting import percent
 from lockprobe.report.prose.doses import at_dose
 from lockprobe.report.prose.success import of_trials
 from lockprobe.statistics.behaviour import Behaviour
+from lockprobe.statistics.loops.against_chance import ChanceVerdict, against_chance, chance_range
 from lockprobe.statistics.summary import AgentSummary
 
 __all__ = ["LOOP_DEFINITION", "loop_finding"]
@@ -26,8 +29,14 @@ def loop_finding(agent: AgentSummary) -> str:
     return f"Action loops occur in {said}." if said else ""
 
 
+_VERDICTS: Mapping[ChanceVerdict, str] = {
+    "more": "more than by chance",
+    "less": "less than by chance",
+    "not detected": "no difference from chance detected",
+}
+
+
 def _against_chance(found: Behaviour) -> str:
-    low, high = sorted((found.chance_uniform or 0.0, found.chance_no_repeat or 0.0))
-    words = "more than by chance" if found.loops.low > high else "less than by chance"
-    verdict = words if found.loops.low > high or found.loops.high < low else "no difference from chance detected"
-    return f"{verdict}; random actions in trials of the same lengths: {percent(low)} to {percent(high)}"
+    low, high = chance_range(found)
+    between = f"random actions in trials of the same lengths: {percent(low)} to {percent(high)}"
+    return f"{_VERDICTS[against_chance(found)]}; {between}"

@@ -6,7 +6,7 @@ from lockprobe.foundation.formatting import corrected
 from lockprobe.foundation.formatting import p_value as p_said
 from lockprobe.report.prose.subject import Subject
 from lockprobe.report.prose.success import of_trials
-from lockprobe.statistics.modalities import ModalityEffect, spoken
+from lockprobe.statistics.conditions.modalities import ModalityEffect, spoken
 from lockprobe.statistics.proportions import ALPHA
 from lockprobe.statistics.summary import StudySummary
 

@@ -8,7 +8,7 @@ from lockprobe.foundation.formatting import capital, first_three, minus, percent
 from lockprobe.report.prose.doses import at_dose
 from lockprobe.report.prose.subject import subject_of, subjects_by_name
 from lockprobe.report.prose.success import courses_said
-from lockprobe.statistics.condition import ConditionSummary
+from lockprobe.statistics.conditions.condition import ConditionSummary
 from lockprobe.statistics.summary import AgentSummary, StudySummary
 
 __all__ = ["section_answers"]

@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 from lockprobe.foundation.formatting import listed, p_cell
 from lockprobe.foundation.grouping import grouped
 from lockprobe.report.prose.doses import cause
-from lockprobe.report.prose.overview import effects_answer, flips_answer
+from lockprobe.report.prose.first_screen import effects_answer, flips_answer
 from lockprobe.report.prose.subject import Subject, subject_of
-from lockprobe.statistics.effects import CONTROLS, Effects
+from lockprobe.statistics.conditions.effects import CONTROLS, Effects
+from lockprobe.statistics.conditions.modalities import spoken
 from lockprobe.statistics.inference.logrank import holm
-from lockprobe.statistics.modalities import spoken
 from lockprobe.statistics.proportions import ALPHA
 from lockprobe.statistics.summary import StudySummary
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from lockprobe.foundation.formatting import capital
 from lockprobe.foundation.spec import PEOPLE
-from lockprobe.statistics.modalities import spoken
+from lockprobe.statistics.conditions.modalities import spoken
 from lockprobe.statistics.summary import AgentSummary, StudySummary
 from lockprobe.trial.record import PLAIN_WORDS
 

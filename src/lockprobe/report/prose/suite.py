@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from lockprobe.foundation.formatting import bracketed, first_three, share
-from lockprobe.statistics.suite_scores import SuiteScore
+from lockprobe.statistics.suite.scores import SuiteScore
 
 __all__ = ["ranks_said", "suite_said"]
 

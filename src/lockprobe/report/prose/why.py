@@ -5,10 +5,10 @@ from __future__ import annotations
 from lockprobe.foundation.formatting import listed, p_value, percent, points, range_said
 from lockprobe.report.prose.subject import Subject
 from lockprobe.statistics.agent_comparison.paired import BlockMean
-from lockprobe.statistics.mechanism import CONTENT, NEEDS, Decision
 from lockprobe.statistics.proportions import ALPHA
-from lockprobe.statistics.why import Why
-from lockprobe.statistics.why_arms import PARTS
+from lockprobe.statistics.why.arms import PARTS
+from lockprobe.statistics.why.contrasts import Why
+from lockprobe.statistics.why.mechanism import CONTENT, NEEDS, Decision
 
 __all__ = ["ARMS", "ASSUMED", "mechanism_said", "why_said"]
 

@@ -13,14 +13,14 @@ from typing import get_args
 
 from lockprobe.foundation.errors import UserMistake
 from lockprobe.foundation.plugins import Plugin, find_plugin, plugin_names, runs_foreign_code
+from lockprobe.report.rows import MEASURES, Exhibit, Fact, Finding, Results, Row
 from lockprobe.report.section import Block, Figure, Part, Section, Table, nested
 from lockprobe.report.study_numbers import StudyNumbers
-from lockprobe.statistics.rows import MEASURES, Exhibit, Fact, Finding, Results, Row
 
 __all__ = ["all_sections", "checked_section", "own_sections", "section_of_package"]
 
 _OWN = (
-    "overview", "findings", "study_design", "people", "leaderboard", "agents_compared", "success", "readings",
+    "first_screen", "findings", "study_design", "people", "leaderboard", "agents_compared", "success", "readings",
     "effects", "factors", "agents_by_condition", "doses", "speed", "seen", "optimal_actions", "loops",
     "one_false_report", "hypothesis_tests", "misinterpretations", "conditions", "trials", "broken", "agents", "limits",
     "claims", "audit", "why", "forks",
@@ -131,7 +131,7 @@ def _check_names(names: Sequence[str], own: str, taken: Collection[str]) -> None
 def _checked_row(row: Row, source: str, name: str, own: str) -> Row:
     """A row of a package, under its name; one that was made without checks, or that JSON cannot hold, is refused."""
     if type(row) not in get_args(Row):
-        raise TypeError(f"{type(row).__name__}, not a row of lockprobe.statistics.rows")
+        raise TypeError(f"{type(row).__name__}, not a row of lockprobe.report.rows")
     json.dumps(row.plain(), ensure_ascii=False, allow_nan=False).encode()
     if isinstance(row, Finding | Exhibit):
         if row.section != name:

@@ -7,9 +7,9 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from lockprobe.agents.reply_text import TIDIED
+from lockprobe.report.rows import Estimate, Fact, Results, Row
 from lockprobe.report.section import Part, Section, Template
 from lockprobe.report.study_numbers import StudyNumbers
-from lockprobe.statistics.rows import Estimate, Fact, Results, Row
 from lockprobe.trial import record
 from lockprobe.trial.record import Decision, Trial
 

@@ -9,12 +9,12 @@ from markupsafe import Markup
 from lockprobe.foundation.formatting import capital, p_cell
 from lockprobe.report.format import DETECTED, TextTable
 from lockprobe.report.prose.subject import Subject
+from lockprobe.report.rows import Estimate, Finding, Results, Row
 from lockprobe.report.section import Caption, Figure, Folded, Note, Part, Section, Table, Text
 from lockprobe.report.sections.agents_compared import FAMILIES, at_one_condition, change_at, labels
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.report.table_rows import points_cell, steps_cell
-from lockprobe.statistics.agents_by_condition import ComparisonUnder
-from lockprobe.statistics.rows import Estimate, Finding, Results, Row
+from lockprobe.statistics.conditions.agents_by_condition import ComparisonUnder
 from lockprobe.trial.condition import Condition
 
 __all__ = ["SECTIONS"]

@@ -9,6 +9,7 @@ from lockprobe.foundation.formatting import NONE, p_cell, percent
 from lockprobe.foundation.spec import PEOPLE
 from lockprobe.report.format import EVERY, TextTable
 from lockprobe.report.prose.agent_comparison import comparison_said
+from lockprobe.report.rows import Estimate, Finding, Results, Row
 from lockprobe.report.section import Block, Caption, Figure, Folded, Heading, Note, Part, Section, Table, Text
 from lockprobe.report.sections.leaderboard import leaderboard_blocks
 from lockprobe.report.study_numbers import PlayedCell, StudyNumbers
@@ -16,9 +17,8 @@ from lockprobe.report.table_rows import over_rates, points_cell, steps_cell
 from lockprobe.statistics.agent_comparison.interaction import InteractionAt
 from lockprobe.statistics.agent_comparison.pair import AgentComparison, ComparisonAt
 from lockprobe.statistics.agent_comparison.paired import BlockMean
-from lockprobe.statistics.axis import FLIPS
+from lockprobe.statistics.conditions.axis import FLIPS
 from lockprobe.statistics.proportions import Paired
-from lockprobe.statistics.rows import Estimate, Finding, Results, Row
 
 __all__ = ["FAMILIES", "SECTIONS", "at_one_condition", "change_at", "labels"]
 

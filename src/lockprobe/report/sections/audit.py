@@ -9,9 +9,9 @@ from markupsafe import Markup
 
 from lockprobe.foundation.formatting import percent
 from lockprobe.report.prose.hypothesis_tests import QUESTIONS
+from lockprobe.report.rows import Results
 from lockprobe.report.section import Cells, Note, Part, Section, Template, Text
 from lockprobe.simulation.audit.rates import shipped
-from lockprobe.statistics.rows import Results
 
 __all__ = ["SECTIONS"]
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from lockprobe.foundation.spec import Spec
+from lockprobe.report.rows import Estimate, Fact, Results, Row
 from lockprobe.report.section import Part, Section, Template
 from lockprobe.report.study_numbers import StudyNumbers
-from lockprobe.statistics.rows import Estimate, Fact, Results, Row
 from lockprobe.trial.record import Trial
 
 __all__ = ["SECTIONS"]

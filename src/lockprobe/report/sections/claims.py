@@ -7,16 +7,17 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from lockprobe.foundation.formatting import bracketed, p_cell
-from lockprobe.report.claim_tests import ClaimFinding
-from lockprobe.report.claims import claim_rows
+from lockprobe.report.claims.claim_tests import ClaimFinding
+from lockprobe.report.claims.paper import CLAIMS, PaperClaim
+from lockprobe.report.claims.verdicts import claim_rows
 from lockprobe.report.format import TextTable
 from lockprobe.report.pages import NOT_JUDGED
-from lockprobe.report.paper import CLAIMS, PaperClaim
 from lockprobe.report.prose.readings import false_reports
+from lockprobe.report.rows import Estimate, Finding, Results, Row
 from lockprobe.report.section import Part, Section, Table, Template
 from lockprobe.report.study_numbers import StudyNumbers
-from lockprobe.statistics.factors import READING_FACTORS
-from lockprobe.statistics.rows import Estimate, Finding, Results, Row, axis_key
+from lockprobe.statistics.conditions.axis import axis_key
+from lockprobe.statistics.conditions.factors import READING_FACTORS
 from lockprobe.statistics.summary import StudySummary
 
 __all__ = ["SECTIONS"]

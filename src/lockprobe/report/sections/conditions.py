@@ -8,10 +8,10 @@ from lockprobe.foundation.formatting import NONE, percent
 from lockprobe.report.captions import wilson_said
 from lockprobe.report.format import TextTable
 from lockprobe.report.installed_measures import measure_rows
+from lockprobe.report.rows import MEASURES, Cell, Estimate, Results, Row
 from lockprobe.report.section import Block, Heading, Note, Part, Section, Table
 from lockprobe.report.study_numbers import PlayedCell, StudyNumbers
 from lockprobe.report.table_rows import chance_cell, share_of_row, value_cell
-from lockprobe.statistics.rows import MEASURES, Cell, Estimate, Results, Row
 
 __all__ = ["SECTIONS"]
 

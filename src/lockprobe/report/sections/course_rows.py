@@ -12,8 +12,9 @@ from typing import Any
 
 from lockprobe.report.prose.hypothesis_tests import limits_said, unit_of_effect, why_missing
 from lockprobe.report.prose.success import course_said
+from lockprobe.report.rows import Curve, Estimate, Fact, Row
 from lockprobe.report.study_numbers import share_rows
-from lockprobe.statistics.axis import AGENT
+from lockprobe.statistics.conditions.axis import AGENT
 from lockprobe.statistics.inference.difference import DifferenceAt
 from lockprobe.statistics.inference.logrank import EventComparison, EventGroup, LogRanks
 from lockprobe.statistics.inference.trend import TrendFit
@@ -21,7 +22,6 @@ from lockprobe.statistics.inference.ushape import TwoLines
 from lockprobe.statistics.inference.verdict import TestResult
 from lockprobe.statistics.proportions import Proportion
 from lockprobe.statistics.reference import Reference
-from lockprobe.statistics.rows import Curve, Estimate, Fact, Row
 from lockprobe.statistics.summary import AgentSummary
 from lockprobe.trial.condition import Condition
 

@@ -11,13 +11,13 @@ from lockprobe.report.prose.hypothesis_tests import conclusions
 from lockprobe.report.prose.loops import loop_finding
 from lockprobe.report.prose.readings import false_reports
 from lockprobe.report.prose.success import courses_said, finding
+from lockprobe.report.rows import Course, DoseAxis, Finding, Results, Row
 from lockprobe.report.section import Beside, Block, Caption, Figure, Folded, Part, Section, Text
 from lockprobe.report.sections.course_rows import AgentCourse, course_rows
 from lockprobe.report.sections.hypothesis_tests import tables_of_tests
 from lockprobe.report.sections.loops_over_doses import loops_over_doses
 from lockprobe.report.study_numbers import StudyNumbers
-from lockprobe.statistics.axis import FLIPS, Axis
-from lockprobe.statistics.rows import Course, DoseAxis, Finding, Results, Row, axis_key
+from lockprobe.statistics.conditions.axis import FLIPS, Axis, axis_key
 from lockprobe.trial.record import PLAIN_WORDS
 
 __all__ = ["SECTIONS", "dose_sections"]

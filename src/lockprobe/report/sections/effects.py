@@ -13,16 +13,17 @@ from markupsafe import Markup
 from lockprobe.foundation.formatting import NONE, p_cell, percent
 from lockprobe.report.captions import wilson_said
 from lockprobe.report.format import DETECTED, TextTable
+from lockprobe.report.rows import Estimate, Fact, Finding, Results, Row
 from lockprobe.report.section import Block, Caption, Figure, Folded, Note, Part, Section, Table
 from lockprobe.report.sections.course_rows import CONTROL, PERMUTED
 from lockprobe.report.study_numbers import StudyNumbers, share_rows
 from lockprobe.report.table_rows import count_of, points_cell
 from lockprobe.statistics.agent_comparison.paired import BlockMean
-from lockprobe.statistics.condition_study import ConditionStudySummary
-from lockprobe.statistics.design import Design
-from lockprobe.statistics.dose_grid import Grid, GridSummary
-from lockprobe.statistics.effects import CONTROLS, Effect, Effects, Interplay
-from lockprobe.statistics.rows import Estimate, Fact, Finding, Results, Row, axis_key
+from lockprobe.statistics.conditions.axis import axis_key
+from lockprobe.statistics.conditions.condition_study import ConditionStudySummary
+from lockprobe.statistics.conditions.design import Design
+from lockprobe.statistics.conditions.dose_grid import Grid, GridSummary
+from lockprobe.statistics.conditions.effects import CONTROLS, Effect, Effects, Interplay
 from lockprobe.trial.condition import Condition
 
 __all__ = ["SECTIONS", "compared_rows", "compared_table", "of_blocks"]

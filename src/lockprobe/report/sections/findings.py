@@ -7,7 +7,7 @@ from functools import partial
 
 from markupsafe import Markup
 
-from lockprobe.foundation.sections import section
+from lockprobe.foundation.left_out import section
 from lockprobe.report.prose.agent_comparison import ranking_said
 from lockprobe.report.prose.effects import effects_said
 from lockprobe.report.prose.hypothesis_tests import conclusions
@@ -17,11 +17,11 @@ from lockprobe.report.prose.modalities import modality_finding
 from lockprobe.report.prose.panel import panel_said
 from lockprobe.report.prose.robot import rules_said, verdicts_said
 from lockprobe.report.prose.success import baselines_said, courses_said, finding
+from lockprobe.report.rows import Estimate, Finding, Results, Row
 from lockprobe.report.section import Block, Folded, Part, Section, Template, Text
 from lockprobe.report.sections.doses import dose_sections
 from lockprobe.report.study_numbers import StudyNumbers, share_rows
-from lockprobe.statistics.condition_study import ConditionStudySummary
-from lockprobe.statistics.rows import Estimate, Finding, Results, Row
+from lockprobe.statistics.conditions.condition_study import ConditionStudySummary
 from lockprobe.statistics.summary import StudySummary
 
 __all__ = ["SECTIONS"]

@@ -10,12 +10,12 @@ from markupsafe import Markup
 from lockprobe.foundation.formatting import NONE, p_cell, percent
 from lockprobe.report.format import TextTable
 from lockprobe.report.prose.branch import found_said, value_said
+from lockprobe.report.rows import Estimate, Finding, Results, Row
 from lockprobe.report.section import Caption, Figure, Listed, Note, Part, Section, Table
 from lockprobe.report.sections.effects import of_blocks
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.report.table_rows import points_cell
 from lockprobe.statistics.branch import BranchEffect
-from lockprobe.statistics.rows import Estimate, Finding, Results, Row
 from lockprobe.statistics.rules import rule_breaks
 
 __all__ = ["FIGURE", "SECTIONS"]

@@ -12,15 +12,15 @@ from markupsafe import Markup
 from lockprobe.foundation.formatting import NONE, p_cell, range_of
 from lockprobe.report.prose.hypothesis_tests import asked, effect_said, note_said
 from lockprobe.report.prose.subject import Subject
+from lockprobe.report.rows import Course, Estimate, Results, Row
 from lockprobe.report.section import Block, Heading, Note, Part, Section, Template, Text
 from lockprobe.report.sections.course_rows import RULE
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.report.table_rows import value_cell
 from lockprobe.simulation.audit.rates import false_positives, measured
-from lockprobe.statistics.axis import FLIPS, Axis
+from lockprobe.statistics.conditions.axis import FLIPS, Axis
 from lockprobe.statistics.inference.verdict import Question
 from lockprobe.statistics.proportions import ALPHA
-from lockprobe.statistics.rows import Course, Estimate, Results, Row
 
 __all__ = ["SECTIONS", "tables_of_tests"]
 

@@ -13,13 +13,13 @@ from lockprobe.foundation.terminal_text import printable
 from lockprobe.report.captions import wilson_said
 from lockprobe.report.costs import cost_rows, price_asked, price_facts, price_of
 from lockprobe.report.format import EVERY, TextTable
+from lockprobe.report.rows import Cell, Course, Estimate, Results, Row
 from lockprobe.report.section import Block, Cells, Folded, Note, Section, Table
 from lockprobe.report.study_numbers import StudyNumbers, share_rows
 from lockprobe.report.table_rows import over_rates, share_of_row, value_cell
 from lockprobe.statistics.agent_comparison.leaderboard_row import Standing
-from lockprobe.statistics.axis import FLIPS
-from lockprobe.statistics.rows import Cell, Course, Estimate, Results, Row
-from lockprobe.studies.spending import dollars
+from lockprobe.statistics.conditions.axis import FLIPS
+from lockprobe.studies.costs.spending import dollars
 
 __all__ = ["SECTIONS", "leaderboard_blocks"]
 

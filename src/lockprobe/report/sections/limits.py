@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from lockprobe.report.rows import Results
 from lockprobe.report.section import Part, Section, Template
 from lockprobe.statistics.inference.association import LENGTH_CAVEAT
-from lockprobe.statistics.rows import Results
 
 __all__ = ["SECTIONS"]
 

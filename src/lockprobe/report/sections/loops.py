@@ -11,17 +11,17 @@ from lockprobe.foundation.formatting import percent
 from lockprobe.report.captions import fit_said, paper_rates, wilson_said
 from lockprobe.report.format import TextTable
 from lockprobe.report.prose.loops import LOOP_DEFINITION
+from lockprobe.report.rows import Course, Estimate, Results, Row
 from lockprobe.report.section import Beside, Block, Caption, Figure, Folded, Note, Part, Section, Table, Text
 from lockprobe.report.sections.course_rows import AgentCourse
 from lockprobe.report.sections.loops_over_doses import loops_over_doses
 from lockprobe.report.study_numbers import PlayedCell, StudyNumbers
 from lockprobe.report.table_rows import distinct, flips_first, share_of_row, under, varied
-from lockprobe.statistics.axis import FLIPS
-from lockprobe.statistics.detectors import DETECTORS, share_flagged
+from lockprobe.statistics.conditions.axis import FLIPS
 from lockprobe.statistics.inference.association import LENGTH_CAVEAT
-from lockprobe.statistics.persistence import Persistence
+from lockprobe.statistics.loops.detectors import DETECTORS, share_flagged
+from lockprobe.statistics.loops.persistence import Persistence
 from lockprobe.statistics.published import PEAK
-from lockprobe.statistics.rows import Course, Estimate, Results, Row
 
 __all__ = ["SECTIONS"]
 

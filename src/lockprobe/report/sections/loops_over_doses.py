@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+from lockprobe.report.rows import Curve, Estimate, Row
 from lockprobe.report.sections.course_rows import AgentCourse, at, log_rank_rows, trend_rows, two_lines_rows
-from lockprobe.statistics.axis import FLIPS
+from lockprobe.statistics.conditions.axis import FLIPS
 from lockprobe.statistics.inference.association import Correlation
 from lockprobe.statistics.inference.hazard import LoopEffect
 from lockprobe.statistics.inference.logrank import LogRanks
 from lockprobe.statistics.proportions import Z
-from lockprobe.statistics.rows import Curve, Estimate, Row
 
 __all__ = ["loops_over_doses"]
 

@@ -8,11 +8,11 @@ from markupsafe import Markup
 
 from lockprobe.foundation.formatting import percent
 from lockprobe.report.format import TextTable
+from lockprobe.report.rows import Cell, Estimate, Results, Row
 from lockprobe.report.sample_pictures import ABOUT
 from lockprobe.report.section import Block, Note, Part, Section, Table, Text
 from lockprobe.report.study_numbers import PlayedCell, StudyNumbers
 from lockprobe.report.table_rows import by_conditions, count_of, share_of_row
-from lockprobe.statistics.rows import Cell, Estimate, Results, Row
 
 __all__ = ["SECTIONS"]
 

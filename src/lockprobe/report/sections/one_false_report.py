@@ -11,12 +11,12 @@ from lockprobe.foundation.formatting import bracketed, first_three, p_cell
 from lockprobe.report.format import TextTable
 from lockprobe.report.prose.excursion import AMONG, OUTCOMES, excursion_said
 from lockprobe.report.prose.subject import Subject, subject_of
+from lockprobe.report.rows import Estimate, Fact, Finding, Results, Row
 from lockprobe.report.section import Block, Folded, Note, Part, Section, Table, Template, Text
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.report.table_rows import name_of
-from lockprobe.statistics.axis import FLIPS
+from lockprobe.statistics.conditions.axis import FLIPS
 from lockprobe.statistics.excursion import Among, Excursion, Outcome, decision_points, excursions
-from lockprobe.statistics.rows import Estimate, Fact, Finding, Results, Row
 from lockprobe.trial.record import Trial
 
 __all__ = ["SECTIONS", "effects_on"]

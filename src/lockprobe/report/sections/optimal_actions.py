@@ -8,12 +8,12 @@ from markupsafe import Markup
 
 from lockprobe.foundation.formatting import percent
 from lockprobe.report.format import TextTable
+from lockprobe.report.rows import Cell, Estimate, Results, Row
 from lockprobe.report.sample_pictures import ABOUT
 from lockprobe.report.section import Block, Caption, Figure, Folded, Note, Part, Section, Table, Text
 from lockprobe.report.study_numbers import PlayedCell, StudyNumbers
 from lockprobe.report.table_rows import distinct, flips_first, share_of_row, under, varied
 from lockprobe.statistics.rationality import ACTIONS, JUDGED, OBSERVERS, Rationality
-from lockprobe.statistics.rows import Cell, Estimate, Results, Row
 
 __all__ = ["SECTIONS"]
 

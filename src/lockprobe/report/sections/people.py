@@ -21,14 +21,14 @@ from lockprobe.report.people_said import (
     opened_said,
     steps_said,
 )
+from lockprobe.report.rows import Estimate, Finding, Results, Row
 from lockprobe.report.section import Block, Caption, Figure, Folded, Note, Part, Section, Table, Text
 from lockprobe.report.study_numbers import StudyNumbers, share_rows
 from lockprobe.report.table_rows import share_of_row
-from lockprobe.statistics.modalities import spoken
+from lockprobe.statistics.conditions.modalities import spoken
 from lockprobe.statistics.people import People, PeopleAt
 from lockprobe.statistics.relative_steps import RelativeSteps
 from lockprobe.statistics.response_times import ResponseTimes, response_times
-from lockprobe.statistics.rows import Estimate, Finding, Results, Row
 from lockprobe.studies.study import Study
 
 __all__ = ["SECTIONS"]

@@ -13,14 +13,14 @@ from lockprobe.report.costs import cost_rows
 from lockprobe.report.format import TextTable
 from lockprobe.report.prose.readings import BOTH_FIT, false_reports, inverted, reading_name, untested_said
 from lockprobe.report.prose.subject import Subject
+from lockprobe.report.rows import Estimate, Finding, Results, Row
 from lockprobe.report.section import Block, Caption, Figure, Folded, Note, Part, Section, Table, Text
 from lockprobe.report.sections.effects import compared_rows, compared_table
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.report.table_rows import points_cell, share_of_row
-from lockprobe.statistics.factors import READING_FACTORS
-from lockprobe.statistics.no_feedback import NO_FEEDBACK
-from lockprobe.statistics.rows import Estimate, Finding, Results, Row
-from lockprobe.studies.spending import dollars
+from lockprobe.statistics.conditions.factors import READING_FACTORS
+from lockprobe.statistics.conditions.no_feedback import NO_FEEDBACK
+from lockprobe.studies.costs.spending import dollars
 from lockprobe.trial.condition import Condition
 
 __all__ = ["SECTIONS", "untested"]

@@ -6,10 +6,10 @@ from collections.abc import Iterator
 from itertools import count, takewhile
 from typing import Any
 
+from lockprobe.report.rows import Fact, Results
 from lockprobe.report.sample_pictures import ABOUT, KINDS, seen_facts
 from lockprobe.report.section import Part, Picture, Section, Template
 from lockprobe.report.study_numbers import StudyNumbers
-from lockprobe.statistics.rows import Fact, Results
 
 __all__ = ["SECTIONS"]
 

@@ -9,13 +9,13 @@ from markupsafe import Markup
 
 from lockprobe.foundation.formatting import NONE, p_cell
 from lockprobe.report.format import TextTable
+from lockprobe.report.rows import Cell, Curve, Estimate, Results, Row
 from lockprobe.report.section import Beside, Block, Caption, Figure, Folded, Heading, Note, Part, Section, Table
 from lockprobe.report.study_numbers import PlayedCell, StudyNumbers
 from lockprobe.report.table_rows import at_lowest, distinct, value_cell, varied
-from lockprobe.statistics.modalities import ModalityEffect, spoken
+from lockprobe.statistics.conditions.modalities import ModalityEffect, spoken
 from lockprobe.statistics.pace import Pace
 from lockprobe.statistics.published import REFERENCE_STEPS, STEPS_TO_80
-from lockprobe.statistics.rows import Cell, Curve, Estimate, Results, Row
 
 __all__ = ["SECTIONS"]
 

@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from lockprobe.foundation.spec import PEOPLE
 from lockprobe.interventions.flip import READINGS
 from lockprobe.report.prose.subject import Subject
+from lockprobe.report.rows import Estimate, Fact, Results
 from lockprobe.report.section import Part, Section, Template
 from lockprobe.report.study_numbers import StudyNumbers
-from lockprobe.statistics.rows import Estimate, Fact, Results
 from lockprobe.trial.record import STATES
 
 __all__ = ["SECTIONS"]

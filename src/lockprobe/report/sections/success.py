@@ -12,6 +12,7 @@ from lockprobe.report.captions import best_dose_said, fit_said, model_said, pape
 from lockprobe.report.format import DETECTED, TextTable
 from lockprobe.report.prose.subject import Subject
 from lockprobe.report.prose.success import course_said, courses_said
+from lockprobe.report.rows import Cell, Course, Estimate, Finding, Results, Row
 from lockprobe.report.section import (
     Beside,
     Block,
@@ -28,10 +29,9 @@ from lockprobe.report.section import (
 from lockprobe.report.sections.course_rows import CONTROL, COURSE, AgentCourse, at, course_rows
 from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.report.table_rows import count_of, points_cell
-from lockprobe.statistics.axis import FLIPS
+from lockprobe.statistics.conditions.axis import FLIPS
 from lockprobe.statistics.proportions import ALPHA
 from lockprobe.statistics.published import PEAK
-from lockprobe.statistics.rows import Cell, Course, Estimate, Finding, Results, Row
 
 __all__ = ["SECTIONS"]
 

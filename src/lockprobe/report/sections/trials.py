@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from lockprobe.report.examples import examples, exhibit
+from lockprobe.report.rows import Exhibit, Results
 from lockprobe.report.sample_pictures import pictures_shown
 from lockprobe.report.section import Block, Folded, Heading, Part, Section, Steps, Template, Text
 from lockprobe.report.study_numbers import StudyNumbers
-from lockprobe.statistics.rows import Exhibit, Results
 from lockprobe.trial.record import Trial
 
 __all__ = ["SECTIONS"]

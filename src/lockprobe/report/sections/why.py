@@ -12,6 +12,7 @@ from lockprobe.interventions.words import CORRECTION
 from lockprobe.report.examples import exhibit
 from lockprobe.report.format import TextTable
 from lockprobe.report.prose.why import ARMS, ASSUMED, why_said
+from lockprobe.report.rows import Estimate, Exhibit, Finding, Results, Row
 from lockprobe.report.section import (
     Block,
     Caption,
@@ -30,10 +31,9 @@ from lockprobe.report.sections import forks
 from lockprobe.report.sections.effects import of_blocks
 from lockprobe.report.study_numbers import StudyNumbers, share_rows
 from lockprobe.report.table_rows import points_cell, share_of_row
-from lockprobe.statistics.mechanism import CONTRASTS, PART
-from lockprobe.statistics.rows import Estimate, Exhibit, Finding, Results, Row
-from lockprobe.statistics.why import Why
-from lockprobe.statistics.why_arms import PLANNED
+from lockprobe.statistics.why.arms import PLANNED
+from lockprobe.statistics.why.contrasts import Why
+from lockprobe.statistics.why.mechanism import CONTRASTS, PART
 from lockprobe.trial.record import Trial
 
 __all__ = ["SECTIONS"]

@@ -28,8 +28,8 @@ from lockprobe.statistics.agent_comparison.pair import compare, corrected
 from lockprobe.statistics.agent_comparison.paired import sheets
 from lockprobe.statistics.inference.battery import infer
 from lockprobe.statistics.inference.verdict import Question
+from lockprobe.statistics.loops.persistence import persistence
 from lockprobe.statistics.outcomes import Outcomes
-from lockprobe.statistics.persistence import persistence
 from lockprobe.statistics.proportions import ALPHA
 
 __all__ = [

@@ -21,7 +21,7 @@ from lockprobe.agents.human_inspired import HumanInspired
 from lockprobe.agents.policy import Policy
 from lockprobe.agents.strategies import RandomAgent, RandomNoRepeat, RoundRobin
 from lockprobe.interventions.flip import OutcomeFlip
-from lockprobe.interventions.survival import survival
+from lockprobe.interventions.second_draw import survival
 from lockprobe.simulation.montecarlo.compiled_choices import HUMAN, MAP, NO_REPEAT, PARTS, RANDOM, ROUND_ROBIN, SOFTMAX
 from lockprobe.simulation.montecarlo.plain import BoxWorld
 from lockprobe.simulation.montecarlo.rules import RULE, SCENE, Integers, Numbers, Rule, Scene, record

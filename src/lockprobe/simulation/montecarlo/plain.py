@@ -30,7 +30,7 @@ from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.plugins import allow
 from lockprobe.foundation.validation import check_whole
 from lockprobe.interventions.flip import OutcomeFlip
-from lockprobe.interventions.survival import survival
+from lockprobe.interventions.second_draw import survival
 from lockprobe.interventions.words import Tell
 
 __all__ = [

@@ -22,6 +22,7 @@ from lockprobe.boxes.families import DEFAULT_BOX, find_box
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.validation import check_choice, check_number, check_whole
 from lockprobe.interventions.flip import DEFAULT, FlipKind, OutcomeFlip, flip_of
+from lockprobe.simulation.exact.condition_chances import told_by
 from lockprobe.simulation.montecarlo import rules
 from lockprobe.simulation.montecarlo.compiled import (
     compiled,
@@ -36,7 +37,6 @@ from lockprobe.simulation.montecarlo.compiled import (
     scene_of,
 )
 from lockprobe.simulation.montecarlo.compiled_choices import RANDOM, play_trials
-from lockprobe.simulation.montecarlo.condition_chances import told_by
 from lockprobe.simulation.montecarlo.plain import BoxWorld, heeds_order, play_plainly, policy_of, world_of
 from lockprobe.simulation.montecarlo.rules import Rule
 from lockprobe.simulation.montecarlo.streams import Counted, FromTree, LuckSource, order_of

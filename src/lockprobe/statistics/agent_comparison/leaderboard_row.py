@@ -10,9 +10,9 @@ from numpy.typing import ArrayLike
 
 from lockprobe.statistics.agent_comparison.crossed_clusters import crossed_mean
 from lockprobe.statistics.agent_comparison.paired import block_mean, by_cluster
-from lockprobe.statistics.axis_trials import AxisTrials
 from lockprobe.statistics.clustered import ClusteredProportion, clustered_proportion, crossed_proportion
-from lockprobe.statistics.condition import ConditionSummary
+from lockprobe.statistics.conditions.axis_trials import AxisTrials
+from lockprobe.statistics.conditions.condition import ConditionSummary
 from lockprobe.statistics.curves import success_curve
 from lockprobe.statistics.misinterpretation import trial_claims
 from lockprobe.statistics.outcomes import Outcomes, ended, outcomes

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.foundation.errors import BadValue
-from lockprobe.foundation.sections import section
+from lockprobe.foundation.left_out import section
 from lockprobe.statistics.inference.association import Correlation, pearson
 from lockprobe.statistics.inference.broken_trials import (
     BrokenShares,
@@ -45,8 +45,8 @@ from lockprobe.statistics.inference.verdict import (
     speed_tests,
     success_tests,
 )
+from lockprobe.statistics.loops.persistence import Persistence
 from lockprobe.statistics.outcomes import Outcomes, points
-from lockprobe.statistics.persistence import Persistence
 
 __all__ = ["Inference", "infer"]
 

@@ -5,8 +5,8 @@ solving are compared *at one step, among the trials still running at it*, as the
 variance allows for luck that trials share over all p (:mod:`lockprobe.statistics.inference.excess`).
 
 The odds ratio of an agent that ignores all reports need not be 1: a repeated action may find the box unchanged. If
-trials of a blind agent with the same action habits are given (:mod:`lockprobe.statistics.habit_baseline`), their odds
-ratio is the null hypothesis.
+trials of a blind agent with the same action habits are given (:mod:`lockprobe.statistics.loops.habit_baseline`), their
+odds ratio is the null hypothesis.
 """
 
 from __future__ import annotations

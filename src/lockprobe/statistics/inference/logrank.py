@@ -13,8 +13,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from lockprobe.statistics.incidence import Incidence, incidence
 from lockprobe.statistics.inference.excess import excess, grid
+from lockprobe.statistics.loops.incidence import Incidence, incidence
 from lockprobe.statistics.outcomes import Outcomes
 
 __all__ = [

@@ -20,8 +20,8 @@ from lockprobe.statistics.inference.mean_steps import MeanSteps
 from lockprobe.statistics.inference.shape import BinomialOrders
 from lockprobe.statistics.inference.trend import TrendFit
 from lockprobe.statistics.inference.ushape import LindMehlum, TwoLines
+from lockprobe.statistics.loops.persistence import Persistence, VersusChance
 from lockprobe.statistics.outcomes import Point
-from lockprobe.statistics.persistence import Persistence, VersusChance
 from lockprobe.statistics.proportions import ALPHA, Difference, difference, proportion
 
 __all__ = [

@@ -1,0 +1,328 @@
+"""The paper's claims about one agent (Secs. 3.1 to 3.3), compared with what a study measured over its flip rates.
+
+Loop rates are compared as the paper compares them, over whole trials: shorter trials hold fewer loops by chance alone.
+Claims about effects and onset of loops are compared with tests at equal steps.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+from lockprobe.foundation.formatting import bracketed, percent, points, range_of
+from lockprobe.foundation.formatting import p_value as p_value_said
+from lockprobe.report.claims.claim_tests import (
+    NOT_MEASURED,
+    ClaimFinding,
+    ClaimMeasure,
+    ClaimPattern,
+    above_half,
+    apart,
+    borne_out,
+    error,
+    in_points,
+    pattern,
+    same_share,
+    same_step,
+    sized,
+    tested,
+    verdict_of,
+)
+from lockprobe.report.format import share_cell
+from lockprobe.statistics.conditions.condition import ConditionSummary
+from lockprobe.statistics.inference.difference import DifferenceAt
+from lockprobe.statistics.inference.logrank import holm
+from lockprobe.statistics.inference.ushape import Line
+from lockprobe.statistics.misinterpretation import Misinterpretations
+from lockprobe.statistics.proportions import ALPHA, Difference, Proportion, difference, proportion, ratio
+from lockprobe.statistics.published import (
+    CORRELATION,
+    CORRELATION_POINTS,
+    LOOPS_AT_0,
+    LOOPS_AT_40,
+    PEAK,
+    REFERENCE,
+    REFERENCE_STEPS,
+    SOLVED_AT_0,
+    SOLVED_AT_40,
+    TABLE1,
+    MisreadRate,
+)
+from lockprobe.statistics.summary import AgentSummary
+
+__all__ = ["AGENT_MEASURES", "misread_measure"]
+
+_NEAR = 0.1
+"""How far a minimum "near 40 %" may lie from it: the next p of the paper."""
+
+_DETECTED: Mapping[ClaimPattern, str] = {"shown": "a rise", "opposite": "a fall", "open": "no rise"}
+
+_LOOPS: Mapping[ClaimPattern, str] = {
+    "shown": "fewer loops at higher flip rates were detected",
+    "opposite": "more loops at higher flip rates were detected",
+    "open": "no change with the flip rate was detected",
+}
+
+_SIGN = {"inverted U": 1, "U": -1, None: 0}
+"""Shape of two lines -> 1 if a rise comes before a fall."""
+
+
+def _at_peak(counted: Sequence[ConditionSummary]) -> ConditionSummary | None:
+    return next((condition for condition in counted if math.isclose(condition.dose, PEAK)), None)
+
+
+def _rise(agent: AgentSummary) -> tuple[ClaimPattern, DifferenceAt | None]:
+    """Whether success at the paper's peak is shown to be above that at p = 0, corrected for looking at every p."""
+    found = next((at for at in agent.inference.difference.at if math.isclose(at.dose, PEAK)), None)
+    return (pattern(found.p_value, found.value), found) if found else ("open", None)
+
+
+def _peak(agent: AgentSummary, counted: Sequence[ConditionSummary]) -> ClaimFinding:
+    """Success rises to p = 0.4, and no other p is shown to be better."""
+    candidates, other = agent.peak.candidates, _at_peak(counted)
+    inside = next((candidate.in_set for candidate in candidates if math.isclose(candidate.dose, PEAK)), None)
+    if agent.blind or len(candidates) < 2 or inside is None or other is None or agent.peak.best is None:
+        return NOT_MEASURED
+    change = counted[0].success, other.success
+    rise = difference(*change)
+    assert rise is not None
+    among = ", ".join(f"{candidate.dose:g}" for candidate in candidates if candidate.in_set)
+    here = f"highest at {agent.peak.best:g}; 95 % set {among}; from 0 to 0.4 {in_points(rise)}"
+    shown, at = _rise(agent)
+    if not inside:
+        return here, "not compatible", "95 % bootstrap set of the best flip rate", None
+    if shown != "open" and at:
+        return here, verdict_of(None, shown), "permutation test, corrected for all flip rates", at.p_value
+    published = SOLVED_AT_40.value - SOLVED_AT_0.value
+    p_value = apart(rise.value, published, [error(change), error((SOLVED_AT_0, SOLVED_AT_40))])
+    smaller: ClaimPattern = "opposite" if rise.value < published and p_value < ALPHA else "open"
+    test = f"z test against the paper's rise of {100 * published:.0f} points; no rise was detected"
+    return here, verdict_of(None, smaller), test, p_value
+
+
+def _ratio(agent: AgentSummary, counted: Sequence[ConditionSummary]) -> ClaimFinding:
+    """Success rises from 0 to 0.4, and as many times as in the paper."""
+    other = _at_peak(counted)
+    if other is None or agent.blind:
+        return NOT_MEASURED
+    first, second = counted[0].success, other.success
+    (here, error_here), (paper, error_paper) = _log_ratio(first, second), _log_ratio(SOLVED_AT_0, SOLVED_AT_40)
+    p_value = apart(here, paper, [error_here, error_paper])
+    said = f"{second.count}/{second.n} at 0.4 over {first.count}/{first.n} at 0"
+    if found := ratio(first, second):
+        said += f": {bracketed(found.value, found.low, found.high, '{:.2f}', 1)}"
+    shown, _ = _rise(agent)
+    test = f"z test of the log ratios, with half a trial added to each count; {_DETECTED[shown]} was detected"
+    return said, verdict_of(p_value, shown), test, p_value
+
+
+def _log_ratio(first: Proportion, second: Proportion) -> tuple[float, float]:
+    """The logarithm of a ratio of shares, second over first, and its standard error (Walter 1975)."""
+    (a, n), (b, m) = ((share.count + 0.5, share.n + 0.5) for share in (second, first))
+    return math.log(a / n) - math.log(b / m), math.sqrt(1 / a - 1 / n + 1 / b - 1 / m)
+
+
+def _effect(agent: AgentSummary, counted: Sequence[ConditionSummary]) -> ClaimFinding:
+    """Success is above that at p = 0 for some p; the opposite is a fall at the paper's moderate noise, 0.4."""
+    found = agent.inference.difference.at
+    if agent.blind or not found:
+        return NOT_MEASURED
+    rises = [at for at in found if pattern(at.p_value, at.value) == "shown"]
+    shown, moderate = _rise(agent)
+    if rises:
+        shown, moderate = "shown", min(rises, key=lambda at: (at.p_value, -at.value))
+    at = moderate or max(found, key=lambda at: at.value)
+    here = f"{points(at.value)} points from 0 to {at.dose:g}"
+    return here, borne_out(shown), "permutation test, corrected for all flip rates", at.p_value
+
+
+def _shape(agent: AgentSummary, counted: Sequence[ConditionSummary]) -> ClaimFinding:
+    """Success rises and falls again, as the sentence goes on; a fall and a rise are the opposite."""
+    lines = agent.inference.lines
+    if lines.p_value is None or agent.blind:
+        return NOT_MEASURED
+    said = "" if lines.break_p is None else f"the lines meet at {lines.break_p:.2f}"
+    return said, borne_out(pattern(lines.p_value, _SIGN[lines.direction])), "two lines", lines.p_value
+
+
+def _loops(agent: AgentSummary, counted: Sequence[ConditionSummary]) -> ClaimFinding:
+    """As many trials loop at p = 0 as in the paper, and more than elsewhere."""
+    behaviour = counted[0].behaviour
+    found, _, test, p_value = same_share(behaviour.loops, LOOPS_AT_0)
+    if behaviour.chance_uniform is not None and behaviour.chance_no_repeat is not None:
+        found += f"; by chance {range_of(behaviour.chance_uniform, behaviour.chance_no_repeat)}"
+    fewer = "open" if agent.blind else _fewer(counted)
+    why = "loops of a blind agent cannot depend on reports" if agent.blind else _LOOPS[fewer]
+    return found, verdict_of(p_value, fewer), f"{test}; {why}", p_value
+
+
+def _change(first: ConditionSummary, second: ConditionSummary) -> Difference:
+    found = difference(first.behaviour.loops, second.behaviour.loops)
+    assert found is not None
+    return found
+
+
+def _fewer(counted: Sequence[ConditionSummary]) -> ClaimPattern:
+    """Whether loops are rarer than at p = 0: at 0.4, where the paper has its minimum, and nowhere more frequent."""
+    if "shown" in _patterns([_change(counted[0], condition) for condition in counted[1:]], 1):
+        return "opposite"
+    other = _at_peak(counted)
+    drop = _change(counted[0], other) if other else None
+    return pattern(drop.p_value, -drop.value) if drop else "open"
+
+
+def _patterns(changes: Sequence[Difference], sign: int) -> list[ClaimPattern]:
+    """Which changes are shown to have this sign, corrected for their number (Holm)."""
+    adjusted = holm([change.p_value for change in changes])
+    return [pattern(p, sign * change.value) for p, change in zip(adjusted, changes, strict=True)]
+
+
+def _drop(agent: AgentSummary, counted: Sequence[ConditionSummary]) -> ClaimFinding:
+    """Loops are rarer at 0.4 than at 0, by as much as in the paper, and not still rarer far from it."""
+    other = _at_peak(counted)
+    if other is None or agent.blind:
+        return NOT_MEASURED
+    drop, (first, second) = _change(counted[0], other), (counted[0].behaviour.loops, other.behaviour.loops)
+    errors = [error((first, second)), error((LOOPS_AT_0, LOOPS_AT_40))]
+    p_value = apart(drop.value, LOOPS_AT_40.value - LOOPS_AT_0.value, errors)
+    far = [_change(other, condition) for condition in counted if abs(condition.dose - PEAK) > _NEAR + 1e-9]
+    lower = "shown" in _patterns(far, -1)
+    shown = "opposite" if lower else pattern(drop.p_value, -drop.value)
+    said = f"{first.count}/{first.n} to {second.count}/{second.n}, {in_points(drop)}"
+    why = "fewer loops were detected far from 0.4" if lower else _LOOPS[_fewer(counted)]
+    return said, verdict_of(p_value, shown), f"z test of the two differences; {why}", p_value
+
+
+def _onset(agent: AgentSummary, counted: Sequence[ConditionSummary]) -> ClaimFinding:
+    """First loops come later and then sooner again; a first line that rises, or a second that falls, contradicts it."""
+    lines = agent.inference.onset_lines
+    if lines.p_value is None or lines.first is None or lines.second is None or agent.blind:
+        return NOT_MEASURED
+    said = f"hazard of a first loop {_slope(lines.first)} up to {lines.break_p:.2g}, {_slope(lines.second)} above"
+    first, second = holm([lines.first.p_value, lines.second.p_value])
+    against = (pattern(first, -lines.first.z), pattern(second, lines.second.z))
+    refuted = agent.inference.broken is None and "opposite" in against
+    shown = "opposite" if refuted else pattern(lines.p_value, -_SIGN[lines.direction])
+    test = f"{sized('loop onset, two lines')}; assumes that solved trials would have looped like the others"
+    return said, borne_out(shown), test, lines.p_value
+
+
+def _slope(line: Line) -> str:
+    """How a line runs, with its p-value."""
+    way = "rises" if line.z > 0 else "falls" if line.z < 0 else "is constant"
+    return f"{way} ({p_value_said(line.p_value)})"
+
+
+def _correlation(agent: AgentSummary, counted: Sequence[ConditionSummary]) -> ClaimFinding:
+    """R is negative, and as large as in the paper."""
+    found = agent.correlation
+    if found.r is None or agent.blind or found.low is None or found.high is None or found.n < 4 or abs(found.r) == 1:
+        return NOT_MEASURED
+    errors = [1 / math.sqrt(n - 3) for n in (found.n, CORRELATION_POINTS)]
+    p_value = apart(math.atanh(found.r), math.atanh(CORRELATION), errors)
+    said = f"{bracketed(found.r, found.low, found.high, '{:.2f}', 1)} over {found.n} points"
+    shown = pattern(found.p_value, -found.r)
+    sign = {"shown": "r is negative", "opposite": "r is positive", "open": "no correlation was detected"}
+    test = f"Fisher's z test; {sign[shown]}; neither value is evidence of harm by loops"
+    return said, verdict_of(p_value, shown), test, p_value
+
+
+def _left(agent: AgentSummary, counted: Sequence[ConditionSummary]) -> ClaimFinding:
+    """Most first loops are left before the trial ends."""
+    found, chance = counted[0].persistence.left, counted[0].persistence.left_by_chance
+    if not found.n or chance is None:
+        return NOT_MEASURED
+    said = f"{found.count} of {found.n} first loops were left before the trial ended, {share_cell(found)}; "
+    said += f"{percent(chance)} for random actions"
+    return said, above_half(found), "95 % interval above or below one half; trials with true reports", None
+
+
+def _versus_chance(name: str, what: str, test: str, sign: int) -> ClaimMeasure:
+    """Actions of a kind against chance.
+
+    Args:
+        name: The attribute of :class:`~lockprobe.statistics.loops.persistence.Persistence`.
+        what: What these actions do.
+        test: Name of the test on record.
+        sign: Of the difference that the claim expects.
+    """
+
+    def measure(agent: AgentSummary, counted: Sequence[ConditionSummary]) -> ClaimFinding:
+        found = getattr(counted[0].persistence, name)
+        if not found.share.n or found.uniform is None or found.no_repeat is None or found.p_value is None:
+            return NOT_MEASURED
+        said = f"{found.share.count} of {found.share.n} {what}, {share_cell(found.share)}; "
+        said += f"{percent(found.uniform)} for random actions, {percent(found.no_repeat)} without immediate repeats"
+        told = f"{sized(test)}; trials with true reports; any other preference also differs from chance"
+        return said, borne_out(pattern(found.p_value, sign * found.direction)), told, found.p_value
+
+    return measure
+
+
+def misread_measure(measure: str, said: Misinterpretations, modality: str) -> ClaimFinding:
+    """What the claims of an agent about its actions say: misreadings occur as often as in the paper, or of which kind.
+
+    Args:
+        measure: ``misinterpretation`` or ``hallucination``.
+        said: What the agent said of its actions.
+        modality: How the box was shown, a row of Table 1.
+    """
+    paper, mean, sd = TABLE1[modality], said.mean_rate, said.sd_rate
+    if mean is None or (sd is None and measure == "misinterpretation"):
+        return NOT_MEASURED
+    if not said.total:
+        return _none(said, paper)
+    if sd is None or measure == "hallucination":
+        return _hallucinated(said)
+    from scipy.stats import ttest_ind_from_stats
+
+    found = ttest_ind_from_stats(paper.mean, paper.sd, paper.trials, mean, sd, said.trials, equal_var=False)
+    p_value = float(found.pvalue) if math.isfinite(found.pvalue) else None
+    affected = f"{said.total} in all, in {said.affected} of {said.trials} trials"
+    here = f"{percent(mean, 1)} ± {percent(sd, 1)}, {affected}"
+    return here, verdict_of(p_value), "Welch, on the rates per trial", p_value
+
+
+def _none(said: Misinterpretations, paper: MisreadRate) -> ClaimFinding:
+    """Not one misreading: in how many trials, and could that be chance if as many trials had one as in the paper?"""
+    found = difference(proportion(paper.affected, paper.trials), proportion(0, said.trials))
+    assert found is not None
+    here = f"none in {said.pooled.n} claims of {said.trials} trials, at most {percent(said.misinterpreted.high, 1)}"
+    test = f"Fisher, trials with a misreading, against {paper.affected}/{paper.trials}"
+    return here, borne_out(pattern(found.p_value, -1)), test, found.p_value
+
+
+def _hallucinated(said: Misinterpretations) -> ClaimFinding:
+    """Most misreadings are of a joint that is said to have moved though it was reported blocked."""
+    share, blocked, moved = said.hallucinated, said.moved_for_blocked, said.blocked_for_moved
+    here = (
+        f"{share.count} of {share.n} misreadings claim moved after a report of blocked, {share_cell(share)}; misread: "
+    )
+    here += f"{blocked.count} of {blocked.n} reports of blocked and {moved.count} of {moved.n} reports of moved"
+    return here, above_half(share), "95 % interval above or below one half, clustered by trial", None
+
+
+AGENT_MEASURES: Mapping[str, ClaimMeasure] = {
+    "reference": lambda agent, counted: same_share(counted[0].success, REFERENCE),
+    "reference-steps": lambda agent, counted: same_step(counted[0], REFERENCE_STEPS),
+    "baseline": lambda agent, counted: same_share(counted[0].success, SOLVED_AT_0),
+    "peak": _peak,
+    "ratio": _ratio,
+    "effect": _effect,
+    "shape": _shape,
+    "loops": _loops,
+    "loops-drop": _drop,
+    "loops-rise": _onset,
+    "onset": tested("looping", -1),
+    "correlation": _correlation,
+    "harm": tested("harm", -1),
+    "loops-left": _left,
+    "trapped": _versus_chance("escaped", "actions in a loop leave it", "leaving a loop, Student over trials", -1),
+    "repeats": _versus_chance(
+        "repeated",
+        "actions after a blocked report repeat a joint that was just blocked",
+        "trying a blocked joint again, Student over trials",
+        1,
+    ),
+}
+"""What measures a claim over the flip rates of an agent."""

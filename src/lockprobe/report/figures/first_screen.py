@@ -1,0 +1,136 @@
+"""The figure of a report's first screen: success of every agent by flip rate or step, named where its line ends."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Any, Literal
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patheffects import withStroke
+
+from lockprobe.report.figures.compose import COLUMN, HEIGHT, sheet
+from lockprobe.report.figures.frame import FAINT, agent_label, label_right, p_axis, share_axis, shortened, step_axis
+from lockprobe.report.figures.palette import Dash, Style, shifts, styles
+from lockprobe.report.figures.primitives import by_dose, published, published_by_p, staircase
+from lockprobe.report.figures.settings import own_settings
+from lockprobe.report.prose.readings import reading_name
+from lockprobe.report.rows import Course, Results
+from lockprobe.statistics.published import SOLVED_AT_0, SOLVED_AT_40
+
+__all__ = ["draw_overview"]
+
+_SIZES = {"screen": (5.6, 3.15), "column": (COLUMN, HEIGHT)}
+"""Sizes in inches; that of the first screen is as wide for its height as a slide."""
+
+_TICKS = 3
+"""Ticks of the figure in a column."""
+
+_MOST = 7
+"""Agents that are drawn: those that the study is about first."""
+
+_NAME = 24
+"""Characters of a name at the right edge."""
+
+_IN_COLUMN = 26
+"""Characters of a name and its modality in a column."""
+
+_CHANCE: dict[str, Any] = {"color": FAINT, "alpha": 0.13, "linewidth": 0, "zorder": 0}
+"""How the range of random agents is drawn."""
+
+_OTHER: Dash = (0, (1, 1.2))
+"""The line of an agent under another reading of a false report."""
+
+_STAYS = {"others=kept": "lies stay"}
+"""What readings are called where there is little room."""
+
+_Shown = Sequence[tuple[Course, Style]]
+
+
+@own_settings()
+def draw_overview(found: Results, size: Literal["screen", "column"] = "screen") -> Figure | None:
+    """Success by flip rate, or by step where there is only one, with chance and the paper's points.
+
+    Args:
+        found: The results; nothing is drawn before a trial has ended.
+        size: That of the first screen or of a column of print.
+    """
+    shown = [(course, style) for course, style in styles(found.courses()) if course.played][:_MOST]
+    draw, (width, height) = _by_p if found.several_p else _by_step, _SIZES[size]
+    figure = sheet([shown] if shown else [], partial(draw, found), heights=(height,), width=width)
+    if figure and size == "column":  # the names of agents take half of it
+        (axes,) = figure.axes
+        every = -(-len(axes.get_xticks()) // _TICKS)
+        labels = [label.get_text() for label in axes.get_xticklabels()]
+        axes.set_xticks(axes.get_xticks()[::every], labels[::every])
+        for text in axes.texts:
+            text.set_text(shortened(text.get_text(), _IN_COLUMN))
+    return figure
+
+
+def _by_p(found: Results, axes: Axes, shown: _Shown) -> None:
+    """Shares with Wilson's intervals, beside the range of random agents."""
+    courses = found.courses()
+    moved, labels = shifts(courses), []
+    cells = [cell for course in courses for cell in course.cells]
+    for course, style in shown:
+        shift = moved[course.agent, course.modality]
+        by_dose(axes, course.played, "success", style, shift=shift, bars=style.lead, linestyle=style.dash)
+        labels.append((course.played[-1].value("success") or 0.0, agent_label(course, _NAME), style.colour))
+    for course, style, words in _other_readings(found, shown):
+        by_dose(axes, course.played, "success", style, bars=False, linestyle=style.dash)
+        labels.append((course.played[-1].value("success") or 0.0, f"the same: {words}", style.colour))
+    share_axis(axes, "trials solved")
+    p_axis(axes, cells, max(map(abs, moved.values()), default=0.0))
+    if chance := _chance(found):
+        low, high = (share[_budget(shown)] for share in chance)
+        axes.axhspan(low, high, **_CHANCE)
+        labels.append(((low + high) / 2, "chance", FAINT))
+    stars = published_by_p(cells, SOLVED_AT_0, SOLVED_AT_40)
+    published(axes, stars, label="")
+    for place in stars:
+        side = 1 if place[0] < sum(axes.get_xlim()) / 2 else -1
+        beside: dict[str, Any] = {"textcoords": "offset points", "va": "center", "ha": "left" if side > 0 else "right"}
+        beside["path_effects"] = [withStroke(linewidth=1.4, foreground="white")]  # a patch would hide lines
+        axes.annotate("Zenkri\n& Brock", place, (6 * side, 0), color=FAINT, zorder=6, **beside)
+    label_right(axes, labels)
+
+
+def _other_readings(found: Results, shown: _Shown) -> Iterator[tuple[Course, Style, str]]:
+    """The agents that the study is about under the other readings of a false report, with what these are."""
+    looks = {(course.agent, course.modality): style for course, style in shown if style.lead and not course.blind}
+    for axis, options in found.readings[1:]:
+        for course in found.courses(axis):
+            own = (course.agent, course.modality)
+            if own in looks and len(course.played) > 1:
+                yield course, replace(looks[own], dash=_OTHER, lead=False), _STAYS.get(options, reading_name(options))
+
+
+def _by_step(found: Results, axes: Axes, shown: _Shown) -> None:
+    """Shares solved by each step, beside the range of random agents."""
+    labels, budget = [], _budget(shown)
+    for i, (course, style) in enumerate(shown):
+        curve = course.played[0].curve("success_by_step")
+        share = curve.value if curve else ()
+        staircase(axes, share, style, label="", first=1 + i % 4)
+        labels.append((share[-1] or 0.0, agent_label(course, _NAME), style.colour))
+    if chance := _chance(found):
+        low, high = (share[: budget + 1] for share in chance)
+        axes.fill_between(range(budget + 1), low, high, step="post", **_CHANCE)
+        labels.append(((low[-1] + high[-1]) / 2, "chance", FAINT))
+    step_axis(axes, budget, "solved by this step")
+    label_right(axes, labels)
+
+
+def _budget(shown: _Shown) -> int:
+    """Steps of the longest curve."""
+    curves = (cell.curve("success_by_step") for course, _ in shown for cell in course.played)
+    return max((len(curve.x) - 1 for curve in curves if curve), default=0)
+
+
+def _chance(found: Results) -> list[list[float]]:
+    """What random agents with and without immediate repeats solve by each step; empty if it is not known."""
+    curves = [found.curve("success_by_step", agent="", of=of) for of in ("uniform", "no-repeat")]
+    return [[value or 0.0 for value in curve.value] for curve in curves if curve]

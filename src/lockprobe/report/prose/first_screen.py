@@ -1,0 +1,400 @@
+"""The first screen of a report in words: the question, the answer in one sentence, and what would decide it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from fractions import Fraction
+from math import ceil
+from statistics import NormalDist
+from typing import Literal
+
+from lockprobe.foundation.formatting import capital, change, listed, p_value, percent
+from lockprobe.interventions.conditions import tells_positions
+from lockprobe.interventions.flip import OutcomeFlip
+from lockprobe.report.prose.doses import at_dose, cause
+from lockprobe.report.prose.readings import inverted
+from lockprobe.report.prose.subject import Subject, subject_of
+from lockprobe.report.prose.success import alike_said
+from lockprobe.statistics.agent_comparison.leaderboard_row import Standing
+from lockprobe.statistics.clustered import ClusteredProportion
+from lockprobe.statistics.conditions.axis import FLIPS, Axis
+from lockprobe.statistics.conditions.effects import CONTROLS, Effect, Effects
+from lockprobe.statistics.conditions.modalities import ModalityEffect, spoken
+from lockprobe.statistics.inference.course import CourseKind
+from lockprobe.statistics.inference.difference import DifferenceAt
+from lockprobe.statistics.proportions import ALPHA, Paired, Proportion, proportion
+from lockprobe.statistics.summary import AgentSummary, StudySummary
+from lockprobe.trial.record import STATES
+
+__all__ = [
+    "Varied",
+    "all_broken_said",
+    "effects_answer",
+    "effects_needed",
+    "flips_answer",
+    "flips_needed",
+    "interaction_said",
+    "modality_answer",
+    "no_advantage_said",
+    "not_above_chance",
+    "smaller_budget_said",
+    "trial_said",
+]
+
+NARROW = 0.1
+"""Half the width of an interval that would decide whether an effect is small; ours, chosen by eye."""
+
+_WORDS = 30
+"""Words of an answer at most."""
+
+_NAMED = 3
+"""Names in a list; the others are counted."""
+
+_DOES: dict[CourseKind, str] = {
+    "rises": "raise the success of {who}",
+    "falls": "lower the success of {who}",
+    "rises and falls": "first raise and then lower the success of {who}",
+    "falls and rises": "first lower and then raise the success of {who}",
+}
+
+
+_VARIED = {
+    "flips": "After each step it is told what happened. The flip rate is the probability that {flipped}.",
+    "nothing": "After each step it is told what happened.",
+    "modalities": "After each step it is shown, or told, how the joints stand.",
+    "conditions": (
+        "After each step it is told what happened. Conditions change what it is told, what it is asked or what it does."
+    ),
+}
+
+Varied = Literal["flips", "modalities", "conditions", "nothing"]
+"""What differs between the conditions of a study."""
+
+
+def trial_said(
+    budget: int, varied: Varied, flip: OutcomeFlip | None = None, modalities: Sequence[str] = (STATES,)
+) -> str:
+    """What happens in a trial, and what is varied.
+
+    Args:
+        budget: Steps of a trial.
+        varied: What differs between conditions.
+        flip: What a false report is; the default reading if None.
+        modalities: How the box is shown.
+    """
+    positions = any(map(tells_positions, modalities))
+    told = _VARIED[varied].format(flipped=inverted(flip or OutcomeFlip(), positions=positions))
+    return f"An agent has {budget} step{'s' * (budget != 1)} to open a box whose joints lock each other. {told}"
+
+
+def flips_answer(summary: StudySummary) -> str:
+    """What false reports, or another dose, did to the success of the agents that the study is about."""
+    counted = summary.judged
+    if not counted:
+        return "No trial has ended yet."
+    heeding = [agent for agent in counted if agent.contrast and not agent.blind]
+    if heeding:
+        return _changes(heeding, summary.axis)
+    if len(counted) > 1:
+        return _leaders(counted, summary.standings)
+    (only,) = counted
+    first = next(one for one in only.conditions if one.success.n)
+    rate = f"solved {percent(first.success.value)} of {first.success.n} trials"
+    return (
+        f"{alike_said(only)}: it {rate} at every {only.axis.name}."
+        if only.blind
+        else f"{subject_of(only).first} {rate}."
+    )
+
+
+def all_broken_said(broken: Mapping[str, int]) -> str:
+    """That all trials of these agents ended as an error; empty without any.
+
+    >>> all_broken_said({"a": 8}), all_broken_said({"a": 8, "b": 1})
+    ('All 8 trials of a ended as an error.', 'All trials of a and b ended as an error.')
+    """
+    if not broken:
+        return ""
+    trials = [*broken.values()]
+    which = "All" if len(trials) > 1 else f"All {trials[0]}" if trials[0] > 1 else "The only"
+    trial = f"trial{'s' * (sum(trials) > 1)}"
+    return f"{which} {trial} of {_listed([Subject.of(agent).name for agent in broken])} ended as an error."
+
+
+def _leaders(agents: Sequence[AgentSummary], standings: Sequence[Standing]) -> str:
+    """Who solved the most, all of them in a tie, and how many agents may be the best by the comparisons of pairs."""
+    shares = {agent.name: next(one for one in agent.conditions if one.success.n) for agent in agents}
+    most = max(Fraction(one.success.count, one.success.n) for one in shares.values())
+    best = {name: one for name, one in shares.items() if Fraction(one.success.count, one.success.n) == most}
+    numbers = sorted({one.success.n for one in best.values()})
+    of = f"{percent(float(most))} of {numbers[0]}{f' to {numbers[-1]}' if len(numbers) > 1 else ''} trials"
+    if len(best) == len(agents):
+        return f"The {len(agents)} agents solved the same share: {of}."
+    possible = sum(row.ranks is not None and row.ranks[0] == 1 for row in standings)
+    open_ = f"; by the comparisons of pairs any of {possible} may be the best" if possible > len(best) else ""
+    return f"Of {len(agents)} agents {_listed([*best])} solved the most: {of}{' each' * (len(best) > 1)}{open_}."
+
+
+def _undetected(effect: str, differences: Iterable[DifferenceAt | Paired], what: str = "changes") -> str:
+    """That no effect was detected, and up to which size intervals hold one, if that is not small."""
+    most = round(100 * max((abs(end) for one in differences for end in (one.low, one.high)), default=0.0))
+    if most <= 100 * NARROW:
+        return f"No effect of {effect} was detected."
+    return f"Inconclusive: no effect of {effect} was detected, and {what} of up to {most} points are not excluded."
+
+
+def _course(agent: AgentSummary) -> CourseKind:
+    """How its success runs over the dose."""
+    return agent.inference.course.kind if agent.inference.course else "not tested"
+
+
+def _changes(agents: Sequence[AgentSummary], axis: Axis) -> str:
+    """The agents by how their success runs, with the rates of those that change, where the sentence stays short."""
+    hidden = [agent for agent in agents if _course(agent) not in _DOES]
+    if len(hidden) == len(agents):
+        differences = [agent.contrast.difference for agent in hidden if agent.contrast]
+        return _undetected(f"{cause(axis)} on the success of {_names(hidden, 'or')}", differences)
+    rest = f"; no effect on that of {_names(hidden, 'or')} was detected" if hidden else ""
+    said = ""
+    for name in (_with_rates, lambda agent: subject_of(agent).name):
+        courses = {kind: [name(agent) for agent in agents if _course(agent) == kind] for kind in _DOES}
+        parts = [_DOES[kind].format(who=_listed(own)) for kind, own in courses.items() if own]
+        said = f"{capital(cause(axis))} {'; they '.join(parts)}{rest}."
+        if len(said.split()) <= _WORDS:
+            break
+    return said
+
+
+def _with_rates(agent: AgentSummary) -> str:
+    """Its name, and the two rates of a detected contrast."""
+    name, contrast = subject_of(agent).name, agent.contrast
+    if contrast is None or not contrast.detectable:
+        return name
+    first, second = contrast.difference.first, contrast.difference.second
+    sample = "" if contrast.whole else f", of the {first.n} trials finished under both"
+    where = at_dose(contrast.other.dose, agent.axis)
+    return f"{name} ({percent(first.value)} to {percent(second.value)} {where}{sample})"
+
+
+def interaction_said(summary: StudySummary) -> str:
+    """Whether a detected effect differs from those that were not detected; empty without such a pair of agents."""
+    detected = {(one.agent, one.modality): _course(one) in _DOES for one in summary.subjects if not one.blind}
+    tested = [
+        (pair.interaction.clearest.change, pair.interaction.p_adjusted)
+        for pair in summary.comparisons
+        if pair.interaction is not None
+        and pair.interaction.p_adjusted is not None
+        and {detected.get(pair.first), detected.get(pair.second)} == {True, False}
+    ]
+    if not tested:
+        return ""
+    found = sum(p < ALPHA for _, p in tested)
+    if len(tested) > 1:
+        common = sorted({gap.blocks for gap, _ in tested})
+        on = f"{common[0]} to {common[-1]}" if len(common) > 1 else str(common[0])
+        return (
+            f"A difference between two such effects was detected in {found} of {len(tested)} pairs of agents, on the "
+            f"{on} trials that both finished under both reports."
+        )
+    ((gap, p),) = tested
+    return (
+        f"{'A' if found else 'No'} difference in effect between the two agents was detected on the {gap.blocks} trials "
+        f"that both finished under both reports ({change(gap.value, gap.low, gap.high)}; {p_value(p)})."
+    )
+
+
+def smaller_budget_said(summary: StudySummary) -> str:
+    """The first agent whose detected effect reverses within fewer steps, with the shares solved there."""
+    for agent in summary.subjects:
+        if one := agent.inference.reversal:
+            more = "more" if one.second.count > one.first.count else "fewer"
+            rates = f"{percent(one.first.value)} to {percent(one.second.value)}"
+            return f"Within {one.budget} steps {subject_of(agent).name} solved {more}: {rates}."
+    return ""
+
+
+def _listed(names: Sequence[str], last: str = "and") -> str:
+    return listed(names, last, _NAMED)
+
+
+def _names(agents: Iterable[AgentSummary], last: str = "and") -> str:
+    return _listed([subject_of(agent).name for agent in agents], last)
+
+
+def not_above_chance(summary: StudySummary) -> str:
+    """Agents without a detected advantage over random agents without immediate repeats, in their first condition."""
+    counted = [
+        (subject_of(agent).name, first)
+        for agent in summary.subjects
+        if (first := next((one for one in agent.conditions if one.success.n), None)) is not None
+    ]
+    if summary.reference is None or not counted:
+        return ""
+    by_chance = summary.reference.no_repeat[len(counted[0][1].curve.share) - 1]
+    where = at_dose(counted[0][1].dose, summary.axis)
+    return no_advantage_said({name: first.success for name, first in counted}, where, by_chance)
+
+
+def no_advantage_said(shares: Mapping[str, Proportion | ClusteredProportion], where: str, by_chance: float) -> str:
+    """Agents whose interval does not lie above what random agents without immediate repeats solve; empty if none.
+
+    With several agents intervals hold for all of them at once, since the sentence also says of those that it does not
+    name that they exceed chance. They are exact: of few trials, or near 0 and 1, Wilson's say *less* too often.
+
+    Args:
+        shares: Agent -> its success.
+        where: Under which reports.
+        by_chance: Success of the random agents, [0, 1].
+    """
+    shares = {name: _of_all(one, len(shares)) for name, one in shares.items()}
+    weak = [name for name, one in shares.items() if one.low <= by_chance]
+    if not weak:
+        return ""
+    fewer = all(shares[name].high < by_chance for name in weak)
+    did = "solved fewer boxes than" if fewer else "did not detectably exceed"
+    return f"{capital(where)}, {_listed(weak)} {did} random agents without immediate repeats ({percent(by_chance)})."
+
+
+def _of_all(one: Proportion | ClusteredProportion, agents: int) -> Proportion | ClusteredProportion:
+    """The share with the exact interval for one of several agents; clustered intervals of people stay as they are."""
+    alone = proportion(one.count, one.n)
+    if (alone.low, alone.high) != (one.low, one.high):
+        return one
+    return proportion(one.count, one.n, 1 - ALPHA / agents, "exact")
+
+
+def flips_needed(summary: StudySummary, *, named: bool = False) -> str:
+    """How many trials at each dose would decide what is open; empty where nothing is, or nothing can be tested.
+
+    Args:
+        summary: Agents over a dose.
+        named: Whether the dose is named, as sentences on other changes stand beside this one.
+    """
+    over = f" over {'the ' * (summary.axis.name == FLIPS.name)}{summary.axis.name}" if named else ""
+    hidden = [
+        (subject_of(agent) if len(summary.subjects) > 1 else None, over, one.difference, one.choices * one.agents)
+        for agent in summary.subjects
+        if (one := agent.contrast) and not one.detectable and not agent.blind and _course(agent) not in _DOES
+    ]
+    axis = summary.axis
+    dose = axis.name if axis.name == FLIPS.name else f"dose of {axis.name}"
+    return _needed(hidden, f"per {dose}{f' ({axis.options})' if axis.options else ''}")
+
+
+def _needed(differences: Iterable[tuple[Subject | None, str, DifferenceAt, int]], where: str) -> str:
+    """How many trials make the widest interval as narrow as :data:`NARROW`, from an estimate to an upper bound.
+
+    Args:
+        differences: Whose change it is (None if it is the only one), what changes it, the difference, and the number
+            of differences for which its interval is corrected, those of the agents that are judged together included.
+        where: Where so many trials are needed.
+    """
+    found = [
+        (needed[::-1], one.first.n, who, what)
+        for who, what, one, choices in differences
+        if one.first.n and (needed := _trials_for_narrow(one, choices)) and needed[1] > one.first.n
+    ]
+    if not found:
+        return ""
+    (most, few), there, who, what = max(found, key=lambda one: one[:2])
+    ends = dict.fromkeys(_rounded(max(count, there + 1)) for count in (few, most))
+    return (
+        f"Estimating the change{f' of {who.name}' if who else ''}{what} to ±{100 * NARROW:.0f} points takes about "
+        f"{' to '.join(map(str, ends))} trials {where}; "
+        f"{who.form('it has', 'they have') if who else 'this study has'} {there}."
+    )
+
+
+def _trials_for_narrow(found: DifferenceAt, choices: int) -> tuple[int, int] | None:
+    """Trials that narrow an interval to :data:`NARROW` either way, estimated and at most; None if it cannot be said.
+
+    The variance of a pair is at most the share of pairs that differ. Few trials may all happen to go alike, so this
+    share has an upper bound too. Of people the width of their interval shrinks with the root of trials.
+    """
+    if found.pairs is not None:
+        differ, n = found.pairs.only_first + found.pairs.only_second, found.pairs.n
+        z = NormalDist().inv_cdf(1 - ALPHA / 2 / choices)
+        few, most = (ceil(share * (z / NARROW) ** 2) for share in ((differ + 1) / (n + 2), proportion(differ, n).high))
+        return min(few, most), most
+    if found.low <= -1 or found.high >= 1:
+        return None
+    needed = ceil(found.first.n * ((found.high - found.low) / 2 / NARROW) ** 2)
+    return needed, needed
+
+
+def _rounded(count: int) -> int:
+    """Two digits, upwards.
+
+    >>> _rounded(97), _rounded(1234)
+    (97, 1300)
+    """
+    unit = int(10.0 ** max(len(str(count)) - 2, 0))
+    return -(-count // unit) * unit
+
+
+def modality_answer(effect: ModalityEffect) -> str:
+    """What the modality did to how soon one agent solves the box."""
+    who = Subject.of(effect.agent)
+    solves, it, sees = who.form("solves", "solve"), who.form("it", "they"), who.form("sees", "see")
+    if effect.detectable:
+        sooner = "sooner" if effect.direction > 0 else "later or more rarely"
+        return f"The higher the fidelity of what {who.name} {sees}, the {sooner} {it} {solves} the box."
+    if effect.p_all is not None and effect.p_all < ALPHA:
+        return f"How soon {who.name} {solves} the box differs between {_listed([*map(spoken, effect.modalities)])}."
+    finals = [pair.final for pair in effect.pairs]
+    return _undetected(f"fidelity on how soon {who.name} {solves} the box", finals, "differences in success")
+
+
+def effects_answer(found: Sequence[Effects], *, other: bool = False, shown: str = "", many: int = 1) -> str:
+    """What conditions did to the success of the agents that the study is about, against their control.
+
+    Args:
+        found: Their effects.
+        other: Whether there are conditions that these effects leave out: flip rates, or some that changed nothing.
+        shown: How the box was shown, where conditions of several modalities are judged apart; else empty.
+        many: For how many questions their P values are corrected further.
+    """
+    every = [one for own in found for one in own.effects]
+    said = [f"{did} the success of {Subject.of(own.agent).name}" for own in found if (did := _did(own.effects, many))]
+    if said:
+        more = len(said) - _NAMED
+        said = [*said[:_NAMED], f"effects on {more} more agent{'s' * (more > 1)} were detected"] if more > 0 else said
+        rest = sum(one.difference.p_value * many >= ALPHA for one in every)
+        others = f"; no effect of {rest} other{'s' * (rest > 1)} was detected" if rest and len(found) == 1 else ""
+        return f"{'; '.join(said)}{others}."
+    if not every:
+        return "No two conditions have a trial in common yet."
+    what = f"any {'other ' * other}condition{shown and f' with {shown}'} on success"
+    if found[0].family == CONTROLS:
+        what = "the modality on success"
+    elif len(found) == 1:
+        conditions = _listed([one.condition for one in every], "or")
+        what = f"{conditions} on the success of {Subject.of(found[0].agent).name}"
+    return _undetected(what, [one.difference for one in every])
+
+
+def _did(effects: Sequence[Effect], many: int) -> str:
+    """Which conditions raise success, and which lower it; empty without any."""
+    clear = [one for one in effects if one.difference.p_value * many < ALPHA]
+    ways = {
+        "raise": [one.condition for one in clear if one.difference.value > 0],
+        "lower": [one.condition for one in clear if one.difference.value < 0],
+    }
+    return " and ".join(f"{_listed(own)} {way}{'s' * (len(own) == 1)}" for way, own in ways.items() if own)
+
+
+def effects_needed(found: Sequence[Effects]) -> str:
+    """How many trials under each condition would decide what is open; empty where nothing is."""
+    several = len({own.agent for own in found}) > 1
+    hidden = [
+        (
+            Subject.of(own.agent) if several else None,
+            f" under {one.condition}",
+            one.difference,
+            len(own.effects) * own.agents,
+        )
+        for own in found
+        for one in own.effects
+        if not one.detectable
+    ]
+    return _needed(hidden, "per condition")

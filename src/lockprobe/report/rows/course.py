@@ -1,0 +1,167 @@
+"""Views of the rows of results: one agent under one condition, and one agent over the doses of an axis."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from lockprobe.report.rows.design import Player
+from lockprobe.report.rows.row import Curve, Estimate
+
+__all__ = ["Cell", "Course"]
+
+
+class _Rows(Protocol):
+    """The rows that views select from: :class:`lockprobe.report.rows.results.Results`."""
+
+    @property
+    def not_judged(self) -> str: ...
+
+    def where(self, quantity: str = "", **columns: str) -> list[Estimate]: ...
+
+    def get(self, quantity: str, **columns: str) -> Estimate | None: ...
+
+    def curve(self, quantity: str, **columns: str) -> Curve | None: ...
+
+    def fact(self, about: str, name: str) -> str: ...
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Cell:
+    """One agent under one condition: a view of the rows of results.
+
+    Attributes:
+        found: The results.
+        agent: Its name, or its spec if it has none.
+        modality: How the box was shown.
+        condition: Name of the condition.
+        p: Flip rate; None if other things than flips can act.
+        dose: Its dose on the axis on which it is shown.
+        label: What tables call the agent here.
+        same_at_every_p: Whether the agent plays the same trials at every flip rate.
+    """
+
+    found: _Rows
+    agent: str
+    modality: str
+    condition: str
+    p: float | None
+    dose: float | None
+    label: str
+    same_at_every_p: bool
+
+    def get(self, quantity: str, of: str = "") -> Estimate | None:
+        """A number of this cell; None if it has none."""
+        return self.found.get(
+            quantity, agent=self.agent, condition=self.condition, control="", versus="", axis="", of=of
+        )
+
+    def value(self, quantity: str, of: str = "") -> float | None:
+        """The value of a number of this cell; None if it has none."""
+        row = self.get(quantity, of)
+        return None if row is None else row.value
+
+    def curve(self, quantity: str, of: str = "") -> Curve | None:
+        """A curve of this cell; None if it has none."""
+        return self.found.curve(quantity, **self._own, of=of)
+
+    @property
+    def _own(self) -> dict[str, str]:
+        return {"agent": self.agent, "condition": self.condition, "versus": ""}
+
+    @property
+    def trials(self) -> int:
+        """Trials that ended as solved or out of budget."""
+        return int(self.value("trials") or 0)
+
+    @property
+    def points(self) -> list[tuple[Estimate, Estimate]]:
+        """Success and loop rate of each repetition."""
+        own = {"agent": self.agent, "condition": self.condition}
+        pairs = (
+            (row, self.get("loop_rate", row.of))
+            for row in self.found.where("success", **own)
+            if row.of.startswith("rep=")
+        )
+        return [(success, loops) for success, loops in pairs if loops is not None]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Course:
+    """One agent over the doses of an axis: a view of the rows of results.
+
+    Attributes:
+        found: The results.
+        player: The agent in its modality.
+        axis: The key of the axis, which its rows have in their column ``axis``.
+        name: What sentences call the dose.
+        cells: Its cells by dose, ascending.
+    """
+
+    found: _Rows
+    player: Player
+    axis: str
+    name: str
+    cells: tuple[Cell, ...]
+
+    @property
+    def agent(self) -> str:
+        """Its name, or its spec if it has none."""
+        return self.player.agent
+
+    @property
+    def modality(self) -> str:
+        """How the box was shown."""
+        return self.player.modality
+
+    @property
+    def label(self) -> str:
+        """What tables call it."""
+        return self.player.label
+
+    @property
+    def shown(self) -> str:
+        """What tells it apart in words."""
+        return self.player.shown
+
+    @property
+    def subject(self) -> bool:
+        """Whether the study is about it."""
+        return self.player.subject
+
+    @property
+    def blind(self) -> bool:
+        """Whether it plays alike at every dose."""
+        return self.player.blind
+
+    @property
+    def played(self) -> tuple[Cell, ...]:
+        """Its cells that have an ended trial."""
+        return tuple(cell for cell in self.cells if cell.trials)
+
+    @property
+    def _own(self) -> dict[str, str]:
+        return {"agent": self.agent, "modality": self.modality, "axis": self.axis, "condition": "", "versus": ""}
+
+    def get(self, quantity: str, of: str = "") -> Estimate | None:
+        """A number over all doses; None if it has none."""
+        return self.found.get(quantity, **self._own, of=of)
+
+    def value(self, quantity: str, of: str = "") -> float | None:
+        """The value of such a number; None if it has none."""
+        row = self.get(quantity, of)
+        return None if row is None else row.value
+
+    def where(self, quantity: str) -> list[Estimate]:
+        """All such numbers, whatever part of the quantity they are."""
+        return self.found.where(quantity, **self._own)
+
+    def against_lowest(self, quantity: str, of: str = "") -> list[Estimate]:
+        """A number that compares a dose with the lowest, for every dose above it."""
+        own = {cell.condition for cell in self.cells}
+        rows = self.found.where(quantity, agent=self.agent, axis=self.axis, versus="", of=of)
+        return [row for row in rows if row.control and row.condition in own]
+
+    def curve(self, quantity: str, of: str = "") -> Curve | None:
+        """A curve over the doses; None if it has none."""
+        return self.found.curve(quantity, **self._own, of=of)

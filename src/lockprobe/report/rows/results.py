@@ -1,0 +1,333 @@
+"""The content of ``results.json``: every row of a study, and a table to select from."""
+
+from __future__ import annotations
+
+import difflib
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property
+from importlib import import_module
+from typing import Any, Literal
+
+from pydantic import Field
+
+from lockprobe.foundation.errors import LockprobeError, Missing
+from lockprobe.report.rows.course import Cell, Course
+from lockprobe.report.rows.design import Condition, Design, DoseAxis, LeftOut, Player, Progress
+from lockprobe.report.rows.part import Part
+from lockprobe.report.rows.row import IDENTITY, Curve, Estimate, Exhibit, Fact, Finding, Row
+
+__all__ = ["MEASURES", "NoSuchRow", "Results"]
+
+MEASURES = "measures"
+"""What facts about measures of packages are about; of the measure ``x`` the quantity is ``measures.x``."""
+
+_KINDS = ("rows", "curves", "findings", "facts", "exhibits")
+"""The fields that hold rows."""
+
+_COLUMNS = frozenset(Estimate.model_fields)
+"""By which rows are selected."""
+
+
+class NoSuchRow(LockprobeError, LookupError):
+    """No row, or more than one, has what was asked for."""
+
+
+class Results(Part):
+    """What a study found: the content of ``results.json``, and a table to select from."""
+
+    schema_version: Literal[4] = Field(default=4, description="Version of this layout.")
+    lockprobe: str = Field(description="Release that made it.")
+    study: dict[str, Any] = Field(description="The settings, as in study.json.")
+    settings_hash: str = Field(description="Hash of the settings, as lockprobe verify DIR --settings takes it.")
+    results_hash: str = Field(description="Hash of settings and records, as lockprobe verify DIR --results takes it.")
+    answer: str = Field(default="", description="What the study found, in one sentence.")
+    not_judged: str = Field(
+        default="", description="Why no sentence judges an agent, as attempts broke the rules; empty if none did."
+    )
+    progress: Progress = Field(description="How many of its planned trials are finished.")
+    design: Design = Field(description="What differs between its trials.")
+    rows: tuple[Estimate, ...] = Field(default=(), description="Every number, one a row.")
+    curves: tuple[Curve, ...] = Field(default=(), description="Every line of a figure.")
+    findings: tuple[Finding, ...] = Field(default=(), description="Every sentence.")
+    facts: tuple[Fact, ...] = Field(default=(), description="Properties, as text.")
+    exhibits: tuple[Exhibit, ...] = Field(default=(), description="Trials, step by step.")
+    sections_left_out: tuple[LeftOut, ...] = Field(default=(), description="Sections that could not be made.")
+
+    def plain(self) -> dict[str, Any]:
+        """The content of ``results.json``."""
+        found = {name: getattr(self, name) for name in type(self).model_fields}
+        written = {
+            name: [one.plain() for one in value] if isinstance(value, tuple) else value for name, value in found.items()
+        }
+        return {
+            name: value.plain() if isinstance(value, Part) else value
+            for name, value in written.items()
+            if value or name not in ("not_judged", "sections_left_out")
+        }
+
+    def __repr__(self) -> str:
+        """How many rows there are; all of them would fill a screen for minutes."""
+        return f"<Results of {self.study.get('study', 'a study')}: {len(self.rows)} rows; {self.answer}>"
+
+    @cached_property
+    def own(self) -> Results:
+        """The same without what sections of packages add: all that a section of Lockprobe reads."""
+        kept = {kind: tuple(row for row in getattr(self, kind) if not row.source or _measures(row)) for kind in _KINDS}
+        return self.changed(**kept) if any(len(getattr(self, kind)) > len(kept[kind]) for kind in _KINDS) else self
+
+    @property
+    def measures(self) -> list[Estimate]:
+        """What measures of packages found, in order."""
+        return [row for row in self.rows if _measures(row)]
+
+    @cached_property
+    def _rows(self) -> Mapping[str, Sequence[Estimate]]:
+        found = defaultdict(list)
+        for row in self.rows:
+            found[row.quantity].append(row)
+        return found
+
+    @cached_property
+    def _of_agents(self) -> Mapping[tuple[str, str], Sequence[Estimate]]:
+        found = defaultdict(list)
+        for row in self.rows:
+            found[row.quantity, row.agent].append(row)
+        return found
+
+    @cached_property
+    def _curves(self) -> Mapping[str, Sequence[Curve]]:
+        found = defaultdict(list)
+        for curve in self.curves:
+            found[curve.quantity].append(curve)
+        return found
+
+    def where(self, quantity: str = "", **columns: str) -> list[Estimate]:
+        """The rows of a quantity (of all if empty) that have these values, in order.
+
+        >>> found = lockprobe.results("runs/flips")  # doctest: +SKIP
+        >>> found.where("success", agent="random")  # doctest: +SKIP
+        """
+        if unknown := columns.keys() - _COLUMNS:
+            raise NoSuchRow(
+                f"no column is called {', '.join(sorted(unknown))}; columns: {', '.join(IDENTITY)}, family, …"
+            )
+        rows = self._rows.get(quantity, ()) if quantity else self.rows
+        if quantity and "agent" in columns:
+            rows = self._of_agents.get((quantity, columns["agent"]), ())
+        found = [*rows]
+        for name, value in columns.items():
+            found = [row for row in found if getattr(row, name) == value]
+        return found
+
+    def get(self, quantity: str, **columns: str) -> Estimate | None:
+        """The one row of a quantity that has these values and ``of=""`` unless given; None if there is none.
+
+        Raises:
+            NoSuchRow: If there are several.
+        """
+        rows = self.where(quantity, **{"of": "", **columns})
+        if len(rows) > 1:
+            apart = [name for name in IDENTITY if len({getattr(row, name) for row in rows}) > 1]
+            raise NoSuchRow(
+                f"{quantity}: {len(rows)} rows have {_asked(columns)}; they differ in {', '.join(apart)}. Give one of "
+                f"{', '.join(sorted({getattr(row, apart[0]) or 'empty' for row in rows})) if apart else 'them'}"
+            )
+        return rows[0] if rows else None
+
+    def one(self, quantity: str, **columns: str) -> Estimate:
+        """The one row of a quantity that has these values, with ``of=""`` unless given.
+
+        Raises:
+            NoSuchRow: If there is none, or there are several; the message says what there is.
+        """
+        found = self.get(quantity, **columns)
+        if found is None:
+            near = self._near(quantity, {"of": "", **columns})
+            raise NoSuchRow(f"{quantity}: no row has {_asked(columns)}. {near}")
+        return found
+
+    def _near(self, quantity: str, columns: Mapping[str, str]) -> str:
+        """What there is, for a message."""
+        if quantity not in self._rows:
+            near = difflib.get_close_matches(quantity, self._rows, 3) or sorted(self._rows)
+            return f"Quantities: {', '.join(near)}"
+        for name, value in columns.items():
+            there = {str(getattr(row, name)) for row in self._rows[quantity]}
+            if value not in there:
+                return f"{name}: {', '.join(sorted(there - {''}) or ['empty'])}"
+        return "Each of these values occurs, but not together"
+
+    def curve(self, quantity: str, **columns: str) -> Curve | None:
+        """The one curve of a quantity that has these values, with ``of=""`` unless given; None if there is none."""
+        wanted = {"of": "", **columns}
+        curves = self._curves.get(quantity, ())
+        found = [one for one in curves if all(getattr(one, name) == value for name, value in wanted.items())]
+        if len(found) > 1:
+            raise NoSuchRow(f"{quantity}: {len(found)} curves have {_asked(columns)}")
+        return found[0] if found else None
+
+    def frame(self) -> Any:
+        """All rows as a pandas frame, a column for each field and each dose.
+
+        Raises:
+            Missing: If pandas is not installed.
+        """
+        try:
+            pandas = import_module("pandas")
+        except ImportError as error:
+            raise Missing("frames need the package pandas", "pip install pandas") from error
+        rows = [row.model_dump(exclude={"doses"}) | row.doses for row in self.rows]
+        return pandas.DataFrame(rows, columns=list(dict.fromkeys(name for row in rows for name in row)) or None)
+
+    def said(self, section: str, kind: str | None = None, **about: str) -> list[str]:
+        """The sentences of a section, of one kind if given."""
+        return [
+            one.text
+            for one in self.findings
+            if one.section == section
+            and (kind is None or one.kind == kind)
+            and all(getattr(one, name) == value for name, value in about.items())
+        ]
+
+    def answer_of(self, section: str) -> str:
+        """The answer in the heading of a section; empty without one."""
+        return next(iter(self.said(section, "answer")), "")
+
+    def fact(self, about: str, name: str) -> str:
+        """A property; empty if it is not known."""
+        return next((one.text for one in self.facts if (one.about, one.name) == (about, name)), "")
+
+    def facts_about(self, about: str) -> dict[str, str]:
+        """All properties of something."""
+        return {one.name: one.text for one in self.facts if one.about == about}
+
+    @cached_property
+    def _players(self) -> Mapping[tuple[str, str], Player]:
+        return {(one.agent, one.modality): one for one in self.design.players}
+
+    @cached_property
+    def _conditions(self) -> Mapping[str, Condition]:
+        return {one.name: one for one in self.design.conditions}
+
+    def label(self, agent: str, modality: str) -> str:
+        """What tables call an agent in a modality."""
+        player = self._players.get((agent, modality))
+        return player.label if player else agent
+
+    def player(self, agent: str, modality: str) -> Player | None:
+        """An agent in a modality, if it has trials on the flip axis."""
+        return self._players.get((agent, modality))
+
+    @property
+    def subjects(self) -> tuple[str, ...]:
+        """The agents that the study is about."""
+        return tuple(dict.fromkeys(one.agent for one in self.design.players if one.subject))
+
+    @property
+    def flip_rates(self) -> tuple[float, ...]:
+        """The flip rates that have trials, ascending."""
+        return tuple(sorted({cell.p for cell in self.cells if cell.p is not None}))
+
+    @property
+    def several_p(self) -> bool:
+        """Whether trials have several flip rates."""
+        return len(self.flip_rates) > 1
+
+    @property
+    def beside_flips(self) -> bool:
+        """Whether the study has conditions that are no flip rates."""
+        return any(one.p is None for one in self.design.conditions)
+
+    @cached_property
+    def cells(self) -> tuple[Cell, ...]:
+        """Every agent under every condition, in the order of the study."""
+        return tuple(self._cells())
+
+    def _cells(self) -> Iterator[Cell]:
+        for row in self.where("trials", of=""):
+            if row.condition:
+                condition, player = self._conditions[row.condition], self._players.get((row.agent, row.modality))
+                on_axis = condition.p is not None and player is not None
+                yield Cell(
+                    found=self,
+                    agent=row.agent,
+                    modality=row.modality,
+                    condition=row.condition,
+                    p=condition.p,
+                    dose=condition.p,
+                    label=player.label if on_axis and player else row.agent,
+                    same_at_every_p=bool(on_axis and player and player.blind),
+                )
+
+    def courses(self, axis: DoseAxis | None = None) -> list[Course]:
+        """Every agent over the doses of an axis, ascending; over flip rates without one."""
+        if axis is None or (not axis.players and axis.intervention == "flip"):
+            made = [self._over_flips(player) for player in self.design.players]
+            return [one for one in made if one.cells and (axis is None or one.modality == axis.modality)]
+        return [self._over(axis, player) for player in axis.players]
+
+    def _over_flips(self, player: Player) -> Course:
+        own = [one for one in self.cells if (one.agent, one.modality) == (player.agent, player.modality)]
+        on_axis = sorted((one for one in own if one.p is not None), key=lambda one: one.p or 0.0)
+        return Course(found=self, player=player, axis="flip rate", name="flip rate", cells=tuple(on_axis))
+
+    def _over(self, axis: DoseAxis, player: Player) -> Course:
+        places = {
+            (name, axis.condition) if axis.condition else (player.agent, name): dose
+            for name, dose in axis.doses.items()
+        }
+        analysed = self.where("trials_at_dose", agent=player.agent, modality=player.modality, axis=axis.key)
+        doses = {float(row.of) for row in analysed}
+        known = {(one.agent, one.condition): one for one in self.cells}
+        cells = tuple(
+            replace(known[place], dose=dose)
+            for place, dose in places.items()
+            if place in known and (dose in doses or not doses)  # what changed nothing is left out
+        )
+        return Course(found=self, player=player, axis=axis.key, name=axis.name, cells=cells)
+
+    @cached_property
+    def readings(self) -> tuple[tuple[DoseAxis, str], ...]:
+        """The axes of flip rates alone, each with the other options of its flips, which say what a false report is."""
+        own = [one for one in self.design.axes if one.of_flips]
+        return tuple((one, options) for one in own for options in [self._options_of(one)] if options is not None)
+
+    def _options_of(self, axis: DoseAxis) -> str | None:
+        """The options of flips on an axis but their rate, as in a spec; None if no report is false there."""
+        specs = (self._conditions[name].specs for name, dose in axis.doses.items() if dose and name in self._conditions)
+        found = next((one[0].partition("?")[2].split("&") for one in specs if len(one) == 1), None)
+        return None if found is None else "&".join(one for one in found if not one.startswith("p="))
+
+    def against_control(self) -> list[Estimate]:
+        """Success of every condition minus that of its control: by agent, doses of an axis before other conditions."""
+        agents = list(dict.fromkeys(one.agent for one in self.design.players))
+        controls = {one.name: one.control for one in self.design.conditions}
+        rows = self.where("success_difference", of="", versus="")
+        own = [row for row in rows if row.control and (not row.axis or row.control == controls.get(row.condition))]
+        return sorted(own, key=lambda row: (agents.index(row.agent), not row.axis))
+
+    def with_rows(self, rows: Iterable[Row], **changed: Any) -> Results:
+        """The same with these rows, each among its kind."""
+        kinds: dict[type, list[Row]] = {kind: [] for kind in (Estimate, Curve, Finding, Fact, Exhibit)}
+        for row in rows:
+            kinds[type(row)].append(row)
+        named = dict(zip(_KINDS, kinds.values(), strict=True))
+        return self.changed(**{name: tuple(of) for name, of in named.items()}, **changed)
+
+    def changed(self, **fields: Any) -> Results:
+        """The same with other values of these fields."""
+        kept = {name: getattr(self, name) for name in type(self).model_fields}
+        return self.model_construct(**kept | fields)  # no copy, which would keep what is cached
+
+
+def _measures(row: Row) -> bool:
+    """Whether a row is of a measure that a package adds, or describes it."""
+    if isinstance(row, Fact):
+        return row.about == MEASURES
+    return isinstance(row, Estimate) and row.quantity.startswith(f"{MEASURES}.")
+
+
+def _asked(columns: Mapping[str, str]) -> str:
+    return ", ".join(f"{name}={value}" for name, value in columns.items()) or "all"

@@ -1,0 +1,181 @@
+"""The kinds of rows of results: numbers, curves, sentences, properties, and trials to look at."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pydantic import Field
+
+from lockprobe.report.rows.part import Number, Part, Probability
+
+__all__ = ["IDENTITY", "UNITS", "Curve", "Estimate", "Exhibit", "ExhibitStep", "Fact", "Finding", "Row"]
+
+
+class _Measured(Part):
+    """What an estimate and a curve have in common: the columns that say what they are of.
+
+    No two rows of a study are equal in all of :data:`IDENTITY`.
+    """
+
+    quantity: str = Field(description="What is measured, for example success or success_by_step.")
+    agent: str = Field(
+        default="", description="Name of the agent, or its spec if it has none; empty for what no agent did."
+    )
+    modality: str = Field(default="", description="How the box was shown; under the condition, if under one.")
+    condition: str = Field(default="", description="Name of the condition; empty for several.")
+    control: str = Field(default="", description="The condition that is subtracted, in a difference.")
+    versus: str = Field(default="", description="The agent that is subtracted, in a comparison of agents.")
+    versus_modality: str = Field(default="", description="How that agent was shown the box.")
+    axis: str = Field(default="", description="The dose over which it is computed, for example flip rate; or step.")
+    of: str = Field(default="", description="What part of the quantity: a null model, an outcome, a repetition.")
+    doses: dict[str, float] = Field(default={}, description="The doses of the condition, for example flip.p: 0.4.")
+    n: int | None = Field(default=None, ge=0, description="How many trials, actions or claims it is of.")
+    source: str = Field(default="", description="The package that measures it; empty for Lockprobe.")
+
+    @property
+    def identity(self) -> tuple[str, ...]:
+        """What it is of."""
+        return tuple(getattr(self, name) for name in IDENTITY)
+
+    @property
+    def pair(self) -> dict[str, str]:
+        """The two agents that it compares, as columns."""
+        return {name: getattr(self, name) for name in ("agent", "modality", "versus", "versus_modality")}
+
+
+IDENTITY = (
+    *("quantity", "agent", "modality", "condition", "control"),
+    *("versus", "versus_modality", "axis", "of", "source"),
+)
+"""The columns that say what a row is of."""
+
+
+UNITS = (
+    *("share", "points", "ratio", "odds ratio", "yes or no", "direction", "verdict", "rank", "order", "dose"),
+    *(
+        "steps",
+        "trials",
+        "people",
+        "claims",
+        "reports",
+        "decisions",
+        "calls",
+        "tokens",
+        "US$",
+        "ms",
+        "records",
+        "lines",
+    ),
+    *("boxes", "blocks", "strata", "sequences", "restarts", "interlocks", "permutations"),
+    *("bits", "logits", "score", "coefficient", "r", "z", "total variation"),
+)
+"""The units of Lockprobe's numbers."""
+
+
+class Estimate(_Measured):
+    """One number, with its interval and test where it has them."""
+
+    unit: str = Field(
+        default="share",
+        description=f"{', '.join(UNITS)}, or what a package says; empty if it has none. Points are differences of "
+        "shares, from -1 to 1; the column axis names a dose.",
+    )
+    count: int | None = Field(default=None, ge=0, description="Of a share: how many of them.")
+    clusters: int | None = Field(default=None, ge=0, description="Clusters that the interval counts as independent.")
+    value: Number = Field(default=None, description="The number; null where only its interval is known.")
+    low: Number = Field(default=None, description="Lower end of its 95 % interval; null if open or unknown.")
+    high: Number = Field(default=None, description="Upper end.")
+    p_value: Probability = Field(default=None, description="P value, corrected as the next columns say.")
+    family: str = Field(default="", description="The comparisons that are judged together.")
+    corrected_for: int = Field(default=1, ge=1, description="How many comparisons the P value allows for.")
+    test: str = Field(default="", description="The test of the P value.")
+    note: str = Field(default="", description="What limits it, for example the end of an interval that is open.")
+
+    @property
+    def detected(self) -> bool:
+        """Whether the test rejects at 0.05 and the interval leaves out 0."""
+        clear = self.low is not None and self.high is not None and (self.low > 0 or self.high < 0)
+        return self.p_value is not None and self.p_value < _LEVEL and clear
+
+    def plain(self) -> dict[str, Any]:
+        """The row as JSON holds it: ten columns always, the others where they are no defaults."""
+        kept = self.model_dump(mode="json", include=_ALWAYS)
+        return kept | super().plain()
+
+
+_LEVEL = 0.05
+"""Level of every test."""
+
+_ALWAYS = {"quantity", "agent", "condition", "unit", "n", "value", "low", "high", "p_value", "test"}
+"""Columns that every row of ``results.json`` has."""
+
+
+class Curve(_Measured):
+    """A number along an axis, such as the share solved by each step, with its band."""
+
+    x: tuple[float, ...] = Field(description="Places on the axis, ascending.")
+    value: tuple[Number, ...] = Field(description="The number at each of them.")
+    low: tuple[Number, ...] = Field(default=(), description="Lower end of its 95 % band; empty without one.")
+    high: tuple[Number, ...] = Field(default=(), description="Upper end.")
+
+
+class Finding(Part):
+    """A sentence of the report."""
+
+    section: str = Field(description="The section of the report that it belongs to.")
+    kind: str = Field(default="", description="What it says: answer, question, finding, …")
+    agent: str = Field(default="", description="The agent that it is about; empty if about several.")
+    modality: str = Field(default="", description="How that agent was shown the box.")
+    text: str = Field(description="The sentence.")
+    rests_on: tuple[str, ...] = Field(
+        default=(), description="The quantities that it rests on, which have rows; none if it states no result."
+    )
+    judges: bool = Field(default=True, description="Whether it judges an agent.")
+    source: str = Field(default="", description="The package that says it; empty for Lockprobe.")
+
+
+class Fact(Part):
+    """A property of an agent, the plant or the study, or the reason why a number is missing."""
+
+    about: str = Field(description="What it is a property of.")
+    name: str = Field(description="Its name.")
+    text: str = Field(description="Its value.")
+    source: str = Field(default="", description="The package that gives it; empty for Lockprobe.")
+
+
+class ExhibitStep(Part):
+    """One step of a trial that the page shows."""
+
+    step: int = Field(description="Its number, from 1.")
+    state: str = Field(description="True configuration before the step, a bit for each joint in panel order.")
+    joint: str = Field(description="The joint that was attempted.")
+    chosen: str | None = Field(default=None, description="The joint that the agent chose, if it was another.")
+    moved: bool = Field(description="Whether that joint moved.")
+    told_moved: bool | None = Field(default=None, description="The outcome that the report implied.")
+    claimed: str | None = Field(default=None, description="What the agent said of this step.")
+    misinterpreted: bool | None = Field(default=None, description="Whether that contradicts the report.")
+    loop: str = Field(default="", description="Equal letters are copies of the same action loop.")
+    again: bool = Field(default=False, description="Whether the joint was tried before in this configuration.")
+    hypothesis: str = Field(default="", description="The words of the agent about the box; often empty.")
+    words: str = Field(default="", description="The words of the report; empty where the page does not show them.")
+
+
+class Exhibit(Part):
+    """One trial, step by step, and why it is worth reading."""
+
+    section: str = Field(description="The section of the report that shows it.")
+    of: str = Field(default="", description="Which it is of several that belong together.")
+    agent: str = Field(default="", description="Name of the agent, or its spec if it has none.")
+    why: str = Field(description="Why it is shown.")
+    key: str = Field(description="Key of its record.")
+    ending: str = Field(description="How it ended: solved or budget.")
+    joints: tuple[str, ...] = Field(description="The joints of the box, in panel order.")
+    labels: tuple[str, ...] = Field(description="The labels the agent knew them by, in panel order.")
+    target: str = Field(description="The joint that has to move.")
+    parted: int | None = Field(default=None, description="The first step at which it differs from the other one.")
+    steps: tuple[ExhibitStep, ...] = Field(description="Its steps.")
+    source: str = Field(default="", description="The package that shows it; empty for Lockprobe.")
+
+
+Row = Estimate | Curve | Finding | Fact | Exhibit
+"""What a section of a report gives."""

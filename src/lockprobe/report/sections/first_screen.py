@@ -1,0 +1,446 @@
+"""The first screen of a report: its question, the answer in one sentence, one figure, and key numbers."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import count, takewhile
+from typing import cast
+
+from lockprobe.agents.catalogue import description
+from lockprobe.foundation.formatting import NONE, bracketed, listed, percent, share
+from lockprobe.report.captions import paper_rates
+from lockprobe.report.prose.doses import at_dose, cause
+from lockprobe.report.prose.first_screen import (
+    Varied,
+    all_broken_said,
+    effects_needed,
+    flips_needed,
+    interaction_said,
+    modality_answer,
+    no_advantage_said,
+    not_above_chance,
+    smaller_budget_said,
+    trial_said,
+)
+from lockprobe.report.prose.idle import idle_doses_said, idle_said, unheeded_said
+from lockprobe.report.prose.readings import BOTH_FIT, false_reports
+from lockprobe.report.prose.several_answers import of_axis, of_conditions, several_answers
+from lockprobe.report.prose.subject import Subject, subject_of
+from lockprobe.report.prose.why import mechanism_said
+from lockprobe.report.rows import Fact, Finding, Results, Row
+from lockprobe.report.section import Caption, Figure, Part, Section, Template
+from lockprobe.report.sections import all_sections
+from lockprobe.report.sections.readings import untested
+from lockprobe.report.study_numbers import StudyNumbers
+from lockprobe.statistics.conditions.axis import FLIPS
+from lockprobe.statistics.conditions.condition_study import ConditionStudySummary
+from lockprobe.statistics.conditions.effects import Effects
+from lockprobe.statistics.reference import Reference
+from lockprobe.statistics.summary import AgentSummary, StudySummary
+from lockprobe.statistics.why.contrasts import Why
+from lockprobe.studies.study import Study
+from lockprobe.trial.condition import TRUTH
+from lockprobe.trial.record import Trial
+
+__all__ = ["SECTIONS", "without_answer"]
+
+_ABOUT = "first screen"
+"""What the facts of the first screen are about; those of an agent, with its place from 1 behind it."""
+
+_ROWS = 4
+"""Agents whose numbers stand on the first screen."""
+
+_NUMBERS = ("All numbers", "Every condition against the control")
+"""How the names of sections begin without which there is no answer."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _KeyNumbers:
+    """The numbers of one agent, as text with 95 % intervals; ``agents`` are judged together."""
+
+    agent: str
+    what: str
+    success: str
+    where: str
+    change: str = NONE
+    against: str = ""
+    agents: int = 1
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Screen:
+    """A first screen.
+
+    Attributes:
+        question: What the study asks.
+        trial: What happens in a trial, and what is varied.
+        answer: What it found.
+        changed_nothing: Interventions that changed nothing in a whole condition, unless that is the answer, and
+            conditions under which the only agent chose as under the control.
+        chance: Agents without a detected advantage over random agents.
+        interaction: Whether a detected effect reverses within fewer steps, and whether it differs from one that was
+            not detected.
+        needed: How many trials narrow the widest interval of an undetected effect to 10 points either way.
+        untested: Which agents were told false reports of one kind alone.
+        figure: Name of the figure that shows it.
+        by_chance: What random agents solve.
+        numbers: Key numbers.
+        more: Agents whose numbers are not shown.
+    """
+
+    question: str
+    trial: str
+    answer: str
+    changed_nothing: str = ""
+    chance: str = ""
+    interaction: str = ""
+    needed: str = ""
+    untested: str = ""
+    figure: str = ""
+    by_chance: str = NONE
+    numbers: tuple[_KeyNumbers, ...] = ()
+    more: int = 0
+
+
+_SAID: Mapping[str, tuple[bool, tuple[str, ...]]] = {
+    "question": (False, ()),
+    "trial": (False, ()),
+    "answer": (True, ("success", "success_difference", "clearest_success_difference", "broken")),
+    "changed_nothing": (False, ("changed_steps", "false_report")),
+    "interaction": (True, ("success_change_difference",)),
+    "chance": (True, ("success", "success_chance")),
+    "needed": (True, ("success_difference", "clearest_success_difference")),
+    "untested": (False, ()),
+}
+"""Kind of a sentence -> whether it judges an agent, and the quantities that it rests on."""
+
+
+def _rows(numbers: StudyNumbers) -> Iterator[Row]:
+    screen = (
+        _of_conditions(numbers.flips, numbers.others, numbers.study)
+        if numbers.others is not None
+        else _of_flips(numbers.flips, numbers.study)
+    )
+    screen = replace(screen, untested=untested(numbers))
+    if broken := all_broken_said(_all_broken(numbers)):
+        ended = any(trial.error is None for cell in numbers.cells for trial in cell.trials)
+        screen = replace(screen, answer=_joined(broken, screen.answer * ended))
+    for kind, (judges, rests_on) in _SAID.items():
+        if said := getattr(screen, kind):
+            yield Finding(section="overview", kind=kind, text=said, rests_on=rests_on, judges=judges)
+    about = {
+        "figure": screen.figure,
+        "more": f"and {screen.more} more in the sections below" * bool(screen.more),
+    }
+    if screen.numbers:
+        about |= {"intervals": _intervals_said(screen.numbers), "random agents": screen.by_chance}
+    yield from (Fact(about=_ABOUT, name=name, text=said) for name, said in about.items() if said)
+    for i, row in enumerate(screen.numbers, 1):
+        for name in ("agent", "what", "success", "where", *(("change", "against") if row.against else ())):
+            if said := getattr(row, name):
+                yield Fact(about=f"{_ABOUT} {i}", name=name, text=said)
+
+
+def _all_broken(numbers: StudyNumbers) -> dict[str, int]:
+    """The agents of which no trial ended but as an error -> how many did."""
+    trials = defaultdict[str, list[Trial]](list)
+    for cell in numbers.cells:
+        trials[cell.agent] += cell.trials
+    return {agent: len(own) for agent, own in trials.items() if own and all(trial.error is not None for trial in own)}
+
+
+def _intervals_said(numbers: Sequence[_KeyNumbers]) -> str:
+    """What the intervals are, and for what those of changes are corrected."""
+    against, many = " ".join(row.against for row in numbers), max(row.agents for row in numbers)
+    chosen = next((f"choosing the {which}" for which in ("largest", "clearest") if which in against), "")
+    corrected = " and ".join(f"for {one}" for one in (chosen, f"{many} agents" * (many > 1)) if one)
+    return f"Brackets: 95 % intervals{f'; changes: corrected {corrected}' if corrected else ''}."
+
+
+def _of_flips(summary: StudySummary, study: Study) -> _Screen:
+    """The first screen of a study of flips or modalities."""
+    box, several = study.box.name, len({one.dose for one in summary.conditions}) > 1
+    modal = bool(summary.modalities) and not several
+    varied: Varied = "modalities" if modal else "flips" if any(study.p) else "nothing"
+    subjects = summary.judged
+    question, answer = f"How well do agents open {box}?", ""
+    if modal:
+        question = f"Does what agents see change how they open {box}?"
+        seeing = [one for one in summary.modalities if one.agent in {agent.agent for agent in subjects}]
+        answer = " ".join(modality_answer(one) for one in seeing[:1])
+    elif several:
+        question = f"Do false reports change how agents open {box}?"
+    return _Screen(
+        question=question,
+        trial=trial_said(study.max_steps, varied, study.flip, study.modalities),
+        answer=answer or several_answers(of_axis(summary)),
+        changed_nothing=_joined(*map(idle_doses_said, subjects)),
+        chance=not_above_chance(summary),
+        interaction=_joined(smaller_budget_said(summary), interaction_said(summary)),
+        needed=flips_needed(summary),
+        figure="overview" if subjects else "",
+        by_chance=_chance(summary.reference),
+        numbers=tuple(map(_numbers, subjects[:_ROWS])),
+        more=len(subjects[_ROWS:]),
+    )
+
+
+def _of_conditions(flips: StudySummary, found: ConditionStudySummary, study: Study) -> _Screen:
+    """The first screen of a study with conditions beside flip rates: one question for each family of contrasts."""
+    axes, spec_of = _tested_axes(flips, found), found.design.spec_of
+    judged = _judged(found)
+    effects = [one for one in found.effects if one.agent in judged and one.effects]
+    named = [one for one in found.idle if one.agent in judged]
+    idle = idle_said(named, judged)
+    if found.whys:
+        said = _of_why(found, study)
+    else:
+        questions = [question for one in axes for question in of_axis(one)]
+        if effects or not questions:
+            other = bool(questions) or any(not one.intervention for one in named)
+            questions += of_conditions(effects, other=other)
+        said = _Screen(
+            question=_asked(axes, found, study),
+            trial=trial_said(study.max_steps, "conditions"),
+            answer=_joined(several_answers(questions), BOTH_FIT * (_readings(axes) > 1)),
+            chance=_no_advantage(found, effects) or _joined(*map(not_above_chance, axes[:1])),
+            needed=_joined(*dict.fromkeys((*(flips_needed(one, named=True) for one in axes), effects_needed(effects)))),
+            numbers=tuple(row for one in axes for row in map(_numbers, one.judged)),
+        )
+        if not effects and not axes and idle:
+            said, idle = replace(said, answer=idle[0]), idle[1:]
+        said = replace(said, numbers=(*said.numbers, *(_condition_numbers(one, spec_of(one.agent)) for one in effects)))
+        said = replace(said, figure="effects" if said.numbers else "")
+    if len(judged) == 1:
+        idle += unheeded_said(found.unheeded, judged)
+    said = replace(said, changed_nothing=_joined(*idle), by_chance=_chance(found.reference))
+    if flips in axes:
+        said = _with_flips(_of_flips(flips, study), said)
+    shown = said.numbers[:_ROWS]
+    return replace(said, numbers=shown, more=len(said.numbers[_ROWS:]))
+
+
+def _readings(axes: Sequence[StudySummary]) -> int:
+    """How many readings of a false report are compared with the truth."""
+    return len({one.axis for one in axes if one.axis.of_flips})
+
+
+def _judged(found: ConditionStudySummary) -> tuple[str, ...]:
+    """The agents that the study is about and that have an ended trial; all with one if none of them has."""
+    ended = {agent for (agent, _), one in found.conditions.items() if one.success.n}
+    return tuple(agent for agent in found.subjects if agent in ended) or tuple(
+        agent for agent in found.agents if agent in ended
+    )
+
+
+def _tested_axes(flips: StudySummary, found: ConditionStudySummary) -> list[StudySummary]:
+    """The axes whose doses are compared with the control, flip rates first; without any in a study of controls."""
+    several = [flips] if len({one.dose for one in flips.conditions}) > 1 else []
+    tested = {one.axis for one in found.on_axes}
+    more = [one for series, one in found.series if series in found.design.other_axes and one.axis.name in tested]
+    return [] if found.whys else [*several, *more]
+
+
+def _asked(axes: Sequence[StudySummary], found: ConditionStudySummary, study: Study) -> str:
+    """The question of the page."""
+    compared = map(found.design.comparison, found.design.modalities)
+    rest = [label for of in compared for label in (*of.others, *of.controls)]
+    kinds = _readings(axes)
+    said = (
+        cause(one.axis) if kinds < 2 or not one.axis.of_flips else f"false reports of {kinds} kinds" for one in axes
+    )
+    causes = list(dict.fromkeys(said))
+    if not causes and len(rest) == 1:
+        return f"Does {rest[0]} change how agents open {study.box.name}?"
+    causes += [f"{len(rest)}{' other' * bool(causes)} condition{'s' * (len(rest) > 1)}"] * bool(rest)
+    return f"Do {listed(causes)} change how agents open {study.box.name}?"
+
+
+def _of_why(found: ConditionStudySummary, study: Study) -> _Screen:
+    """The first screen of a study of controls."""
+    why = next((one for one in found.whys if one.agent in found.subjects), found.whys[0])
+    effects = [one for one in found.effects if one.agent in found.subjects and one.effects]
+    return _Screen(
+        question=f"Why do false reports change how agents open {study.box.name}?",
+        trial=trial_said(study.max_steps, "conditions"),
+        answer=mechanism_said(why),
+        chance=_no_advantage(found, effects),
+        figure="why",
+        numbers=tuple(_why_numbers(one, found.design.spec_of(one.agent)) for one in found.whys),
+    )
+
+
+def _with_flips(flips: _Screen, all_axes: _Screen) -> _Screen:
+    """One first screen: what is said of flip rates alone stands first."""
+    return replace(
+        all_axes,
+        changed_nothing=_joined(flips.changed_nothing, all_axes.changed_nothing),
+        trial=f"{flips.trial} {all_axes.trial.rpartition('. ')[2]}",
+        chance=flips.chance or all_axes.chance,
+        interaction=flips.interaction,
+        figure=flips.figure or all_axes.figure,
+        by_chance=flips.by_chance if flips.numbers else all_axes.by_chance,
+    )
+
+
+def _joined(*sentences: str) -> str:
+    return " ".join(filter(None, sentences))
+
+
+def _no_advantage(found: ConditionStudySummary, effects: Sequence[Effects]) -> str:
+    """Agents without a detected advantage over random agents under the first control."""
+    if not effects:
+        return ""
+    control = effects[0].control
+    agents = [one.agent for one in effects if one.control == control]
+    shares = {Subject.of(agent).name: found.conditions[agent, control].success for agent in agents}
+    return no_advantage_said(
+        shares, at_dose(0) if control == TRUTH else f"under {control}", found.reference.no_repeat[-1]
+    )
+
+
+def _chance(reference: Reference | None) -> str:
+    """What random agents solve of the box with and without immediate repeats, exact."""
+    if reference is None:
+        return NONE
+    return f"{100 * reference.random[-1]:.0f} / {percent(reference.no_repeat[-1])}"
+
+
+def _numbers(agent: AgentSummary) -> _KeyNumbers:
+    """Success at the first flip rate, and the change from it that was tested."""
+    first, contrast = next(one for one in agent.conditions if one.success.n), agent.contrast
+    found = first.success
+    change, against = NONE, ""
+    if agent.blind:
+        change, against = "0", "plays alike"
+    elif contrast is not None:
+        gap = contrast.difference
+        change = f"{bracketed(gap.value, gap.low, gap.high)} points"
+        start = "change " if contrast.choices == 1 else ""
+        which = "" if contrast.choices == 1 else f", {'largest' if contrast.farthest else 'clearest'} change"
+        options, of_flips = agent.axis.options, agent.axis.name == FLIPS.name
+        kind = (f", {false_reports(options)}" if of_flips else f" ({options})") if options else ""
+        doses = f"{contrast.baseline.dose:g} to {contrast.other.dose:g}"
+        against = f"{start}from {agent.axis.name} {doses}{kind}{which}"
+        against += "" if contrast.whole else f", of {gap.first.n} trials finished under both"
+    return _KeyNumbers(
+        agent=subject_of(agent).name,
+        what=description(agent.spec),
+        success=share(found.value, found.low, found.high),
+        where=f"of {found.n} trials solved {_under(first.name) or at_dose(first.dose, agent.axis)}",
+        change=change,
+        against=against,
+        agents=contrast.agents if contrast else 1,
+    )
+
+
+def _under(condition: str) -> str:
+    """What a condition of true reports is called on every card; empty for others."""
+    return at_dose(0) if condition == TRUTH else ""
+
+
+def _why_numbers(found: Why, spec: str) -> _KeyNumbers:
+    """Success under true reports, and the planned comparison with lies."""
+    truth, change = found.success("truth"), found.decision.total
+    return _KeyNumbers(
+        agent=Subject.of(found.agent).name,
+        what=description(spec),
+        success=share(truth.value, truth.low, truth.high),
+        where=f"of {truth.n} trials solved under true reports",
+        change=f"{bracketed(change.value, change.low, change.high)} points",
+        against="change under false reports",
+        agents=found.agents,
+    )
+
+
+def _condition_numbers(found: Effects, spec: str) -> _KeyNumbers:
+    """Success under the control, and the clearest effect: of equal P values, the largest."""
+    clearest = min(found.effects, key=lambda one: (one.difference.p_value, -abs(one.difference.value)))
+    gap = clearest.difference
+    return _KeyNumbers(
+        agent=Subject.of(found.agent).name,
+        what=description(spec),
+        success=share(gap.first.value, gap.first.low, gap.first.high),
+        where=f"of {gap.first.n} trials solved {_under(found.control) or f'under {found.control}'}",
+        change=f"{bracketed(gap.value, gap.low, gap.high)} points",
+        against=f"{'clearest ' * (len(found.effects) > 1)}change under {clearest.condition}",
+        agents=found.agents,
+    )
+
+
+def _caption(found: Results) -> Caption:
+    stars = paper_rates(found.courses())
+    return Caption(
+        "Grey: between random agents with/without immediate repeats."
+        f"{' Stars: another model and box.' if stars else ''}",
+        "Bars, 95 % intervals of single shares, may overlap: changes are tested in pairs.",
+    )
+
+
+def _played(found: Results) -> bool:
+    """Whether a trial has ended under a flip rate."""
+    return any(course.played for course in found.courses())
+
+
+_DRAW = "lockprobe.report.figures.first_screen:draw_overview"
+_OVERVIEW = Figure("overview", "Success by flip rate, or by step", _caption, draw=_DRAW, applies=_played)
+_COLUMN = Figure(
+    "overview-column",
+    "Success by flip rate, or by step, for a column of print",
+    _caption,
+    draw=_DRAW,
+    applies=_played,
+    arguments=("column",),
+)
+_PANEL = "The panel at the start and, below, the interlock, which no agent sees."
+_BOX = Figure("box", _PANEL, Caption(_PANEL), draw="lockprobe.report.figures.boxes:box_of_study")
+
+
+def _show(found: Results) -> Iterator[Part]:
+    """The top of the page, which has no heading of its own; nothing where its sentences could not be made."""
+    said = {one.kind: one.text for one in found.findings if one.section == "overview"}
+    screen = found.facts_about(_ABOUT)
+    numbers = takewhile(bool, (found.facts_about(f"{_ABOUT} {i}") for i in count(1)))
+    values = {
+        "said": dict.fromkeys(_SAID, "") | said,
+        "screen": {"more": ""} | screen,
+        "cards": _cards(numbers),
+        "figures": [one for of in all_sections() for one in of.figures if one.name == screen.get("figure")],
+        "box": _BOX,
+    }
+    if said:
+        yield Part("First screen", found.answer_of("overview"), [Template("first_screen", values)])
+
+
+def _cards(numbers: Iterable[dict[str, str]]) -> list[dict[str, object]]:
+    """A card for each agent: every success once, with all changes from it."""
+    cards: dict[str, dict[str, object]] = {}
+    shares: dict[tuple[str, ...], list[dict[str, str]]] = {}
+    for row in numbers:
+        card = cards.setdefault(row["agent"], {"agent": row["agent"], "what": row.get("what", ""), "shares": []})
+        key = row["agent"], row["success"], row["where"]
+        if key not in shares:
+            shares[key] = []
+            own = cast("list[dict[str, object]]", card["shares"])
+            own.append({"success": row["success"], "where": row["where"], "changes": shares[key]})
+        if row.get("against"):
+            shares[key].append({"change": row["change"], "against": row["against"]})
+    return list(cards.values())
+
+
+def without_answer(found: Results) -> Results:
+    """The results without an answer if its numbers are among what could not be made."""
+    numberless = any(one.section.startswith(_NUMBERS) for one in found.sections_left_out)
+    if not (numberless and found.progress.finished) or found.facts_about(f"{_ABOUT} 1"):
+        return found
+    said = "The answer could not be computed; the sections below that are left out say why."
+    findings = [
+        one.model_copy(update={"text": said}) if (one.section, one.kind) == ("overview", "answer") else one
+        for one in found.findings
+    ]
+    return found.changed(findings=tuple(findings), answer=said)
+
+
+SECTIONS = (Section(name="overview", title="First screen", rows=_rows, show=_show, figures=(_OVERVIEW, _COLUMN, _BOX)),)

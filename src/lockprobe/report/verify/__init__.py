@@ -1,0 +1,1 @@
+"""Recomputing a study from its records."""

@@ -1,0 +1,222 @@
+"""Recorded trials played again: whether truth and reports follow from the choices, and the choices from their agent.
+
+Strategies are asked again. A hosted model decides again by the replies in the log of its calls, a local one by its
+recorded probabilities and the random stream of the trial. All others choose what is on record. No code of a user or of
+another package runs, and no model is asked.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Literal
+
+import numpy as np
+
+from lockprobe.agents.catalogue import recomputes, resolve
+from lockprobe.foundation.errors import ModelFault, UserMistake
+from lockprobe.foundation.plugins import plugin_names
+from lockprobe.foundation.spec import MCP, PEOPLE, Spec, spec_kind, spec_name
+from lockprobe.plants.catalogue import resolve_plant
+from lockprobe.report.verify.unplayed_replies import other_replies
+from lockprobe.studies.costs.call_log import KeptReplies
+from lockprobe.studies.running.trial_setup import play_timed
+from lockprobe.trial.model_call import Call, Usage
+from lockprobe.trial.plan import Plan
+from lockprobe.trial.protocols import Agent, CallBook
+from lockprobe.trial.record import Decision, Fact, Situation, Step, Trial
+from lockprobe.trial.trial_json import trial_to_json
+
+__all__ = ["UNPLAYED", "AgentKind", "Replay", "ReplayedTrial", "is_foreign", "is_hosted", "kind_of"]
+
+UNPLAYED = "a plant or an intervention that does not ship, or a real box"
+"""What trials need that are not played again: no code of others runs, and no robot or person moves a joint."""
+
+AgentKind = Literal["strategy", "hosted", "local", "outside", "own"]
+"""How choices can be held against something: asked again; by replies; by probabilities; by the log of a server of
+people or clients; by nothing, since the code is a user's or of another package."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReplayedTrial:
+    """What of a recorded trial follows.
+
+    Attributes:
+        key: Its key.
+        kind: The kind of its agent.
+        luck: Why truth or reports do not follow from the choices, the box and the seed; empty if they do.
+        choices: Why the choices do not follow from the agent, its replies or its probabilities; empty if they do.
+        unused: The replies on record that are no part of the trial.
+        unplayed: Whether nothing could be played again; see :data:`UNPLAYED`.
+        from_log: Whether it came from an Inspect log and has no calls, so that its replies are held by its words alone.
+    """
+
+    key: str
+    kind: AgentKind
+    luck: str = ""
+    choices: str = ""
+    unused: int = 0
+    unplayed: bool = False
+    from_log: bool = False
+
+
+def is_hosted(agent: str) -> bool:
+    """Whether an agent is a model behind a provider's interface, by its spec."""
+    name = Spec.parse(agent).name
+    return spec_kind(agent) == "llm" and name != "local" and not name.startswith("gguf:")
+
+
+def kind_of(agent: str) -> AgentKind:
+    """The kind of an agent, by its spec. Nothing is imported for it."""
+    if recomputes(agent):
+        return "strategy"
+    if spec_kind(agent) == "llm":
+        return "hosted" if is_hosted(agent) else "local"
+    return "outside" if spec_kind(agent) in (PEOPLE, MCP) else "own"
+
+
+class Replay:
+    """Plays recorded trials again, one after the other."""
+
+    def __init__(self) -> None:
+        self._kinds: dict[str, AgentKind] = {}
+        self._strategies: dict[str, Agent] = {}
+
+    def __call__(
+        self, plan: Plan, trial: Trial, replies: Sequence[Call] = (), parent: Sequence[Call] = ()
+    ) -> ReplayedTrial:
+        """Play a recorded trial again.
+
+        Args:
+            plan: Its plan.
+            trial: Its record.
+            replies: The replies that it has in the log of calls, if a hosted model played it.
+            parent: Those of the trial of which it is a fork.
+        """
+        spec = trial.agent
+        if spec not in self._kinds:
+            self._kinds[spec] = kind_of(spec)
+        found = ReplayedTrial(key=trial.key, kind=self._kinds[spec])
+        try:
+            foreign = [is_foreign("intervention", one) for one in plan.condition.specs]
+            if is_foreign("plant", plan.plant) or any(foreign) or resolve_plant(plan.plant).is_attended():
+                said = other_replies(trial, replies, parent) if found.kind == "hosted" else ""
+                return replace(found, unplayed=True, choices=said)
+            if found.kind == "strategy" and spec not in self._strategies:
+                self._strategies[spec] = resolve(spec).make()
+            kept = KeptReplies(replies)
+            book = _Replies(kept, KeptReplies(parent))
+            agent = self._strategies.get(spec) or _agent(trial, found.kind, book)
+            found = _compared(plan, trial, found, agent)
+            return replace(found, unused=len(kept.left) if found.kind == "hosted" else 0)
+        except UserMistake as mistake:
+            return replace(found, luck=str(mistake))
+
+
+def is_foreign(kind: Literal["plant", "intervention"], spec: str) -> bool:
+    """Whether a spec names code of a user or of another package."""
+    added = {*plugin_names(kind), *(plugin_names("plant source") if kind == "plant" else ())}
+    return spec_kind(spec) == "python" or spec_name(spec) in added
+
+
+def _compared(plan: Plan, trial: Trial, found: ReplayedTrial, agent: Agent) -> ReplayedTrial:
+    """What follows of a trial that can be played again; where its choices do not, whether the rest does."""
+    why = _difference(trial, _played(plan, agent, trial), agent)
+    if why and found.kind == "hosted" and not _has_our_prompt(trial.facts):
+        why = f"{why}; its prompt is not that of this release, so verify it with its own"
+    if isinstance(agent, _Recorded):
+        nobody = found.kind == "outside" and trial.error is not None and trial.error.boundary == "reply"
+        said = "people and clients are asked until they answer: none ends by a reply" if nobody else ""
+        return replace(found, luck=why, choices=said)
+    recorded = _Recorded(trial)
+    luck = _difference(trial, _played(plan, recorded, trial), recorded) if why else ""
+    return replace(found, choices=why, luck=luck)
+
+
+def _agent(trial: Trial, kind: AgentKind, book: CallBook) -> Agent:
+    """The agent that decides again as far as it can be held against something, else one that does as on record."""
+    if kind == "local":
+        from lockprobe.agents.local import ReplayedLocalModel
+
+        return ReplayedLocalModel(trial.facts, [step.decision for step in trial.steps])
+    if kind == "hosted" and not (trial.error is not None and trial.error.again):
+        from lockprobe.agents.llm.model import ReplayedModel
+
+        return ReplayedModel(trial.facts, trial.agent, book)
+    return _Recorded(trial)
+
+
+def _has_our_prompt(facts: Mapping[str, Fact]) -> bool:
+    """Whether the words of the conversation are those of this release, which makes every request again."""
+    from lockprobe.agents.prompt import chat_fingerprint, picture_fingerprint
+
+    ours = {"prompt": f"chat {chat_fingerprint()}", "picture_prompt": f"chat {picture_fingerprint()}"}
+    return all(facts.get(name) == said for name, said in ours.items())
+
+
+class _Replies:
+    """The replies on record, in place of a provider."""
+
+    def __init__(self, *kept: KeptReplies) -> None:
+        self._kept = kept
+
+    def recall(self, step: int, turn: int, request: str) -> Call | None:
+        return next((call for kept in self._kept if (call := kept.take(step, turn, request))), None)
+
+    async def turn(self, worst: Usage) -> None:
+        """Nothing is waited for."""
+
+    async def reserve(self, call: Call) -> None:
+        raise ModelFault("there is no such reply")
+
+    def write(self, call: Call) -> None:
+        """Nothing is written."""
+
+
+class _Recorded:
+    """An agent that chooses what is on record; at the end of a broken record it breaks too."""
+
+    def __init__(self, trial: Trial) -> None:
+        self._decisions = iter([step.decision for step in trial.steps])
+        self.facts: Mapping[str, Fact] = trial.facts
+
+    async def decide(self, situation: Situation, rng: np.random.Generator) -> Decision:
+        """The next choice on record."""
+        for decision in self._decisions:
+            return decision
+        raise ModelFault("the record ends here")
+
+
+def _played(plan: Plan, agent: Agent, trial: Trial) -> Trial:
+    again, _ = asyncio.run(play_timed(plan, agent, lambda key, step: None))
+    return replace(again, replays=trial.replays)
+
+
+def _difference(trial: Trial, again: Trial, agent: Agent) -> str:
+    """What of a trial does not follow; empty if all does. Trials broken outside their agent count up to their break."""
+    if trial_to_json(trial) == trial_to_json(again):
+        return ""
+    for before, now in zip(trial.steps, again.steps, strict=False):
+        if before != now:
+            return f"step {before.step}, {', '.join(_changed(before, now))}"
+    recorded = isinstance(agent, _Recorded)
+    if recorded and trial.error is not None and again.error is None:
+        return f"the steps end as {again.ending}, not as an error"
+    if len(again.steps) < len(trial.steps):
+        return f"step {len(again.steps) + 1}: {'' if again.error is None else again.error.message}"
+    compared = ["joints", "labels", "listing", "opening", "opening_pictures"]
+    if trial.error is None or not (trial.owed_again or recorded):
+        compared += [one.name for one in fields(Trial) if one.name not in compared]
+    other = next((name for name in compared if getattr(trial, name) != getattr(again, name)), "")
+    return f"it ends as {again.ending}, not as {trial.ending}" if other == "ending" else other
+
+
+def _changed(before: Step, now: Step) -> list[str]:
+    """The parts of a step that differ, those of its decision by name."""
+    changed = [one.name for one in fields(Step) if getattr(before, one.name) != getattr(now, one.name)]
+    if "decision" in changed:
+        old, new = before.decision, now.decision
+        parts = [one.name for one in fields(Decision) if getattr(old, one.name) != getattr(new, one.name)]
+        changed[changed.index("decision")] = f"decision ({', '.join(parts)})"
+    return changed

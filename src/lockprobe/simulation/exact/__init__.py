@@ -1,0 +1,1 @@
+"""Exact probabilities of what a policy does, without playing trials."""

@@ -1,0 +1,1 @@
+"""Results of one condition and of all: designs, doses, effects, interactions."""

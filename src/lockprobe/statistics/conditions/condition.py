@@ -1,0 +1,172 @@
+"""The results of one agent under one condition, and the contrast of two conditions."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from lockprobe.boxes.box import Lockbox
+from lockprobe.foundation.left_out import section
+from lockprobe.statistics.behaviour import Behaviour, behaviour
+from lockprobe.statistics.clustered import share_of
+from lockprobe.statistics.conditions.axis_trials import Place, on_flip_axis
+from lockprobe.statistics.curves import Relative, SuccessCurve, relative, success_curve
+from lockprobe.statistics.idle import StepsChanged, steps_changed
+from lockprobe.statistics.inference.difference import AnyDifference, DifferenceAt
+from lockprobe.statistics.loops.persistence import Persistence, persistence
+from lockprobe.statistics.misinterpretation import Misinterpretations, misinterpretations
+from lockprobe.statistics.outcomes import Point, ended, outcomes, points
+from lockprobe.statistics.proportions import ALPHA, Proportion, difference
+from lockprobe.statistics.rationality import Rationality, rationality
+from lockprobe.statistics.reference import Reference
+from lockprobe.statistics.rules import RuleBreaks, rule_breaks
+from lockprobe.trial.record import Trial
+
+__all__ = ["ConditionSummary", "Contrast", "condition_summary", "contrast"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ConditionSummary:
+    """The results of one agent under one condition.
+
+    Attributes:
+        key: Its readable name, for example ``flips/random/flip?p=0.4``.
+        name: Name of the condition.
+        agent: Its name, or its spec if it has none.
+        modality: How the box was shown.
+        dose: The dose on the axis of the analysis: the flip probability, [0, 1], or another dose.
+        success: Share solved of the trials that ended as solved or out of budget; players are clusters.
+        errors: Trials that ended as error, by boundary; no other number counts them.
+        curve: Success by step.
+        relative: The curve's area on a scale from a random agent (0) to the optimum (1); None if the box is not known.
+        behaviour: Loops, redundancy, entropy.
+        persistence: Whether the agent leaves loops and retries blocked joints.
+        claims: Misinterpretations.
+        rationality: Actions judged by two ideal observers; empty if the box is too large for a prior.
+        points: One point per repetition.
+        distinct_sequences: Different sequences of actions among the ended trials. A deterministic agent told the truth
+            plays one for each order of labels, however many trials there are.
+        steps: The steps of ended trials.
+        changed: The steps that its interventions changed; None if the records do not say.
+        rules: Attempts against the rules of the box; None if the box is not known.
+        never_acted: Whether its interventions changed nothing, or it has a flip rate above 0 and no report was false.
+    """
+
+    key: str
+    name: str
+    agent: str
+    modality: str
+    dose: float
+    success: Proportion
+    errors: Mapping[str, int]
+    curve: SuccessCurve
+    relative: Relative | None
+    behaviour: Behaviour
+    persistence: Persistence
+    claims: Misinterpretations
+    rationality: tuple[Rationality, ...]
+    points: tuple[Point, ...]
+    distinct_sequences: int
+    steps: int = 0
+    changed: StepsChanged | None = None
+    rules: RuleBreaks | None = None
+    never_acted: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Contrast:
+    """The contrast of the lowest p with the p whose success differs most clearly.
+
+    Attributes:
+        baseline: The condition at the lowest p.
+        other: The condition with the smallest P value; of several the one with the largest difference.
+        difference: Success at ``other`` minus success at ``baseline``, corrected for the choice of ``other``.
+        choices: Number of conditions that ``other`` was chosen from.
+        agents: Number of agents that are judged together; ``difference`` is corrected for them too.
+        farthest: Whether no other p has a larger difference.
+        fisher: P value of Fisher's exact test, which takes the trials as independent; not corrected.
+    """
+
+    baseline: ConditionSummary
+    other: ConditionSummary
+    difference: DifferenceAt
+    choices: int
+    agents: int
+    farthest: bool
+    fisher: float
+
+    @property
+    def detectable(self) -> bool:
+        """Whether the difference is significant after correction for the choice and for the agents."""
+        return self.difference.p_value < ALPHA
+
+    @property
+    def whole(self) -> bool:
+        """Whether the sample holds all ended trials of both conditions."""
+        compared = self.difference.first.n, self.difference.second.n
+        return compared == (self.baseline.success.n, self.other.success.n)
+
+
+def condition_summary(
+    trials: Sequence[Trial],
+    reference: Reference | None,
+    box: Lockbox | None = None,
+    place: Callable[[Trial], Place] = on_flip_axis,
+) -> ConditionSummary:
+    """The results of one agent's trials under one condition; rules and reference are those of the box.
+
+    ``place`` says where they are on the axis of the analysis.
+    """
+    agent, modality, dose = place(trials[0])
+    first, changed = trials[0], steps_changed(trials)
+    rules = section("Attempts against the rules", lambda: rule_breaks(trials, box) if box else None, lambda: None)
+    claims = section("Misread claims", lambda: misinterpretations(trials), lambda: misinterpretations(()))
+    truthful = bool(first.p) and not claims.false_reports.count
+    curve, found = success_curve(trials), outcomes(trials)
+    budget = len(curve.share)
+    return ConditionSummary(
+        key=first.name.cell,
+        name=first.condition,
+        agent=agent,
+        modality=modality,
+        dose=dose,
+        success=share_of(found.solved, found.player, found.luck),
+        errors=dict(sorted(Counter(trial.error.boundary for trial in trials if trial.error).items())),
+        curve=curve,
+        relative=section(
+            "Relative area",
+            lambda: relative(curve, reference.random[:budget], reference.optimum) if reference else None,
+            lambda: None,
+        ),
+        behaviour=section("Loops", lambda: behaviour(trials), lambda: behaviour(())),
+        persistence=section("Leaving loops", lambda: persistence(trials), lambda: persistence(())),
+        claims=claims,
+        rationality=section("Rationality", lambda: rationality(trials), tuple),
+        points=tuple(replace(one, dose=dose) for one in points(found)),
+        distinct_sequences=len({trial.actions for trial in ended(trials)}),
+        steps=sum(len(trial.steps) for trial in ended(trials)),
+        changed=changed,
+        rules=rules,
+        never_acted=changed is not None and changed.known and (truthful or not changed.changed),
+    )
+
+
+def contrast(conditions: Sequence[ConditionSummary], tested: AnyDifference) -> Contrast | None:
+    """The contrast of the lowest p with the p that differs most clearly; None if no two can be compared."""
+    found = tested.clearest
+    if found is None:
+        return None
+    by_p = {condition.dose: condition for condition in conditions}
+    independent = difference(found.first, found.second)
+    assert tested.lowest is not None
+    assert independent is not None
+    return Contrast(
+        baseline=by_p[tested.lowest],
+        other=by_p[found.dose],
+        difference=found,
+        choices=len(tested.at),
+        agents=tested.agents,
+        farthest=abs(found.value) >= max(abs(one.value) for one in tested.at) - 1e-9,
+        fisher=independent.p_value,
+    )

@@ -1,0 +1,185 @@
+"""Dose series and crossings among the conditions of a study, from their specs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from math import isnan
+
+from lockprobe.foundation.grouping import grouped
+from lockprobe.foundation.spec import Spec
+from lockprobe.statistics.conditions.axis import AGENT, Axis
+from lockprobe.trial.doses import can_be_fitted, dose_of, without_doses
+from lockprobe.trial.record import STATES
+
+__all__ = ["Crossing", "Series", "SeriesArm", "control_of", "crossings", "series_of", "series_of_agents"]
+
+_FEWEST = 3
+"""Fewest doses, 0 included, that make a series."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SeriesArm:
+    """A condition as its specs, for the search for dose series.
+
+    Attributes:
+        label: Its name.
+        specs: The specs of its interventions, in order.
+        doses: For each intervention the names of its dose options; at 0 of the first one it does nothing.
+        modality: How the box is shown.
+    """
+
+    label: str
+    specs: tuple[Spec, ...]
+    doses: tuple[tuple[str, ...], ...]
+    modality: str = STATES
+
+    @property
+    def acting(self) -> tuple[int, ...]:
+        """The places of interventions with an effect. At dose 0 there is none."""
+        return tuple(i for i in range(len(self.specs)) if self.dose(i) != 0)
+
+    @property
+    def dosed(self) -> tuple[tuple[int, str], ...]:
+        """Every dose of an intervention with an effect, as its place and the name of its option."""
+        return tuple((i, dose) for i in self.acting for dose in self.doses[i] if not isnan(self.dose(i, dose)))
+
+    def without(self, *places: int) -> tuple[str, ...]:
+        """The specs of interventions with an effect, except at these places."""
+        return tuple(str(self.specs[i]) for i in self.acting if i not in places)
+
+    def dose(self, place: int, option: str = "") -> float:
+        """A dose of the intervention at a place, its first one without a name; NaN without a dose.
+
+        A second dose that its spec leaves out is 0.
+        """
+        first = next(iter(self.doses[place]), "")
+        return dose_of(self.specs[place], option or first, first)
+
+    def says(self, place: int, option: str) -> bool:
+        """Whether the spec at a place says an option."""
+        return option in self.specs[place].options
+
+    def family(self, *differ: tuple[int, str]) -> tuple[object, ...]:
+        """A key that is equal for conditions that differ only in these options, each with its place."""
+        acts = []
+        for place, option in differ:
+            away = [name for at, name in differ if at == place]
+            acts.append((self.specs[place].full_name, option, str(without_doses(self.specs[place], away))))
+        return *acts, tuple(sorted(self.without(*(at for at, _ in differ)))), self.modality
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Series:
+    """Conditions that differ only in one dose, or agents that differ only in one option.
+
+    Attributes:
+        axis: The dose or option.
+        doses: Condition, or agent -> its dose, ascending; 0 for the condition without the intervention.
+        modality: How the box is shown in all of them.
+        agent: For a series of agents, what tables call them: their spec or their common name without the option, or all
+            their names; else empty.
+    """
+
+    axis: Axis
+    doses: Mapping[str, float]
+    modality: str
+    agent: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Crossing:
+    """The names of four conditions that cross two interventions."""
+
+    neither: str
+    first: str
+    second: str
+    both: str
+
+
+def control_of(arms: Sequence[SeriesArm], modality: str = STATES) -> SeriesArm | None:
+    """The control of a modality: the condition without interventions, or else the first."""
+    shown = [arm for arm in arms if arm.modality == modality]
+    return next((arm for arm in shown if not arm.acting), shown[0] if shown else None)
+
+
+def series_of(arms: Sequence[SeriesArm]) -> tuple[Series, ...]:
+    """Every series of at least three doses, in the order of the conditions."""
+    dosed = ((arm, place, option) for arm in arms for place, option in arm.dosed)
+    families = grouped(dosed, lambda one: one[0].family(one[1:]))
+    return tuple(one for members in families.values() if len((one := _series(members, arms)).doses) >= _FEWEST)
+
+
+def _series(members: Sequence[tuple[SeriesArm, int, str]], arms: Sequence[SeriesArm]) -> Series:
+    """One series; of conditions at equal doses the first counts."""
+    first, place, option = members[0]
+    labels: dict[float, str] = {}
+    for arm, at, name in members:
+        labels.setdefault(arm.dose(at, name), arm.label)
+    rest = first.without(place)
+    if option == first.doses[place][0]:
+        zero = [one for one in arms if sorted(one.without()) == sorted(rest) and one.modality == first.modality]
+        for one in zero[:1]:
+            labels.setdefault(0.0, one.label)
+    spec = first.specs[place]
+    options = str(without_doses(spec, [option])).partition("?")[2]
+    return Series(
+        axis=Axis(kind=spec.full_name, dose=option, options=options, rest=" + ".join(rest)),
+        doses={label: dose for dose, label in sorted(labels.items())},
+        modality=first.modality,
+    )
+
+
+def series_of_agents(agents: Mapping[str, str]) -> tuple[Series, ...]:
+    """Every series of at least three agents that differ only in one number, such as their temperature.
+
+    Args:
+        agents: What tables call an agent -> its spec.
+    """
+    families: dict[tuple[str, str], dict[str, float]] = {}
+    for agent, text in agents.items():
+        spec = Spec.parse(text)
+        for option, value in spec.options.items():
+            if (number := _number(value)) is not None:
+                families.setdefault((str(spec.without([option])), option), {})[agent] = number
+    return tuple(
+        Series(
+            axis=Axis(kind=AGENT, dose=option),
+            doses=dict(sorted(doses.items(), key=lambda both: both[1])),
+            modality=STATES,
+            agent=_together(list(doses), option),
+        )
+        for (_, option), doses in families.items()
+        if len(doses) >= _FEWEST
+    )
+
+
+def _together(agents: Sequence[str], option: str) -> str:
+    """What several agents that differ in one option are called: what they are called without it, or all of them."""
+    without = list(dict.fromkeys(str(Spec.parse(agent).without([option])) for agent in agents))
+    return ", ".join(without)
+
+
+def _number(text: str) -> float | None:
+    """The number that an option is; None for a word, and for a number to which no curve can be fitted."""
+    try:
+        number = float(text)
+    except ValueError:
+        return None
+    return number if can_be_fitted(number) else None
+
+
+def crossings(arms: Sequence[SeriesArm]) -> tuple[Crossing, ...]:
+    """Every 2 x 2 crossing: two interventions played alone, together and not at all, all else equal."""
+    known: dict[tuple[str, tuple[str, ...]], str] = {}
+    for arm in arms:
+        known.setdefault((arm.modality, arm.without()), arm.label)
+    found = []
+    for arm in arms:
+        for i, j in combinations(arm.acting, 2):
+            names = [known.get((arm.modality, arm.without(*away))) for away in ((i, j), (j,), (i,))]
+            if None not in names:
+                neither, first, second = (str(name) for name in names)
+                found.append(Crossing(neither=neither, first=first, second=second, both=arm.label))
+    return tuple(found)

@@ -1,0 +1,208 @@
+"""The chance level of action loops: the loop rate of a blind agent, by trial length.
+
+Over 4 joints and 20 steps a uniformly random agent loops in 80 % of its trials. The paper (section "Repetitive Action
+Loops as a Candidate Failure Mode") reports about 80 % as its maximum. A loop rate means something only next to the
+chance level for the same length.
+
+Most levels are exact. ``chance_table.json``, made by ``scripts/make_chance_table.py``, counts loop-free patterns
+(sequences up to the names of their actions). Other levels are enumerated where that is cheap, else simulated.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from math import perm, sqrt
+from typing import Any, Literal, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.seeds import generator
+from lockprobe.statistics.loops import any_loop_batch, onset_batch
+
+__all__ = ["Chance", "Null", "chance_level", "decisive_length", "first_loops", "simulated_chance"]
+
+Null = Literal["uniform", "no-repeat"]
+"""The blind agent: any action with equal probability, or any but the one before."""
+
+ENUMERABLE = 2**18
+"""The largest number of sequences that are enumerated."""
+
+CHUNKS, CHUNK, FEWEST = 20, 20_000, 5
+"""20 chunks of 20 000 sequences are simulated; of long trials fewer, but at least 5 in each chunk."""
+
+CELLS = CHUNK * 70**2
+"""Bounds the work of a chunk, which grows with the square of the length: longer trials are simulated less often."""
+
+FIRST = 20
+"""Steps of the shortest simulated trials; others have 40, 80 ... steps. A trial serves for every shorter length."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Chance:
+    """A chance level: the probability that a blind agent's trial of a given length holds an action loop.
+
+    Args:
+        probability: Between 0 and 1.
+        method: ``exact`` (counted) or ``simulation``.
+        error: Standard error of the probability; 0 if exact, and never 0 if simulated.
+    """
+
+    probability: float
+    method: Literal["exact", "simulation"]
+    error: float
+
+
+def simulated_chance(values: ArrayLike) -> Chance:
+    """The mean of simulated values in [0, 1], shape (trials,): 1 for a trial with a loop, 0 for one without.
+
+    The standard error counts one extra trial with a loop and one without, so it is never 0.
+    """
+    found = np.asarray(values, dtype=np.float64)
+    error = np.append(found, (0.0, 1.0)).std() / sqrt(len(found))
+    return Chance(probability=float(found.mean()), method="simulation", error=float(error))
+
+
+def chance_level(
+    length: int, actions: int = 4, *, null: Null = "uniform", overlap: bool = False, min_length: int = 3
+) -> Chance:
+    """The chance level of an action loop, given the length of the trial.
+
+    Exact for loops of three over 4 actions or fewer up to length 20 (5: 18, 6: 17, more: 16; without repeats
+    5: 20, 6: 19, 7: 18, more: 17), for at most 262 144 sequences, and wherever it is 0 or 1. Otherwise simulated, with
+    the same sequences at every call: 400 000 up to length 40, fewer beyond.
+
+    Args:
+        length: Steps in the trial (at least 0).
+        actions: Actions to choose from (at least 1; ``no-repeat`` needs 2).
+        null: How the blind agent chooses.
+        overlap: Whether the two copies of a loop may share actions.
+        min_length: Fewest actions in a loop (at least 1; 3 in the paper).
+
+    >>> chance_level(20).probability == 1 - 219_018_772_080 / 4**20
+    True
+    """
+    _check(length, actions, null, min_length)
+    starts = length - min_length + 1
+    apart = 1 if overlap else min_length
+    if starts <= apart:
+        return _exact(0, 1)
+    words = actions**min_length if null == "uniform" else actions * (actions - 1) ** (min_length - 1)
+    if starts > apart * words:
+        # Copies of one word in a loop-free trial all start within `apart` steps of each other.
+        return _exact(1, 1)
+    total = actions**length if null == "uniform" else actions * (actions - 1) ** (length - 1)
+    if min_length == 3 and (free := _loop_free(length, actions, null, overlap=overlap)) is not None:
+        return _exact(total - free, total)
+    if actions**length <= ENUMERABLE:
+        sequences = _every(length, actions, null)
+        return _exact(int(any_loop_batch(sequences, min_length=min_length, overlap=overlap).sum()), total)
+    return _simulated(length, actions, null, min_length, overlap=overlap)
+
+
+def _check(length: int, actions: int, null: Null, min_length: int) -> None:
+    """Refuse settings without a chance level."""
+    if null not in get_args(Null):
+        raise BadValue("null", null, " or ".join(get_args(Null)))
+    if length < 0:
+        raise BadValue("length of the trial", length, "at least 0 steps")
+    if actions < (fewest := 1 if null == "uniform" else 2):
+        raise BadValue("actions", actions, f"at least {fewest} for the null {null}")
+    if min_length < 1:
+        raise BadValue("shortest loop", min_length, "at least 1 action")
+
+
+def _exact(looping: int, total: int) -> Chance:
+    return Chance(probability=looping / total, method="exact", error=0.0)
+
+
+@cache
+def _table() -> dict[str, list[list[int | None]]]:
+    """Loop-free patterns under ``null/overlap|apart``: by length, then by number of distinct actions."""
+    text = files("lockprobe.statistics.loops").joinpath("chance_table.json").read_text(encoding="utf-8")
+    table: dict[str, list[list[int | None]]] = json.loads(text)
+    return table
+
+
+def _loop_free(length: int, actions: int, null: Null, *, overlap: bool) -> int | None:
+    """Loop-free sequences, or None where not all of their patterns were counted.
+
+    A pattern of k distinct actions stands for actions!/(actions - k)! sequences.
+    """
+    rows = _table()[f"{null}/{'overlap' if overlap else 'apart'}"]
+    if length >= len(rows):
+        return None
+    free = 0
+    for distinct, patterns in enumerate(rows[length][: actions + 1]):
+        if patterns is None:
+            return None
+        free += patterns * perm(actions, distinct)
+    return free
+
+
+def _every(length: int, actions: int, null: Null) -> NDArray[np.int64]:
+    """All sequences that the blind agent can produce, shape (sequences, length)."""
+    sequences = np.arange(actions**length)[:, None] // actions ** np.arange(length) % actions
+    if null == "no-repeat":
+        sequences = sequences[(sequences[:, 1:] != sequences[:, :-1]).all(axis=1)]
+    return sequences
+
+
+def _simulated(length: int, actions: int, null: Null, min_length: int, *, overlap: bool) -> Chance:
+    """The chance level from simulated trials, which are the same for all lengths up to 20, 40, 80 ... steps."""
+    steps = FIRST
+    while steps < length:
+        steps *= 2
+    onsets = _onsets(min(steps, decisive_length(actions, min_length)), actions, null, min_length, overlap=overlap)
+    return simulated_chance((onsets > 0) & (onsets <= length))
+
+
+@cache
+def _onsets(steps: int, actions: int, null: Null, min_length: int, *, overlap: bool) -> NDArray[np.int64]:
+    """Steps at which seeded trials complete their first loop. The trials do not depend on the definition of a loop."""
+    rng = generator(0, "chance", null, actions)
+    chunk = min(CHUNK, max(FEWEST, CELLS // steps**2))
+    found = []
+    for _ in range(CHUNKS):
+        sequences = rng.integers(null == "no-repeat", actions, (chunk, steps))
+        if null == "no-repeat":
+            sequences = sequences.cumsum(axis=1) % actions
+        found.append(first_loops(sequences.astype(np.min_scalar_type(actions)), min_length=min_length, overlap=overlap))
+    return np.concatenate(found)
+
+
+def decisive_length(actions: int, min_length: int) -> int:
+    """Steps after which a blind agent's trial has no loop with a probability below 1e-9.
+
+    About n^2 / 2 pairs of words match with a probability of at least 1 / actions^min_length each, so the probability
+    of no loop falls as exp(-n^2 / 2 actions^min_length).
+    """
+    return 2 * min_length + int(6.5 * sqrt(min(actions**min_length, 10**300)))  # a float ends at 10**308
+
+
+def first_loops(
+    sequences: NDArray[np.integer[Any]], *, min_length: int = 3, overlap: bool = False
+) -> NDArray[np.int64]:
+    """As :func:`onset_batch`, faster for trials that mostly loop early: it examines 20 steps, then 40, 80 ...
+
+    Args:
+        sequences: Actions as integers, shape (trials, n).
+        min_length: Fewest actions in a loop.
+        overlap: Whether the two copies may share actions.
+
+    Returns:
+        Steps from 1, shape (trials,); 0 where a trial holds no loop.
+    """
+    onsets = np.zeros(len(sequences), dtype=np.int64)
+    undecided = np.arange(len(sequences))
+    steps = FIRST
+    while True:
+        onsets[undecided] = onset_batch(sequences[undecided, :steps], min_length=min_length, overlap=overlap)
+        undecided = undecided[onsets[undecided] == 0]
+        if steps >= sequences.shape[1] or not len(undecided):
+            return onsets
+        steps *= 2

@@ -1,0 +1,1 @@
+"""The scores of a suite of studies, and ranks."""

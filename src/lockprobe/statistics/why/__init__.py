@@ -1,0 +1,1 @@
+"""Through what a false report acts: arms, contrasts, the rule that names a mechanism."""

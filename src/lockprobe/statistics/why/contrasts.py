@@ -1,0 +1,172 @@
+"""The analysis of the study ``why``: success in every arm of one agent, and what reports do as false reports do.
+
+:mod:`lockprobe.statistics.why.arms` has the arms, :mod:`lockprobe.statistics.why.mechanism` the rule.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from lockprobe.statistics.agent_comparison.paired import Array, BlockMean, sheets
+from lockprobe.statistics.conditions.series import SeriesArm
+from lockprobe.statistics.inference.logrank import holm
+from lockprobe.statistics.outcomes import Outcomes, outcomes
+from lockprobe.statistics.proportions import ALPHA, Proportion, proportion
+from lockprobe.statistics.why.arms import PLANNED, arms_of
+from lockprobe.statistics.why.mechanism import MARGIN, Decision, decide, mean_over_blocks
+from lockprobe.trial.record import Trial
+
+__all__ = ["ArmEffect", "Why", "why"]
+
+_POWER = 0.8
+"""The power for which the needed blocks are computed."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ArmEffect:
+    """Success in one arm, and its change from the arm with true reports.
+
+    Attributes:
+        arm: As in :mod:`lockprobe.statistics.why.arms`.
+        condition: The name of the condition in the study.
+        success: Share solved.
+        change: Success minus success under true reports, over blocks, [-1, 1]; None for the arm of true reports, and
+            for all arms unless the total effect is detected. Its P value is corrected for the number of
+            arms (Holm); its interval is not. Both are for that of agents.
+    """
+
+    arm: str
+    condition: str
+    success: Proportion
+    change: BlockMean | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Why:
+    """Why false reports change the success of one agent.
+
+    All intervals and P values are corrected for the agents that are judged together (Bonferroni), so that a verdict on
+    some of them is wrong in at most 5 % of studies.
+
+    Attributes:
+        agent: Its name, or its spec if it has none.
+        modality: How the box was shown.
+        p: The rate at which reports were hit, (0, 1].
+        arms: Success in each arm.
+        decision: The total effect, the contrasts of arms, the claims and the verdict.
+        contingent: Lies in loops minus equally many lies at random steps; None without these arms, and unless the total
+            effect is detected.
+        margin: The equivalence margin, (0, 1).
+        needed: Blocks needed to detect a change of the margin with a power of 80 %, given the variance of these blocks.
+        agents: Number of agents (and ways of showing the box) that are judged together.
+    """
+
+    agent: str
+    modality: str
+    p: float
+    arms: tuple[ArmEffect, ...]
+    decision: Decision
+    contingent: BlockMean | None = None
+    margin: float = MARGIN
+    needed: int
+    agents: int = 1
+
+    @property
+    def detected(self) -> bool:
+        """Whether false reports change success; nothing else is tested where they do not."""
+        return bool(self.decision.contrasts)
+
+    def success(self, arm: str) -> Proportion:
+        """Success in an arm that was played."""
+        return next(one.success for one in self.arms if one.arm == arm)
+
+
+def why(
+    trials: Mapping[str, Sequence[Trial]],
+    conditions: Sequence[SeriesArm],
+    *,
+    margin: float = MARGIN,
+    agents: int = 1,
+) -> Why | None:
+    """Analyse why lies change the success of one agent in one modality.
+
+    Args:
+        trials: Condition -> the agent's trials.
+        conditions: The conditions with their specs.
+        margin: Equivalence margin: smaller changes count as none, (0, 1).
+        agents: Number of agents (and ways of showing the box) that are judged together.
+
+    Returns:
+        None unless two blocks or more have a trial in each planned arm.
+    """
+    if (found := arms_of(conditions)) is None:
+        return None
+    p, names = found
+    counted = {arm: outcomes(trials.get(name, ())) for arm, name in names.items()}
+    counted = {arm: one for arm, one in counted.items() if len(one)}
+    if not counted.keys() >= set(PLANNED):
+        return None
+    solved = _by_block(counted)
+    if int((~np.isnan(np.sum([solved[arm] for arm in PLANNED], axis=0))).sum()) < 2:
+        return None
+    first = trials[names["truth"]][0]
+    decision = decide(solved, margin=margin, agents=agents)
+    loops = decision.contrasts and solved.keys() >= {"lie in loops", "self-yoked"}
+    return Why(
+        agent=first.group,
+        modality=first.modality,
+        p=p,
+        arms=_arms(names, counted, solved, agents, all_arms=bool(decision.contrasts)),
+        decision=decision,
+        contingent=mean_over_blocks(solved["lie in loops"] - solved["self-yoked"], agents=agents) if loops else None,
+        margin=margin,
+        needed=_needed(solved["lie"] - solved["truth"], margin, agents),
+        agents=agents,
+    )
+
+
+def _by_block(counted: Mapping[str, Outcomes]) -> dict[str, Array]:
+    """Arm -> 1 if solved, 0 if not, one row per block; NaN where no trial has ended."""
+    _, made = sheets([replace(one, dose=np.zeros(len(one))) for one in counted.values()])
+    return {arm: sheet.solved[:, 0] for arm, sheet in zip(counted, made, strict=True)}
+
+
+def _arms(
+    names: Mapping[str, str],
+    counted: Mapping[str, Outcomes],
+    solved: Mapping[str, Array],
+    agents: int,
+    *,
+    all_arms: bool,
+) -> tuple[ArmEffect, ...]:
+    """Success in every arm; its difference from true reports where it may be looked at."""
+    compared = [arm for arm in solved if arm != "truth"] if all_arms else []
+    changes = {arm: mean_over_blocks(solved[arm] - solved["truth"], agents=agents) for arm in compared}
+    corrected = dict(zip(changes, holm([one.p_value for one in changes.values()]), strict=True))
+    return tuple(
+        ArmEffect(
+            arm=arm,
+            condition=names[arm],
+            success=proportion(int(one.solved.sum()), len(one)),
+            change=replace(changes[arm], p_value=corrected[arm]) if arm in changes else None,
+        )
+        for arm, one in counted.items()
+    )
+
+
+def _needed(differences: Array, effect: float, agents: int) -> int:
+    """Sample size: blocks at which a two-sided test at 5 % / agents detects an effect with a power of 80 %.
+
+    The standard error is that after one more differing pair (Agresti and Min 2005).
+    """
+    from scipy.stats import norm
+
+    kept = differences[~np.isnan(differences)]
+    n, mean = len(kept), float(kept.mean())
+    error = math.sqrt((float(np.sum((kept - mean) ** 2)) + 1) / (n - 1) / n)
+    reach = float(norm.ppf(1 - ALPHA / 2 / agents) + norm.ppf(_POWER))
+    return math.ceil(n * (reach * error / effect) ** 2)

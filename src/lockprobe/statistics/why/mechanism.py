@@ -1,0 +1,209 @@
+"""Which reports do what false reports do: the rule of the study of controls.
+
+Six arms decide: true reports, false reports, and four arms of one form, in which a report has two statements. They are
+written here by the first and the last statement: TT, FT (a lie that the truth corrects), TF (a truth that a lie
+corrects) and FF. With an irrelevant remark after true reports (R) there are seven. All hit the same steps of the same
+trials.
+
+The total effect F - T is tested first, at 5 %. Only if it is detected, contrasts of arms are computed, and a claim
+needs *all* of its contrasts (intersection-union), each with P below 0.03 and an interval that excludes 0. So a claim
+that is false of the arms is made in at most 5 % of studies, although several claims are tried.
+
+The paper compares success curves and loop rates only (Sec. 3.2 and 3.3), which cannot tell these claims apart.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from lockprobe.statistics.agent_comparison.paired import Array, BlockMean, block_mean
+from lockprobe.statistics.paired_proportions import equivalence
+from lockprobe.statistics.proportions import ALPHA
+
+__all__ = [
+    "CONTENT",
+    "CONTRASTS",
+    "MARGIN",
+    "NEEDS",
+    "PART",
+    "Claim",
+    "Decision",
+    "Verdict",
+    "decide",
+    "mean_over_blocks",
+]
+
+MARGIN = 0.1
+"""Equivalence margin: changes of success up to 10 percentage points count as none. The value is a convention."""
+
+PART = 0.03
+"""Level of the test of each contrast of arms; chosen by simulation, so that a claim on arms that is false is made in at
+most 5 % of studies."""
+
+Claim = Literal["last", "first", "agreed", "contradiction", "falsity", "form"]
+"""What reports change success as false reports do: those whose last statement is false; whose first is; whose two
+statements both are, and no others; with a single false statement already; with two false statements, and which of them
+counts is not decided; any odd report, true corrections and remarks too."""
+
+CONTENT: tuple[Claim, ...] = ("last", "first", "agreed", "contradiction", "falsity")
+"""The claims that false reports act through what they say."""
+
+Verdict = Literal["says", "form", "both", "blurred", "not decided", "no change", "inconclusive"]
+"""False reports act through what they say; as any odd report does; in both ways; they change success, and a true
+correction does it as well, so that corrections cannot show why; they change it, and how is not decided; they change it
+by less than the margin; no change is detected, and one of the margin is not excluded."""
+
+CONTRASTS: Mapping[str, tuple[tuple[str, str], ...]] = {
+    "false last after true": (("truth-lie", "truth-truth"),),
+    "false last after false": (("lie-lie", "lie-truth"),),
+    "false first before true": (("lie-truth", "truth-truth"),),
+    "false first before false": (("lie-lie", "truth-lie"),),
+    "both false": (("lie-lie", "truth-truth"),),
+    "interaction": (("lie-truth", "truth-truth"), ("truth-lie", "lie-lie")),
+    "true correction": (("truth-truth", "truth"),),
+    "remark": (("remark", "truth"),),
+}
+"""Contrast -> pairs of arms, whose mean difference it is. The interaction is half of FT + TF - TT - FF."""
+
+NEEDS: Mapping[Claim, tuple[str, ...]] = {
+    "last": ("false last after true", "false last after false"),
+    "first": ("false first before true", "false first before false"),
+    "agreed": ("both false", "false last after false", "false first before false", "-interaction"),
+    "contradiction": ("false first before true", "false last after true", "interaction"),
+    "form": ("true correction", "remark"),
+    "falsity": ("both false",),
+}
+"""Claim -> the contrasts that must all go in the direction of the total effect."""
+
+
+_OTHERS = ("true correction", "false first before true", "false last after true")
+"""The contrasts that show other reports to do it than those whose two statements are both false."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Decision:
+    """What a study of controls decides on one agent.
+
+    Attributes:
+        total: Success under false reports minus success under true reports.
+        contrasts: Contrast of arms -> its mean over blocks; none unless the total effect is detected.
+        claims: The claims that hold; none unless the total effect is detected.
+        equivalence: P value of two one-sided tests of a total effect of the margin or more, [0, 1].
+        verdict: The conclusion.
+    """
+
+    total: BlockMean
+    contrasts: Mapping[str, BlockMean]
+    claims: tuple[Claim, ...]
+    equivalence: float
+    verdict: Verdict
+
+    @property
+    def corrections_alone(self) -> bool:
+        """Whether a true correction is detected to change success in the direction of the total effect."""
+        return _goes(self.contrasts, "true correction", self.way)
+
+    @property
+    def way(self) -> int:
+        """The direction of the total effect, 1 or -1."""
+        return 1 if self.total.value > 0 else -1
+
+    @property
+    def one_exceeds_both(self) -> bool:
+        """Whether a single false statement is enough, and does more than two of them."""
+        enough = all(_goes(self.contrasts, name, self.way) for name in NEEDS["contradiction"])
+        return enough and _one_exceeds_both(self.contrasts, self.way)
+
+
+def decide(solved: Mapping[str, Array], *, margin: float = MARGIN, agents: int = 1) -> Decision:
+    """The decision from the outcomes of the arms.
+
+    Args:
+        solved: Arm -> 1 where the block was solved, 0 where not, NaN where no trial has ended, shape (blocks,); the
+            arms of :data:`~lockprobe.statistics.why.arms.PLANNED`, and ``remark`` for a claim on the form.
+        margin: Equivalence margin: smaller changes count as none, (0, 1).
+        agents: Number of agents that are judged together (Bonferroni).
+    """
+    change = solved["lie"] - solved["truth"]
+    total = mean_over_blocks(change, agents=agents)
+    small = _equivalence(change, margin, agents)
+    if not _detected(total):
+        verdict: Verdict = "no change" if small < ALPHA else "inconclusive"
+        return Decision(total=total, contrasts={}, claims=(), equivalence=small, verdict=verdict)
+    contrasts = {
+        name: mean_over_blocks(*(solved[more] - solved[less] for more, less in pairs), agents=agents)
+        for name, pairs in CONTRASTS.items()
+        if all(arm in solved for pair in pairs for arm in pair)
+    }
+    way = 1 if total.value > 0 else -1
+    claims = _claims(contrasts, way)
+    verdict = _verdict(claims, blurred=_goes(contrasts, "true correction", way))
+    return Decision(total=total, contrasts=contrasts, claims=claims, equivalence=small, verdict=verdict)
+
+
+def _verdict(claims: tuple[Claim, ...], *, blurred: bool) -> Verdict:
+    """The coarse conclusion of these claims; without any, whether a true correction does it as well decides."""
+    says, form = any(claim in CONTENT for claim in claims), "form" in claims
+    if says and form:
+        return "both"
+    if says or form:
+        return "says" if says else "form"
+    return "blurred" if blurred else "not decided"
+
+
+def _claims(contrasts: Mapping[str, BlockMean], way: int) -> tuple[Claim, ...]:
+    """The claims of which all contrasts go this way."""
+    held = [claim for claim, needs in NEEDS.items() if all(_goes(contrasts, name, way) for name in needs)]
+    if "contradiction" in held and _one_exceeds_both(contrasts, way):
+        held.remove("contradiction")
+    if "agreed" in held and any(_goes(contrasts, name, way) for name in _OTHERS):
+        held.remove("agreed")
+    if any(claim in held for claim in CONTENT[:-1]):
+        held = [claim for claim in held if claim != "falsity"]
+    return tuple(held)
+
+
+def _goes(contrasts: Mapping[str, BlockMean], name: str, way: int) -> bool:
+    """Whether a contrast is detected in this direction; a minus sign before it turns it round."""
+    name, way = (name[1:], -way) if name.startswith("-") else (name, way)
+    found = contrasts.get(name)
+    return found is not None and _detected(found, PART) and found.value * way > 0
+
+
+def _one_exceeds_both(contrasts: Mapping[str, BlockMean], way: int) -> bool:
+    """Whether one false statement does more than two of them, by over a quarter of what two do.
+
+    Then the statements' disagreement itself acts, which a plain false report has not.
+    """
+    both = way * contrasts["both false"].value
+    one = way * (contrasts["false first before true"].value + contrasts["false last after true"].value) / 2
+    return one - both > max(0.0, both) / 4
+
+
+def mean_over_blocks(*differences: Array, agents: int = 1) -> BlockMean:
+    """A mean over blocks; its P value and its 95 % interval are corrected for the agents that are judged together.
+
+    Args:
+        differences: Differences of success within blocks, shape (blocks,); of several, their mean over the blocks that
+            have all of them.
+        agents: Number of agents that are judged together (Bonferroni).
+    """
+    table = np.column_stack(differences)
+    table[np.isnan(table).any(axis=1)] = np.nan
+    found = block_mean(table, unit=1.0, choices=agents)
+    return found if found.p_value is None else replace(found, p_value=min(1.0, agents * found.p_value))
+
+
+def _detected(found: BlockMean, level: float = ALPHA) -> bool:
+    """Whether the test rejects and the interval excludes 0."""
+    return found.p_value is not None and found.p_value < level and found.clear
+
+
+def _equivalence(differences: Array, margin: float, agents: int) -> float:
+    """P value of two one-sided tests that the change is at most -margin, or at least margin (Schuirmann 1987)."""
+    kept = differences[~np.isnan(differences)]
+    return min(1.0, agents * equivalence(int(np.sum(kept < 0)), int(np.sum(kept > 0)), len(kept), margin))

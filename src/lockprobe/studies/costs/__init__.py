@@ -1,0 +1,1 @@
+"""What a study costs: estimates, budgets, spending, calls."""

@@ -1,0 +1,241 @@
+"""Cost estimates of the trials that a study still owes, before any request is made.
+
+The number of steps is not known in advance. An agent with finished trials is assumed to continue at its observed
+rate; interrupted trials are censored observations (Kaplan and Meier, JASA 1958). For steps that no trial has reached,
+the agent is assumed to perform like a random agent, computed exactly. The size of the requests is known: a conversation
+grows by a reply and an observation with every step.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+
+from lockprobe.agents.llm.model_facts import ModelFacts, Price, facts_of
+from lockprobe.agents.llm.settings import ModelSettings, read_settings
+from lockprobe.boxes.solve import random_curve
+from lockprobe.studies.costs.request_sizes import PromptSizes, Request
+from lockprobe.studies.costs.spending import hosted, most_dollars
+from lockprobe.studies.study import Study
+from lockprobe.trial.model_call import Call, Usage
+from lockprobe.trial.record import Trial
+
+__all__ = ["Estimate", "assumed_output", "estimates", "together"]
+
+_REASONING = 1000
+"""Assumed tokens of reasoning before a reply without history; models differ by more than tenfold."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Estimate:
+    """The estimated cost of the trials that one agent owes.
+
+    Attributes:
+        agent: Agent spec.
+        trials: Trials owed.
+        rests_on: Number of recorded replies behind the estimate; 0 for an agent without history.
+        expected: Expected usage. Cached and stored tokens assume the provider's cache at its best.
+        full: Usage if no trial is solved within its budget of steps.
+        most: Upper bound of the usage, whatever the replies; retries of malformed replies are extra.
+        repeated: Share of the input tokens that repeat the start of the request before.
+        price: The provider's price; None if it is not known.
+        batch: Whether the provider's batch interface is used.
+        called: What the study calls the agent.
+    """
+
+    agent: str
+    called: str
+    trials: int
+    rests_on: int
+    expected: Usage
+    full: Usage
+    most: Usage
+    repeated: float
+    price: Price | None
+    batch: bool = False
+
+    def dollars(self, usage: Usage, *, cached: bool) -> float | None:
+        """The cost of a usage in US dollars, with the provider's cache at its best or without; None if not known."""
+        if self.price is None:
+            return None
+        usage = usage if cached else replace(usage, cached_tokens=0, stored_tokens=0)
+        return self.price.of(usage, batch=self.batch)
+
+    @property
+    def most_dollars(self) -> float | None:
+        """Upper bound of the cost in US dollars, whatever the replies; None if the price is not known."""
+        return None if self.price is None else most_dollars(self.most, self.price)
+
+
+def estimates(
+    study: Study, done: Mapping[str, Trial], calls: Iterable[Call] = (), *, batch: bool = False
+) -> list[Estimate]:
+    """The estimated cost of the owed trials of every hosted agent; agents that owe nothing are left out.
+
+    Args:
+        study: The study.
+        done: Its recorded trials, by key.
+        calls: Its recorded calls.
+        batch: Whether providers' batch interfaces are used.
+    """
+    agents = [_AgentEstimator(study, agent, done) for agent in hosted(study)]
+    owners = {key: agent for agent in agents for key in agent.keys}
+    for call in calls if agents else ():
+        if (agent := owners.get(call.key)) is not None:
+            agent.note(call)
+    found = (agent.estimate(batch=batch) for agent in agents)
+    return [estimate for estimate in found if estimate.trials]
+
+
+def together(found: Iterable[Estimate]) -> list[Estimate]:
+    """The sum of the estimates of several studies, by agent."""
+    sums: dict[str, Estimate] = {}
+    for one in found:
+        first = sums.get(one.agent)
+        sums[one.agent] = one if first is None else _added(first, one)
+    return list(sums.values())
+
+
+def _added(first: Estimate, second: Estimate) -> Estimate:
+    read = [one.expected.input_tokens for one in (first, second)]
+    repeated = first.repeated * read[0] + second.repeated * read[1]
+    return replace(
+        first,
+        trials=first.trials + second.trials,
+        rests_on=first.rests_on + second.rests_on,
+        expected=first.expected + second.expected,
+        full=first.full + second.full,
+        most=first.most + second.most,
+        repeated=repeated / sum(read) if sum(read) else 0.0,
+    )
+
+
+def assumed_output(prompt: PromptSizes, settings: ModelSettings, facts: ModelFacts) -> float:
+    """Assumed tokens of a reply for an agent without history."""
+    reasons = facts.reasons or settings.effort not in (None, "none")
+    output = prompt.output + (_REASONING if reasons else 0)
+    return min(output, settings.most_tokens(facts) or output)
+
+
+class _AgentEstimator:
+    """Collects what is known about one agent: sizes of its prompts and its finished play."""
+
+    def __init__(self, study: Study, agent: str, done: Mapping[str, Trial]) -> None:
+        self._study, self._agent = study, agent
+        name, self._settings = read_settings(agent)
+        self._facts = facts_of(name)
+        self._shown = {plan.key: plan.condition for plan in study.plans(agent)}
+        self._done = {
+            # a malformed reply ends a trial in a step that is not played
+            key: len(trial.steps) + (trial.error is not None)
+            for key, trial in done.items()
+            if key in self._shown and not trial.owed_again
+        }
+        self._prompts = {
+            condition: PromptSizes(study.plan(agent, condition, 1, 1), self._settings, self._facts)
+            for condition in study.conditions_of(agent)
+        }
+        self._made: Counter[str] = Counter()
+        self._reached: Counter[str] = Counter()
+        self._replies = self._counted = self._first = self._output = self._input = 0
+        self._taken = 0.0
+
+    @property
+    def keys(self) -> Iterable[str]:
+        """The keys of its trials."""
+        return self._shown
+
+    def note(self, call: Call) -> None:
+        """Use one recorded call: the step at which an interrupted trial resumes, and the sizes of request and reply."""
+        if call.owed_anew:
+            self._made[call.key] = self._reached[call.key] = 0
+            return
+        self._reached[call.key] = max(self._reached[call.key], min(call.step, self._study.max_steps))
+        if call.reply is None:
+            return
+        self._replies += 1
+        self._made[call.key] = max(self._made[call.key], call.step)
+        if not call.usage.input_tokens:
+            return
+        self._counted += 1
+        self._output += call.usage.output_tokens
+        if call.turn == 1 and call.step <= self._study.max_steps:
+            self._first += 1
+            self._input += call.usage.input_tokens
+            self._taken += self._prompts[self._shown[call.key]].request(call.step).input
+
+    def estimate(self, *, batch: bool) -> Estimate:
+        """The estimate for the owed trials, by modality and by the step at which they resume."""
+        owed = Counter(
+            (shown, self._made[key], self._reached[key]) for key, shown in self._shown.items() if key not in self._done
+        )
+        coming_to = self._survival()
+        longer, output, repairs = self._habits()
+        expected, full, most, repeated = _UsageSum(), _UsageSum(), Usage(), 0.0
+        for (shown, begun, reached), trials in owed.items():
+            prompt = self._prompts[shown]
+            for step in range(begun + 1, self._study.max_steps + 1):
+                request, times = prompt.request(step, longer), trials * repairs
+                share = coming_to[step] / coming_to[reached] if step > reached else 1.0
+                written = assumed_output(prompt, self._settings, self._facts) if output is None else output
+                expected.add(request, written, times * share)
+                full.add(request, written, times)
+                repeated += prompt.repeated(step, longer) * times * share
+            most += prompt.most(begun + 1, trials)
+        return Estimate(
+            agent=self._agent,
+            called=self._study.label_of(self._agent),
+            trials=sum(owed.values()),
+            rests_on=self._replies,
+            expected=expected.usage,
+            full=full.usage,
+            most=most,
+            repeated=repeated / expected.input if expected.input else 0.0,
+            price=self._facts.price,
+            batch=batch,
+        )
+
+    def _survival(self) -> list[float]:
+        """Kaplan-Meier survival: for every step from 0 the share of trials that reach it."""
+        steps = self._study.max_steps
+        blind = [1 - solved for solved in random_curve(self._study.box, steps)]
+        ended = Counter(self._done.values())
+        stands = Counter(step for key, step in self._reached.items() if key not in self._done)
+        playing, shares = ended.total() + stands.total(), [1.0, 1.0]
+        for step in range(1, steps):
+            playing -= stands[step]  # whether they end in this step is not known
+            seen = 1 - ended[step] / playing if playing else blind[step] / (blind[step - 1] or 1.0)
+            playing -= ended[step]
+            shares.append(shares[-1] * seen)
+        return shares
+
+    def _habits(self) -> tuple[float, float | None, float]:
+        """Observed habits: request size relative to the prediction, tokens per reply if known, calls per decision."""
+        if self._taken:
+            return self._input / self._taken, self._output / self._counted, self._counted / self._first
+        return 1.0, None, 1.0
+
+
+class _UsageSum:
+    """Sums the expected usage of requests, each weighted by its probability."""
+
+    def __init__(self) -> None:
+        self.calls = self.input = self.cached = self.stored = self.output = 0.0
+
+    def add(self, request: Request, output: float, times: float) -> None:
+        self.calls += times
+        self.input += times * request.input
+        self.cached += times * request.cached
+        self.stored += times * request.stored
+        self.output += times * output
+
+    @property
+    def usage(self) -> Usage:
+        return Usage(
+            calls=round(self.calls),
+            input_tokens=round(self.input),
+            output_tokens=round(self.output),
+            cached_tokens=round(self.cached),
+            stored_tokens=round(self.stored),
+        )

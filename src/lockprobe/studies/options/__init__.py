@@ -1,0 +1,1 @@
+"""The settings of a study: options, study files, the settings that a directory holds."""

@@ -1,0 +1,131 @@
+"""A study read back from the settings on disk."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import fields
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from lockprobe.boxes.boxfile import box_from_data
+from lockprobe.foundation.errors import BadFile, BadValue, UserMistake
+from lockprobe.foundation.spec import Spec, spec_name, split_specs
+from lockprobe.foundation.validation import plain
+from lockprobe.interventions.catalogue import shipped
+from lockprobe.studies.records.directory import read_settings
+from lockprobe.studies.study import LARGEST_SEED, Study
+from lockprobe.trial.condition import Condition, Recorded
+
+__all__ = ["LONGEST_SPEC", "read_study", "study_from"]
+
+Text = Annotated[str, Field(min_length=1, max_length=1000)]
+LONGEST_SPEC = 1000
+"""Characters of the spec of an agent, a condition or a plant."""
+
+AgentSpec = Annotated[str, Field(min_length=1, max_length=LONGEST_SPEC)]
+
+Count = Annotated[int, Field(ge=0, le=LARGEST_SEED)]
+
+
+class _Intervention(BaseModel):
+    model_config = ConfigDict(strict=True, extra="forbid")
+    spec: Text
+    doses: list[Text] = []
+
+
+class _Condition(BaseModel):
+    model_config = ConfigDict(strict=True, extra="forbid")
+    name: Annotated[str, Field(max_length=1000)]
+    interventions: list[_Intervention]
+    modality: Text
+
+
+class _Settings(BaseModel):
+    model_config = ConfigDict(strict=True, extra="forbid")
+    study: Text
+    agents: list[AgentSpec]
+    names: dict[AgentSpec, Text] = {}
+    box: dict[str, Any]
+    conditions: list[_Condition]
+    repetitions: Count
+    trials: Count
+    strategy_trials: Count | None
+    strategy_conditions: list[Text] = []
+    max_steps: Count
+    seed: Count
+    shuffle: Text
+    plant: Text
+    layout: Text
+    assessment: bool
+    hypothesis: Text
+    added: dict[Text, Text] = {}
+
+
+_AS_THEY_STAND = {field.name for field in fields(Study) if field.init} - {"name", "agents", "box", "conditions"}
+"""The settings that a study takes from the file as they are."""
+
+
+def read_study(directory: Path | str) -> Study:
+    """The study whose settings lie in a directory.
+
+    Raises:
+        BadFile: If they describe none.
+    """
+    return study_from(read_settings(directory), Path(directory) / "study.json")
+
+
+def study_from(settings: Mapping[str, object], path: Path) -> Study:
+    """The study of which these are the :meth:`~lockprobe.studies.study.Study.settings`; messages name the path.
+
+    Raises:
+        BadFile: If they describe none.
+    """
+    try:
+        found = _Settings.model_validate(settings)
+    except ValidationError as error:
+        first = error.errors()[0]
+        raise BadFile(path, f"{'.'.join(map(str, first['loc']))}: {plain(first['msg'])}") from None
+    try:
+        return Study(
+            name=found.study,
+            agents=tuple(found.agents),
+            box=box_from_data(found.box),
+            conditions=_conditions(found),
+            **found.model_dump(include=_AS_THEY_STAND),
+        )
+    except UserMistake as error:
+        raise BadFile(path, str(error)) from None
+
+
+def _conditions(found: _Settings) -> tuple[Condition, ...]:
+    """Its conditions, of which nothing is imported."""
+    for act in (act for one in found.conditions for act in one.interventions):
+        _check(act)
+    return tuple(
+        Condition(
+            interventions=tuple(Recorded(spec=act.spec, doses=_doses(act)) for act in one.interventions),
+            modality=one.modality,
+            name=one.name,
+        )
+        for one in found.conditions
+    )
+
+
+def _doses(act: _Intervention) -> tuple[str, ...]:
+    """All doses of an intervention of Lockprobe, said or left out; of other packages' those on record."""
+    own = shipped().get(spec_name(act.spec))
+    return tuple(act.doses) if own is None or not act.doses else tuple(own.doses)
+
+
+def _check(act: _Intervention) -> None:
+    """Refuse several interventions in one spec, and a dose that is no number of it."""
+    if len(split_specs(act.spec)) != 1:
+        raise BadValue("intervention", act.spec, "one")
+    options = Spec.parse(act.spec, "intervention").options
+    for dose in act.doses:
+        try:
+            float(options.get(dose, ""))
+        except ValueError:
+            raise BadValue(f"dose {dose} of {act.spec}", options.get(dose, ""), "a number among its options") from None

@@ -1,0 +1,308 @@
+"""The options of a study. Command line, study files, Inspect tasks and Python all derive theirs from here.
+
+A study file holds them as TOML::
+
+    study = "flips"
+    agent = ["llm:local", "random"]
+    sweep = "tremble?p=0,0.1,0.2"
+    trials = 5
+
+    [[condition]]
+    name = "nudged"
+    spec = "flip?p=0.4 + nudge"
+
+An option on the command line overrides the file. A study file is data from anyone: it cannot name an agent, a plant,
+a box or an intervention that runs code.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, InstanceOf, ValidationError
+
+from lockprobe.boxes.box import LayoutKind, Lockbox, Shuffle
+from lockprobe.foundation.errors import BadFile, BadValue, UnknownName
+from lockprobe.foundation.inputs import read_toml
+from lockprobe.foundation.plugins import refuse_python
+from lockprobe.foundation.spec import named_spec
+from lockprobe.foundation.validation import plain
+from lockprobe.interventions.flip import FlipKind
+from lockprobe.studies.options.agent_names import named_agents
+from lockprobe.trial.briefing import Ask
+
+__all__ = [
+    "SHIPPED",
+    "STUDIES",
+    "SUITE_NAMES",
+    "NamedCondition",
+    "StudyOptions",
+    "parse_p",
+    "read_options_file",
+    "refusal_of",
+    "study_options",
+]
+
+STUDIES = ("flips", "modalities", "why")
+"""The studies by name."""
+
+SUITE_NAMES = ("suite-1",)
+"""The names of :data:`lockprobe.studies.suites.SUITES`."""
+
+SHIPPED = ("mechanisms.toml",)
+"""Study files that come with the package. One of the same name in the working directory overrides it."""
+
+
+def _listed(given: object) -> object:
+    """One alone as a list of one."""
+    return [given] if isinstance(given, str) else given
+
+
+def _number(given: object) -> object:
+    """A number; Python counts true as 1, and nobody means that."""
+    if isinstance(given, bool):
+        raise ValueError("expected a number, not true or false")  # noqa: TRY004 - which pydantic does not take
+    return given
+
+
+def _box(given: object) -> object:
+    if given is not None and not isinstance(given, str | Path | Lockbox):
+        raise ValueError("expected a name, a Lockbox or the path of a TOML file")
+    return given
+
+
+def _about(words: str, since: str = "0.1") -> Any:
+    """What a field means, its default in brackets, and since which release it exists."""
+    return Field(description=words, json_schema_extra={"since": since})
+
+
+class NamedCondition(BaseModel):
+    """A condition of a study file, with a name that the experimenter gives it."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    spec: Annotated[str, Field(description="What acts, with plus signs between.")]
+    name: Annotated[str, Field(description="What records and report call it; its spec if it has none.")] = ""
+
+
+Several = Annotated[list[str], Field(max_length=64), BeforeValidator(_listed)]
+"""One, or a list of them."""
+
+Conditions = Annotated[list[NamedCondition | str], Field(max_length=1000), BeforeValidator(_listed)]
+
+
+Whole = Annotated[int, BeforeValidator(_number)]
+Number = Annotated[float, BeforeValidator(_number)]
+Box = Annotated[str | Path | InstanceOf[Lockbox], BeforeValidator(_box)]
+"""A name, the path of a file, or a box; in a file of text only the first two."""
+
+
+def _words(given: object) -> object:
+    """Words with commas between, or a list of them, as a list of words."""
+    texts = [given] if isinstance(given, str) else given
+    if not isinstance(texts, list | tuple) or not all(isinstance(text, str) for text in texts):
+        return given
+    return [word.strip() for text in texts for word in text.split(",")]
+
+
+Words = Annotated[list[str], Field(max_length=64), BeforeValidator(_words)]
+"""Words with commas between, or a list of them."""
+
+
+class StudyOptions(BaseModel):
+    """What a user asks for; what is left out follows the study's own default.
+
+    Every field carries what it means, its default in brackets, and since which release it exists.
+    """
+
+    model_config = ConfigDict(extra="forbid")
+
+    study: Annotated[str, _about("flips, modalities, why, or the study of a file.")] = "flips"
+    agent: Annotated[
+        Several | None,
+        _about(
+            "Agent by its spec, or by the name that 'NAME=SPEC' gives it; may be repeated (flips: llm:local, a learner "
+            "and three baselines)."
+        ),
+    ] = None
+    box: Annotated[Box | None, _about("A box by name, random-N-SEED, or a TOML file (chain-4).")] = None
+    p: Annotated[
+        Annotated[list[Number], Field(max_length=1000)] | None,
+        _about("Flip rates, how often reports are inverted (0,0.2,0.4,0.6; 0.4 with why)."),
+    ] = None
+    trials: Annotated[
+        Whole | None,
+        _about(
+            "Trials per condition (in each repetition: 6; 10 with --full, or if --p or --repetitions is given; 50 with "
+            "why)."
+        ),
+    ] = None
+    strategy_trials: Annotated[
+        Whole | None,
+        _about(
+            "Trials per condition for strategies and learners, which cost nothing (100 in the short study, 150 with "
+            "why; else as --trials)."
+        ),
+    ] = None
+    repetitions: Annotated[Whole | None, _about("Repetitions (3; 1 with why).")] = None
+    seed: Annotated[Whole | None, _about("Seed of everything (1).")] = None
+    max_steps: Annotated[Whole | None, _about("Budget of a trial in steps (20).")] = None
+    flip: Annotated[
+        FlipKind | None,
+        _about(
+            "What a false report is: re-observed, integrated, memoryless or transient, latched or sticky; or "
+            "outcome-only, without positions (re-observed)."
+        ),
+    ] = None
+    readings: Annotated[
+        Words | None,
+        _about(
+            "What a false report is, several readings side by side: fresh, kept (re-observed, integrated), all, or "
+            "words of --flip (fresh,kept in the short study and with --full for strategies and learners, which cost "
+            "nothing; models play fresh)."
+        ),
+    ] = None
+    plant: Annotated[
+        str | None,
+        _about(
+            "What is acted on: a plant that lockprobe plants lists, with options as in twin?looks=varied (flips: "
+            "symbolic; modalities: fast-twin)."
+        ),
+    ] = None
+    modality: Annotated[
+        Several | None,
+        _about(
+            "How the box is shown: symbolic?tell=state, the states of the joints (flips); symbolic, also what attempts "
+            "did; rgb, rgb?blur=8, rgbd?depth=height; may be repeated (modalities: rgb, rgbd, symbolic?tell=state)."
+        ),
+    ] = None
+    condition: Annotated[
+        Conditions | None,
+        _about(
+            "Interventions with plus signs between, 'flip?p=0.4 + nudge', or the name that 'NAME=SPEC' gives them; may "
+            "be repeated (nothing; with any, truth is played too, as the control)."
+        ),
+    ] = None
+    sweep: Annotated[
+        Several | None,
+        _about(
+            "One condition for each dose: 'tremble?p=0,0.1,0.2'; for several doses with plus signs between, one for "
+            "every combination; may be repeated (nothing)."
+        ),
+    ] = None
+    layout: Annotated[
+        LayoutKind | None,
+        _about(
+            "Where joints lie on the panel (flips: fixed, as in the box; dealt: at random, in all trials alike; "
+            "modalities: shuffled, at random in every trial)."
+        ),
+    ] = None
+    shuffle: Annotated[
+        Shuffle | None,
+        _about("How often labels and their order are drawn: trial, once for the study, never (trial)."),
+    ] = None
+    assessment: Annotated[
+        bool | None,
+        _about("Ask, with every reply, what the last action did; asking may change behaviour (--assessment)."),
+    ] = None
+    hypothesis: Annotated[
+        Ask | None,
+        _about(
+            "When a hosted model says how the box works, in a sentence: before or after its choice, or off (before)."
+        ),
+    ] = None
+    parts: Annotated[
+        bool,
+        _about("Also play the parts of a false report, in reports that tell outcomes and positions (why)."),
+    ] = False
+    full: Annotated[bool, _about("The paper's 7 x 3 x 10 trials per agent (flips).")] = False
+    as_paper: Annotated[
+        bool,
+        _about(
+            "The paper's set-up, as far as it is known: states of all joints as JSON, labels and panel drawn once, no "
+            "hypothesis, its numbers of trials; other options override (flips, modalities; docs/as-paper.md)."
+        ),
+    ] = False
+    name: Annotated[str | None, _about("A name for the study, with which keys of records begin (the study's).")] = None
+
+    @property
+    def acting(self) -> list[str]:
+        """The specs of its conditions."""
+        return [one.spec for one in self.conditions_named]
+
+    @property
+    def specs(self) -> dict[str, list[str]]:
+        """The specs that can name code, by option."""
+        agents, _ = named_agents(self.agent or ())
+        named = {"agent": agents, "condition": self.acting, "sweep": self.sweep, "plant": [self.plant]}
+        return {
+            what: [spec for spec in specs or () if isinstance(spec, str)]
+            for what, specs in {**named, "box": [self.box]}.items()
+        }
+
+    @property
+    def conditions_named(self) -> list[NamedCondition]:
+        """Its conditions, those without a name too."""
+        return [_named_condition(one) if isinstance(one, str) else one for one in self.condition or ()]
+
+
+def _named_condition(text: str) -> NamedCondition:
+    name, spec = named_spec(text, "condition", "lies=flip?p=0.4")
+    return NamedCondition(spec=spec, name=name)
+
+
+def study_options(given: Mapping[str, Any]) -> StudyOptions:
+    """Options given in Python or to another tool.
+
+    Raises:
+        UnknownName: If one does not exist; the message lists those that do.
+        BadValue: If one has a value that it cannot have.
+    """
+    try:
+        return StudyOptions.model_validate(given)
+    except ValidationError as error:
+        where = str(error.errors()[0]["loc"][0])
+        if where not in StudyOptions.model_fields:
+            raise UnknownName("option", where, StudyOptions.model_fields) from None
+        raise refusal_of(error, where, given.get(where)) from None
+
+
+def refusal_of(error: ValidationError, name: str, got: object) -> BadValue:
+    """The first mistake in the value of an option, in one line; ``name`` is the option as its user calls it."""
+    first = error.errors()[0]
+    expected = plain(first["msg"]).removeprefix("expected ")
+    if first["type"] == "literal_error":
+        expected = "one of " + expected.replace("'", "").replace(" or ", ", ")
+    return BadValue(name, got, expected)
+
+
+def read_options_file(path: Path) -> StudyOptions:
+    """The options in a TOML file: a user's, or one that ships (:data:`SHIPPED`), by its bare name.
+
+    Raises:
+        BadFile: If it is not one, with the key that is wrong.
+    """
+    if str(path) in SHIPPED and not path.exists():
+        path = Path(__file__).with_name(path.name)
+    try:
+        options = StudyOptions.model_validate(read_toml(path))
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(map(str, first["loc"]))
+        known = f"; keys are {', '.join(StudyOptions.model_fields)}" if first["type"] == "extra_forbidden" else ""
+        raise BadFile(path, f"{where}: {plain(first['msg'])}{known}") from None
+    if not options.model_fields_set - {"name"}:
+        raise BadFile(path, 'says nothing to play: a study file has at least a line such as study = "flips"')
+    for what, specs in options.specs.items():
+        refuse_python(path, what, specs)
+    return options
+
+
+def parse_p(text: str) -> list[float]:
+    """Flip probabilities from ``0,0.1,0.2``."""
+    try:
+        return [float(part) for part in text.split(",")]
+    except ValueError:
+        raise BadValue("p", text, "numbers from 0 to 1 with commas between, for example 0,0.2,0.4") from None

@@ -1,0 +1,1 @@
+"""What a study directory holds: the journal, records, pictures, and how parts are merged."""

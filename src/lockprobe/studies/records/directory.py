@@ -1,0 +1,262 @@
+"""The directory of a study: its lock and its settings file. A failed start leaves it unchanged.
+
+Agents can be added to a study that has been played; no other setting can change after the first trial.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
+from dataclasses import replace
+from datetime import UTC, datetime
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from lockprobe.foundation.errors import BadFile, DirectoryBusy, SettingsChanged
+from lockprobe.foundation.inputs import parse_json, read_input
+from lockprobe.foundation.storage.atomic_file import write_file
+from lockprobe.foundation.storage.links import refuse_links
+from lockprobe.studies.costs.call_log import ASKED, CALLS
+from lockprobe.studies.options.agent_names import joined_agents
+from lockprobe.studies.options.settings_hash import in_no_order
+from lockprobe.studies.study import Study
+from lockprobe.trial.condition import TRUTH
+from lockprobe.trial.record import STATES
+
+__all__ = [
+    "ATTEMPTS",
+    "PEOPLE_DIRECTORY",
+    "RECORDS",
+    "SETTINGS",
+    "TIMINGS",
+    "StudyDirectory",
+    "added_agents",
+    "claim",
+    "read_settings",
+    "told_apart",
+    "write_settings",
+]
+
+SETTINGS = "study.json"
+RECORDS = "trials.jsonl"
+TIMINGS = "timings.jsonl"
+
+ATTEMPTS = "attempts.jsonl"
+"""Every attempt of a client with tools, before its report leaves; the server of clients writes it."""
+
+_KEPT = (RECORDS, CALLS, ASKED, ATTEMPTS)
+"""Files that hold finished trials, paid calls or steps."""
+
+_MADE = (SETTINGS, RECORDS, TIMINGS, CALLS, ASKED)
+"""Files that a start creates."""
+
+PEOPLE_DIRECTORY = "people"
+"""Holds a file of JSON lines for each participant, which other rooms write. Who has joined plays the settings there."""
+
+
+class StudyDirectory:
+    """A study directory locked for writing by this process; created if missing.
+
+    The lock is on the directory itself, so it is independent of the files. If an error occurs before anything was
+    played, asked or joined, new files and directories are removed and the settings are restored.
+
+    Attributes:
+        used: Whether something was played or asked; set it to True, and an error removes nothing.
+
+    Raises:
+        BadFile: On entering, if it cannot be made, or a link inside it leads elsewhere.
+        DirectoryBusy: On entering, if another process writes there.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.used = False
+        self._path = path
+        self._new = [one for one in (path, *path.parents) if not one.exists()]
+
+    def __enter__(self) -> Self:
+        refuse_links(self._path)
+        for name in (*_MADE, ATTEMPTS, PEOPLE_DIRECTORY):  # it may have no settings yet by which it is known
+            refuse_links(self._path / name, within=self._path)
+        try:
+            self._path.mkdir(parents=True, exist_ok=True)
+            self._handle = os.open(self._path, os.O_RDONLY)
+        except OSError as error:
+            self._remove_new()
+            raise BadFile(self._path, f"cannot be written ({error.strerror})") from error
+        try:
+            fcntl.flock(self._handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            os.close(self._handle)
+            raise DirectoryBusy(self._path) from None
+        except OSError:  # a file system that locks no directories; the records are locked all the same
+            pass
+        self._there = {name for name in (*_MADE, PEOPLE_DIRECTORY) if (self._path / name).exists()}
+        settings = self._path / SETTINGS
+        self._settings = settings.read_bytes() if settings.is_file() else None
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        try:
+            failed = kind is not None and not issubclass(kind, KeyboardInterrupt | DirectoryBusy)
+            if failed and not self.used:
+                self._undo()
+        finally:
+            os.close(self._handle)
+
+    def _undo(self) -> None:
+        """Restore the directory, unless it was replaced or people were invited."""
+        with suppress(OSError, BadFile):
+            invited = PEOPLE_DIRECTORY not in self._there and (self._path / PEOPLE_DIRECTORY).exists()
+            if invited or not os.path.samestat(os.fstat(self._handle), self._path.stat()):
+                return
+            for name in _MADE:
+                if name not in self._there:
+                    (self._path / name).unlink(missing_ok=True)
+            settings = self._path / SETTINGS
+            if self._settings is not None and settings.read_bytes() != self._settings:
+                write_file(settings, self._settings, alone=True)
+            self._remove_new()
+
+    def _remove_new(self) -> None:
+        for path in self._new:
+            with suppress(OSError):
+                path.rmdir()
+
+
+def read_settings(directory: Path | str) -> dict[str, object]:
+    """The settings of the study in a directory.
+
+    Raises:
+        BadFile: If the file is missing, or holds no settings of a study.
+    """
+    path = Path(directory) / SETTINGS
+    if not path.exists():
+        raise BadFile(directory, "no study.json here; is it the directory of a study?")
+    settings = parse_json(read_input(path), path)
+    if not isinstance(settings, dict) or not _are_of_a_study(settings):
+        raise BadFile(path, "not the settings of a study")
+    return settings
+
+
+def _are_of_a_study(settings: Mapping[str, object]) -> bool:
+    match settings:
+        case {"agents": list(), "conditions": list(), "repetitions": int(), "trials": int()}:
+            return True
+        case _:
+            return False
+
+
+def write_settings(directory: Path, study: Study) -> None:
+    """Write the settings of a study atomically.
+
+    If trials were already played, the settings say when each later agent was added.
+
+    Raises:
+        BadFile: If they cannot be written.
+    """
+    added: dict[str, str] = {}
+    if _played(directory) and (directory / SETTINGS).exists():
+        now, known = datetime.now(UTC).isoformat(timespec="seconds"), _texts(read_settings(directory)["agents"])
+        added = added_agents(directory) | {agent: now for agent in study.agents if agent not in known}
+    settings = {**study.settings(), **({"added": added} if added else {})}
+    write_file(directory / SETTINGS, f"{json.dumps(settings, indent=2)}\n", alone=True)
+
+
+def added_agents(directory: Path) -> dict[str, str]:
+    """The agents that were added after the first trials, each with the time of addition (UTC, ISO 8601).
+
+    Raises:
+        BadFile: If it is not the directory of a study.
+    """
+    added = read_settings(directory).get("added")
+    return {str(agent): str(when) for agent, when in added.items()} if isinstance(added, dict) else {}
+
+
+def claim(directory: Path, study: Study) -> None:
+    """Write the settings of a new study, or check them against the settings on disk. New agents are added.
+
+    Raises:
+        SettingsChanged: If any other setting differs.
+        BadFile: If there are records without settings, or settings that cannot be read or written.
+    """
+    path, played = directory / SETTINGS, _played(directory)
+    if not path.exists() and played:
+        raise BadFile(directory, f"holds {played} but no {SETTINGS}: put it back, or give another --out")
+    somebody = path.exists() and any((directory / PEOPLE_DIRECTORY).glob("*.jsonl"))  # who has joined plays this study
+    if not (played or somebody):
+        write_settings(directory, study)
+        return
+    there = read_settings(directory)
+    asked = json.loads(json.dumps(study.settings()))
+    known, wanted = in_no_order(there), in_no_order(asked)
+    different = {
+        name: told_apart(name, there.get(name), asked.get(name))
+        for name in sorted({*known, *wanted} - {"agents", "names", "added"})
+        if known.get(name) != wanted.get(name)
+    } | _renamed(there, study)
+    if different:
+        raise SettingsChanged(directory, different)
+    agents = joined_agents(_texts(there["agents"]), study.agents)
+    if list(agents) != there["agents"]:
+        joined = replace(study, agents=agents, names={**_names(there), **study.names})
+        write_settings(directory, joined.ordered_as(there))
+
+
+def _names(settings: Mapping[str, object]) -> dict[str, str]:
+    """Spec -> name of the agents that have one."""
+    names = settings.get("names")
+    return {str(spec): str(name) for spec, name in names.items()} if isinstance(names, dict) else {}
+
+
+def _renamed(there: Mapping[str, object], study: Study) -> dict[str, tuple[object, object]]:
+    """The agents that are called otherwise in a directory."""
+    names = _names(there)
+    return {
+        f"name of {agent}": (names.get(agent, agent), study.label_of(agent))
+        for agent in _texts(there["agents"])
+        if agent in study.agents and names.get(agent, agent) != study.label_of(agent)
+    }
+
+
+def told_apart(name: str, there: object, asked: object) -> tuple[object, object]:
+    """Two values of a setting for a message: boxes by name, or by the parts that differ if their names are equal."""
+    if name == "conditions":
+        return _conditions_said(there), _conditions_said(asked)
+    if not (isinstance(there, dict) and isinstance(asked, dict)):
+        return there, asked
+    parts = [name for name in ("name", *there, *asked) if there.get(name) != asked.get(name)]
+    first = parts[0] if parts else "name"
+    if first == "name":
+        return there.get("name"), asked.get("name")
+    return {first: there.get(first)}, {first: asked.get(first)}
+
+
+def _conditions_said(conditions: object) -> str:
+    """Conditions by name or, without names, by their interventions."""
+    if not isinstance(conditions, list):
+        return "none"
+    return "; ".join(_condition_said(one) if isinstance(one, dict) else str(one) for one in conditions)
+
+
+def _condition_said(condition: Mapping[str, object]) -> str:
+    acting = condition.get("interventions")
+    specs = [str(one.get("spec")) for one in acting if isinstance(one, dict)] if isinstance(acting, list) else []
+    shown = str(condition.get("modality", STATES))
+    said = specs if shown == STATES else [*specs, shown]
+    acts, name = " + ".join(said) or TRUTH, str(condition.get("name", ""))
+    return f"{name}={acts}" if name else acts
+
+
+def _texts(values: object) -> list[str]:
+    return [str(value) for value in values] if isinstance(values, Iterable) else []
+
+
+def _played(directory: Path) -> str:
+    """The first file that holds finished trials or paid calls, or an empty string."""
+    return next((name for name in _KEPT if (path := directory / name).exists() and path.stat().st_size), "")

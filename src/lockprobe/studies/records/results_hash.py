@@ -1,0 +1,112 @@
+"""The hash of what a study recorded: the same records give the same hash, whenever and in which order they were played.
+
+It covers every record and the settings, and no clock reading. Put it under a paper, and the hash of the settings
+(:attr:`lockprobe.studies.study.Study.settings_hash`) under a preregistration: ``lockprobe verify DIR --settings HASH
+--results HASH`` holds a directory against both.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Self
+
+from lockprobe.foundation.errors import BadValue
+from lockprobe.studies.options.settings import read_study
+from lockprobe.studies.records.read_records import load
+from lockprobe.studies.study import Study
+from lockprobe.studies.suites import Suite, suite_directories
+from lockprobe.trial.record import Trial
+from lockprobe.trial.trial_json import trial_to_json
+
+__all__ = ["StudyHashes", "check_hash", "hash_of_parts", "hashes_of_suite", "records_digest", "results_hash"]
+
+_DIGITS = 32
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StudyHashes:
+    """The hashes of what a directory holds now.
+
+    Attributes:
+        settings: Of the settings.
+        results: Of the records.
+        finished: Trials that are not owed.
+        planned: Trials that are planned, those of people included.
+    """
+
+    settings: str
+    results: str
+    finished: int
+    planned: int
+
+    @classmethod
+    def of(cls, directory: Path) -> Self:
+        """Compute them from the directory of a study.
+
+        Raises:
+            BadFile: If it is none, or a record is damaged.
+        """
+        study = read_study(directory)
+        trials = study.own_trials(load(directory))
+        return cls(
+            settings=study.settings_hash,
+            results=results_hash(study, trials),
+            finished=sum(not trial.owed_again for trial in trials),
+            planned=study.size,
+        )
+
+
+def hashes_of_suite(directory: Path, suite: Suite) -> StudyHashes:
+    """The hashes of all studies of a suite together.
+
+    Raises:
+        BadFile: If a study in its directory is damaged.
+    """
+    found = {name: StudyHashes.of(directory / name) for name in suite_directories(directory, suite)}
+    return StudyHashes(
+        settings=hash_of_parts({name: one.settings for name, one in found.items()}),
+        results=hash_of_parts({name: one.results for name, one in found.items()}),
+        finished=sum(one.finished for one in found.values()),
+        planned=sum(one.planned for one in found.values()),
+    )
+
+
+def check_hash(what: str, given: str | None) -> None:
+    """Refuse what is no hash of a study.
+
+    Raises:
+        BadValue: If it is none.
+    """
+    if given is not None and not re.fullmatch(f"[0-9a-fA-F]{{{_DIGITS}}}", given.strip()):
+        raise BadValue(what, given, f"the {_DIGITS} hexadecimal digits that lockprobe run and status print")
+
+
+def results_hash(study: Study, trials: Iterable[Trial]) -> str:
+    """Thirty-two hexadecimal digits that change with any setting and any record.
+
+    Args:
+        study: The study.
+        trials: Its own trials on record (:meth:`Study.own_trials`), in any order.
+    """
+    return _hash(f"{study.settings_hash} {records_digest(trials)}")
+
+
+def records_digest(trials: Iterable[Trial]) -> str:
+    """The SHA-256 of the records of trials, in the order of their keys."""
+    found = hashlib.sha256()
+    for i, trial in enumerate(sorted(trials, key=lambda trial: trial.key)):
+        found.update((b"\n" if i else b"") + trial_to_json(trial))
+    return found.hexdigest()
+
+
+def hash_of_parts(parts: Mapping[str, str]) -> str:
+    """The hash of several studies together, from the hash of each by name."""
+    return _hash(" ".join(f"{name} {parts[name]}" for name in sorted(parts)))
+
+
+def _hash(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()[:_DIGITS]

@@ -1,0 +1,66 @@
+"""Plays the trials of one agent in this process, several at once, as far as the budget covers them."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import deque
+from collections.abc import Awaitable, Callable, Sequence
+
+from lockprobe.foundation.errors import BudgetReached
+from lockprobe.studies.costs.call_log import Calls
+from lockprobe.studies.records.journal import Timing
+from lockprobe.trial.plan import Plan
+from lockprobe.trial.record import Trial
+
+__all__ = ["play_in_lanes"]
+
+
+async def play_in_lanes(
+    plans: Sequence[Plan],
+    play: Callable[[Plan], Awaitable[tuple[Trial, Timing]]],
+    finish: Callable[[Trial, Timing], None],
+    calls: Calls,
+    *,
+    lanes: int = 1,
+    at_the_end: int = 0,
+) -> None:
+    """Play plans in this process, in order, with ``lanes`` at once; the last ``at_the_end`` all at once.
+
+    An error other than a broken trial ends all trials, and those under way are cancelled. A trial is opened only if the
+    budget of ``calls`` covers it. If the budget is reached, no trial is opened, and each open one goes on until it is
+    refused a call itself. ``finish`` gets every finished trial.
+
+    Raises:
+        BudgetReached: If the budget is reached; once, when no trial is open any more.
+        UserMistake: As ``play`` and ``finish`` raise it.
+    """
+    queue, spent = deque(plans), list[BudgetReached]()
+
+    async def trial(plan: Plan) -> None:
+        try:
+            finish(*await play(plan))
+        except BudgetReached as reached:
+            spent.append(reached)
+        finally:
+            calls.end(plan.key)
+
+    def opens() -> bool:
+        """Whether another trial is opened now."""
+        free = len(opened) < lanes or len(queue) <= at_the_end
+        return bool(queue) and not spent and free and calls.admit(queue[0])
+
+    opened: set[asyncio.Task[None]] = set()
+    try:
+        while True:
+            while opens():
+                opened.add(asyncio.ensure_future(trial(queue.popleft())))
+            if not opened:
+                break
+            done, opened = await asyncio.wait(opened, return_when=asyncio.FIRST_COMPLETED)
+            await asyncio.gather(*done)
+    finally:
+        for task in opened:
+            task.cancel()
+        await asyncio.gather(*opened, return_exceptions=True)
+    if spent:
+        raise spent[-1]

@@ -1,0 +1,147 @@
+"""A trial that pauses at each decision for an outside agent: a participant, or a client with tools.
+
+A resumed trial first replays the steps that are on disk. The same seed gives the same reports.
+
+An environment of Gymnasium has its own form, because its ``step`` has no event loop to wait in: it sends each decision
+straight into the coroutine :func:`lockprobe.trial.loop.play`. Its episodes are neither resumed nor recorded.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Iterable, Mapping
+from contextlib import AsyncExitStack, suppress
+from pathlib import Path
+from typing import NamedTuple
+
+from lockprobe.agents.outside import OutsideAgent
+from lockprobe.foundation.errors import BadValue
+from lockprobe.studies.records.journal import Timing
+from lockprobe.studies.records.picture_store import Album
+from lockprobe.studies.running.trial_setup import play_timed
+from lockprobe.trial.loop import Executor, here
+from lockprobe.trial.plan import Plan
+from lockprobe.trial.record import Fact, Outcome, Situation, Step, Trial
+
+__all__ = ["PausedTrial", "RecordedAttempt"]
+
+
+class RecordedAttempt(NamedTuple):
+    """An attempt of a paused trial, as stored on disk.
+
+    Attributes:
+        joint: Label of the joint chosen.
+        claimed: The claim about the action before.
+        told: The report that followed; empty with pictures.
+        hypothesis: How the box works, in the agent's words.
+    """
+
+    joint: str
+    claimed: Outcome | None = None
+    told: str = ""
+    hypothesis: str = ""
+
+
+class PausedTrial:
+    """A trial that waits at each decision. Start it with :meth:`begin`; :meth:`close` releases its plant.
+
+    Attributes:
+        situation: The information that may be shown now; None once the trial is over.
+        trial: The record once the trial is over, else None.
+        timing: The duration from :meth:`begin` once the trial is over, else None.
+    """
+
+    def __init__(self, plan: Plan, agent: OutsideAgent, pictures: Path | None, place: Executor) -> None:
+        self.plan = plan
+        self.situation: Situation | None = None
+        self.trial: Trial | None = None
+        self.timing: Timing | None = None
+        self._told: list[str] = []
+        self._agent = agent
+        keep = None if pictures is None else Album(pictures).keep
+        self._loop = asyncio.create_task(play_timed(plan, self._agent, self._note, keep, place=place))
+
+    @classmethod
+    async def begin(
+        cls,
+        plan: Plan,
+        played: Iterable[RecordedAttempt] = (),
+        *,
+        facts: Mapping[str, Fact] | None = None,
+        words_alone: bool = False,
+        pictures: Path | None = None,
+        place: Executor = here,
+    ) -> PausedTrial:
+        """Begin a trial, replay its steps so far, and wait at the next decision.
+
+        Args:
+            plan: The plan of the trial.
+            played: Its attempts so far.
+            facts: Facts about the agent's connection, for the record.
+            words_alone: Whether remarks and warnings are all that the agent is shown of what it is asked.
+            pictures: Directory for pictures; None stores none.
+            place: The executor that runs the plant.
+
+        Raises:
+            BadValue: If a report differs from the one that was shown, or the steps do not fit the trial.
+            LockprobeError: If a file cannot be written.
+        """
+        paused = cls(plan, OutsideAgent(facts, words_alone=words_alone), pictures, place)
+        async with AsyncExitStack() as undo:
+            undo.push_async_callback(paused.close)
+            await paused._wait()
+            for number, step in enumerate(played, 1):
+                await paused._replay(number, step)
+            undo.pop_all()
+        return paused
+
+    @property
+    def sound(self) -> bool:
+        """Whether neither the plant nor a channel has broken the trial so far."""
+        return self.trial is None or self.trial.error is None
+
+    async def attempt(self, joint: str, claimed: Outcome | None = None, hypothesis: str = "") -> str:
+        """Attempt a joint and wait for the next decision or the end.
+
+        ``claimed`` is the agent's claim about the step before, ``hypothesis`` its statement about the box. Returns the
+        report of the attempt; empty with pictures and if the trial broke.
+        """
+        before = len(self._told)
+        self.situation = None
+        self._agent.say(joint, claimed, hypothesis)
+        await self._wait()
+        return self._told[-1] if len(self._told) > before else ""
+
+    async def close(self) -> None:
+        """End the trial and release its plant."""
+        if self._loop.done():
+            return
+        self._loop.cancel()
+        with suppress(asyncio.CancelledError):
+            await self._loop
+
+    async def _replay(self, number: int, step: RecordedAttempt) -> None:
+        """Replay a step and compare the report with the one that was shown. A broken trial reports nothing."""
+        what = f"step {number} of {self.plan.key}"
+        if self.situation is None or step.joint not in self.situation.task.joints:
+            if self.sound:
+                raise BadValue(what, step.joint, "a step of this trial")
+            return
+        told = await self.attempt(step.joint, step.claimed, step.hypothesis)
+        if told != step.told and self.sound:
+            raise BadValue(what, told, f"{step.told!r}, as it was shown before")
+
+    async def _wait(self) -> None:
+        """Wait until the trial loop asks for a decision or ends; re-raise its exceptions."""
+        asked = asyncio.create_task(self._agent.asked())
+        try:
+            await asyncio.wait({asked, self._loop}, return_when=asyncio.FIRST_COMPLETED)
+        finally:
+            asked.cancel()
+        if self._loop.done():
+            self.trial, self.timing = self._loop.result()
+        else:
+            self.situation = asked.result()
+
+    def _note(self, key: str, step: Step) -> None:
+        self._told.append("" if step.pictures else step.told)

@@ -1,0 +1,440 @@
+"""Runs a study: plays the trials that its journal still owes, and resumes where an earlier run stopped.
+
+All agents share one path: plans that the journal still owes -> :func:`lockprobe.trial.loop.play` -> journal. Only the
+concurrency differs. Strategies play in this process, one trial after the other. Trials of hosted models are open at the
+same time, because they wait for a provider. Local models and simulated plants need a processor, so they play in worker
+processes (:mod:`lockprobe.studies.running.workers`), or on a cluster (:mod:`lockprobe.studies.running.cluster_trials`).
+If somebody attends the plant, everything plays in this process, one trial after the other.
+
+Open trials cost memory, not connections: each request queues for a free connection. A run opens as many trials as it
+has connections, so that finished ones come early. It opens the last ones all at once, so that they end together and no
+connection stays idle.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor, wait
+from contextlib import nullcontext
+from dataclasses import dataclass, field, replace
+from functools import partial
+from pathlib import Path
+from typing import Protocol
+
+from lockprobe.agents.catalogue import AgentSource, resolve
+from lockprobe.agents.model_access import Access
+from lockprobe.foundation.cluster import Cluster
+from lockprobe.foundation.errors import (
+    FINAL,
+    AgentsGivenUp,
+    BadFile,
+    BadValue,
+    BudgetReached,
+    SettingsChanged,
+    UserMistake,
+)
+from lockprobe.foundation.interrupts import interruptible
+from lockprobe.plants.catalogue import resolve_plant
+from lockprobe.studies.costs.call_log import Calls, read_calls
+from lockprobe.studies.records.journal import Journal, Timing, load, read_timings
+from lockprobe.studies.records.picture_store import ALBUM, Album
+from lockprobe.studies.running.cluster_trials import can_travel, play_on_cluster
+from lockprobe.studies.running.lanes import play_in_lanes
+from lockprobe.studies.running.trial_setup import closed_in_one_line, own_thread, play_timed
+from lockprobe.studies.running.workers import play_in_workers
+from lockprobe.studies.running.yoking import bound, is_yoked
+from lockprobe.studies.study import Study
+from lockprobe.trial.loop import here
+from lockprobe.trial.model_call import OWED_ANEW, Call
+from lockprobe.trial.plan import Plan
+from lockprobe.trial.protocols import Agent, Closable
+from lockprobe.trial.record import Fact, Step, Trial
+
+__all__ = ["Limits", "Observer", "Silent", "owe_anew", "run", "run_study"]
+
+_GIVE_UP_AFTER = 10
+"""Trials broken in a row, by something outside the agent, after which the run gives the agent up."""
+
+_AT_THE_END = 2
+"""By the number of connections, the last trials that are all opened at once. In simulations with latencies as providers
+have them it leaves 2 % of the bound unused at 32 connections, where opening none more leaves 9 % and opening all at
+once from the start leaves 1 %, but has no trial finished until the very end."""
+
+_INTERRUPTIBLE = 0.1
+"""Seconds after which a thread that waits for another one notices an interrupt at the latest."""
+
+_PLANT_FACTS = ("engine", "renderer")
+"""Facts about a plant that its pictures depend on and its spec does not hold."""
+
+
+class Observer(Protocol):
+    """Receives the progress of a run."""
+
+    def begin(self, study: Study, journal: Journal, owed: int) -> None:
+        """Called once, with the number of trials still to be played."""
+        ...
+
+    def agent(self, source: AgentSource, owed: int) -> None:
+        """Called before an agent's trials begin."""
+        ...
+
+    def step(self, key: str, step: Step) -> None:
+        """Called after every step of every trial."""
+        ...
+
+    def trial(self, trial: Trial, timing: Timing) -> None:
+        """Called when a trial is on disk."""
+        ...
+
+    def given_up(self, source: AgentSource, owed: int, why: UserMistake) -> None:
+        """Called if no further trial of an agent is played, with the number that it still owes."""
+        ...
+
+
+class Silent:
+    """An observer that ignores all events."""
+
+    def begin(self, study: Study, journal: Journal, owed: int) -> None:
+        """Nothing."""
+
+    def agent(self, source: AgentSource, owed: int) -> None:
+        """Nothing."""
+
+    def step(self, key: str, step: Step) -> None:
+        """Nothing."""
+
+    def trial(self, trial: Trial, timing: Timing) -> None:
+        """Nothing."""
+
+    def given_up(self, source: AgentSource, owed: int, why: UserMistake) -> None:
+        """Nothing."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Limits:
+    """Limits of concurrency; none of them changes a record.
+
+    Attributes:
+        workers: Processes for local models and simulated plants.
+        access: How hosted models are reached.
+        cluster: Other machines for agents and plants that come with Lockprobe; None for this one alone.
+    """
+
+    workers: int = 1
+    access: Access = field(default_factory=Access)
+    cluster: Cluster | None = None
+
+
+def run(
+    study: Study,
+    journal: Journal,
+    *,
+    limits: Limits | None = None,
+    observer: Observer | None = None,
+    plans: Callable[[str], Iterable[Plan]] | None = None,
+    known: Iterable[Trial] = (),
+) -> None:
+    """Play what the journal owes of a study.
+
+    Args:
+        study: The study.
+        journal: Its journal, or another one, for other trials than its own.
+        limits: Limits of concurrency.
+        observer: Receives the progress.
+        plans: Function from an agent to its plans; by default the study's own.
+        known: Earlier trials of the same agents; model, prompt and runtime must be the same as in these.
+
+    Raises:
+        UserMistake: Before the first trial, if an agent or the plant is not available.
+        BudgetReached: If the budget ended the trials of an agent; those of the others were played as far as it went.
+        AgentsGivenUp: If agents could not go on, and the others were played.
+        BadFile: If the directory cannot be written.
+        SettingsChanged: If an agent or the plant is another one than that of the earlier trials.
+        KeyboardInterrupt: On Ctrl-C; whatever was finished is on disk.
+    """
+    limits, observer, of = limits or Limits(), observer or Silent(), plans or study.plans
+    known = list(known)
+    sources = [resolve(spec, limits.access) for spec in study.agents]
+    study.check_agents()
+    sources = _run_here(sources)
+    owed = {source.spec: _owed(of(source.spec), journal) for source in sources}
+    _check(study, [source for source in sources if owed[source.spec]])
+    observer.begin(study, journal, sum(map(len, owed.values())))
+    spent: BudgetReached | None = None
+    given_up: dict[str, UserMistake] = {}
+    for source in sorted(sources, key=lambda source: source.engine != "inline"):
+        if not owed[source.spec]:
+            continue
+        observer.agent(source, len(owed[source.spec]))
+        try:
+            for plans_now in _rounds(study, owed[source.spec], journal):
+                _play(study, source, plans_now, journal, limits, observer, known)
+        except BudgetReached as reached:
+            spent = reached
+        except (BadFile, SettingsChanged):
+            raise
+        except UserMistake as why:
+            if study.attended:  # whoever answers at the terminal answers for all agents
+                raise
+            given_up[source.spec] = why
+            observer.given_up(source, len(_owed(owed[source.spec], journal)), why)
+    if spent is not None:
+        raise spent
+    if given_up:
+        raise AgentsGivenUp(given_up)
+
+
+def _check(study: Study, sources: Sequence[AgentSource]) -> None:
+    """Refuse agents that are not available, and a plant that is not, before the first trial."""
+    for source in sources:
+        source.check()
+    if sources:
+        resolve_plant(study.plant).check(study.box)
+
+
+def _owed(plans: Iterable[Plan], journal: Journal) -> list[Plan]:
+    """The plans that a journal owes; those that were begun first, so that a small budget ends them."""
+    owed = [plan for plan in plans if journal.owes(plan.key)]
+    return sorted(owed, key=lambda plan: not journal.calls.has_replies(plan.key))
+
+
+def _rounds(study: Study, plans: Sequence[Plan], journal: Journal) -> Iterator[list[Plan]]:
+    """Yield first the plans that depend on no other trial, then those whose source trial has been played."""
+    yield [plan for plan in plans if not is_yoked(plan.condition)]
+    if followers := [plan for plan in plans if is_yoked(plan.condition)]:
+        there = {trial.key: trial for trial in load(journal.directory)}  # a journal keeps no steps
+        yield [plan for one in followers if (plan := bound(one, study, there)) is not None]
+
+
+def _run_here(sources: Sequence[AgentSource]) -> list[AgentSource]:
+    """The agents to run: all except people (who are invited) and clients (which connect).
+
+    Raises:
+        BadValue: If no agent remains.
+    """
+    found = [source for source in sources if source.engine not in ("person", "client")]
+    clients = [source.spec for source in sources if source.engine == "client"]
+    if clients and len(clients) == len(sources):
+        expected = "an agent that can be run; this one connects to the server that `lockprobe mcp` starts"
+        raise BadValue("agent", clients[0], expected)
+    return found
+
+
+def _play(
+    study: Study,
+    source: AgentSource,
+    plans: list[Plan],
+    journal: Journal,
+    limits: Limits,
+    observer: Observer,
+    known: Sequence[Trial],
+) -> None:
+    """Play the owed trials of one agent."""
+    if not plans:
+        return
+    album = journal.directory / ALBUM
+    lanes, at_the_end = _lanes(study, source, limits.access, len(plans))
+    finish = _TrialWriter(source.spec, journal, observer, lanes, known)
+    attended = study.attended
+    if limits.cluster is not None and not attended and can_travel(study, source):
+        play_on_cluster(plans, limits.cluster, observer.step, finish, pictures=album)
+        return
+    if not attended and (
+        source.engine == "process" or (source.engine == "inline" and study.simulated and limits.workers > 1)
+    ):
+        play_in_workers(plans, limits.workers, observer.step, finish, pictures=album)
+        return
+    threaded = source.engine == "network" and not attended and not _light(study)
+    with own_thread() if threaded else nullcontext(here) as place:
+        play = partial(play_timed, on_step=observer.step, keep=Album(album).keep, calls=journal.calls, place=place)
+        asyncio.run(_play_here(plans, source, play, finish, journal.calls, lanes=lanes, at_the_end=at_the_end))
+
+
+def run_study(study: Study, directory: Path | str, *, limits: Limits | None = None) -> list[Trial]:
+    """Play a study, or resume it, in a directory, and return all its trials.
+
+    It also works in a notebook, whose thread already runs an event loop: the study is then played in another thread.
+
+    Raises:
+        UserMistake: As :func:`run`, and if the directory holds another study.
+        KeyboardInterrupt: On Ctrl-C or an interrupted notebook cell; whatever was finished is on disk.
+    """
+    if not isinstance(study, Study):
+        raise BadValue("study", study, "a study, as lockprobe.study makes one")
+    with Journal.open(directory, study) as journal:
+        if _in_event_loop():
+            _run_in_thread(study, journal, limits)
+        else:
+            run(study, journal, limits=limits)
+    return load(directory)
+
+
+def _in_event_loop() -> bool:
+    try:
+        asyncio.get_running_loop()
+    except RuntimeError:
+        return False
+    return True
+
+
+def _run_in_thread(study: Study, journal: Journal, limits: Limits | None) -> None:
+    """Run a study in another thread and wait for it. An interrupt here ends it at its next step."""
+    stoppable = _Stoppable()
+    with interruptible(), ThreadPoolExecutor(max_workers=1, thread_name_prefix="study") as thread:
+        played = thread.submit(run, study, journal, limits=limits, observer=stoppable)
+        try:
+            while not played.done():
+                wait((played,), timeout=_INTERRUPTIBLE)
+        finally:
+            stoppable.stopped = True
+        played.result()
+
+
+class _Stoppable(Silent):
+    """An observer through which another thread ends a run."""
+
+    def __init__(self) -> None:
+        self.stopped = False
+
+    def step(self, key: str, step: Step) -> None:
+        if self.stopped:
+            raise KeyboardInterrupt
+
+
+class _TrialWriter:
+    """Writes finished trials to the journal, and gives up an agent that yields only errors."""
+
+    def __init__(self, spec: str, journal: Journal, observer: Observer, lanes: int, known: Sequence[Trial]) -> None:
+        self._spec = spec
+        self._give_up_after = max(_GIVE_UP_AFTER, lanes + 1)  # one outage breaks all that is on its way
+        self._journal = journal
+        self._observer = observer
+        self._broken_in_a_row = 0
+        self._agent: dict[str, Fact] = {}
+        self._plant: dict[str, Fact] = {}
+        for trial in (*known, *journal.trials.values()):
+            self._note(trial)
+
+    def __call__(self, trial: Trial, timing: Timing) -> None:
+        self._refuse_another(trial)
+        self._journal.append(trial, timing)
+        self._observer.trial(trial, timing)
+        self._broken_in_a_row = self._broken_in_a_row + 1 if trial.owed_again else 0
+        if trial.error is not None and self._broken_in_a_row == self._give_up_after:
+            why = f"{trial.error.boundary}: {trial.error.message}"
+            raise UserMistake(f"{self._spec} broke {self._broken_in_a_row} trials in a row ({why})")
+
+    def expect(self, facts: Mapping[str, Fact]) -> None:
+        """Refuse a changed agent (model, prompt, runtime) before it is called and paid.
+
+        Raises:
+            SettingsChanged: If the agent differs from the one that played before.
+        """
+        if different := _differences(self._spec, self._agent, facts):
+            raise SettingsChanged(self._journal.directory, different)
+
+    def _refuse_another(self, trial: Trial) -> None:
+        """Refuse to mix two models, prompts, runtimes or renderers under one name in a resumed study."""
+        plant = str(trial.plant.get("plant"))
+        different = _differences(self._spec, self._agent, trial.facts) | _differences(plant, self._plant, trial.plant)
+        if different:
+            raise SettingsChanged(self._journal.directory, different)
+        self._note(trial)
+
+    def _note(self, trial: Trial) -> None:
+        """Store the facts about agent and plant; a renderer is known only after a picture."""
+        if trial.agent == self._spec:
+            self._agent = dict(trial.facts) | self._agent
+        made: dict[str, Fact] = {name: value for name in _PLANT_FACTS if (value := trial.plant.get(name)) is not None}
+        self._plant = made | self._plant
+
+
+def _differences(what: str, known: Mapping[str, Fact], found: Mapping[str, Fact]) -> dict[str, tuple[object, object]]:
+    """The facts that both sides have with different values; a renderer, for one, is known only after a picture."""
+    return {
+        f"{what}, {name}": (known[name], found[name])
+        for name in sorted({*known} & {*found})
+        if found[name] is not None and known[name] != found[name]
+    }
+
+
+def _lanes(study: Study, source: AgentSource, access: Access, owed: int) -> tuple[int, int]:
+    """Concurrency: the number of open trials, and the number of last trials to open all at once if memory is cheap."""
+    if source.engine != "network" or study.attended:
+        return 1, 0
+    if access.batch and _light(study):
+        return owed, 0
+    return access.connections, _AT_THE_END * access.connections if _light(study) else 0
+
+
+def _light(study: Study) -> bool:
+    """Whether the study's plants need little time and memory."""
+    return not study.simulated and not study.has_pictures
+
+
+async def _play_here(
+    plans: list[Plan],
+    source: AgentSource,
+    play: Callable[[Plan, Agent], Awaitable[tuple[Trial, Timing]]],
+    finish: _TrialWriter,
+    calls: Calls,
+    *,
+    lanes: int,
+    at_the_end: int,
+) -> None:
+    agent = source.make()
+    try:
+        if source.engine == "network":
+            finish.expect(agent.facts)
+        await play_in_lanes(plans, lambda plan: play(plan, agent), finish, calls, lanes=lanes, at_the_end=at_the_end)
+    finally:
+        if isinstance(agent, Closable):
+            with closed_in_one_line("agent", source.spec):
+                await agent.aclose()
+
+
+def owe_anew(journal: Journal, study: Study, boundary: str) -> int:
+    """Owe again every trial of a study that ended at a final error (``lockprobe run … --again``), and count them.
+
+    An agent that never gave a usable reply, or refused, is a finding, so its trial is final. If the set-up was at
+    fault, for example a server that left a field out, the trial can be played again: a copy of its record that says
+    "again" follows the old record, and the new record counts the replays. The new trial makes new calls; the old ones
+    count as spent. People's trials are left alone.
+
+    Args:
+        journal: The open journal of the study.
+        study: The study.
+        boundary: ``reply`` or ``refusal``, whose errors are final.
+
+    Raises:
+        BadValue: If there is no such boundary, or its errors are always owed again.
+        BadFile: If it cannot be written.
+    """
+    if boundary not in FINAL:
+        raise BadValue("again", boundary, f"{' or '.join(FINAL)}; what broke elsewhere is owed without being asked for")
+    readings = {reading.key: reading for reading in read_timings(journal.directory)}
+    asked = {call.key for call in read_calls(journal.directory)}
+    found = 0
+    for trial in load(journal.directory):
+        error = trial.error
+        if error is None or error.boundary != boundary or trial.owed_again or trial.player or not study.asks_for(trial):
+            continue
+        if trial.key in asked:
+            nothing = Call(
+                key=trial.key,
+                agent=trial.agent,
+                condition=trial.condition,
+                repetition=trial.repetition,
+                trial=trial.trial,
+                step=0,
+                turn=0,
+                request="",
+                reply=None,
+                error=OWED_ANEW,
+            )
+            journal.calls.write(nothing)
+        reading = readings.get(trial.key, Timing(key=trial.key, seconds=0.0, steps=0))
+        journal.append(replace(trial, error=replace(error, again=True)), reading)
+        found += 1
+    return found

@@ -1,0 +1,119 @@
+"""Sets up one trial, plays it and measures its duration; all runners use this module."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from typing import TypeVar
+
+from lockprobe.foundation.cpu import cpu_model
+from lockprobe.foundation.errors import BrokenPlugin, LockprobeError
+from lockprobe.plants.catalogue import resolve_plant
+from lockprobe.studies.costs.call_log import Calls
+from lockprobe.studies.modality import interventions_for
+from lockprobe.studies.records.journal import Timing
+from lockprobe.trial.loop import Executor, here, play
+from lockprobe.trial.pictures.picture import Picture
+from lockprobe.trial.plan import Names, Plan
+from lockprobe.trial.protocols import Agent, Calling, Plant
+from lockprobe.trial.record import Fact, Snapshot, Step, Trial
+
+__all__ = ["closed_in_one_line", "own_thread", "play_timed"]
+
+_T = TypeVar("_T")
+
+
+@contextmanager
+def own_thread() -> Iterator[Executor]:
+    """A single-threaded executor for all plants of a run, so that provider calls continue during simulation.
+
+    OpenGL contexts belong to the thread that created them, so all work on all plants runs in this thread.
+    """
+    with ThreadPoolExecutor(max_workers=1, thread_name_prefix="plants") as thread:
+
+        async def there(work: Callable[[], _T], /) -> _T:
+            return await asyncio.get_running_loop().run_in_executor(thread, work)
+
+        yield there
+
+
+@contextmanager
+def closed_in_one_line(kind: str, spec: str) -> Iterator[None]:
+    """Close an agent or a plant after its trials; what it raises then, also to end the process, is one line.
+
+    Raises:
+        BrokenPlugin: If it breaks. Lockprobe's own errors, Ctrl-C and the end of the task pass unchanged.
+    """
+    try:
+        yield
+    except (LockprobeError, KeyboardInterrupt, GeneratorExit, asyncio.CancelledError):
+        raise
+    except BaseException as error:
+        raise BrokenPlugin(kind, spec, "", error) from error
+
+
+class _LazyPlant:
+    """A plant that is built at its first observation, so that errors in building it break only that trial."""
+
+    def __init__(self, plan: Plan) -> None:
+        self._plan = plan
+        self._plant: Plant | None = None
+
+    @property
+    def facts(self) -> Mapping[str, Fact]:
+        return {} if self._plant is None else self._plant.facts
+
+    def observe(self) -> Snapshot:
+        plan = self._plan
+        self._plant = resolve_plant(plan.plant).make(plan.box, Names(plan).labels, plan.stream("plant"))
+        return self._plant.observe()
+
+    def attempt(self, joint: int) -> Snapshot:
+        assert self._plant is not None
+        return self._plant.attempt(joint)
+
+    def close(self) -> None:
+        if self._plant is not None:
+            self._plant.close()
+
+
+async def play_timed(
+    plan: Plan,
+    agent: Agent,
+    on_step: Callable[[str, Step], None],
+    keep: Callable[[Picture], None] | None = None,
+    calls: Calls | None = None,
+    place: Executor = here,
+) -> tuple[Trial, Timing]:
+    """Play one plan and measure its duration.
+
+    Args:
+        plan: The plan.
+        agent: The agent.
+        on_step: Called with the plan's key and every step.
+        keep: Stores the pictures that the record names; without it they are lost.
+        calls: Log of the agent's calls, if it makes any.
+        place: The executor that runs the plant.
+    """
+    began = time.perf_counter()
+    if calls is not None and isinstance(agent, Calling):
+        agent = agent.with_calls(plan.key, calls.of(plan))
+    plant = _LazyPlant(plan)
+    try:
+        trial = await play(
+            plan,
+            plant=plant,
+            interventions=interventions_for(plan.condition),
+            agent=agent,
+            on_step=lambda step: on_step(plan.key, step),
+            keep=keep,
+            place=place,
+        )
+    finally:
+        with closed_in_one_line("plant", plan.plant):
+            await place(plant.close)  # after all that it still does there, if the run is being ended
+    seconds = time.perf_counter() - began
+    return trial, Timing(key=trial.key, seconds=seconds, steps=len(trial.steps), cpu=cpu_model())

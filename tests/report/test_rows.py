@@ -1,0 +1,170 @@
+"""Results as rows: what is written is read back, a row is found by what it is of, and a miss says what there is."""
+
+import json
+import math
+import sys
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pydantic import ValidationError
+
+from lockprobe.foundation.errors import Missing
+from lockprobe.report.report_files import results_text
+from lockprobe.report.rows import (
+    Condition,
+    Curve,
+    Design,
+    DoseAxis,
+    Estimate,
+    Fact,
+    Finding,
+    NoSuchRow,
+    Player,
+    Progress,
+    Results,
+)
+
+LABELS = {"truth": 0.0, "flip?p=0.4": 0.4}
+AGENTS = ("human-inspired", "random")
+
+numbers = st.none() | st.floats(-1e6, 1e6)
+words = st.text(max_size=8)
+estimates = st.builds(
+    Estimate, quantity=st.sampled_from(["success", "loop_rate"]), agent=words, condition=words, of=words, value=numbers,
+    low=numbers, high=numbers, p_value=st.none() | st.floats(0, 1), doses=st.dictionaries(words, st.floats(0, 1)),
+)  # fmt: skip
+
+
+def results(*rows, conditions=LABELS, axes=()):
+    head = Results(
+        lockprobe="1", study={"seed": 1}, settings_hash="0" * 32, results_hash="1" * 32,
+        progress=Progress(planned=4, finished=3),
+        design=Design(
+            conditions=[Condition(name=name, modality="symbolic", p=p) for name, p in conditions.items()],
+            players=[Player(agent=name, modality="symbolic", subject=name == AGENTS[0]) for name in AGENTS], axes=axes,
+        ),
+    )  # fmt: skip
+    return head.with_rows(rows)
+
+
+def share(quantity="success", agent=AGENTS[0], condition="truth", value=0.5, **more):
+    return Estimate(quantity=quantity, agent=agent, modality="symbolic", condition=condition, value=value, **more)
+
+
+def played(**more):
+    return results(
+        *(share("trials", agent, label, 10) for agent in AGENTS for label in LABELS),
+        *(share(agent=agent, condition=label, value=0.1 + p) for agent in AGENTS for label, p in LABELS.items()),
+        **more,
+    )
+
+
+@given(st.lists(estimates, max_size=5))
+def test_what_is_written_is_read_back(rows):
+    found = results(*rows, Curve(quantity="fit", x=(0, 1), value=(0.5, None)), Finding(section="a", text="A."))
+    assert Results.model_validate_json(results_text(found)) == found
+
+
+@given(st.lists(estimates, min_size=1, max_size=5))
+def test_every_row_stands_in_a_line_without_columns_that_say_nothing(rows):
+    lines = [line.strip().rstrip(",") for line in results_text(results(*rows)).split("\n")]
+    written = [json.loads(line) for line in lines if line.startswith('{"quantity"')]
+    assert len(written) == len(rows)
+    assert not any("versus" in row for row in written)
+
+
+def test_what_is_no_number_is_none_and_a_p_value_is_a_probability():
+    assert share(value=math.nan, low=-math.inf).value is None
+    with pytest.raises(ValidationError):
+        share(p_value=1.5)
+    with pytest.raises(ValidationError):
+        Estimate(quantity="success", agnt="random")
+
+
+def test_a_row_is_found_by_what_it_is_of():
+    found = played()
+    assert found.one("success", agent="random", condition="flip?p=0.4").value == 0.5
+    assert [row.agent for row in found.where("success", condition="truth")] == list(AGENTS)
+    assert found.get("success", agent="nobody") is None
+    assert len(found.where()) == len(found.where("trials")) + len(found.where("success"))
+
+
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [
+        ({"quantity": "sucess"}, "sucess: no row has all. Quantities: success"),
+        ({"quantity": "success", "agent": "rndom"}, "no row has agent=rndom. agent: human-inspired, random"),
+        ({"quantity": "success", "agent": "random"}, "they differ in condition. Give one of flip?p=0.4, truth"),
+    ],
+)
+def test_a_miss_says_what_there_is(asked, said):
+    with pytest.raises(NoSuchRow) as raised:
+        played().one(**asked)
+    assert said in str(raised.value)
+
+
+def test_cells_and_courses_are_views_of_the_rows():
+    found = played()
+    assert [(cell.agent, cell.condition, cell.p, cell.trials) for cell in found.cells] == [
+        (agent, label, p, 10) for agent in AGENTS for label, p in LABELS.items()
+    ]
+    first, second = found.courses()
+    assert (first.subject, second.subject) == (True, False)
+    assert [cell.value("success") for cell in first.cells] == [0.1, 0.5]
+    assert found.several_p
+    assert not found.beside_flips
+
+
+def test_another_axis_has_its_own_doses_and_players():
+    axis = DoseAxis(
+        name="tremble p", intervention="tremble", dose="p", rest="nudge", modality="symbolic",
+        doses={"truth": 0.0, "tremble": 0.5}, players=[Player(agent="random", modality="symbolic", blind=True)],
+    )  # fmt: skip
+    found = results(
+        share("trials", "random", "truth", 4), share("trials", "random", "tremble", 4),
+        Estimate(quantity="peak", agent="random", modality="symbolic", axis=axis.key, value=0.5),
+        conditions={"truth": 0.0, "tremble": None}, axes=[axis],
+    )  # fmt: skip
+    (course,) = found.courses(axis)
+    assert axis.key == "tremble p, with nudge"
+    assert [(cell.condition, cell.dose, cell.p) for cell in course.cells] == [
+        ("truth", 0.0, 0.0),
+        ("tremble", 0.5, None),
+    ]
+    assert course.value("peak") == 0.5
+    assert course.blind
+    assert found.beside_flips
+
+
+def test_a_frame_has_a_column_for_each_dose():
+    pandas = pytest.importorskip("pandas")
+    frame = results(share(doses={"flip.p": 0.4}), share("loop_rate", n=5)).frame()
+    assert isinstance(frame, pandas.DataFrame)
+    assert list(frame["flip.p"].fillna(-1)) == [0.4, -1]
+    assert list(frame["quantity"]) == ["success", "loop_rate"]
+
+
+def test_a_frame_without_pandas_says_in_one_line_how_to_get_it(monkeypatch):
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    monkeypatch.delenv("UV_RUN_RECURSION_DEPTH", raising=False)
+    with pytest.raises(Missing) as missing:
+        results(share()).frame()
+    assert str(missing.value) == "frames need the package pandas: pip install pandas"
+
+
+def test_facts_and_sentences_are_found_by_what_they_are_about():
+    found = results(
+        Fact(about="random", name="rule", text="uniform"), Finding(section="speed", kind="answer", text="Fast."),
+        Finding(section="speed", text="Slow.", agent="random"),
+    )  # fmt: skip
+    assert found.fact("random", "rule") == "uniform"
+    assert found.facts_about("random") == {"rule": "uniform"}
+    assert found.answer_of("speed") == "Fast."
+    assert found.said("speed", "", agent="random") == ["Slow."]
+
+
+def test_a_change_forgets_what_was_looked_up():
+    found = played()
+    assert len(found.cells) == 4
+    assert found.with_rows([]).cells == ()

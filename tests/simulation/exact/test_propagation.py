@@ -1,0 +1,261 @@
+"""Exact courses: against brute force over every choice and every flip, and against published figures."""
+
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+
+import pytest
+from scipy.stats import binomtest
+
+from lockprobe.agents.cognitive import RandomMap, SoftmaxMemory
+from lockprobe.agents.human_inspired import PRESETS, HumanInspired
+from lockprobe.agents.strategies import RandomAgent, RandomNoRepeat, RoundRobin
+from lockprobe.boxes.families import box
+from lockprobe.boxes.solve import random_curve
+from lockprobe.foundation.errors import BadValue
+from lockprobe.interventions.flip import OutcomeFlip, flip_of
+from lockprobe.simulation.exact.propagation import propagate
+from lockprobe.simulation.montecarlo.populations import population
+from lockprobe.trial.record import Decision, Moment, Percept, Situation, Task, Turn
+
+KINDS = ("memoryless", "latched", "re-observed", "integrated", "outcome-only")
+
+
+class Loaded:
+    """A stream whose only number makes a flip happen, or not."""
+
+    def __init__(self, flipped):
+        self.flipped = flipped
+
+    def random(self):
+        return 0.0 if self.flipped else 1.0 - 2**-53
+
+
+@dataclass
+class Blind:
+    """A flip whose reports hold no positions."""
+
+    p: float
+
+    def perceive(self, *seen):
+        return replace(OutcomeFlip(p=self.p).perceive(*seen), positions=None)
+
+
+def branches(policy, puzzle, channel, budget, task, situation, configuration):
+    """Every way on from a situation: its probability, the step that solves the box (None: none), and per step whether
+    the reported configuration was wrong. Written with records and the channel itself."""
+    if not budget:
+        yield 1.0, None, ()
+        return
+    view, memory = policy.recall(situation)
+    for place, chance in enumerate(policy.probabilities(view, memory)):
+        joint = int(task.joints[place])
+        after, moved = puzzle.attempt(configuration, joint)
+        if not chance:
+            continue
+        if moved and joint == puzzle.target_index:
+            yield chance, len(situation.past) + 1, ()
+            continue
+        truth = Percept(
+            joint=task.joints[place],
+            outcome="moved" if moved else "blocked",
+            positions=tuple(after[int(label)] for label in task.joints),
+        )
+        for flipped, luck in ((False, 1 - channel.p), (True, channel.p)):
+            told = channel.perceive(truth, (Moment(was=truth, told=situation.percept),), task, Loaded(flipped))
+            past = (*situation.past, Turn(percept=situation.percept, decision=Decision(joint=task.joints[place])))
+            onward = Situation(task=task, past=past, percept=told)
+            for share, step, wrong in branches(policy, puzzle, channel, budget - 1, task, onward, after):
+                yield chance * luck * share, step, (told.positions != truth.positions, *wrong)
+
+
+def by_brute_force(policy, puzzle, p, flip, budget):
+    """Success by step, and the share of wrong reports among trials that go on, listed along the panel."""
+    channel = Blind(p) if flip == "outcome-only" else flip_of(flip, p)
+    task = Task(
+        joints=tuple(str(j) for j in range(len(puzzle.joints))),
+        target=str(puzzle.target_index),
+        budget=budget,
+        places=tuple(joint.place for joint in puzzle.joints),
+    )
+    opening = channel.perceive(Percept(positions=puzzle.initial), (), task, Loaded(False))
+    solved, apart, running = [0.0] * (budget + 1), [0.0] * (budget + 1), [1e-300] * (budget + 1)
+    start = Situation(task=task, past=(), percept=opening)
+    for share, end, wrong in branches(policy, puzzle, channel, budget, task, start, puzzle.initial):
+        for step in range(end or budget + 1, budget + 1):
+            solved[step] += share
+        for step, differs in enumerate(wrong, 1):
+            running[step] += share
+            apart[step] += share * differs
+    return solved, [part / whole for part, whole in zip(apart, running, strict=True)]
+
+
+POLICIES = [
+    RandomAgent(),
+    RandomNoRepeat(),
+    RoundRobin(),
+    *(HumanInspired(**settings) for settings in PRESETS.values()),
+    HumanInspired(lapse=0.3),
+    SoftmaxMemory(target=0.4, closed=0.8, failure=2, decay=0.7, reset=0.4, recent=-0.6, stay=0.9, position=0.5),
+    RandomMap(window=1, avoid="last", lapse=0.2),
+]
+
+
+@pytest.mark.parametrize("flip", KINDS)
+@pytest.mark.parametrize(
+    "policy", POLICIES, ids=[f"{type(policy).__name__}-{at}" for at, policy in enumerate(POLICIES)]
+)
+def test_the_course_is_the_sum_over_every_choice_and_every_flip(policy, flip):
+    solved, apart = by_brute_force(policy, box("chain-3"), 0.3, flip, 4)
+    course = propagate(policy, "chain-3", p=0.3, flip=flip, modality="symbolic", max_steps=4, listing="panel")
+    assert course.solved == pytest.approx(solved, abs=1e-12)
+    if flip == "outcome-only":
+        assert course.apart is None
+    else:
+        assert course.apart == pytest.approx(apart, abs=1e-12)
+
+
+@pytest.mark.parametrize("agent", ["human-inspired", "cognitive:perseverant"])
+@pytest.mark.parametrize("inverts", ["position", "outcome"])
+@pytest.mark.parametrize("keep", [0, 0.5, 1])
+def test_the_exact_success_is_that_of_many_trials(agent, inverts, keep):
+    like = OutcomeFlip(inverts=inverts, keep=keep)
+    exact = propagate(agent, condition=[like.at_rate(0.4)], max_steps=12).success
+    found = population(agent, p=0.4, flip=like, trials=400, max_steps=12).solved.sum()
+    assert binomtest(int(found), 400, exact).pvalue > 0.001
+
+
+@pytest.mark.parametrize(
+    ("agent", "kind", "shares"),
+    [
+        ("human-inspired", "memoryless", (0.985, 0.907, 0.803)),
+        ("human-inspired", "re-observed", (0.993, 0.933, 0.731)),
+        ("human-inspired", "latched", (0.867, 0.717, 0.620)),
+        ("human-inspired", "integrated", (0.852, 0.726, 0.584)),
+        ("cognitive:perseverant", "memoryless", (0.508, 0.640, 0.742)),
+        ("cognitive:perseverant", "re-observed", (0.523, 0.653, 0.716)),
+        ("cognitive:perseverant", "latched", (0.330, 0.254, 0.182)),
+        ("cognitive:perseverant", "integrated", (0.239, 0.218, 0.213)),
+        ("cognitive:insistent", "memoryless", (0.342, 0.358, 0.284)),
+        ("cognitive:insistent", "re-observed", (0.336, 0.343, 0.307)),
+    ],
+)
+def test_success_under_each_reading_is_as_sampled_before_there_were_readings(agent, kind, shares):
+    """From 200 000 trials a cell of another program, standard error at most .0011, written with three digits."""
+    found = [propagate(agent, p=p, flip=kind).success for p in (0.2, 0.4, 0.6)]
+    assert found == pytest.approx(shares, abs=0.005)
+
+
+def test_a_false_position_that_lives_longer_turns_the_sign_of_the_effect():
+    truth = propagate("cognitive:perseverant").success
+    found = [
+        propagate("cognitive:perseverant", condition=f"flip?p=0.4&inverts=position&keep={q}").success
+        for q in (0, 0.5, 0.9, 1)
+    ]
+    assert found == pytest.approx([0.641, 0.553, 0.359, 0.256], abs=0.006)
+    assert found[2] > truth > found[3]
+
+
+@pytest.mark.parametrize("name", ["chain-4", "chain-5", "bichain-4", "fork", "converge", "reset", "gray-code"])
+@pytest.mark.parametrize("p", [0.0, 0.4])
+def test_blind_agents_have_the_curves_of_the_box(name, p):
+    """0.392655 for the uniform agent on chain-4, whatever it is told."""
+    for agent, repeats in (("random", True), ("random-no-repeat", False)):
+        course = propagate(agent, name, p=p, flip="sticky")
+        assert course.solved == pytest.approx(random_curve(box(name), repeats=repeats), abs=1e-12)
+    assert propagate("random").success == pytest.approx(0.392655, abs=5e-7)
+
+
+@pytest.mark.parametrize(
+    ("agent", "mean", "eighty", "last"),
+    [
+        ("human-inspired", 8.5, 9, 10),
+        ("human-inspired:target-last", 5.5, 6, 7),
+        ("human-inspired:target-any", 7.0, 8, 10),
+        ("human-inspired:proximity", 5.5, 7, 7),
+        ("human-inspired:target-first-per-configuration", 9.75, 11, 13),
+        ("round-robin", 8.5, 10, 13),
+    ],
+)
+def test_strategies_have_their_figures_on_chain_4(agent, mean, eighty, last):
+    course = propagate(agent)
+    assert course.steps == pytest.approx(mean)
+    assert (course.by(0.8), course.by(1)) == (eighty, last)
+
+
+def test_the_reference_curve_is_five_sixths_by_step_nine():
+    assert propagate("human-inspired").solved[6:11] == pytest.approx([0, 1 / 6, 1 / 2, 5 / 6, 1])
+
+
+@pytest.mark.parametrize(
+    ("name", "first", "other"),
+    [
+        ("chain-4", (0.4583, 0.8333, 1), (0.5044, 0.7148, 0.8395)),
+        ("bichain-4", (0.6667, 1, 1), (0.7037, 0.9537, 1)),
+        ("reset", (0.0833, 0.5625, 1), (0.2847, 0.5004, 0.7521)),
+    ],
+)
+def test_memory_per_configuration_has_its_figures(name, first, other):
+    """Solved by steps 9, 11 and 20, with the target first and without."""
+    for preset, shares in (("target-first-per-configuration", first), ("per-configuration", other)):
+        course = propagate(f"human-inspired:{preset}", name)
+        assert [course.solved[step] for step in (9, 11, 20)] == pytest.approx(shares, abs=5e-5)
+
+
+def test_lapses_slow_the_strategy_down():
+    """80 % by step 10, 13 and 15."""
+    assert [propagate(f"human-inspired?lapse={lapse}").by(0.8) for lapse in (0.1, 0.2, 0.3)] == [10, 13, 15]
+
+
+def test_noise_hurts_a_competent_agent_by_as_much_as_was_found():
+    """An agent that takes any closed joint that has not failed, told outcomes only."""
+    found = [propagate("human-inspired:target-any", p=p, flip="outcome-only").success for p in (0, 0.2, 0.4, 0.6)]
+    assert found == pytest.approx([1.0, 0.74, 0.63, 0.60], abs=0.025)
+    assert found == sorted(found, reverse=True)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Unknown(HumanInspired):
+    """Of a class that might heed the order in which joints are listed."""
+
+
+def test_the_order_of_the_listing_is_averaged_where_it_may_matter():
+    for settings in ({"target": "any", "nearest": True}, {"lapse": 0.2}):
+        every = propagate(Unknown(**settings), p=0.2, max_steps=9)
+        assert every.solved == pytest.approx(propagate(HumanInspired(**settings), p=0.2, max_steps=9).solved)
+        assert every.states >= 24
+    assert propagate("round-robin", listing="panel").by(1) == 13
+    assert propagate("round-robin", listing="panel").solved[12] == 0
+    assert propagate(SoftmaxMemory(position=800), listing="panel").success == 0
+    assert propagate(SoftmaxMemory(position=800), "chain-2", max_steps=3).solved == (0, 0, 0, 0)
+
+
+def test_told_and_true_drift_apart_only_where_reports_persist():
+    transient, sticky = (
+        propagate("human-inspired", p=0.3, flip=flip, modality="symbolic") for flip in ("transient", "sticky")
+    )
+    assert transient.apart[1:] == pytest.approx([0.3] * 20)
+    assert sticky.apart[1:4] == pytest.approx([0.3, 0.3, 0.447])
+    assert sticky.apart[20] > 0.85
+    assert set(propagate("human-inspired").apart) == {0.0}
+
+
+class OneWithoutMemory:
+    facts = MappingProxyType({})
+
+    async def decide(self, situation, rng):
+        return Decision(joint=situation.task.joints[0])
+
+
+def test_what_cannot_be_followed_is_refused_in_one_line():
+    with pytest.raises(BadValue, match=r"^states of RandomMap on chain-4: got 'more than 50', expected fewer .*sample"):
+        propagate("cognitive:random-map", most_states=50)
+    with pytest.raises(BadValue, match=r"^listing: got 'x', expected one of shuffled, panel$"):
+        propagate(listing="x")
+    with pytest.raises(BadValue, match=r"^max_steps: got 0, expected a whole number from 1 to 10000$"):
+        propagate(max_steps=0)
+    with pytest.raises(BadValue, match=r"^flip rate p: got 2"):
+        propagate(p=2)
+    with pytest.raises(
+        BadValue, match=r"^agent: got .*OneWithoutMemory.*, expected one whose whole memory is one value"
+    ):
+        propagate(OneWithoutMemory())

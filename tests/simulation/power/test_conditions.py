@@ -1,0 +1,102 @@
+"""The power of the test that the report makes of every condition."""
+
+import numpy as np
+import pytest
+from builders import numbers_of, play_study
+
+from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.seeds import generator
+from lockprobe.simulation.montecarlo.blocks import Played, played_blocks
+from lockprobe.simulation.power.conditions import STATED, condition_power, detected, families_of
+from lockprobe.studies.options.studyfile import study
+
+ACTING = {"p": [0, 0.3, 0.6], "condition": ["nudge", "drop?p=0.5"], "sweep": "tremble?p=0,0.4,0.8"}
+
+
+def planned(seed=1, trials=40, agent="cognitive:perseverant", **more):
+    return study("flips", **({"agent": agent, "trials": trials, "repetitions": 1, "seed": seed} | ACTING | more))
+
+
+def test_families_are_those_of_the_report():
+    rates, tremble, others = families_of(planned())
+    assert (rates.name, rates.control, rates.doses) == (
+        "flip rate", "truth", {"truth": 0, "flip?p=0.3": 0.3, "flip?p=0.6": 0.6},
+    )  # fmt: skip
+    assert (tremble.name, tremble.doses) == ("tremble p", {"truth": 0, "tremble?p=0.4": 0.4, "tremble?p=0.8": 0.8})
+    assert (others.name, list(others.doses)) == ("", ["truth", "nudge", "drop?p=0.5"])
+    two = families_of(planned(sweep=None, modality=["symbolic", "symbolic?tell=state"]))
+    assert [one.control for one in two] == ["symbolic", "symbolic", "symbolic", "truth", "truth"]
+    assert list(two[2].doses) == ["symbolic", "truth"]  # the control of the other modality is compared too
+    assert families_of(study("flips", agent="random", p=[0])) == ()
+
+
+def test_it_detects_in_the_trials_of_a_study_what_the_report_detects():
+    """Permutations are drawn by either, so that what lies about the level may be decided in two ways."""
+    asked = planned(agent=["cognitive:perseverant", "cognitive:insistent"], p=[0, 0.6], trials=30)
+    report, labels = numbers_of(play_study(asked), asked), [one.label for one in asked.conditions]
+    played = [Played(study=asked, agent=agent, conditions=asked.conditions) for agent in asked.agents]
+    decisions = []
+    for agent, solved in zip(asked.agents, played_blocks(played, 30), strict=True):
+        for family in families_of(asked):
+            own = solved[:, [labels.index(label) for label in family.doses]]
+            shown = detected(own, family, generator(1, family.name), agents=2)
+            (found,) = (e for e in (*report.effects, *report.on_axes) if (e.agent, e.axis) == (agent, family.name))
+            assert (found.control, [one.condition for one in found.effects]) == (family.control, list(shown))
+            clear = [one for one in found.effects if not 0.03 < one.difference.p_value < 0.08]
+            decisions += [(shown[one.condition], one.detectable) for one in clear]
+    assert len(decisions) >= 8
+    assert set(decisions) == {(True, True), (False, False)}
+
+
+def test_power_is_the_share_of_studies_in_which_it_is_detected_and_grows():
+    small = condition_power(planned(), success=[0.3, 0.7, 0.7, 0.3, 0.7, 0.7, 0.7], trials=(10, 60), studies=20)
+    assert [one.condition for one in small] == [label for f in families_of(planned()) for label in list(f.doses)[1:]]
+    for one in small:
+        first, last = one.needed.measured
+        assert (one.agent, one.control, one.control_success, one.choices) == (STATED, "truth", 0.3, 2)
+        if one.condition == "nudge":
+            assert (one.success, one.needed.trials) == (0.3, None)
+        else:
+            assert first.rate < 0.8 < last.rate
+            assert 10 < one.needed.trials < 60
+
+
+def test_shared_luck_needs_fewer_trials():
+    alone = {"p": [0], "condition": "nudge", "sweep": None}
+    apart, alike = (
+        condition_power(planned(**alone), success=(0.4, 0.6), shared=share, trials=(50,), studies=30)[0]
+        for share in (0.0, 1.0)
+    )
+    assert apart.needed.measured[0].rate + 0.3 < alike.needed.measured[0].rate
+
+
+def test_without_an_effect_it_keeps_its_level():
+    rows = condition_power(planned(), success=[0.5] * 7, trials=(30,), studies=60)
+    assert sum(one.needed.measured[0].rejected for one in rows) <= 10  # of 360, in three families of 60 studies at 5 %
+
+
+def test_agents_are_corrected_together_and_those_that_play_alike_do_not_count():
+    alone = {"p": [0, 0.6], "condition": None, "sweep": None}
+    agents = ["cognitive:perseverant", "cognitive:insistent", "random"]
+    found = condition_power(planned(agent=agents, **alone), trials=(5,), studies=1, pool=40)
+    assert [(one.agent, one.choices) for one in found] == [(agents[0], 2), (agents[1], 2), (agents[2], 1)]
+    pooled = np.mean([trial.solved for trial in play_study(planned(agent=agents[0], **alone)) if trial.p == 0.6])
+    assert found[0].success == pytest.approx(pooled)
+    assert found[2].success == found[2].control_success
+    named = condition_power(planned(agent=agents, **alone), success=(0.2, 0.5), trials=(5,), studies=1)
+    assert [(one.agent, one.choices) for one in named] == [(STATED, 2)]
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"trials": (1,)}, "trials per condition"),
+        ({"trials": (5, 10_001)}, "at most 10000"),
+        ({"target": 0.0}, "target power"),
+        ({"success": (0.5,)}, "for each of 7 conditions: truth; flip"),
+        ({"success": (0.5,) * 7, "shared": -0.1}, "shared"),
+    ],
+)
+def test_numbers_out_of_range_are_refused(given, said):
+    with pytest.raises(BadValue, match=said):
+        condition_power(planned(), **given)

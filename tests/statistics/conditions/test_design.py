@@ -1,0 +1,141 @@
+"""The design of a study: every contrast has one family, and a condition more changes no other family than its own."""
+
+from dataclasses import replace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from lockprobe.boxes.families import box
+from lockprobe.interventions.conditions import read_condition
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.study import Study
+from lockprobe.studies.study_design import design_of
+from lockprobe.trial.condition import Condition
+
+TRUTH = Condition()
+FLIPS = [read_condition(f"flip?p={p}") for p in (0.2, 0.4, 0.8)]
+OTHERS = [
+    read_condition(spec)
+    for spec in (
+        "nudge", "tremble?p=0.1", "tremble?p=0.3", "drop?p=0.5", "flip?p=0.4 + nudge", "flip?p=0.4&others=kept",
+        "flip?p=0.4&at=3", "drop?p=0.5 + tremble?p=0.1",
+    )
+]  # fmt: skip
+SHOWN = "symbolic?tell=state"
+
+
+def designed(conditions, agents=("random",)):
+    return design_of(Study(name="lab", agents=agents, box=box(), conditions=tuple(conditions)))
+
+
+chosen = st.tuples(
+    st.lists(st.sampled_from(FLIPS), unique_by=lambda one: one.label),
+    st.lists(st.sampled_from(OTHERS), unique_by=lambda one: one.label),
+)
+
+
+@given(chosen)
+def test_every_condition_but_the_control_is_in_one_family(both):
+    flips, others = both
+    found = designed([TRUTH, *flips, *others]).comparison(SHOWN)
+    assert found.control == "truth"
+    assert {*found.flips} | {*found.dosed} | {*found.others} == {one.label for one in (*flips, *others)}
+    assert len(found.labels) == len({*found.labels}) == 1 + len(flips) + len(others)
+
+
+@given(chosen, st.sampled_from([*FLIPS, *OTHERS]))
+def test_a_condition_more_changes_no_other_family(both, more):
+    flips, others = both
+    if more in (*flips, *others) or not flips:  # the first flip that acts says of which kind the axis is
+        return
+    before = designed([TRUTH, *flips, *others]).comparison(SHOWN)
+    now = designed([TRUTH, *flips, *others, more]).comparison(SHOWN)
+    if more in FLIPS:
+        assert (now.others, now.dosed) == (before.others, before.dosed)
+        assert now.flips == (*before.flips, more.label)
+    elif more.label in now.dosed:
+        # the second dose beside the control makes an axis, which takes the first one along
+        assert now.flips == before.flips
+        assert {*before.others} - {*now.others} == {*now.dosed} - {*before.dosed, more.label}
+    else:
+        assert (now.flips, now.dosed) == (before.flips, before.dosed)
+        assert now.others == (*before.others, more.label)
+
+
+def test_three_levels_of_a_dose_are_a_family_and_two_are_a_condition_like_any_other():
+    few, many = (
+        designed([TRUTH, *(one for one in OTHERS if one.label in labels)]).comparison(SHOWN)
+        for labels in ({"nudge", "tremble?p=0.1"}, {"nudge", "tremble?p=0.1", "tremble?p=0.3"})
+    )
+    assert (few.dosed, few.others) == ((), ("nudge", "tremble?p=0.1"))
+    assert (many.dosed, many.others) == (("tremble?p=0.1", "tremble?p=0.3"), ("nudge",))
+    assert [axis.axis.name for axis in many.axes] == ["tremble p"]
+
+
+TRANSIENT = [one for one in OTHERS if "kept" not in one.label]
+"""Of two kinds of flips the first one is the axis, so the order says which."""
+
+
+@given(st.tuples(chosen.map(lambda both: both[0]), st.lists(st.sampled_from(TRANSIENT), unique=True)), st.randoms())
+def test_the_order_of_conditions_and_their_names_make_no_family(both, random):
+    flips, others = both
+    conditions = [TRUTH, *flips, *others]
+    named = [replace(one, name=f"c{i}") for i, one in enumerate(conditions)]
+    of = {one.label: mine.label for one, mine in zip(conditions, named, strict=True)}
+    before = designed(conditions).comparison(SHOWN)
+    after = designed(random.sample(named, len(named))).comparison(SHOWN)
+    assert after.control == of[before.control]
+    if flips:
+        assert {*after.flips} == {of[label] for label in before.flips}
+        assert {*after.others} == {of[label] for label in before.others}
+
+
+def test_what_is_kept_is_one_axis_on_which_a_word_and_no_word_are_its_ends():
+    kept = ["flip?p=0.4", "flip?p=0.4&keep=0.5", "flip?p=0.4&others=kept"]
+    found = designed([TRUTH, *map(read_condition, kept)])
+    (axis,) = found.series
+    assert (axis.axis.name, axis.axis.options) == ("flip keep", "p=0.4")
+    assert dict(axis.doses) == dict(zip(kept, (0, 0.5, 1), strict=True))
+    assert found.factors == ()  # its ends are compared once
+
+
+def test_two_readings_at_several_flip_rates_are_levels_of_a_factor():
+    rates = [f"flip?p={p}{option}" for option in ("", "&others=kept") for p in (0.2, 0.4)]
+    found = designed([TRUTH, *map(read_condition, rates)])
+    assert [one.axis.dose for one in found.series] == ["p"]
+    assert [one.name for one in found.factors] == ["flip others"]
+    assert found.comparison(SHOWN).grids == ()
+
+
+def test_flips_of_one_kind_are_the_axis_and_those_of_another_are_conditions():
+    found = designed([TRUTH, *FLIPS[:2], read_condition("flip?p=0.4&others=kept")])
+    assert found.axis == {"truth", "flip?p=0.2", "flip?p=0.4"}
+    assert found.comparison(SHOWN).others == ("flip?p=0.4&others=kept",)
+
+
+def test_the_first_modality_is_compared_with_the_controls_of_the_others():
+    planned = study("flips", agent="random", p=[0, 0.4], condition=["nudge"], modality=[SHOWN, "symbolic?tell=outcome"])
+    found = design_of(planned)
+    first, second = (found.comparison(modality) for modality in found.modalities)
+    assert (first.others, first.controls) == (("nudge",), ("symbolic?tell=outcome",))
+    assert second.control == "symbolic?tell=outcome"
+    assert (second.others, second.controls) == (("nudge + symbolic?tell=outcome",), ())
+    assert second.flips == ("flip?p=0.4 + symbolic?tell=outcome",)
+    assert found.controls == {"truth", "symbolic?tell=outcome"}
+    assert found.control("nudge + symbolic?tell=outcome") == "symbolic?tell=outcome"
+
+
+@pytest.mark.parametrize(
+    ("asked", "axes"),
+    [
+        ({"p": [0, 0.2, 0.4]}, []),
+        ({"p": [0], "sweep": "tremble?p=0.1,0.2"}, ["tremble p"]),
+        ({"p": [0], "condition": ["tremble?p=0.1"]}, []),
+        ({"p": [0, 0.2, 0.4], "condition": [f"flip?p={p} + nudge" for p in (0.2, 0.4, 0.6)]}, ["flip rate"]),
+        ({"p": [0], "sweep": "agent.lapse=0,0.1,0.3"}, ["lapse"]),
+    ],
+)
+def test_other_doses_and_options_of_agents_are_series(asked, axes):
+    found = design_of(study("flips", agent="human-inspired", **asked))
+    assert [one.axis.name for one in found.series] == axes

@@ -1,0 +1,196 @@
+"""The rule of the study of controls: the total first, then claims that need all of their contrasts."""
+
+import math
+from collections import Counter
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.stats import ttest_1samp
+
+from lockprobe.statistics.why.arms import ARMS, PLANNED
+from lockprobe.statistics.why.mechanism import CONTENT, CONTRASTS, MARGIN, NEEDS, decide
+
+LOW, HIGH = 0.23, 0.67
+"""Success at the size of the paper's effect."""
+
+PATTERNS = {
+    "last": ("truth-lie", "lie-lie"),
+    "first": ("lie-truth", "lie-lie"),
+    "agreed": ("lie-lie",),
+    "contradiction": ("lie-truth", "truth-lie", "lie-lie"),
+    "form": ("truth-truth", "lie-truth", "truth-lie", "lie-lie", "remark"),
+}
+"""Claim -> the arms with which success is high, as with false reports, if it is true."""
+
+
+def drawn(high, rng, blocks=50, low=LOW, top=HIGH):
+    """A study of independent arms."""
+    return {arm: (rng.random(blocks) < (top if arm in ("lie", *high) else low)).astype(float) for arm in ARMS}
+
+
+def studies(high, n=200, **more):
+    rng = np.random.default_rng(1)
+    return [decide(drawn(high, rng, **more)) for _ in range(n)]
+
+
+def most(rate, n=200):
+    """The most of so many studies at a rate, with three standard errors."""
+    return n * (rate + 3 * math.sqrt(rate * (1 - rate) / n))
+
+
+def exact(shares, blocks=200):
+    """Arms with exactly these shares in equal luck."""
+    return {arm: (np.arange(blocks) < share * blocks).astype(float) for arm, share in zip(ARMS, shares, strict=True)}
+
+
+@pytest.mark.parametrize("claim", PATTERNS)
+def test_a_mechanism_of_the_papers_size_is_found_in_50_blocks_and_a_wrong_one_seldom(claim):
+    found = studies(PATTERNS[claim])
+    coarse = "form" if claim == "form" else "says"
+    assert sum(one.verdict == coarse for one in found) >= 190
+    false = "says" if claim == "form" else "form"
+    assert sum(one.verdict in (false, "both", "no change") for one in found) <= most(0.05)
+    described = Counter(one.claims for one in found)
+    assert described.most_common(1)[0][0] == (claim,)
+
+
+def test_an_effect_of_any_correction_is_said_to_blur_the_answer():
+    found = studies(PATTERNS["contradiction"] + ("truth-truth",))
+    assert sum(one.verdict == "blurred" for one in found) >= 180
+    assert sum(one.verdict in ("says", "form", "both") for one in found) <= most(0.05)
+
+
+def test_a_disagreement_that_does_more_than_two_lies_is_no_claim_on_false_statements():
+    found = studies(("lie-truth", "truth-lie"))
+    assert sum(bool(one.claims) for one in found) <= most(0.05)
+
+
+@pytest.mark.parametrize(
+    ("shares", "claims"),
+    [
+        ([0.1, 0.6, 0.1, 0.1, 0.1, 0.7, 0.1], ("agreed",)),
+        ([0.1, 0.6, 0.5, 0.1, 0.3, 0.7, 0.1], ("falsity",)),
+        ([0.1, 0.6, 0.1, 0.2, 0.2, 0.6, 0.1], ("last", "first")),
+    ],
+    ids=["two lies", "a true correction too", "one lie too"],
+)
+def test_what_others_do_as_well_is_not_said_of_two_lies_alone(shares, claims):
+    found = decide(exact(shares))
+    needs = [name.removeprefix("-") for name in NEEDS["agreed"]]
+    assert all(found.contrasts[name].clear for name in needs)
+    assert (found.verdict, found.claims) == ("says", claims)
+
+
+def test_an_interaction_is_of_blocks_that_have_all_four_arms():
+    """Else trials that are missing in one arm alone would make it an effect of the first statement."""
+    arms = exact([0.2, 0.6, 0.2, 0.6, 0.2, 0.6, 0.2])
+    assert decide(arms).contrasts["interaction"].value == 0
+    missing = np.where(np.arange(200) % 2, math.nan, arms["truth-lie"])
+    found = decide(arms | {"truth-lie": missing})
+    assert (found.contrasts["interaction"].value, found.contrasts["interaction"].blocks) == (0, 100)
+    assert found.claims == ("first",)
+
+
+@pytest.mark.parametrize("share", [0.03, 0.45, 0.97])
+def test_where_nothing_differs_no_part_is_computed_and_an_effect_is_seldom_said(share):
+    found = studies((), low=share, top=share)
+    detected = [one for one in found if one.contrasts]
+    assert len(detected) <= most(0.05)
+    for one in found:
+        assert bool(one.contrasts) == (one.verdict not in ("no change", "inconclusive"))
+        assert not one.claims or one.contrasts
+
+
+def test_two_ways_are_said_to_be_two():
+    both = decide(exact([0.2, 0.6, 0.4, 0.4, 0.6, 0.6, 0.4]))
+    assert (both.verdict, both.claims) == ("both", ("last", "form"))
+    several = decide(exact([0.1, 0.7, 0.1, 0.4, 0.4, 0.7, 0.1]))
+    assert (several.verdict, set(several.claims)) == ("says", {"last", "first"})
+
+
+def test_only_what_two_lies_do_says_not_which_counts():
+    found = decide(exact([0.2, 0.5, 0.2, 0.24, 0.46, 0.5, 0.2]) | {"lie-truth": np.full(200, math.nan)})
+    assert found.verdict == "says"
+    assert found.claims == ("falsity",)
+
+
+def test_lies_that_lower_success_are_judged_in_their_direction():
+    found = decide(exact([0.9, 0.5, 0.9, 0.9, 0.5, 0.5, 0.9]))
+    assert (found.verdict, found.claims) == ("says", ("last",))
+    assert found.total.value == pytest.approx(-0.4)
+    assert decide(exact([0.9, 0.5, 0.5, 0.5, 0.9, 0.9, 0.9])).verdict == "blurred"
+
+
+def test_without_the_remark_no_claim_is_made_on_the_form():
+    arms = exact([0.2, 0.6, 0.6, 0.6, 0.6, 0.6, 0.6])
+    assert decide(arms).verdict == "form"
+    del arms["remark"]
+    assert decide(arms).verdict == "blurred"
+
+
+@given(
+    st.lists(st.tuples(*[st.booleans()] * len(ARMS)), min_size=4, max_size=40),
+    st.permutations(range(len(ARMS))),
+    st.integers(1, 5),
+)
+def test_contrasts_are_means_of_pairs_and_more_agents_only_detect_less(blocks, order, agents):
+    arms = {arm: np.array([block[i] for block in blocks], float) for i, arm in enumerate(ARMS)}
+    found = decide({list(ARMS)[i]: arms[list(ARMS)[i]] for i in order})
+    for name, mean in found.contrasts.items():
+        pairs = [(arms[more] - arms[less]).mean() for more, less in CONTRASTS[name]]
+        assert mean.value == pytest.approx(np.mean(pairs), abs=1e-12)
+    assert found == decide(arms)
+    many = decide(arms, agents=agents)
+    assert set(many.claims) - {"falsity"} <= set(found.claims)
+    assert not (many.contrasts and not found.contrasts)
+
+
+def test_every_claim_needs_known_contrasts_of_known_arms():
+    assert set(NEEDS) == {*CONTENT, "form"}
+    assert {name.removeprefix("-") for needs in NEEDS.values() for name in needs} == set(CONTRASTS)
+    assert {arm for pairs in CONTRASTS.values() for pair in pairs for arm in pair} <= set(ARMS)
+
+
+def test_equivalence_is_two_one_sided_tests():
+    rng = np.random.default_rng(3)
+    arms = drawn((), rng, blocks=300, low=0.45, top=0.45)
+    differences = arms["lie"] - arms["truth"]
+    one = ttest_1samp(differences, -MARGIN, alternative="greater").pvalue
+    two = ttest_1samp(differences, MARGIN, alternative="less").pvalue
+    assert decide(arms).equivalence == pytest.approx(max(one, two), abs=0.01)
+
+
+def test_of_one_agent_nothing_is_corrected_and_of_several_everything():
+    arms = exact([0.2, 0.6, 0.2, 0.2, 0.6, 0.6, 0.2])
+    alone, many = decide(arms), decide(arms, agents=10)
+    for one, two in ((alone.total, many.total), *((alone.contrasts[name], many.contrasts[name]) for name in CONTRASTS)):
+        assert two.value == one.value
+        assert two.p_value == pytest.approx(min(1.0, 10 * one.p_value))
+        assert two.low < one.low
+        assert two.high > one.high
+    assert many.equivalence == pytest.approx(min(1.0, 10 * alone.equivalence))
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "shared", "false"),
+    [
+        (0.45, 0.45, False, {"says", "form", "both", "blurred", "not decided"}),
+        (0.45, 0.55, True, {"no change"}),
+    ],
+    ids=["no change", "a change of the margin"],
+)
+def test_of_ten_agents_some_verdict_is_false_in_at_most_5_percent_of_studies(low, high, shared, false):
+    """In 200 studies of 60 blocks, with three standard errors; each agent by itself errs in up to a third of them."""
+    rng = np.random.default_rng(1)
+    wrong = 0
+    for _ in range(200):
+        for _ in range(10):
+            numbers = rng.random((1 if shared else len(ARMS), 60))
+            share = {arm: high if arm == "lie" else low for arm in PLANNED}
+            arms = {arm: (numbers[0 if shared else i] < share[arm]).astype(float) for i, arm in enumerate(PLANNED)}
+            if decide(arms, agents=10).verdict in false:
+                wrong += 1
+                break
+    assert wrong <= most(0.05)

@@ -1,0 +1,261 @@
+"""A budget: no call that could pass it, no trial that it does not cover, and what is begun ends."""
+
+import asyncio
+import random
+import tempfile
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from made_up_prices import CHEAP, DEAR, FREE, call, plan, planned, prices, usage
+
+from lockprobe.agents.llm.model_facts import Price
+from lockprobe.foundation.errors import BadValue, BudgetReached
+from lockprobe.studies.costs.budget import Budget
+from lockprobe.studies.costs.call_log import Calls, read_calls
+from lockprobe.studies.costs.spending import Ledger, price_of
+from lockprobe.trial.model_call import BROKEN_OFF, Usage
+
+__all__ = ["prices"]
+
+
+async def reserve(calls, most, agent=DEAR, trial=1, unanswered=0):
+    """Announce the next call of a trial, as its agent does."""
+    announced = call(agent, trial, reply=None, most=most, unanswered=unanswered)
+    await calls.of(plan(agent, trial)).reserve(announced)
+
+
+def test_a_call_that_is_made_again_needs_the_money_once_more(tmp_path):
+    worst = usage(wrote=100_000)  # $1
+
+    async def made_again():
+        with Calls.open(tmp_path) as calls:
+            budget = Budget(planned(DEAR), 2.5)
+            calls.limit(budget)
+            await reserve(calls, worst)
+            await reserve(calls, worst, unanswered=1)
+            with pytest.raises(
+                BudgetReached, match=r"\$2\.0000 of \$2\.5000 spent; the next call could cost \$1\.0000"
+            ):
+                await reserve(calls, worst, unanswered=2)
+            calls.write(call(reply=None, error=BROKEN_OFF))
+            return budget.spent
+
+    assert asyncio.run(made_again()) == pytest.approx(2)
+    assert Ledger(planned(DEAR), read_calls(tmp_path)).total.dollars_unknown == pytest.approx(2)
+
+
+@pytest.mark.parametrize(("allowed", "ends"), [(3.5, [1, 2]), (2.9, [])])
+def test_calls_that_are_made_again_do_not_wait_for_each_other(tmp_path, allowed, ends):
+    """Each had money set aside that the other would wait for."""
+    worst, done = usage(wrote=100_000), []  # $1
+
+    async def one(calls, trial, both):
+        await reserve(calls, worst, trial=trial)
+        await both.wait()
+        try:
+            await reserve(calls, worst, trial=trial, unanswered=1)
+        except BudgetReached:
+            calls.write(call(trial=trial, reply=None, error=BROKEN_OFF))
+            return
+        done.append(trial)
+        calls.write(call(trial=trial, unanswered=1, usage=usage(wrote=10_000)))
+
+    async def all_of_them():
+        with Calls.open(tmp_path) as calls:
+            calls.limit(Budget(planned(DEAR), allowed))
+            both = asyncio.Barrier(2)
+            await asyncio.wait_for(asyncio.gather(*(one(calls, trial, both) for trial in (1, 2))), 5)
+
+    asyncio.run(all_of_them())
+    assert sorted(done) == ends
+
+
+@pytest.mark.parametrize("allowed", [0, -1, float("nan"), float("inf")])
+def test_a_budget_is_an_amount(allowed):
+    with pytest.raises(BadValue, match="budget: got .*, expected US dollars above 0"):
+        Budget(planned(DEAR), allowed)
+
+
+def test_a_budget_needs_the_price_of_every_hosted_agent():
+    with pytest.raises(
+        BadValue, match=r"no budget with llm:fake/unheard, whose price is not known; .* LOCKPROBE_.*toml"
+    ):
+        Budget(planned(DEAR, FREE, "random"), 5)
+
+
+def test_a_call_waits_for_those_on_their_way_and_is_refused_only_if_it_would_not_fit_without_them(tmp_path):
+    worst, cost = usage(wrote=100_000), usage(wrote=40_000)  # at most $1; really $0.40
+    began = []
+
+    async def one(calls, trial):
+        await reserve(calls, worst, trial=trial)
+        began.append(trial)
+        for _ in range(3):
+            await asyncio.sleep(0)
+        calls.write(call(trial=trial, usage=cost))
+
+    async def all_of_them():
+        with Calls.open(tmp_path) as calls:
+            budget = Budget(planned(DEAR), 2.5)
+            calls.limit(budget)
+            done = await asyncio.gather(*(one(calls, trial) for trial in range(1, 9)), return_exceptions=True)
+            return budget, done
+
+    budget, done = asyncio.run(all_of_them())
+    assert began == [1, 2, 3, 4]  # two at a time; with $1.60 spent none fits any more
+    assert [type(end) for end in done] == [type(None)] * 4 + [BudgetReached] * 4
+    assert budget.spent == pytest.approx(1.6)
+
+
+@settings(max_examples=40, deadline=None)
+@given(seed=st.integers(0, 2**32), allowed=st.floats(0.05, 3), lanes=st.integers(1, 8))
+def test_spending_never_passes_the_budget_whatever_is_replied_and_when(seed, allowed, lanes):
+    luck, agents = random.Random(seed), planned(DEAR, CHEAP)
+    charged = [0.0]
+
+    def charge(most: Usage, rates: Price) -> Usage:
+        """What the provider really charges for, at the moment at which it is asked."""
+        read = luck.randint(0, most.input_tokens)
+        cached = luck.randint(0, read)
+        used = usage(read, luck.randint(0, most.output_tokens), cached, luck.randint(0, read - cached))
+        charged[0] += rates.of(used)
+        assert charged[0] <= allowed + 1e-9
+        return used
+
+    async def lane(calls, number):
+        agent = luck.choice([DEAR, CHEAP])
+        for step in range(1, 15):
+            worst = usage(luck.randint(0, 60_000), luck.randint(0, 60_000))
+            try:
+                await reserve(calls, worst, agent, number)
+            except BudgetReached:
+                return
+            used, again = charge(worst, price_of(agent)), 0
+            while luck.random() < 0.3:  # it is charged for and never comes
+                try:
+                    await reserve(calls, worst, agent, number, unanswered=again + 1)
+                except BudgetReached:
+                    calls.write(call(agent, number, step, reply=None, error=BROKEN_OFF))
+                    return
+                used, again = charge(worst, price_of(agent)), again + 1
+            for _ in range(luck.randint(0, 4)):
+                await asyncio.sleep(0)
+            counted = call(agent, number, step, usage=used, unanswered=again)
+            uncounted = call(agent, number, step, usage=Usage(calls=1), unanswered=again)
+            broken_off = call(agent, number, step, reply=None, error=BROKEN_OFF)
+            failed = call(agent, number, step, reply=None, error="no reply within 120 s", unanswered=again + 1)
+            calls.write(luck.choice([counted, counted, uncounted, broken_off, failed]))
+
+    async def run(directory):
+        with Calls.open(directory) as calls:
+            calls.limit(Budget(agents, allowed))
+            await asyncio.gather(*(lane(calls, number) for number in range(1, lanes + 1)))
+
+    with tempfile.TemporaryDirectory() as directory:
+        for _ in range(2):  # a second run has what the first left, and no more
+            asyncio.run(run(Path(directory)))
+        ledger = Ledger(agents, read_calls(directory)).total
+        assert charged[0] - 1e-9 <= (ledger.dollars or 0) + (ledger.dollars_unknown or 0) <= allowed + 1e-9
+
+
+def opened(budget, *trials, agent=DEAR):
+    return [budget.admit(plan(agent, trial)) for trial in trials]
+
+
+def steps(agent=DEAR, trial=1, until=20, **counts):
+    """Calls of a trial from its first step on."""
+    return [
+        call(agent, trial, step, usage=usage(**({"read": 1000, "wrote": 50} | counts))) for step in range(1, until + 1)
+    ]
+
+
+def test_no_more_trials_are_opened_than_what_is_left_covers():
+    least, agent = Budget(planned(DEAR, CHEAP), 1.0).least
+    assert agent == CHEAP
+    one = Budget(planned(DEAR), 1.0).least[0]
+    assert one > 3 * least
+    for allowed, beside in ((1.01 * one, 1), (3 * one, 3), (20 * one, 9)):
+        budget, there = Budget(planned(DEAR), allowed), 0
+        while there < 9 and opened(budget, there + 1) == [True]:
+            there += 1
+        assert beside <= there <= 3 * beside
+        budget.end(call(trial=1).key)
+        assert opened(budget, 1) == [True]  # its place is free again
+    with pytest.raises(BudgetReached, match="the next trial could cost") as reached:
+        opened(Budget(planned(DEAR), 0.99 * one), 1)
+    assert (reached.value.of, reached.value.needed) == ("trial", pytest.approx(one))
+
+
+def test_the_estimate_of_a_trial_follows_what_calls_really_cost():
+    before = Budget(planned(DEAR), 1.0).least[0]
+    after = []
+    for read, wrote in ((100, 5), (1000, 50), (10_000, 500)):
+        budget = Budget(planned(DEAR), 1e6)
+        for one in steps(trial=9, read=read, wrote=wrote):
+            budget.settle(one)
+        after.append(budget.least[0])
+    aside = after[0] - (after[1] - after[0]) / 9  # for the last call, whatever comes
+    assert 0 < aside < before
+    assert [one - aside for one in after[1:]] == pytest.approx([20 * 0.0035, 20 * 0.035], rel=0.02)
+
+
+def test_a_trial_that_was_begun_needs_what_is_left_of_it():
+    def needs(until):
+        budget = Budget(planned(DEAR), 1e-9)
+        for one in steps(until=until):
+            budget.settle(one)
+        with pytest.raises(BudgetReached) as reached:
+            opened(budget, 1)
+        return reached.value.needed
+
+    assert needs(19) < needs(10) < needs(2)
+
+
+def test_later_trials_wait_while_earlier_ones_could_need_what_is_left():
+    """Three trials, opened at an estimate of which calls take six times as much."""
+    one = Budget(planned(DEAR), 1.0).least[0]
+    budget, keys = Budget(planned(DEAR), 3.5 * one), [call(trial=trial).key for trial in (1, 2, 3)]
+    assert opened(budget, 1, 2, 3) == [True] * 3
+    worst = usage(read=1000, wrote=100)
+    assert [budget.has_turn(key, worst) for key in keys] == [True] * 3
+    for trial in (1, 2, 3):
+        for each in steps(trial=trial, until=2, read=6000, wrote=300):
+            budget.settle(each)
+    assert [budget.has_turn(key, worst) for key in keys][::2] == [True, False]
+    budget.end(keys[0])
+    budget.end(keys[1])
+    assert budget.has_turn(keys[2], worst)
+    assert budget.has_turn("of another run", worst)
+
+
+def test_agents_that_cost_nothing_are_always_admitted():
+    assert Budget(planned(DEAR, "random"), 1e-9).admit(plan("random"))
+    assert Budget(planned("random"), 1.0).least == (0.0, "")
+
+
+def test_waiting_calls_go_on_when_an_earlier_trial_ends(tmp_path):
+    worst, order = usage(read=1000, wrote=100), []
+
+    async def later(calls, second):
+        await calls.of(second).turn(worst)
+        order.append("later")
+
+    async def both():
+        with Calls.open(tmp_path) as calls:
+            one = Budget(planned(DEAR), 1.0).least[0]
+            calls.limit(Budget(planned(DEAR), 2.5 * one))
+            first, second = plan(trial=1), plan(trial=2)
+            assert calls.admit(first)
+            assert calls.admit(second)
+            for each in steps(until=3, read=9000, wrote=900):
+                calls.write(each)
+            waiting = asyncio.ensure_future(later(calls, second))
+            await asyncio.sleep(0.01)
+            order.append("earlier")
+            calls.end(first.key)
+            await asyncio.wait_for(waiting, 5)
+
+    asyncio.run(both())
+    assert order == ["earlier", "later"]

@@ -1,0 +1,219 @@
+"""Calls on disk: looked up instead of made again, accounted for whatever happens, and never beyond a budget."""
+
+import asyncio
+import json
+from dataclasses import replace
+
+import pytest
+from builders import SOLUTION, call_of, make_trial, small_study
+
+from lockprobe.foundation.errors import BadFile
+from lockprobe.foundation.storage.jsonl import with_checksum
+from lockprobe.studies.costs.call_log import ASKED, CALLS, Calls, read_calls, unanswered
+from lockprobe.studies.records.journal import Journal, Timing
+from lockprobe.trial.model_call import BROKEN_OFF, Usage
+
+STUDY = small_study(["llm:a/b"], p=(0.0,))
+PLAN, OTHER = list(STUDY.plans("llm:a/b"))[:2]
+KEY = "flips/llm:a%2Fb/truth/rep=1/trial=1"
+WORST = Usage(calls=1, input_tokens=100, output_tokens=10)
+
+
+def replied(step=1, trial=PLAN, **more):
+    return call_of(trial, step, usage=Usage(calls=1, input_tokens=7, output_tokens=3), **more)
+
+
+def failed(error, step=1, **more):
+    return call_of(PLAN, step, reply=None, error=error, **more)
+
+
+def about(call, unanswered=0):
+    """A call as an agent announces it: without its place in the study, and with what it can cost."""
+    return replace(
+        call, agent="", condition="", repetition=0, trial=0, reply=None, error="", usage=Usage(), seconds=0.0,
+        retries=0, unanswered=unanswered, most=WORST,
+    )  # fmt: skip
+
+
+def ask(calls, call, plan=PLAN):
+    """One call as an agent makes it."""
+    page = calls.of(plan)
+    assert page.recall(call.step, call.turn, call.request) is None
+    asyncio.run(page.reserve(about(call)))
+    page.write(call)
+
+
+def test_what_was_replied_is_looked_up_by_place_and_request(tmp_path):
+    with Calls.open(tmp_path) as calls:
+        ask(calls, replied())
+    with Calls.open(tmp_path) as calls:
+        page = calls.of(PLAN)
+        assert page.recall(1, 1, "r") == replied()
+        assert page.recall(1, 1, "another") is None
+        assert page.recall(2, 1, "r") is None
+        assert calls.of(OTHER).recall(1, 1, "r") is None
+    assert list(read_calls(tmp_path)) == [replied()]
+
+
+def test_equal_requests_of_an_agent_that_forgets_have_their_own_replies_in_the_order_in_which_they_came(tmp_path):
+    """What it remembers says how many steps there were: two steps can stand at one place with one request."""
+    first, second, other = replied(seconds=1.0), replied(seconds=2.0), replied(request="another")
+    with Calls.open(tmp_path) as calls:
+        for call in (first, other, second):
+            asyncio.run(calls.of(PLAN).reserve(about(call)))
+            calls.of(PLAN).write(call)
+    with Calls.open(tmp_path) as calls:
+        page = calls.of(PLAN)
+        assert [page.recall(1, 1, request) for request in ("r", "another", "r", "r")] == [first, other, second, None]
+        assert calls.of(PLAN).recall(1, 1, "r") == first
+
+
+def test_a_call_without_a_reply_is_made_again(tmp_path):
+    with Calls.open(tmp_path) as calls:
+        ask(calls, failed("429"))
+        assert calls.of(PLAN).recall(1, 1, "r") is None
+        ask(calls, replied())
+        assert calls.of(PLAN).recall(1, 1, "r") == replied()
+
+
+def test_no_file_is_made_where_nobody_asks(tmp_path):
+    with Calls.open(tmp_path):
+        pass
+    assert list(tmp_path.iterdir()) == []
+    assert list(read_calls(tmp_path)) == unanswered(tmp_path) == []
+
+
+def test_what_was_on_its_way_at_a_kill_is_noted_as_broken_off_with_its_worst_case(tmp_path):
+    with Calls.open(tmp_path) as calls:
+        ask(calls, replied(step=1))
+        asyncio.run(calls.of(PLAN).reserve(about(replied(step=2, request="next"))))
+        assert calls.on_their_way == 1
+        on_its_way = [(call.key, call.step, call.turn, call.request, call.most) for call in unanswered(tmp_path)]
+        assert on_its_way == [(KEY, 2, 1, "next", WORST)]
+        # and here the process is killed: nothing more is written
+    with Calls.open(tmp_path) as calls:
+        assert unanswered(tmp_path) == []
+        assert calls.of(PLAN).recall(2, 1, "next") is None
+        ask(calls, replied(step=2, request="next"))
+    first, lost, again = read_calls(tmp_path)
+    assert (first, again) == (replied(), replied(step=2, request="next"))
+    assert (lost.step, lost.reply, lost.error, lost.most, lost.broken_off) == (2, None, BROKEN_OFF, WORST, True)
+    with Calls.open(tmp_path):
+        pass
+    assert len(list(read_calls(tmp_path))) == 3  # it is noted once
+
+
+def test_a_call_of_unknown_cost_keeps_its_worst_case_and_one_that_was_counted_does_not(tmp_path):
+    broken, uncounted = failed(BROKEN_OFF), call_of(PLAN, usage=Usage(calls=1))
+    refused = failed("the provider answered 401", request="s")
+    with Calls.open(tmp_path) as calls:
+        for call in (broken, refused, uncounted):
+            ask(calls, call)
+        ask(calls, replied(step=2))
+    assert [call.most for call in read_calls(tmp_path)] == [WORST, None, WORST, None]
+
+
+def test_a_call_that_is_made_again_is_one_call_and_each_of_its_attempts_can_have_cost_something(tmp_path):
+    with Calls.open(tmp_path) as calls:
+        page = calls.of(PLAN)
+        asyncio.run(page.reserve(about(replied())))
+        asyncio.run(page.reserve(about(replied(), unanswered=1)))
+        page.write(replied(unanswered=1, retries=1))
+        asyncio.run(page.reserve(about(replied(step=2))))
+        asyncio.run(page.reserve(about(replied(step=2), unanswered=2)))
+        assert calls.on_their_way == 1
+        (on_its_way,) = unanswered(tmp_path)
+        assert (on_its_way.step, on_its_way.unanswered, on_its_way.most) == (2, 2, WORST)
+        # and here the process is killed: nothing more is written
+    with Calls.open(tmp_path):
+        pass
+    answered, lost = read_calls(tmp_path)
+    assert (answered.unpriced, answered.most) == (1, WORST)
+    assert (lost.broken_off, lost.unanswered, lost.unpriced, lost.most) == (True, 2, 3, WORST)
+    assert unanswered(tmp_path) == []
+
+
+def test_a_call_that_is_broken_off_here_keeps_the_attempts_before(tmp_path):
+    with Calls.open(tmp_path) as calls:
+        page = calls.of(PLAN)
+        asyncio.run(page.reserve(about(replied())))
+        asyncio.run(page.reserve(about(replied(), unanswered=1)))
+        page.write(failed(BROKEN_OFF))
+    (lost,) = read_calls(tmp_path)
+    assert (lost.unanswered, lost.unpriced, lost.most) == (1, 2, WORST)
+
+
+def test_torn_tails_are_cut_off_and_their_calls_are_made_again(tmp_path):
+    with Calls.open(tmp_path) as calls:
+        ask(calls, replied())
+        ask(calls, replied(step=2))
+    for name in (CALLS, ASKED):
+        whole = (tmp_path / name).read_bytes()
+        (tmp_path / name).write_bytes(whole[:-9])
+    with Calls.open(tmp_path) as calls:
+        assert calls.of(PLAN).recall(1, 1, "r") == replied()
+        ask(calls, replied(step=2))
+        ask(calls, replied(step=3))
+    assert [call.step for call in read_calls(tmp_path)] == [1, 2, 3]
+    assert unanswered(tmp_path) == []
+
+
+PLACE = '"turn":1,"request":"r","reply":null'
+
+
+@pytest.mark.parametrize(
+    ("line", "why"),
+    [("no json", "Invalid JSON"), ("{}", "Field required"),
+     (f'{{"key":1,"step":1,{PLACE}}}', "valid string"), (f'{{"key":"k","step":1,{PLACE},"more":1}}', "Unexpected")],
+)  # fmt: skip
+@pytest.mark.parametrize("name", [CALLS, ASKED])
+def test_a_damaged_line_is_named(tmp_path, line, why, name):
+    with Calls.open(tmp_path) as calls:
+        ask(calls, replied())
+    with (tmp_path / name).open("ab") as file:
+        file.write(with_checksum(line.encode()) + b"\n")
+    with pytest.raises(BadFile, match=f"{name}: line 2: .*{why}"), Calls.open(tmp_path):
+        pass
+
+
+def test_listeners_get_every_call(tmp_path):
+    heard = []
+    with Calls.open(tmp_path) as calls:
+        calls.listen(heard.append)
+        ask(calls, replied())
+        ask(calls, replied(step=2))
+    assert [call.step for call in heard] == [1, 2]
+
+
+def test_how_long_the_oldest_call_has_been_on_its_way(tmp_path, monkeypatch):
+    now = [100.0]
+    monkeypatch.setattr("lockprobe.studies.costs.call_log.time.monotonic", lambda: now[0])
+    with Calls.open(tmp_path) as calls:
+        assert (calls.on_their_way, calls.longest_wait) == (0, 0)
+        for plan in (PLAN, OTHER):
+            asyncio.run(calls.of(plan).reserve(about(replied(trial=plan))))
+            now[0] += 5
+        assert (calls.on_their_way, calls.longest_wait) == (2, 10)
+        calls.write(replied())
+        assert (calls.on_their_way, calls.longest_wait) == (1, 5)
+
+
+def test_a_finished_trial_is_forgotten_but_stays_on_disk(tmp_path):
+    planned = small_study(["random"], p=(0.0,))
+    trial, plan = make_trial(SOLUTION), next(planned.plans("random"))
+    with Journal.open(tmp_path, planned) as journal:
+        ask(journal.calls, replied(trial=plan), plan)
+        assert journal.calls.of(plan).recall(1, 1, "r") == replied(trial=plan)
+        journal.append(trial, Timing(key=trial.key, seconds=1, steps=4))
+        assert journal.calls.of(plan).recall(1, 1, "r") is None
+    with Journal.open(tmp_path, planned) as journal:
+        assert journal.calls.of(plan).recall(1, 1, "r") is None
+    assert [json.loads(line)["key"] for line in (tmp_path / CALLS).read_text().splitlines()] == [trial.key]
+
+
+@pytest.mark.parametrize("seconds", ["1e999", "1e300", "1e12", "-1", "NaN"])
+def test_a_duration_that_is_none_is_refused(tmp_path, seconds):
+    line = f'{{"key":"k","step":1,"turn":1,"request":"a","reply":"x","seconds":{seconds}}}'
+    (tmp_path / CALLS).write_bytes(with_checksum(line.encode()) + b"\n")
+    with pytest.raises(BadFile, match="line 1: .*(number|than)"):
+        list(read_calls(tmp_path))

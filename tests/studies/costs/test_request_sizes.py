@@ -1,0 +1,130 @@
+"""How large requests are, held against the conversations themselves."""
+
+import json
+from pathlib import Path
+
+import pytest
+from prefixes import repeated_prefix
+
+from lockprobe.agents.llm.model_facts import ModelFacts
+from lockprobe.agents.llm.settings import ModelSettings
+from lockprobe.agents.llm.token_bounds import at_most, tokens
+from lockprobe.agents.prompt import conversation
+from lockprobe.studies.costs.request_sizes import HYPOTHESIS, PromptSizes, made_up_steps, reply
+from lockprobe.studies.options.study_options import StudyOptions
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.running.single import run_trial
+from lockprobe.testing import joints, replying, words
+from lockprobe.trial.record import Situation
+
+CURT = Path(__file__).parents[2] / "interventions" / "curt.txt"
+
+SPEC = "llm:openai-api/fake/model"
+
+
+def requests(whole, images):
+    """The conversations of a trial of 20 steps, one a step, from the situation of the last."""
+    begun = [Situation(task=whole.task, past=whole.past[:n], percept=whole.past[n].percept) for n in range(19)]
+    return [conversation(situation, images=images) for situation in (*begun, whole)]
+
+
+@pytest.mark.parametrize(
+    ("size", "share"), [("width=640&height=480", 0.5), ("width=320&height=240", 0.25), ("width=2048", 1)]
+)
+@pytest.mark.parametrize("images", [0, 2])
+def test_pictures_count_by_size_as_long_as_they_stay_in_the_conversation(images, size, share):
+    plan = study(
+        StudyOptions(
+            study="modalities",
+            agent=["llm:openai-api/fake/model"],
+            modality=["rgb", "rgbd"],
+            trials=1,
+            plant=f"fast-twin?{size}",
+        )
+    )
+    first, both = plan.plans(plan.agents[0])
+    for shown, pictures in ((first, 1), (both, 2)):
+        prompt = PromptSizes(shown, ModelSettings(images=images), ModelFacts(picture_tokens=500))
+        text = PromptSizes(shown, ModelSettings(images=images), ModelFacts(picture_tokens=1))
+        kept = images or 5
+        assert prompt.request(5).input - text.request(5).input == pytest.approx(pictures * kept * 499 * share)
+
+
+@pytest.mark.parametrize(("modality", "images"), [("symbolic", 0), ("rgb", 0), ("rgb", 3)])
+def test_the_share_sent_before_is_that_of_the_conversations_themselves(modality, images):
+    settings = ModelSettings(images=images)
+    plan = study(StudyOptions(study="modalities", agent=[SPEC], modality=["symbolic", "rgb"], trials=1))
+    (shown,) = (one for one in plan.plans(SPEC) if one.modality == modality)
+    said = '{"last_action": "did not move", "hypothesis": "It waits for another one.", "joint": "A"}'
+    whole = made_up_steps(shown, said)[-1]
+    talks = requests(whole, images)
+    prompt = PromptSizes(shown, settings, ModelFacts(picture_tokens=1600))  # our pictures are half as large as that
+    steps = range(1, 21)
+    share = sum(prompt.repeated(step) for step in steps) / sum(prompt.request(step).input for step in steps)
+    assert share == pytest.approx(repeated_prefix(talks, picture_tokens=800), abs=0.05)
+
+
+@pytest.mark.parametrize(("modality", "images"), [("symbolic", 0), ("rgbd", 0), ("rgbd", 3)])
+def test_the_most_that_trials_can_take_bounds_every_request_of_theirs(modality, images):
+    settings, facts = ModelSettings(images=images), ModelFacts(picture_tokens=1600)
+    plan = study(StudyOptions(study="modalities", agent=[SPEC], modality=["symbolic", "rgbd"], trials=1))
+    (shown,) = (one for one in plan.plans(SPEC) if one.modality == modality)
+    asked = [at_most(talk, settings, facts) for talk in requests(made_up_steps(shown, reply("x" * 4000))[-1], images)]
+    most = PromptSizes(shown, settings, facts).most(11, 5)
+    assert most.calls == 5 * 10
+    assert (
+        5 * sum(one.input_tokens for one in asked[10:])
+        <= most.input_tokens
+        <= 1.6 * 5 * sum(one.input_tokens for one in asked[10:])
+    )
+    assert most.output_tokens == 5 * sum(one.output_tokens for one in asked[10:])
+
+
+def test_larger_pictures_can_take_more():
+    plan = study(
+        StudyOptions(study="modalities", agent=[SPEC], modality=["rgb"], trials=1, plant="fast-twin?width=1025")
+    )
+    usual = study(StudyOptions(study="modalities", agent=[SPEC], modality=["rgb"], trials=1))
+    facts = ModelFacts(picture_tokens=1600)
+    most, less = (PromptSizes(next(one.plans(SPEC)), ModelSettings(), facts).most(1, 1) for one in (plan, usual))
+    assert most.input_tokens - less.input_tokens == 1600 * sum(range(1, 21))
+
+
+CONDITIONS = (
+    "truth", f"prompt?file={CURT}", "hypothesis?ask=off", "hypothesis?ask=after + confidence", "warn?rate=0.4",
+    "distract?p=1", "reword?p=1", "nudge?after=3", "history?last=3", "forget?p=0.5", "drop?p=0.5", f"prompt?file={CURT} + confidence + warn",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("spec", CONDITIONS)
+def test_requests_are_taken_to_be_as_large_as_those_that_are_sent(scripted_provider, spec):
+    """At every step, held against a provider that answers as the made-up trial does; labels are of equal length."""
+    pytest.importorskip("inspect_ai")
+    provider = scripted_provider(lambda request: replying(request, joints(request)[0], HYPOTHESIS))
+    trial = run_trial(agent=provider.agent, condition=spec, max_steps=12)
+    assert trial.error is None
+    planned = study("flips", agent=provider.agent, condition=spec, max_steps=12)
+    prompt = PromptSizes(planned.plan(provider.agent, planned.conditions[-1], 1, 1), ModelSettings(), ModelFacts())
+    sent = [sum(tokens(words(message)) + 4 for message in request["messages"]) for request in provider.requests]
+    form = tokens(json.dumps(provider.requests[-1]["response_format"]["json_schema"]["schema"]))
+    taken = [prompt.request(step).input - form for step in range(1, len(sent) + 1)]
+    assert taken[0] == pytest.approx(sent[0], rel=0.05)
+    assert sum(taken) == pytest.approx(sum(sent), rel=0.3 if "forget" in spec else 0.08)
+    most = prompt.most(1, 1)
+    assert most.input_tokens > sum(sent)
+
+
+def test_the_most_counts_a_remark_at_every_step_however_rare_remarks_are():
+    plan = study("flips", agent=SPEC, condition=["distract?p=0.001", "distract?p=1"])
+    _, rare, always = (plan.plan(SPEC, condition, 1, 1) for condition in plan.conditions)
+    most, all_steps = (PromptSizes(one, ModelSettings(), ModelFacts()).most(1, 1) for one in (rare, always))
+    assert most == all_steps
+
+
+def test_what_was_forgotten_is_not_taken_to_be_repeated():
+    plan = study("flips", agent=SPEC, condition="history?last=3")
+    prompt = PromptSizes(plan.plan(SPEC, plan.conditions[-1], 1, 1), ModelSettings(), ModelFacts())
+    opening = prompt.request(1).input
+    assert prompt.repeated(3) == prompt.request(2).input
+    assert prompt.repeated(12) < 1.1 * opening
+    assert prompt.request(12).input == pytest.approx(prompt.request(11).input, rel=0.05)

@@ -1,0 +1,214 @@
+"""``--as-paper``: ordinary settings, one labelling and one panel for a study, and nothing that follows the interlock."""
+
+from collections import Counter
+from dataclasses import replace
+
+import pytest
+from provider_server import here
+
+from lockprobe.agents.model_access import Access
+from lockprobe.boxes.families import box
+from lockprobe.boxes.layouts import locking_pairs, neighbours
+from lockprobe.foundation.errors import BadValue, Conflict
+from lockprobe.report.verify.verification import verify
+from lockprobe.studies.options.settings import read_study
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.journal import load
+from lockprobe.studies.running.runner import Limits, run_study
+from lockprobe.testing.provider import replying, words
+from lockprobe.trial.plan import Names
+
+ONE_BY_ONE = {
+    "modality": "symbolic?tell=state&form=json",
+    "shuffle": "study",
+    "layout": "dealt",
+    "hypothesis": "off",
+    "assessment": True,
+    "max_steps": 20,
+    "repetitions": 3,
+    "trials": 10,
+    "p": [0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6],
+}
+SEEDS = range(200)
+
+
+@pytest.mark.parametrize("box", ["chain-4", "fork"])
+def test_it_makes_the_study_that_its_options_make_one_by_one(box):
+    switched = study("flips", agent="random", box=box, as_paper=True)
+    assert switched == study("flips", agent="random", box=box, **ONE_BY_ONE)
+    assert switched.size == 210
+    assert switched.p == (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
+
+
+def test_the_modality_study_has_the_three_observations_of_the_paper():
+    shown = study("modalities", as_paper=True)
+    assert shown.modalities == ("rgb", "rgbd", "symbolic?tell=state&form=json")
+    assert (shown.repetitions, shown.trials, shown.p, shown.plant) == (1, 10, (0.0,), "fast-twin")
+    assert (shown.shuffle, shown.layout, shown.hypothesis) == ("study", "dealt", "off")
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("p", [0.0, 0.4]), ("trials", 2), ("repetitions", 1), ("max_steps", 9), ("layout", "shuffled"), ("seed", 7),
+        ("shuffle", "trial"), ("assessment", False), ("hypothesis", "before"), ("strategy_trials", 5),
+    ],
+)  # fmt: skip
+def test_an_option_that_is_given_wins(name, value):
+    found = study("flips", agent="random", as_paper=True, **{name: value})
+    assert getattr(found, name) == (tuple(value) if name == "p" else value)
+    assert found.modalities == (ONE_BY_ONE["modality"],)
+
+
+def test_it_combines_with_other_conditions_and_modalities():
+    found = study("flips", agent="random", as_paper=True, condition="nudge", modality="symbolic?tell=state")
+    assert [one.spec for one in found.conditions] == ["truth", "nudge"]
+    assert found.hypothesis == "off"
+
+
+@pytest.mark.parametrize("plant", ["manual", "rig?rung=scripted"])
+def test_a_real_box_keeps_its_own_panel(plant):
+    found = study("flips", agent="random", as_paper=True, plant=plant)
+    assert (found.layout, found.shuffle) == ("fixed", "study")
+
+
+@pytest.mark.parametrize(
+    ("name", "asked", "message"),
+    [
+        ("why", {}, "--as-paper cannot be combined with why: the studies of the paper are flips and modalities"),
+        ("flips", {"shuffle": "never"}, "--as-paper cannot be combined with --shuffle never: labels along the panel"),
+        (
+            "flips",
+            {"plant": "manual?camera=pictures", "modality": "rgb"},
+            "--as-paper cannot be combined with pictures of manual.camera=pictures: painted labels stand along",
+        ),
+    ],
+)
+def test_what_it_cannot_be_combined_with_is_refused(name, asked, message):
+    with pytest.raises(Conflict, match=f"^{message}"):
+        study(name, agent="random", as_paper=True, **asked)
+
+
+def test_reports_without_positions_are_refused_with_it():
+    with pytest.raises(BadValue, match="^flip: got 'outcome-only'"):
+        study("flips", agent="random", as_paper=True, flip="outcome-only")
+
+
+def drawn(seed, name="chain-4", **options):
+    """The names and the panel of the first trial of a study."""
+    found = study("flips", agent="random", as_paper=True, seed=seed, box=name, **options)
+    plan = found.plan("random", found.conditions[0], 1, 1)
+    return Names(plan), plan.box
+
+
+def test_over_seeds_every_role_comes_at_every_place_under_every_label_and_anywhere_in_the_list():
+    """200 seeds: 50 expected of each of 16 pairs; the standard deviation of a count is 6."""
+    role = {name: number for number, name in enumerate(box("chain-4").names)}
+    places, labels, listed, all_three = Counter(), Counter(), Counter(), Counter()
+    for seed in SEEDS:
+        names, dealt = drawn(seed)
+        where = {joint.name: round(4 * joint.place[0] - 0.5) for joint in dealt.joints}
+        assert sorted(where.values()) == [0, 1, 2, 3]
+        for i, name in enumerate(dealt.names):
+            places[role[name], where[name]] += 1
+            labels[role[name], names.labels[i]] += 1
+            listed[role[name], names.order.index(i)] += 1
+            all_three[where[name], names.labels[i], names.order.index(i)] += 1
+    for counts in (places, labels, listed):
+        assert len(counts) == 16
+        assert all(30 <= count <= 70 for count in counts.values())
+    assert len(all_three) == 64
+
+
+def test_over_seeds_neighbours_lock_each_other_as_often_as_by_chance():
+    """On chain-4, 3 of 6 pairs lock each other, so 1.5 of 3 pairs of neighbours do on average, and never none or all."""
+    listed, labelled, placed = [], [], []
+    for seed in SEEDS:
+        names, dealt = drawn(seed)
+        locking = locking_pairs(dealt)
+        by_label = sorted(range(4), key=lambda joint: names.labels[joint])
+        for order, found in ((names.order, listed), (by_label, labelled)):
+            found.append(sum(tuple(sorted(order[i : i + 2])) in locking for i in range(3)))
+        placed.append(len(locking & neighbours(dealt)))
+    for found in (listed, labelled, placed):
+        assert {*found} == {1, 2}
+        assert 1.35 <= sum(found) / len(found) <= 1.65
+
+
+@pytest.mark.parametrize("name", ["fork", "reset", "gray-code-4", "chain-8", "random-6-3", "chain-2"])
+def test_labels_of_any_box_are_a_permutation(name):
+    names, dealt = drawn(3, name)
+    assert sorted(dealt.names) == sorted(box(name).names)
+    assert sorted(names.labels) == sorted(names.listing) == sorted("ABCDEFGH"[: len(dealt.names)])
+
+
+def test_within_a_study_labels_their_order_and_the_panel_stay():
+    found = study("modalities", agent="viewer", as_paper=True, p=[0], repetitions=3)
+    seen = {
+        (names.labels, names.listing, plan.box.names, tuple(joint.place for joint in plan.box.joints))
+        for plan in found.plans("viewer")
+        for names in [Names(plan)]
+    }
+    assert len(seen) == 1
+    assert len({drawn(seed)[0].labels + drawn(seed)[1].names for seed in SEEDS}) > 150
+
+
+def test_it_is_resumed_and_verified_like_any_study(tmp_path):
+    part = study("flips", agent="random", as_paper=True, p=[0, 0.4], trials=2)
+    whole = replace(part, agents=("random", "human-inspired"))
+    run_study(part, tmp_path / "study")
+    before = (tmp_path / "study" / "trials.jsonl").read_bytes()
+    run_study(whole, tmp_path / "study")
+    assert (tmp_path / "study" / "trials.jsonl").read_bytes().startswith(before)
+    assert read_study(tmp_path / "study") == whole
+    trials = load(tmp_path / "study")
+    assert len(trials) == 24
+    assert len({(trial.labels, trial.listing, trial.joints) for trial in trials}) == 1
+    assert {trial.hypothesis for trial in trials} == {"off"}
+    assert [check for check in verify(tmp_path / "study") if not check.holds] == []
+
+
+FIRST = """\
+You are trying to open a lockbox, a panel with 4 joints.
+Every joint has two positions, 0 and 1. The joints lock each other in a hidden way: whether a joint can move depends on \
+the positions of other joints. If you attempt a joint that is not locked, it moves to its other position; if it is \
+locked, nothing happens.
+The box is open as soon as the target joint moves. You have 20 steps. In every step you choose one joint to attempt. \
+Then you are told the position of every joint. You are not told whether a joint moved: find out by comparing \
+successive reports.
+Reply with one JSON object and nothing else:
+{"last_action": "moved" or "did not move" ("none" in the first step), "joint": the joint to attempt next}
+The panel's joints: C, D, B, A. The target joint: B.
+
+{"positions": {"C": 0, "D": 0, "B": 0, "A": 0}}"""
+
+
+def test_a_hosted_model_is_sent_these_messages(tmp_path, monkeypatch):
+    """Labels and states of all joints after every step, no outcome, no hypothesis, and the last action assessed."""
+    pytest.importorskip("inspect_ai")
+    monkeypatch.setenv("FAKE_API_KEY", "sk-private-0123456789")
+    chosen = iter("CADC")
+
+    with here(lambda request: replying(request, next(chosen)), keep=True) as server:
+        monkeypatch.setenv("FAKE_BASE_URL", server.url)
+        asked = {"as_paper": True, "p": [0], "trials": 1, "repetitions": 1}
+        found = study("flips", agent="llm:openai-api/fake/model", **asked)
+        limits = Limits(access=Access(connections=1))
+        run_study(replace(found, max_steps=4), tmp_path / "study", limits=limits)
+    sent = server.requests[-1]
+    assert [(one["role"], words(one)) for one in sent["messages"]] == [
+        ("user", FIRST.replace("20 steps", "4 steps")),
+        ("assistant", '{"last_action": "none", "joint": "C"}'),
+        ("user", '{"attempted": "C", "positions": {"C": 0, "D": 0, "B": 0, "A": 0}}'),
+        ("assistant", '{"last_action": "moved", "joint": "A"}'),
+        ("user", '{"attempted": "A", "positions": {"C": 0, "D": 0, "B": 0, "A": 1}}'),
+        ("assistant", '{"last_action": "moved", "joint": "D"}'),
+        ("user", '{"attempted": "D", "positions": {"C": 0, "D": 1, "B": 0, "A": 1}}'),
+    ]
+    form = sent["response_format"]["json_schema"]["schema"]
+    assert form["properties"] == {
+        "last_action": {"type": "string", "enum": ["moved", "did not move"]},
+        "joint": {"type": "string", "enum": ["C", "D", "B", "A"]},
+    }
+    assert form["required"] == ["last_action", "joint"]
+    assert [check for check in verify(tmp_path / "study") if not check.holds] == []

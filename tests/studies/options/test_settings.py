@@ -1,0 +1,138 @@
+"""Settings on disk are a study again, or are refused in one line."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from builders import modality_study, play_study, small_study, write_study
+
+from lockprobe.foundation.errors import BadFile, BadValue
+from lockprobe.studies.options.settings import read_study, study_from
+from lockprobe.studies.options.study_options import StudyOptions
+from lockprobe.studies.options.studyfile import study
+from lockprobe.trial.record import STATES
+
+
+@pytest.fixture
+def directory(tmp_path):
+    return write_study(tmp_path / "study", small_study(["random", "human-inspired"]))
+
+
+def test_a_study_is_read_back(directory):
+    assert read_study(directory) == small_study(["random", "human-inspired"])
+
+
+def test_a_study_of_shuffled_layouts_is_read_back(tmp_path):
+    shuffled = replace(small_study(["random"]), layout="shuffled")
+    assert read_study(write_study(tmp_path / "study", shuffled)) == shuffled
+
+
+def test_a_study_of_modalities_is_read_back(tmp_path):
+    planned = modality_study(["viewer"], trials=1)
+    assert read_study(write_study(tmp_path / "study", planned, [])) == planned
+
+
+SAID = {"name": "", "interventions": [], "modality": STATES}
+
+
+def acting(p):
+    """A flip as settings hold it."""
+    return SAID | {"interventions": [{"spec": f"flip?p={p}", "doses": ["p"]}]}
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "message"),
+    [
+        ("conditions", None, "not the settings of a study"),
+        ("conditions", [], "at least one"),
+        ("conditions", ["truth"], "conditions.0"),
+        ("conditions", [SAID, SAID], "every one once"),
+        ("conditions", [SAID | {"name": 3}], "conditions.0.name"),
+        ("conditions", [SAID | {"name": "a\nb"}], "visible characters"),
+        ("conditions", [SAID | {"p": 0.4}], "conditions.0.p"),
+        ("conditions", [acting(0.0), acting(1e-300)], "differ by 0.000001"),
+        ("conditions", [acting(1.5)], "flip rate p: got 1.5"),
+        ("conditions", [acting("often")], "often"),
+        ("agents", [["random"]], "agents.0"),
+        ("agents", ["random", "random"], "every one once"),
+        ("trials", -3, "trials"),
+        ("trials", 0, "trials"),
+        ("trials", True, "trials"),
+        ("trials", 10**30, "trials"),
+        ("box", None, "box"),
+        ("box", {}, "name"),
+        ("agents", ["x" * 1001], "agents.0: expected at most 1000 characters"),
+        ("layout", "round", "layout"),
+        ("assessment", 1, "assessment"),
+        ("strategy_trials", 0, "strategy_trials"),
+        ("conditions", [SAID | {"modality": "rgb"}], "a plant with a camera"),
+        ("conditions", [SAID | {"modality": "smell"}], "no modality"),
+        ("plant", "steam", "no plant"),
+        ("colour", "red", "colour"),
+    ],
+)
+def test_settings_that_are_none_are_refused(directory, name, value, message):
+    path = directory / "study.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | {name: value}))
+    with pytest.raises(BadFile, match=message):
+        read_study(directory)
+
+
+@pytest.mark.parametrize("name", [*small_study().settings()])
+def test_every_setting_is_there(directory, name):
+    path = directory / "study.json"
+    path.write_text(json.dumps({key: value for key, value in json.loads(path.read_text()).items() if key != name}))
+    with pytest.raises(BadFile, match=rf"{name}|study.json: not the settings of a study"):
+        read_study(directory)
+
+
+@pytest.mark.parametrize("content", ["[" * 100_000, "{", "[]", "null", ""])
+def test_damaged_settings_are_refused(directory, content):
+    (directory / "study.json").write_text(content)
+    with pytest.raises(BadFile, match="study.json"):
+        read_study(directory)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"seed": 9},
+        {"doses": {"flip.p": 0.3}},
+        {"modality": "symbolic"},
+        {"budget": 19},
+        {"study": "other"},
+        {"condition": "flip?p=0.3"},
+        {"trial": 3},
+        {"trial": 5},
+        {"agent": "random"},
+    ],
+)
+def test_a_trial_of_other_settings_is_not_one_of_the_study(change):
+    study = small_study(["human-inspired"])
+    trial = play_study(study)[0]
+    assert study.asks_for(trial)
+    assert not study.asks_for(replace(trial, **change))
+
+
+def test_a_long_spec_is_refused():
+    long = "llm:openai-api/fake/" + "x" * 1000
+    with pytest.raises(BadValue, match="^agent: got 'llm:.*…', expected at most 1000 characters; these are 1020$"):
+        study(StudyOptions(agent=[long]))
+    with pytest.raises(BadValue, match="^plant: "):
+        study(StudyOptions(plant="twin?" + "x" * 1000))
+
+
+@pytest.mark.parametrize(
+    ("acting", "message"),
+    [
+        ({"spec": "nudge + flip?p=0.4"}, "intervention: got 'nudge \\+ flip.p=0.4', expected one"),
+        ({"spec": "flip?p=0.4", "doses": ["q"]}, "dose q of flip.p=0.4: got '', expected a number among its options"),
+        ({"spec": "flip?p=0.4&others=kept", "doses": ["others"]}, "dose others of .*: got 'kept'"),
+    ],
+)
+def test_an_intervention_of_settings_is_one_with_a_number_for_its_dose(acting, message):
+    condition = {"name": "", "interventions": [acting], "modality": "symbolic?tell=state"}
+    settings = study("flips", agent="random", p=[0]).settings() | {"conditions": [condition]}
+    with pytest.raises(BadFile, match=message):
+        study_from(settings, Path("study.json"))

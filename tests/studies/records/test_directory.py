@@ -1,0 +1,140 @@
+"""The directory of a study: what a start leaves behind that fails, and which settings may differ."""
+
+from dataclasses import replace
+from datetime import datetime
+
+import pytest
+from builders import make_trial, small_study, write_study
+
+from lockprobe.boxes.families import box
+from lockprobe.foundation.errors import BadFile, SettingsChanged, UserMistake
+from lockprobe.interventions.conditions import flips
+from lockprobe.studies.options.settings import read_study
+from lockprobe.studies.records.directory import added_agents, read_settings
+from lockprobe.studies.records.journal import Journal, load
+from lockprobe.studies.running.runner import Silent, run, run_study
+from lockprobe.trial.condition import Condition
+
+STUDY = small_study(["random"], p=[0.0, 0.4], repetitions=1, trials=2)
+CANNOT_START = replace(STUDY, agents=("random", "llm:gguf:none.gguf"))
+
+
+def everything(directory):
+    return {path.relative_to(directory): path.read_bytes() for path in directory.rglob("*") if path.is_file()}
+
+
+def test_a_start_that_fails_leaves_nothing(tmp_path):
+    with pytest.raises(BadFile, match="none.gguf"):
+        run_study(CANNOT_START, tmp_path / "runs" / "d")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_start_that_fails_deletes_nothing_that_was_there(tmp_path):
+    (tmp_path / "d").mkdir()
+    (tmp_path / "d" / "notes.txt").write_text("mine")
+    (tmp_path / "d" / "timings.jsonl").touch()
+    with pytest.raises(BadFile):
+        run_study(CANNOT_START, tmp_path / "d")
+    assert sorted(path.name for path in (tmp_path / "d").iterdir()) == ["notes.txt", "timings.jsonl"]
+
+
+@pytest.mark.parametrize("played", [True, False])
+def test_a_start_that_fails_leaves_the_study_that_is_there_as_it_was(tmp_path, played):
+    write_study(tmp_path, STUDY, [make_trial([0, 1], budget=2)] if played else [])
+    before = everything(tmp_path)
+    with pytest.raises(BadFile):
+        run_study(CANNOT_START, tmp_path)
+    assert everything(tmp_path) == before
+
+
+class BreaksLater(Silent):
+    """Makes what follows the first trial a user's mistake."""
+
+    def trial(self, trial, timing):
+        raise UserMistake("later")
+
+
+def test_what_was_played_before_an_error_stays(tmp_path):
+    with pytest.raises(UserMistake, match="later"), Journal.open(tmp_path / "d", STUDY) as journal:
+        run(STUDY, journal, observer=BreaksLater())
+    assert len(load(tmp_path / "d")) == 1
+    assert read_study(tmp_path / "d") == STUDY
+
+
+def test_an_agent_is_added_to_a_finished_study_and_meets_the_same_luck(tmp_path):
+    run_study(STUDY, tmp_path)
+    records = (tmp_path / "trials.jsonl").read_bytes()
+    added = replace(STUDY, agents=("round-robin",))
+    run_study(added, tmp_path)
+    assert (tmp_path / "trials.jsonl").read_bytes().startswith(records)
+    both = read_study(tmp_path)
+    assert both == replace(STUDY, agents=("random", "round-robin"))
+    assert both.identity not in (STUDY.identity, added.identity)
+    assert [*added_agents(tmp_path)] == ["round-robin"]
+    assert datetime.fromisoformat(added_agents(tmp_path)["round-robin"]).tzinfo is not None
+    by_agent = {agent: [t for t in load(tmp_path) if t.agent == agent] for agent in both.agents}
+    for first, second in zip(by_agent["random"], by_agent["round-robin"], strict=True):
+        assert (first.labels, first.listing, first.p) == (second.labels, second.listing, second.p)
+    together = run_study(both, tmp_path / "together")
+    assert sorted(together, key=lambda t: t.key) == sorted(load(tmp_path), key=lambda t: t.key)
+
+
+def test_the_first_agents_play_on_without_those_that_were_added(tmp_path):
+    write_study(tmp_path, STUDY, [make_trial([0, 1], budget=2, trial=1)])
+    with Journal.open(tmp_path, replace(STUDY, agents=("round-robin",))):
+        pass
+    with Journal.open(tmp_path, STUDY) as journal:
+        assert sum(journal.owes(plan.key) for plan in STUDY.plans("random")) == 3
+    assert read_settings(tmp_path)["agents"] == ["random", "round-robin"]
+    assert [*added_agents(tmp_path)] == ["round-robin"]
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"seed": 2}, "(seed is 1 there, 2 asked)"),
+        ({"conditions": flips((0.0,))}, "(conditions is 'truth; flip?p=0.4' there, 'truth' asked)"),
+        ({"conditions": (Condition(), Condition(modality="symbolic"))}, "'truth; symbolic' asked"),
+        ({"conditions": (Condition(name="honest"),)}, "(conditions is 'truth; flip?p=0.4' there, 'honest=truth' asked)"),
+        ({"max_steps": 5, "conditions": flips((0.0, 0.4), "integrated")}, "there, 'truth; flip?p=0.4&others=kept' asked; max_steps is 20 there, 5 asked)"),
+        ({"assessment": False}, "(assessment is True there, False asked)"),
+        ({"box": box("chain-5")}, "(box is 'chain-4' there, 'chain-5' asked)"),
+        ({"box": replace(box("chain-4"), target="slider-1")}, "(box is {'target': 'revolute-left'} there, "),
+    ],
+)  # fmt: skip
+def test_any_other_setting_that_differs_is_named_with_both_values(tmp_path, change, said):
+    if "box" in change and change["box"].name == "chain-4":
+        joints = [name for name in box("chain-4").names if name != box("chain-4").target]
+        change = {"box": replace(box("chain-4"), target=joints[0])}
+    write_study(tmp_path, STUDY, [make_trial([0, 1], budget=2)])
+    before = everything(tmp_path)
+    with pytest.raises(SettingsChanged) as refused:
+        run_study(replace(STUDY, agents=("round-robin",), **change), tmp_path)
+    assert said in str(refused.value)
+    assert len(str(refused.value)) < 400 + len(str(tmp_path))
+    assert everything(tmp_path) == before
+
+
+def test_the_order_of_agents_and_conditions_is_no_setting(tmp_path):
+    planned = replace(STUDY, agents=("random", "round-robin"), conditions=(*STUDY.conditions, *flips((0.2,))))
+    reordered = replace(planned, agents=planned.agents[::-1], conditions=planned.conditions[::-1])
+    assert (reordered.identity, reordered.settings()) != (planned.identity, planned.settings())
+    assert reordered.identity == planned.identity
+    run_study(planned, tmp_path)
+    before = everything(tmp_path)
+    run_study(reordered, tmp_path)
+    assert everything(tmp_path) == before
+    run_study(replace(reordered, agents=("human-inspired",)), tmp_path)
+    assert read_study(tmp_path) == replace(planned, agents=(*planned.agents, "human-inspired"))
+    assert reordered.ordered_as(planned.settings()).conditions == planned.conditions
+    assert STUDY.ordered_as(planned.settings()) == STUDY
+
+
+def test_conditions_on_disk_that_are_none_are_no_traceback(tmp_path):
+    planned = replace(STUDY, conditions=(Condition(),))
+    write_study(tmp_path, planned, [])
+    (tmp_path / "trials.jsonl").write_text("x\n")
+    path = tmp_path / "study.json"
+    path.write_text(path.read_text().replace('"conditions": [', '"conditions": ["odd", {"interventions": 3}, '))
+    with pytest.raises(SettingsChanged, match="'odd; truth; truth' there, 'truth' asked"):
+        run_study(planned, tmp_path)

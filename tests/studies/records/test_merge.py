@@ -1,0 +1,323 @@
+"""What was played elsewhere is taken in once, and only if it is of the same study."""
+
+from dataclasses import replace
+
+import pytest
+from builders import call_of, make_trial, play_study, small_study, with_right_checksums, write_study
+from taking_part import take_part
+
+from lockprobe.foundation.errors import BadFile, BadValue, DirectoryBusy
+from lockprobe.interventions.conditions import flips
+from lockprobe.studies.costs.call_log import Calls, read_calls
+from lockprobe.studies.options.settings import read_study
+from lockprobe.studies.records.directory import read_settings
+from lockprobe.studies.records.journal import Journal, load, read_timings
+from lockprobe.studies.records.merge import gather, source_of_directory
+from lockprobe.studies.running.runner import run_study
+from lockprobe.trial.pictures.picture import Picture
+
+ALL = small_study(p=[0.0, 0.4], trials=2)
+
+
+def only(*agents):
+    return replace(ALL, agents=agents)
+
+
+def write_calls(directory, calls):
+    """A study directory with these calls."""
+    with Calls.open(directory) as log:
+        for call in calls:
+            log.write(call)
+    return directory
+
+
+def test_two_agents_that_were_played_apart_are_one_study(tmp_path):
+    here = write_study(tmp_path / "here", only("random"))
+    there = write_study(tmp_path / "there", only("human-inspired"))
+    gathered = gather(here, [source_of_directory(there)])
+    assert (gathered.taken, gathered.there, gathered.agents) == (8, 0, ("human-inspired",))
+    assert read_study(here) == ALL
+    assert {trial.key: trial for trial in load(here)} == {trial.key: trial for trial in play_study(ALL)}
+    assert {timing.key for timing in read_timings(here)} == {trial.key for trial in load(here)}
+
+
+def test_a_directory_that_does_not_exist_becomes_the_study(tmp_path):
+    sources = [source_of_directory(write_study(tmp_path / agent, only(agent))) for agent in ALL.agents]
+    gathered = gather(tmp_path / "new", sources)
+    assert (gathered.taken, gathered.agents) == (16, ALL.agents)
+    assert read_study(tmp_path / "new") == ALL
+
+
+def test_studies_in_another_order_are_the_same_study(tmp_path):
+    here = write_study(tmp_path / "here", only("random"))
+    there = write_study(tmp_path / "there", replace(only("human-inspired"), conditions=ALL.conditions[::-1]))
+    assert gather(here, [source_of_directory(there)]).taken == 8
+    assert read_study(here) == ALL
+
+
+def test_what_is_there_is_left_alone_and_what_is_owed_is_taken(tmp_path):
+    trials = play_study(only("random"))
+    broken = make_trial([], p=0.4, repetition=2, trial=2, broken="model")
+    here = write_study(tmp_path / "here", only("random"), [*trials[:3], broken])
+    there = write_study(tmp_path / "there", only("random"), [*trials[1:]])
+    gathered = gather(here, [source_of_directory(there)])
+    assert (gathered.taken, gathered.there, gathered.agents) == (5, 2, ())
+    assert {trial.key: trial for trial in load(here)} == {trial.key: trial for trial in trials}
+    before = (here / "trials.jsonl").read_bytes()
+    again = gather(here, [source_of_directory(there)])
+    assert (again.taken, again.there) == (0, 7)
+    assert (here / "trials.jsonl").read_bytes() == before
+
+
+def test_what_two_sources_have_alike_is_no_difference(tmp_path):
+    """Whether they overlap whole or in part, come twice, or hold what broke here before."""
+    study = small_study(["random", "round-robin"], trials=2, repetitions=1)
+    trials = play_study(study)
+    broken = [replace(one, ending="error", error=make_trial((), broken="model").error, steps=()) for one in trials[:1]]
+    for name, held in {"a": trials[:8], "b": trials[4:], "c": trials, "d": broken}.items():
+        write_study(tmp_path / name, study, held)
+    sources = [source_of_directory(tmp_path / name) for name in "abc"]
+    for directory in (tmp_path / "new", tmp_path / "d"):
+        found = gather(directory, sources)
+        assert (found.taken, found.there, found.different) == (12, 16, 0)
+        again = gather(directory, [*sources, sources[0]])
+        assert (again.taken, again.there, again.different) == (0, 36, 0)
+    odd = replace(trials[5], opening="other words")
+    write_study(tmp_path / "e", study, [odd])
+    found = gather(tmp_path / "newer", [sources[0], source_of_directory(tmp_path / "e")])
+    assert (found.taken, found.there, found.different) == (8, 1, 1)
+
+
+def test_a_trial_that_was_broken_off_is_not_taken_and_is_counted_once(tmp_path):
+    trials = play_study(only("random"))
+    broken = make_trial([], broken="model")
+    sources = [
+        source_of_directory(write_study(tmp_path / name, only("random"), [broken, *more]))
+        for name, more in (("a", trials[1:3]), ("b", trials[3:5]))
+    ]
+    gathered = gather(tmp_path / "here", sources)
+    assert (gathered.taken, gathered.unfinished) == (4, 1)
+    assert broken.key == trials[0].key
+    assert broken.key not in {trial.key for trial in load(tmp_path / "here")}
+
+
+def test_the_rest_of_a_study_can_be_played_afterwards(tmp_path):
+    there = write_study(tmp_path / "there", ALL, play_study(ALL)[:5])
+    here = tmp_path / "here"
+    gather(here, [source_of_directory(there)])
+    agents = read_study(here).agents
+    played = run_study(only(*agents), here)
+    assert {trial.key: trial for trial in played} == {trial.key: trial for trial in play_study(only(*agents))}
+
+
+@pytest.mark.parametrize(
+    ("other", "said"),
+    [
+        ({"seed": 2}, "seed is 2, not 1"),
+        ({"conditions": flips((0.0, 0.5))}, r"conditions is 'truth; flip\?p=0.5', not 'truth; flip\?p=0.4'"),
+        ({"layout": "shuffled"}, "layout is 'shuffled', not 'fixed'"),
+        (
+            {"box": replace(ALL.box, target="slider-1")},
+            "box is {'target': 'slider-1'}, not {'target': 'revolute-left'}",
+        ),
+    ],
+)
+def test_trials_of_another_study_are_refused_in_one_line(tmp_path, other, said):
+    here = write_study(tmp_path / "here", only("random"))
+    there = write_study(tmp_path / "there", replace(only("human-inspired"), **other))
+    before = read_settings(here)
+    with pytest.raises(BadFile, match=said):
+        gather(here, [source_of_directory(there)])
+    assert read_settings(here) == before
+    assert len(load(here)) == 8
+
+
+def test_a_trial_that_is_not_of_its_own_study_is_refused(tmp_path):
+    there = write_study(tmp_path / "there", only("random"), [make_trial([0] * 20, p=0.4, trial=3)])
+    with pytest.raises(BadFile, match="no trial of that study"):
+        gather(tmp_path / "here", [source_of_directory(there)])
+
+
+def test_another_model_under_the_same_name_is_refused(tmp_path):
+    trials = [make_trial([0] * 20, facts={"model": "x", "runtime": name}, trial=i) for i, name in ((1, "a"), (2, "b"))]
+    here = write_study(tmp_path / "here", only("random"), trials[:1])
+    there = write_study(tmp_path / "there", only("random"), trials[1:])
+    with pytest.raises(BadFile, match="random is not the same there"):
+        gather(here, [source_of_directory(there)])
+    assert len(load(here)) == 1
+
+
+def test_pictures_and_calls_come_along(tmp_path):
+    png = Picture(kind="rgb", png=b"x" * 9)
+    names = [{"rgb": png.name}, {"rgb": "0" * 20 + ".png"}]
+    trial = make_trial([0] * 20, pictures=names)
+    there = write_study(tmp_path / "there", only("random"), [trial])
+    (there / "pictures").mkdir()
+    (there / "pictures" / png.name).write_bytes(png.png)
+    call = call_of(trial)
+    write_calls(there, [call])
+    gathered = gather(tmp_path / "here", [source_of_directory(there)])
+    assert gathered.pictures_missing == 1
+    assert (tmp_path / "here" / "pictures" / png.name).read_bytes() == png.png
+    assert list(read_calls(tmp_path / "here")) == [call]
+
+
+def test_a_picture_that_is_not_what_its_name_says_is_missing(tmp_path):
+    name = Picture(kind="rgb", png=b"true").name
+    there = write_study(tmp_path / "there", only("random"), [make_trial([0] * 20, pictures=[{"rgb": name}])])
+    (there / "pictures").mkdir()
+    (there / "pictures" / name).write_bytes(b"false")
+    assert gather(tmp_path / "here", [source_of_directory(there)]).pictures_missing == 1
+    assert not (tmp_path / "here" / "pictures").exists()
+
+
+def test_nothing_finished_makes_no_study(tmp_path):
+    there = write_study(tmp_path / "there", only("random"), [make_trial([], broken="model")])
+    with pytest.raises(BadFile, match="no trial in it is finished"):
+        gather(tmp_path / "here", [source_of_directory(there)])
+    assert not (tmp_path / "here").exists()
+
+
+def test_no_source_is_a_mistake(tmp_path):
+    with pytest.raises(BadValue, match="sources"):
+        gather(tmp_path, [])
+
+
+PLANS = [plan for plan in only("random").plans("random") if plan.label == "truth"]
+
+
+def asked(trial, step=1, reply="{}"):
+    plan = next(plan for plan in PLANS if (plan.repetition, plan.trial) == (1, trial))
+    return call_of(plan, step, reply, request=f"of {step}", error="" if reply else "no")
+
+
+def with_calls(directory, calls, trials=()):
+    """A study directory in which this was asked."""
+    write_study(directory, only("random"), trials)
+    return write_calls(directory, calls)
+
+
+def test_an_import_that_is_broken_off_and_repeated_counts_no_call_twice(tmp_path, monkeypatch):
+    trials = [make_trial([0] * 20, trial=i) for i in (1, 2)]
+    calls = [asked(2), asked(1, reply=None), asked(1, reply=None), asked(1), asked(2, 2)]
+    there = source_of_directory(with_calls(tmp_path / "there", calls, trials))
+    append = Journal.append
+
+    def kill(journal, trial, timing):
+        if trial.trial == 2:
+            raise KeyboardInterrupt
+        append(journal, trial, timing)
+
+    with monkeypatch.context() as broken:
+        broken.setattr(Journal, "append", kill)
+        with pytest.raises(KeyboardInterrupt):
+            gather(tmp_path / "here", [there])
+    assert [call.key for call in read_calls(tmp_path / "here")] == [PLANS[0].key] * 3 + [PLANS[1].key] * 2
+    assert gather(tmp_path / "here", [there]).taken == 1
+    assert sorted(map(repr, read_calls(tmp_path / "here"))) == sorted(map(repr, calls))
+
+
+def test_what_was_paid_for_a_trial_that_is_not_finished_comes_along_and_is_gone_on_from(tmp_path):
+    foreign = call_of(make_trial([], trial=9), request="of 1")
+    broken = make_trial([0], trial=2, broken="model")
+    calls = [asked(1), asked(1, 2), asked(2), asked(2, 2, reply=None), foreign]
+    there = source_of_directory(with_calls(tmp_path / "there", calls, [broken]))
+    here = tmp_path / "here"
+    gathered = gather(here, [there])
+    assert (gathered.taken, gathered.unfinished, gathered.replies, gathered.agents) == (0, 2, 3, ("random",))
+    assert list(read_calls(here)) == calls[:4]
+    with Journal.open(here, read_study(here)) as journal:
+        assert journal.calls.of(PLANS[0]).recall(2, 1, "of 2") == calls[1]
+    assert gather(here, [there]).replies == 0
+    assert list(read_calls(here)) == calls[:4]
+
+
+def test_of_two_beginnings_the_one_that_is_there_goes_on_and_its_own_continuation_is_taken(tmp_path):
+    here = with_calls(tmp_path / "here", [asked(1), asked(2, reply="mine")])
+    there = with_calls(tmp_path / "there", [asked(1), asked(1, 2), asked(2), asked(2, 2)])
+    assert gather(here, [source_of_directory(there)]).replies == 1
+    assert list(read_calls(here)) == [asked(1), asked(2, reply="mine"), asked(1, 2)]
+
+
+@pytest.mark.parametrize("finished_there", [True, False])
+def test_nothing_is_taken_that_was_asked_for_a_trial_that_is_finished_here(tmp_path, finished_there):
+    trial = make_trial([0] * 20)
+    here = write_study(tmp_path / "here", only("random"), [trial])
+    there = with_calls(tmp_path / "there", [asked(1)], [trial] if finished_there else [])
+    gathered = gather(here, [source_of_directory(there)])
+    assert (gathered.replies, gathered.unfinished) == (0, 0)
+    assert not list(read_calls(here))
+
+
+def test_an_agent_that_was_only_begun_is_new_to_the_study(tmp_path):
+    here = write_study(tmp_path / "here", only("human-inspired"))
+    there = with_calls(tmp_path / "there", [asked(1)])
+    assert gather(here, [source_of_directory(there)]).agents == ("random",)
+    assert read_study(here).agents == ("human-inspired", "random")
+
+
+PEOPLE = only("participant")
+
+
+def test_people_come_to_models_as_one_agent(tmp_path):
+    here = write_study(tmp_path / "here", only("random"))
+    take_part(tmp_path / "there", PEOPLE, "aaaa01", [(0.4, 1, 1), (0.0, 1, 2)])
+    take_part(tmp_path / "there", PEOPLE, "bbbb02", [(0.0, 1, 1)])
+    before = (here / "trials.jsonl").read_bytes()
+    gathered = gather(here, [source_of_directory(tmp_path / "there")])
+    assert (gathered.taken, gathered.there, gathered.agents) == (3, 0, ("participant",))
+    assert read_study(here).agents == ("random", "participant")
+    assert (here / "trials.jsonl").read_bytes() == before + (tmp_path / "there" / "trials.jsonl").read_bytes()
+
+
+def test_people_of_two_places_are_one_group_and_each_trial_is_played_once(tmp_path):
+    here, there = tmp_path / "here", tmp_path / "there"
+    take_part(here, PEOPLE, "aaaa01", [(0.4, 1, 1)])
+    mine = (here / "trials.jsonl").read_bytes()
+    take_part(there, PEOPLE, "bbbb02", [(0.4, 1, 1), (0.0, 1, 2)])
+    gathered = gather(here, [source_of_directory(there)])
+    assert (gathered.taken, gathered.there, gathered.agents) == (1, 1, ())
+    assert (here / "trials.jsonl").read_bytes().startswith(mine)
+    assert [trial.agent for trial in load(here)] == ["participant:aaaa01", "participant:bbbb02"]
+
+
+def test_models_come_to_people(tmp_path):
+    here = tmp_path / "here"
+    take_part(here, PEOPLE, "aaaa01", [(0.4, 1, 1)])
+    gather(here, [source_of_directory(write_study(tmp_path / "there", only("random")))])
+    assert read_study(here).agents == ("participant", "random")
+    assert len(load(here)) == 9
+
+
+def test_nobody_comes_in_under_an_id_that_is_none(tmp_path):
+    there = tmp_path / "there"
+    take_part(there, PEOPLE, "aaaa01", [(0.4, 1, 1)])
+    path = there / "trials.jsonl"
+    path.write_bytes(path.read_bytes().replace(b"participant:aaaa01", b"participant:../../x"))
+    with_right_checksums(path)
+    with pytest.raises(BadFile, match="participant:ID with 4 to 32"):
+        gather(tmp_path / "here", [source_of_directory(there)])
+    assert not (tmp_path / "here").exists()
+
+
+def test_what_else_is_taken_sees_the_trials_and_nobody_else_may_write_meanwhile(tmp_path):
+    there = write_study(tmp_path / "there", only("random"))
+    seen = []
+
+    def beside(trials):
+        seen.append(set(trials))
+        with pytest.raises(DirectoryBusy), Journal.open(tmp_path / "here", only("random")):
+            pass
+
+    gather(tmp_path / "here", [source_of_directory(there)], beside)
+    assert seen == [{trial.key for trial in load(there)}]
+
+
+def test_settings_that_cannot_be_written_are_one_line_and_no_trial_is_taken(tmp_path):
+    here = write_study(tmp_path / "here", only("random"))
+    before = (here / "trials.jsonl").read_bytes()
+    there = write_study(tmp_path / "there", only("human-inspired"))
+    (here / ".study.json.draft").mkdir()
+    with pytest.raises(BadFile, match="study.json: cannot be written"):
+        gather(here, [source_of_directory(there)])
+    assert (here / "trials.jsonl").read_bytes() == before

@@ -1,0 +1,93 @@
+"""Which conditions act on people at the page, and on clients that keep their conversation themselves."""
+
+from dataclasses import dataclass
+
+import pytest
+
+from lockprobe.foundation.errors import BadValue
+from lockprobe.interventions.catalogue import shipped
+from lockprobe.interventions.conditions import read_condition
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.running.playable import CLIENT, PERSON, check_playable
+from lockprobe.trial.condition import Condition, place_of
+
+EVERYBODY = [
+    "flip?p=0.4", "flip?p=0.4&only=moved", "tremble?p=0.1", "force?at=4", "drop?p=0.2", "delay?lag=2", "burst?p=0.4",
+    "correction?p=0.4", "yoked?p=0.4", "yoked?p=0.4&how=shuffle", "reword?p=1", "nudge", "remark", "distract?p=0.3",
+    "warn?rate=0.4", "flip?p=0.4 + nudge",
+]  # fmt: skip
+NOBODY = ["history?last=2", "forget?p=0.5", "confidence", "hypothesis", "nudge + forget?p=1"]
+
+
+def check(condition, by):
+    check_playable([read_condition(condition)], by)
+
+
+@pytest.mark.parametrize("by", [PERSON, CLIENT], ids=["person", "client"])
+@pytest.mark.parametrize("condition", EVERYBODY)
+def test_what_is_told_done_or_said_can_be_played(condition, by):
+    check(condition, by)
+
+
+@pytest.mark.parametrize(("by", "why"), [(PERSON, "a person remembers what they saw"), (CLIENT, "a client keeps")])
+@pytest.mark.parametrize("condition", NOBODY)
+def test_what_is_remembered_or_asked_for_cannot(condition, by, why):
+    named = condition.removeprefix("nudge + ").partition("?")[0]
+    with pytest.raises(BadValue, match=f"condition: got '{named}.*expected what is told or done, or nudge.*{why}"):
+        check(condition, by)
+
+
+def test_another_instruction_reaches_clients_and_not_people(tmp_path):
+    (tmp_path / "curt.txt").write_text("{joints} {target} {reply}")
+    condition = f"prompt?file={tmp_path / 'curt.txt'}"
+    check(condition, CLIENT)
+    with pytest.raises(BadValue, match="condition: got 'prompt.*expected what is told or done, or nudge"):
+        check(condition, PERSON)
+
+
+@pytest.mark.parametrize("by", [PERSON, CLIENT], ids=["person", "client"])
+def test_a_condition_that_follows_a_trial_of_another_cannot(by):
+    check("yoked?p=0.4&how=looping&at=3", by)
+    with pytest.raises(BadValue, match="yoked.*without yoked"):
+        check("yoked?p=0.4&how=looping", by)
+
+
+def test_words_beside_pictures_do_not_reach_people():
+    check("reword?p=1 + rgb", CLIENT)
+    with pytest.raises(BadValue, match="condition: got 'reword.p=1', expected a report in words"):
+        check("reword?p=1 + rgb", PERSON)
+    check("nudge + drop?p=0.2 + rgb", PERSON)
+
+
+@pytest.mark.parametrize("by", [PERSON, CLIENT], ids=["person", "client"])
+def test_the_study_of_controls_can_be_played(by):
+    check_playable(study("why", agent=["random"]).conditions, by)
+
+
+def test_those_that_change_words_alone_exist_and_are_asked():
+    assert {place_of(shipped()[name]) for by in (PERSON, CLIENT) for name in by.said} == {"asked"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Greeting:
+    """Somebody's own remark."""
+
+    def brief(self, briefing, past, task, rng):
+        return briefing.remarking("Good morning.")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Amnesia:
+    """Somebody's own memory."""
+
+    def recall(self, past, task, rng):
+        return ()
+
+
+def test_of_other_packages_what_is_asked_reaches_people_and_what_is_remembered_nobody():
+    check_playable([Condition(interventions=(Greeting(),))], PERSON)
+    with pytest.raises(BadValue, match="a client keeps"):
+        check_playable([Condition(interventions=(Greeting(),))], CLIENT)
+    for by in (PERSON, CLIENT):
+        with pytest.raises(BadValue, match="what is told or done"):
+            check_playable([Condition(interventions=(Amnesia(),))], by)

@@ -1,0 +1,505 @@
+"""The issue's figures on whole studies, through runner and journal."""
+
+import asyncio
+import re
+import subprocess
+import sys
+import threading
+from collections import Counter
+from dataclasses import replace
+from types import SimpleNamespace
+
+import pytest
+from builders import call_of, make_trial, with_right_checksums
+from provider_server import Manner, failure, here, truthful
+
+from lockprobe.agents.catalogue import resolve
+from lockprobe.agents.model_access import Access
+from lockprobe.foundation.errors import (
+    AgentsGivenUp,
+    BadFile,
+    BadValue,
+    BudgetReached,
+    Missing,
+    SettingsChanged,
+    UserMistake,
+)
+from lockprobe.foundation.plugins import allow
+from lockprobe.studies.costs.call_log import Calls, read_calls
+from lockprobe.studies.costs.spending import Ledger
+from lockprobe.studies.options.study_options import StudyOptions
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.records.journal import Journal, Timing, left_out, load
+from lockprobe.studies.running import runner
+from lockprobe.studies.running import trial_setup as play
+from lockprobe.studies.running.runner import Limits, Silent, _lanes, owe_anew, run
+
+
+def played(directory, **settings):
+    planned = study(StudyOptions(**({"repetitions": 1} | settings)))
+    with Journal.open(directory, planned) as journal:
+        run(planned, journal)
+    return load(directory)
+
+
+def shares(trials, agent):
+    levels = sorted({trial.p for trial in trials})
+    groups = [[trial for trial in trials if trial.p == p and trial.agent == agent] for p in levels]
+    return [sum(trial.solved for trial in group) / len(group) for group in groups]
+
+
+def test_reference_agents_at_every_p(tmp_path):
+    agents = ["random", "random-no-repeat", "round-robin"]
+    trials = played(tmp_path, agent=agents, trials=100, seed=1, p=[0, 0.3, 0.6])
+    assert all(0.28 <= share <= 0.51 for share in shares(trials, "random"))
+    assert all(0.58 <= share <= 0.80 for share in shares(trials, "random-no-repeat"))
+    assert shares(trials, "round-robin") == [1, 1, 1]
+
+
+def test_the_human_inspired_strategy_is_only_hurt_by_noise(tmp_path):
+    trials = played(tmp_path, agent=["human-inspired"], trials=200, seed=1, p=[0, 0.2, 0.4, 0.6])
+    honest = [len(trial.steps) for trial in trials if trial.p == 0]
+    assert 0.80 <= sum(steps <= 9 for steps in honest) / len(honest) <= 0.86
+    assert max(honest) <= 10
+    solved = shares(trials, "human-inspired")
+    assert solved == sorted(solved, reverse=True)
+    assert solved[0] == 1 > solved[-1]
+    by_nine = [sum(t.solved and len(t.steps) <= 9 for t in trials if t.p == p) for p in (0.0, 0.2, 0.4, 0.6)]
+    assert by_nine == sorted(by_nine, reverse=True)
+
+
+def test_same_seed_same_bytes(tmp_path):
+    for name in ("a", "b"):
+        played(tmp_path / name, agent=["random", "human-inspired"], p=[0, 0.4], trials=20)
+    one, two = ((tmp_path / name / "trials.jsonl").read_bytes() for name in ("a", "b"))
+    assert one == two
+    played(tmp_path / "c", agent=["random", "human-inspired"], p=[0, 0.4], trials=20, seed=2)
+    assert (tmp_path / "c" / "trials.jsonl").read_bytes() != one
+
+
+def test_an_agent_plays_the_same_beside_others_and_alone(tmp_path):
+    beside = played(tmp_path / "a", agent=["random", "human-inspired"], trials=5)
+    alone = played(tmp_path / "b", agent=["human-inspired"], trials=5)
+    assert [trial for trial in beside if trial.agent == "human-inspired"] == alone
+
+
+AGENT = """
+from lockprobe.trial.record import Decision
+class Mine:
+    facts = {"model": "a"}
+    async def decide(self, situation, rng):
+        return Decision(joint=situation.task.joints[len(situation.past) % 4])
+"""
+
+
+def test_two_models_are_not_mixed_under_one_name(tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(tmp_path)
+    (tmp_path / "mine_a.py").write_text(AGENT)
+    played(tmp_path / "d", agent=["python:mine_a:Mine"], p=[0], trials=2)
+    path = tmp_path / "d" / "trials.jsonl"
+    path.write_bytes(path.read_bytes().splitlines(keepends=True)[0])
+    monkeypatch.setattr("mine_a.Mine.facts", {"model": "b"})
+    with pytest.raises(SettingsChanged, match=r"python:mine_a:Mine, model is 'a' there, 'b' asked"):
+        played(tmp_path / "d", agent=["python:mine_a:Mine"], p=[0], trials=2)
+    assert len(load(tmp_path / "d")) == 1
+
+
+@pytest.mark.parametrize(("name", "other"), [("engine", "mujoco 3.9.0"), ("renderer", "osmesa")])
+def test_two_engines_or_renderers_are_not_mixed(tmp_path, name, other):
+    pytest.importorskip("mujoco")
+    asked = {"agent": ["viewer"], "plant": "fast-twin?width=64&height=64", "p": [0], "trials": 2, "max_steps": 1}
+    study = {"study": "modalities", "modality": ["rgb"], **asked}
+    played(tmp_path / "d", **study)
+    path, was = tmp_path / "d" / "trials.jsonl", load(tmp_path / "d")[0].plant[name]
+    first = path.read_bytes().splitlines(keepends=True)[0]
+    path.write_bytes(first.replace(f'"{name}":"{was}"'.encode(), f'"{name}":"{other}"'.encode()))
+    with_right_checksums(path)
+    with pytest.raises(SettingsChanged, match=re.escape(f"width=64&height=64, {name} is '{other}' there")):
+        played(tmp_path / "d", **study)
+    assert len(load(tmp_path / "d")) == 1
+
+
+def test_it_is_watched(tmp_path):
+    class Watching(Silent):
+        def __init__(self):
+            self.seen = []
+
+        def begin(self, study, journal, owed):
+            self.seen.append(("begin", owed))
+
+        def agent(self, source, owed):
+            self.seen.append((source.spec, owed))
+
+        def trial(self, trial, timing):
+            self.seen.append(("trial", timing.steps == len(trial.steps)))
+
+    watching = Watching()
+    planned = study(StudyOptions(agent=["random", "round-robin"], p=[0], trials=1, repetitions=1))
+    with Journal.open(tmp_path, planned) as journal:
+        run(planned, journal, observer=watching)
+    assert watching.seen == [("begin", 2), ("random", 1), ("trial", True), ("round-robin", 1), ("trial", True)]
+
+
+def test_what_cannot_be_had_is_said_before_the_first_trial(tmp_path):
+    from lockprobe.foundation.errors import BadFile
+
+    with pytest.raises(BadFile, match="none.gguf"):
+        played(tmp_path, agent=["random", "llm:gguf:none.gguf"], trials=1)
+    assert not list(tmp_path.iterdir())
+
+
+def shown(directory, workers):
+    planned = study(
+        StudyOptions(study="modalities", agent=["viewer", "human-inspired"], trials=1, max_steps=3,
+                plant="fast-twin?width=160&height=120")
+    )  # fmt: skip
+    with Journal.open(directory, planned) as journal:
+        run(planned, journal, limits=Limits(workers=workers))
+    return load(directory)
+
+
+def test_a_simulated_plant_gives_the_same_on_one_process_and_on_two(tmp_path):
+    pytest.importorskip("mujoco")
+    one, two = shown(tmp_path / "one", 1), shown(tmp_path / "two", 2)
+    assert len(one) == 4
+    assert [trial.error for trial in one] == [None] * 4
+    in_order = [sorted(trials, key=lambda trial: trial.key) for trials in (one, two)]
+    assert in_order[0] == in_order[1]
+    albums = [{path.name: path.read_bytes() for path in (tmp_path / n / "pictures").iterdir()} for n in ("one", "two")]
+    assert albums[0] == albums[1]
+    named = {name for trial in one for step in trial.steps for name in step.pictures.values()}
+    named |= {name for trial in one for name in trial.opening_pictures.values()}
+    assert set(albums[0]) == named != set()
+
+
+def test_a_plant_that_cannot_be_had_is_said_before_the_first_trial(tmp_path, monkeypatch):
+    import importlib.util
+
+    found = importlib.util.find_spec
+    monkeypatch.setattr(
+        importlib.util, "find_spec", lambda name, *rest: None if name == "mujoco" else found(name, *rest)
+    )
+    with pytest.raises(Missing, match="the twins need the package mujoco: pip install 'lockprobe"):
+        shown(tmp_path, 1)
+    assert not list(tmp_path.iterdir())
+
+
+def hosted(directory, monkeypatch, answer, *, trials, settings=None, **access):
+    """A study of a hosted model on loopback: its trials, and what the server saw."""
+    monkeypatch.setenv("FAKE_API_KEY", "sk-private-0123456789")
+    request = {"agent": ["llm:openai-api/fake/model"], "p": [0], "trials": trials, "repetitions": 1}
+    planned = study(StudyOptions(**request, **(settings or {})))
+    with here(answer, Manner(median=0.003)) as server, Journal.open(directory, planned) as journal:
+        monkeypatch.setenv("FAKE_BASE_URL", server.url)
+        run(planned, journal, limits=Limits(access=Access(**({"pause": 0.01} | access))))
+    return load(directory), server
+
+
+def test_hosted_trials_go_side_by_side_on_so_many_connections_and_every_call_is_made_once(tmp_path, monkeypatch):
+    pytest.importorskip("inspect_ai")
+    trials, server = hosted(tmp_path, monkeypatch, truthful, trials=9, connections=3)
+    assert [trial.ending for trial in trials] == ["solved"] * 9
+    assert server.peak == 3
+    assert server.arrived.total() == sum(len(trial.steps) for trial in trials) == len(list(read_calls(tmp_path)))
+
+
+def test_one_outage_of_all_that_is_on_its_way_does_not_stop_a_run(tmp_path, monkeypatch):
+    pytest.importorskip("inspect_ai")
+    asked = []
+
+    def answer(request):
+        asked.append(request)
+        return failure(403, "closed for a moment") if len(asked) <= 12 else truthful(request)
+
+    trials, _ = hosted(tmp_path, monkeypatch, answer, trials=20, connections=12)
+    assert sorted(trial.ending for trial in trials) == ["error"] * 12 + ["solved"] * 8
+
+
+@pytest.mark.parametrize(("connections", "broken"), [(2, 10), (12, 13)])
+def test_a_provider_that_stays_away_stops_a_run(tmp_path, monkeypatch, connections, broken):
+    pytest.importorskip("inspect_ai")
+    with pytest.raises(Missing, match=f"broke {broken} trials in a row .*closed for good"):
+        hosted(
+            tmp_path, monkeypatch, lambda request: failure(403, "closed for good"), trials=60, connections=connections
+        )
+    assert len(load(tmp_path)) >= broken
+    assert {trial.error.boundary for trial in load(tmp_path)} == {"model"}
+
+
+AGENTS = """
+class Raises:
+    facts = {}
+    async def decide(self, situation, rng):
+        raise RuntimeError("of no use")
+
+class Unclosed:
+    facts = {}
+    async def decide(self, situation, rng):
+        from lockprobe.trial.record import Decision
+        return Decision(joint=situation.task.joints[0])
+    async def aclose(self):
+        raise RuntimeError("stays open")
+"""
+
+
+def test_agents_that_cannot_go_on_are_given_up_and_the_others_play(tmp_path, monkeypatch):
+    """One raises in every trial, one at its end; weights that no engine can load end in a worker process."""
+    (tmp_path / "dying.py").write_text(AGENTS, "utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    allow("python:dying:Raises", "python:dying:Unclosed")
+
+    def in_workers(plans, *_, **__):
+        raise UserMistake(f"{plans[0].agent} cannot be loaded")
+
+    def elsewhere(spec, access):
+        source = resolve(spec, access)
+        return replace(source, engine="process") if spec == "round-robin" else source
+
+    monkeypatch.setattr(runner, "resolve", elsewhere)
+    monkeypatch.setattr(runner, "play_in_workers", in_workers)
+    agents = ["python:dying:Raises", "python:dying:Unclosed", "round-robin", "random"]
+    with pytest.raises(AgentsGivenUp) as end:
+        played(tmp_path / "s", agent=agents, trials=12, p=[0], repetitions=1)
+    assert list(end.value.why) == agents[:3]
+    assert "broke 10 trials in a row (model: RuntimeError: of no use)" in str(end.value)
+    assert "stays open" in str(end.value)
+    assert "round-robin cannot be loaded" in str(end.value)
+    ended = Counter(trial.agent for trial in load(tmp_path / "s") if not trial.owed_again)
+    assert ended == {"python:dying:Unclosed": 12, "random": 12}
+
+
+def test_a_directory_that_cannot_be_written_ends_a_run_at_once(tmp_path, monkeypatch):
+    def full(*_):
+        raise BadFile("trials.jsonl", "no space left")
+
+    monkeypatch.setattr(Journal, "append", full)
+    with pytest.raises(BadFile, match="no space left"):
+        played(tmp_path / "s", agent=["random", "round-robin"], trials=2, p=[0], repetitions=1)
+
+
+def test_where_the_money_ends_what_is_on_its_way_is_written_and_the_next_run_goes_on(tmp_path, monkeypatch):
+    pytest.importorskip("inspect_ai")
+    reserve, left = Calls.reserve, [9]
+
+    async def short(calls, call):
+        left[0] -= 1
+        if left[0] < 0:
+            raise BudgetReached(1.0, 1.0, 0.1)
+        await reserve(calls, call)
+
+    with monkeypatch.context() as poor:
+        poor.setattr(Calls, "reserve", short)
+        with pytest.raises(BudgetReached):
+            hosted(tmp_path, poor, truthful, trials=4, connections=4)
+    assert [call.error for call in read_calls(tmp_path)] == [""] * 9
+    trials, server = hosted(tmp_path, monkeypatch, truthful, trials=4, connections=4)
+    assert [trial.ending for trial in trials] == ["solved"] * 4
+    assert server.arrived.total() == sum(len(trial.steps) for trial in trials) - 9
+
+
+def test_where_the_money_ends_whoever_costs_none_still_plays(tmp_path, monkeypatch):
+    """Of four: one here, two that ask a provider, and listed last one that takes a processor."""
+    pytest.importorskip("inspect_ai")
+    asked = set()
+
+    async def broke(calls, call):
+        asked.add(call.agent)
+        raise BudgetReached(1.0, 1.0, 0.1)
+
+    def elsewhere(spec, access):
+        source = resolve(spec, access)
+        return replace(source, engine="process") if spec == "round-robin" else source
+
+    monkeypatch.setattr(Calls, "reserve", broke)
+    monkeypatch.setattr(runner, "resolve", elsewhere)
+    monkeypatch.setenv("FAKE_API_KEY", "sk-private-0123456789")
+    monkeypatch.setenv("FAKE_BASE_URL", "http://127.0.0.1:9/v1")
+    hosted_ones = ["llm:openai-api/fake/one", "llm:openai-api/fake/two"]
+    with pytest.raises(BudgetReached):
+        played(tmp_path, agent=[*hosted_ones, "round-robin", "random"], trials=2, p=[0])
+    assert sorted((trial.agent, trial.ending) for trial in load(tmp_path) if trial.agent == "round-robin") == [
+        ("round-robin", "solved"),
+        ("round-robin", "solved"),
+    ]
+    assert {trial.agent for trial in load(tmp_path)} == {"random", "round-robin"}
+    assert asked == set(hosted_ones)  # what one has left may be enough for another
+
+
+@pytest.mark.parametrize("plant", ["symbolic", "fast-twin?width=64&height=64"])
+def test_a_plant_that_takes_time_has_a_thread_of_its_own_where_calls_wait_and_plays_the_same_there(
+    tmp_path, monkeypatch, plant
+):
+    pytest.importorskip("inspect_ai")
+    pytest.importorskip("mujoco")
+    seen, observe = set(), play._LazyPlant.observe
+
+    def watched(fresh):
+        seen.add(threading.current_thread().name)
+        return observe(fresh)
+
+    monkeypatch.setattr(play._LazyPlant, "observe", watched)
+    settings = {"plant": plant, "max_steps": 3}
+    there, _ = hosted(tmp_path / "there", monkeypatch, truthful, trials=3, connections=3, settings=settings)
+    assert [name.startswith("plants") for name in seen] == [plant != "symbolic"]
+    monkeypatch.setattr(runner, "_light", lambda study: True)
+    usual, _ = hosted(tmp_path / "usual", monkeypatch, truthful, trials=3, connections=3, settings=settings)
+    assert [trial.error for trial in usual] == [None] * 3
+    told = [{trial.key: [(step.state, step.told) for step in trial.steps] for trial in ran} for ran in (usual, there)]
+    assert told[0] == told[1]
+
+
+def test_batches_of_a_provider_without_them_are_refused_before_the_first_trial(tmp_path, monkeypatch):
+    pytest.importorskip("inspect_ai")
+    with pytest.raises(BadValue, match="expected a model of a provider with a batch interface: anthropic, google"):
+        hosted(tmp_path, monkeypatch, truthful, trials=1, batch=True)
+    assert not list(tmp_path.iterdir())
+
+
+def test_pictures_and_physical_plants_are_open_no_more_than_there_are_connections(monkeypatch):
+    source = SimpleNamespace(engine="network")
+    light, access = study(StudyOptions(agent=["llm:openai-api/fake/model"])), Access(connections=7)
+    assert _lanes(light, source, access, 210) == (7, 14)
+    assert _lanes(light, source, Access(batch=True), 210) == (210, 0)
+    heavy = study(
+        StudyOptions(study="modalities", agent=["llm:openai-api/fake/model"], modality=["rgb"], plant="fast-twin")
+    )
+    assert _lanes(heavy, source, access, 10) == _lanes(heavy, source, Access(connections=7, batch=True), 10) == (7, 0)
+    assert _lanes(light, SimpleNamespace(engine="inline"), access, 210) == (1, 0)
+
+
+STUDY = study(StudyOptions(agent=["random"], trials=3, p=[0], repetitions=1, max_steps=2))
+UNUSABLE_PLAN = next(STUDY.plans("random"))
+UNUSABLE, BROKEN, SOLVED = (
+    make_trial([0], budget=2, broken="reply"),
+    make_trial([0], budget=2, broken="model", trial=2),
+    make_trial([0, 0], budget=2, trial=3),
+)
+
+
+def written(directory):
+    call = call_of(UNUSABLE, reply="nonsense")
+    with Journal.open(directory, STUDY) as journal:
+        journal.calls.write(call)
+        for trial in (UNUSABLE, BROKEN, SOLVED):
+            journal.append(trial, Timing(key=trial.key, seconds=3.0, steps=1))
+    return call
+
+
+def test_only_what_ended_at_a_reply_is_owed_anew_and_stays_so_however_often_the_run_is_broken_off(tmp_path):
+    written(tmp_path)
+    with Journal.open(tmp_path, STUDY) as journal:
+        assert [journal.owes(trial.key) for trial in (UNUSABLE, BROKEN, SOLVED)] == [False, True, False]
+        assert owe_anew(journal, STUDY, "reply") == 1
+        assert [journal.owes(trial.key) for trial in (UNUSABLE, BROKEN, SOLVED)] == [True, True, False]
+        assert owe_anew(journal, STUDY, "reply") == 0
+    with Journal.open(tmp_path, STUDY) as journal:
+        assert journal.owes(UNUSABLE.key)
+
+
+def test_the_earlier_record_stays_and_the_new_one_says_that_it_is_a_replay(tmp_path):
+    written(tmp_path)
+    before = (tmp_path / "trials.jsonl").read_bytes()
+    with Journal.open(tmp_path, STUDY) as journal:
+        owe_anew(journal, STUDY, "reply")
+        journal.append(make_trial([0], budget=2, broken="model"), Timing(key=UNUSABLE.key, seconds=1.0, steps=1))
+        journal.append(make_trial([0, 0], budget=2), Timing(key=UNUSABLE.key, seconds=1.0, steps=2))
+    assert (tmp_path / "trials.jsonl").read_bytes().startswith(before)
+    found = {trial.key: trial for trial in load(tmp_path)}
+    assert (found[UNUSABLE.key].ending, found[UNUSABLE.key].replays) == ("budget", 1)
+    assert found[SOLVED.key] == SOLVED
+    assert (left_out(tmp_path).replaced, left_out(tmp_path).repeated) == (2, 0)
+
+
+def test_the_new_trial_makes_calls_of_its_own_and_those_of_the_old_one_count_as_spent(tmp_path):
+    call = written(tmp_path)
+    with Journal.open(tmp_path, STUDY) as journal:
+        owe_anew(journal, STUDY, "reply")
+        assert journal.calls.of(UNUSABLE_PLAN).recall(1, 1, "r") is None
+        journal.append(make_trial([0], budget=2, broken="model"), Timing(key=UNUSABLE.key, seconds=1.0, steps=1))
+    with Journal.open(tmp_path, STUDY) as journal:  # the replay was broken off
+        assert journal.calls.of(UNUSABLE_PLAN).recall(1, 1, "r") is None
+        journal.calls.write(replace(call, reply="usable"))
+    with Journal.open(tmp_path, STUDY) as journal:
+        assert journal.calls.of(UNUSABLE_PLAN).recall(1, 1, "r").reply == "usable"
+    spent = Ledger(STUDY, read_calls(tmp_path)).total
+    assert (spent.usage.calls, spent.failed, spent.broken_off) == (2, 0, 0)
+
+
+def test_records_without_replays_are_written_as_ever(tmp_path):
+    written(tmp_path)
+    assert not {b"replays", b"again"} & {*re.findall(rb"\w+", (tmp_path / "trials.jsonl").read_bytes())}
+
+
+def test_another_boundary_is_refused(tmp_path):
+    with (
+        Journal.open(tmp_path, STUDY) as journal,
+        pytest.raises(BadValue, match="expected reply or refusal; what broke elsewhere"),
+    ):
+        owe_anew(journal, STUDY, "model")
+
+
+def in_event_loop(call):
+    """What a call gives in a thread that runs an event loop, as a notebook's does."""
+
+    async def cell():
+        return call()
+
+    loop = asyncio.new_event_loop()  # asyncio.run would take Ctrl-C itself
+    try:
+        return loop.run_until_complete(cell())
+    finally:
+        loop.close()
+
+
+def test_a_study_is_played_in_a_notebook_as_anywhere_else(tmp_path):
+    planned = study(StudyOptions(agent=["human-inspired", "random"], p=[0, 0.4], trials=3, repetitions=1))
+    trials = in_event_loop(lambda: runner.run_study(planned, tmp_path / "cell"))
+    assert trials == runner.run_study(planned, tmp_path / "script")
+    with pytest.raises(SettingsChanged):
+        in_event_loop(lambda: runner.run_study(replace(planned, seed=2), tmp_path / "cell"))
+
+
+INTERRUPTED = """
+import asyncio, os, signal, sys, time
+from lockprobe.studies.running import runner
+from lockprobe.studies.options.studyfile import study
+
+planned = study("flips", agent=["random"], p=[0, 0.4], trials=50, repetitions=1)
+step, seen = runner._Stoppable.step, set()
+
+def interrupted(self, key, at):
+    once = key not in seen
+    seen.add(key)
+    if len(seen) == 5 and once:
+        os.kill(os.getpid(), signal.SIGINT)
+        until = time.monotonic() + 5
+        while not self.stopped and time.monotonic() < until:
+            time.sleep(0.01)
+    step(self, key, at)
+
+async def cell():
+    runner.run_study(planned, sys.argv[1])
+
+runner._Stoppable.step = interrupted
+try:
+    if sys.argv[2] == "loop":
+        asyncio.new_event_loop().run_until_complete(cell())
+    else:
+        asyncio.run(cell())  # which handles Ctrl-C itself
+except KeyboardInterrupt:
+    print("interrupted")
+"""
+"""In a process of its own: an interrupt that came late would end the tests."""
+
+
+@pytest.mark.parametrize("by", ["loop", "asyncio.run"])
+def test_a_notebook_cell_that_is_interrupted_keeps_what_was_finished_and_is_resumed(tmp_path, by):
+    done = subprocess.run(
+        [sys.executable, "-c", INTERRUPTED, tmp_path / "cell", by], capture_output=True, text=True, check=False
+    )
+    assert done.stdout == "interrupted\n"
+    planned = study(StudyOptions(agent=["random"], p=[0, 0.4], trials=50, repetitions=1))
+    assert len(load(tmp_path / "cell")) == 4
+    assert in_event_loop(lambda: runner.run_study(planned, tmp_path / "cell")) == runner.run_study(
+        planned, tmp_path / "script"
+    )
