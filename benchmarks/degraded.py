@@ -18,7 +18,7 @@ from lockprobe.boxes.families import box
 from lockprobe.interventions.conditions import flips
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.modality import shown
-from lockprobe.trial.loop import play, stream_names
+from lockprobe.trial.loop import play, streams_of
 from lockprobe.trial.pictures.frame import Frame
 from lockprobe.trial.plan import Names, Plan
 from lockprobe.trial.record import Look, Moment, Percept, Task, Trial
@@ -70,7 +70,7 @@ def _photograph(frame: Frame) -> Look:
 def misread(trial: Trial, plan: Plan, seen: list[tuple[Percept, Frame]], spec: str, acuity: int) -> list[bool]:
     """Which actions' outcomes are misread, in the pictures of a modality."""
     channel, task = shown(spec), Names(plan).task(plan)
-    rng = plan.stream(stream_names([channel])[0])
+    (rng,) = streams_of(plan, [channel])
     percepts = [channel.perceive(replace(percept, look=_photograph(frame)), (), task, rng) for percept, frame in seen]
     reports = Viewer(strategy=RandomAgent(), name="random", sight=Eyesight(acuity=acuity)).reports(task, percepts)
     return [(report.outcome == "moved") != step.moved for report, step in zip(reports[1:], trial.steps, strict=True)]

@@ -124,11 +124,27 @@ def test_no_file_is_a_drawer(name):
 def test_broad_excepts_stand_where_anybody_s_code_or_log_is_read_and_where_a_report_is_kept_whole():
     broad = [name for name in FILES if re.search(r"except \(?(Base)?Exception\b", text_of(name))]
     assert broad == [
-        "lockprobe/foundation/plugins.py",
         "lockprobe/foundation/left_out.py",
+        "lockprobe/foundation/plugins.py",
         "lockprobe/interfaces/inspect/read_log.py",
         "lockprobe/studies/running/trial_setup.py",
         "lockprobe/trial/changes.py",
         "lockprobe/trial/loop.py",
         "lockprobe_robot/hardware/driver_call.py",
     ]
+
+
+PROGRAMS = sorted(path for folder in ("benchmarks", "examples", "scripts") for path in (ROOT / folder).rglob("*.py"))
+
+
+@pytest.mark.parametrize("path", PROGRAMS, ids=lambda path: path.relative_to(ROOT).as_posix())
+def test_what_programs_import_of_the_packages_is_there(path):
+    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+        if (
+            isinstance(node, ast.ImportFrom)
+            and (node.module or "").startswith("lockprobe")
+            and node.module not in ENGINES
+        ):
+            module = importlib.import_module(node.module)
+            for one in node.names:
+                assert hasattr(module, one.name) or importlib.import_module(f"{node.module}.{one.name}"), one.name

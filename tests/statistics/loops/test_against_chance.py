@@ -19,15 +19,16 @@ from lockprobe.statistics.proportions import proportion
         ((55, 100), (0.5, 0.6), "not detected"),
         ((60, 100), (0.3, 0.58), "not detected"),
         ((80, 100), (0.3, 0.75), "not detected"),
-        ((90, 100), (None, 0.6), "more"),
     ],
 )
 def test_the_interval_has_to_lie_outside_both_levels(loops, levels, verdict):
-    found = replace(
-        behaviour([make_trial([0, 1, 0, 1])]),
-        loops=proportion(*loops),
-        chance_uniform=levels[0],
-        chance_no_repeat=levels[1],
-    )
+    played = behaviour([make_trial([0, 1, 0, 1])])
+    nulls = dict(zip(("uniform", "no-repeat"), levels, strict=True))
+    chance = {null: replace(one, probability=nulls.get(null, one.probability)) for null, one in played.chance.items()}
+    found = replace(played, loops=proportion(*loops), chance=chance)
     assert against_chance(found) == verdict
-    assert chance_range(found) == tuple(sorted(level or 0.0 for level in levels))
+    assert chance_range(found) == tuple(sorted(levels))
+
+
+def test_without_trials_there_is_no_verdict():
+    assert against_chance(behaviour([])) == "not detected"
