@@ -19,8 +19,8 @@ from pathlib import Path
 import mujoco
 import numpy as np
 from lockprobe_robot.fast_twin import FastTwin
-from lockprobe_robot.rendering.camera import PlantCamera
 from lockprobe_robot.rendering.choose_renderer import probe
+from lockprobe_robot.rendering.plant_camera import PlantCamera
 from lockprobe_robot.scene.mechanism import Mechanism
 from lockprobe_robot.scene.scene import LockboxScene, build_scene
 from lockprobe_robot.twin_settings import SceneSettings

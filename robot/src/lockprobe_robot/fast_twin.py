@@ -11,7 +11,7 @@ import numpy as np
 
 from lockprobe.boxes.box import Configuration, Lockbox
 from lockprobe.trial.record import Fact, Snapshot
-from lockprobe_robot.rendering.camera import PlantCamera
+from lockprobe_robot.rendering.plant_camera import PlantCamera
 from lockprobe_robot.scene.mechanism import Mechanism
 from lockprobe_robot.scene.scene import LockboxScene, build_scene
 from lockprobe_robot.twin_settings import SceneSettings

@@ -18,7 +18,7 @@ from lockprobe.trial.pictures.frame import Frame
 from lockprobe_robot.arm.hand import add_hand
 from lockprobe_robot.arm.panda import HOME, JOINTS, add_panda
 from lockprobe_robot.arm.skin import wear_skin
-from lockprobe_robot.rendering.camera import PlantCamera
+from lockprobe_robot.rendering.plant_camera import PlantCamera
 from lockprobe_robot.scene.mechanism import Mechanism
 from lockprobe_robot.scene.scene import build_scene
 from lockprobe_robot.twin_settings import TwinSettings

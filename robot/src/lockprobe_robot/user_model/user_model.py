@@ -15,7 +15,7 @@ from lockprobe.boxes.box import Configuration, Lockbox, bits
 from lockprobe.foundation.errors import BadFile, BadValue, PlantFault
 from lockprobe.trial.pictures.frame import Frame
 from lockprobe.trial.record import Fact, Snapshot
-from lockprobe_robot.rendering.camera import PlantCamera
+from lockprobe_robot.rendering.plant_camera import PlantCamera
 from lockprobe_robot.twin_settings import UserModelSettings
 from lockprobe_robot.user_model.compiled_model import CAMERA, compile_model, without_stderr
 from lockprobe_robot.user_model.label_overlay import draw_labels

@@ -16,7 +16,8 @@ from lockprobe.foundation.formatting import markdown_table
 from lockprobe.foundation.validation import check_probability
 from lockprobe.interventions.conditions import interventions_in, read_condition
 from lockprobe.interventions.flip import OutcomeFlip
-from lockprobe.simulation.exact.propagation import TooManyStates, propagate
+from lockprobe.simulation.exact.markov_chain import TooManyStates
+from lockprobe.simulation.exact.propagation import propagate
 from lockprobe.simulation.montecarlo.plain import policy_of
 from lockprobe.simulation.montecarlo.populations import population
 from lockprobe.statistics.proportions import proportion
