@@ -127,7 +127,7 @@ def test_dots_and_line_of_figure_5a(typical, model):
     assert np.allclose(heights, np.polyval(np.polyfit(x, y, 1), ends))
     assert ends.tolist() == [x.min(), x.max()]
     assert f"r = \N{MINUS SIGN}{-model.value('loop_success_correlation'):.2f} [" in title(axes)
-    assert "n = 21 repetitions" in title(axes)
+    assert "n = 21 dots" in title(axes)
 
 
 def test_no_line_where_r_is_not_defined(studies):

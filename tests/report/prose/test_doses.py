@@ -32,3 +32,15 @@ def test_sentences_about_another_dose_say_nothing_of_flips():
     ]
     assert not [one for one in said if "flip" in one or "false reports" in one.lower() or "the truth" in one]
     assert "under nudge alone" in said[0]
+
+
+def test_an_effect_of_another_reading_names_it():
+    made = [
+        make_trial((0,) * 20 if p and i < 20 else SOLUTION, p=p, trial=i + 1) for p in (0.0, 0.4) for i in range(30)
+    ]
+    said = []
+    for options in ("", "others=kept"):
+        (agent,) = summarise(made, axis=Axis(kind="flip", dose="p", options=options)).agents
+        said.append(finding(agent).partition(" than when told the truth")[0])
+    first, second = (one.partition("solved the box less often ")[2] for one in said)
+    assert (first, second) == ("at a flip rate of 0.4", "with false reports that stay at a flip rate of 0.4")

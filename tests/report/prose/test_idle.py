@@ -38,9 +38,8 @@ def test_one_of_several_is_named_with_its_condition():
 
 def test_an_agent_that_chose_as_under_the_control():
     alike = [Unheeded(agent="a", condition=one, control="truth", changed=10) for one in "xy"]
-    assert unheeded_said(alike, ["a"]) == [
-        "a chose the same joints as under truth in every trial under x (10 steps changed) and y (10 steps changed)."
-    ]
+    under = "x (which acted in 10 steps) and y (which acted in 10 steps)"
+    assert unheeded_said(alike, ["a"]) == [f"a chose the same joints as under truth in every trial under {under}."]
 
 
 def test_a_flip_rate_without_a_false_report_is_named_and_no_effect_is_denied():

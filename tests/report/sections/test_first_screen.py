@@ -173,13 +173,14 @@ def test_no_answer_stands_where_its_numbers_are_missing(models):
         assert answer.startswith("The answer could not be computed")
 
 
-def test_a_caption_names_stars_only_where_they_are_drawn(models, tmp_path):
-    """They are drawn over flip rates, if these hold one of the paper's."""
+def test_a_caption_names_stars_and_bars_only_where_they_are_drawn(models, tmp_path):
+    """They are drawn over flip rates, stars if these hold one of the paper's."""
     (figure, *_) = SECTIONS[0].figures
     single = found_in(tmp_path / "one", small_study(["random"], (0.0,), 1, 2))
     beyond = found_in(tmp_path / "beyond", small_study(["random"], (0.5, 0.6), 1, 2))
     said = [figure.caption(found).shown for found in (models, single, beyond)]
     assert ["Stars" in one for one in said] == [True, False, False]
+    assert ["Bars" in figure.caption(found).computed for found in (models, single, beyond)] == [True, False, True]
 
 
 def test_other_conditions_and_flip_rates_share_a_screen(tmp_path):

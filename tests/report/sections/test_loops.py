@@ -28,9 +28,9 @@ def table(found, name):
     return [dict(zip(head, row, strict=True)) for row in rows]
 
 
-def caption(found):
-    (fig5b,) = (one for one in loops.SECTIONS[0].figures if one.name == "fig5b")
-    return fig5b.caption(found).shown
+def caption(found, figure="fig5b"):
+    (one,) = (one for one in loops.SECTIONS[0].figures if one.name == figure)
+    return one.caption(found).shown
 
 
 def test_every_loop_rate_stands_beside_four_levels_of_chance(found):
@@ -82,6 +82,11 @@ def test_a_caption_names_stars_only_where_they_are_drawn(found, tmp_path):
     assert STARS in caption(found)
     far = [make_trial([0] * 20, agent="llm:x", p=p) for p in (0.5, 0.9)]
     assert STARS not in caption(found_in(tmp_path, small_study(("llm:x",), (0.5, 0.9), 1, 1), far))
+
+
+def test_a_caption_names_the_share_by_step_only_where_it_is_drawn(found, tmp_path):
+    single = found_in(tmp_path, small_study(("cognitive:perseverant",), (0.0,), 1, 2))
+    assert ["looped by each step" in caption(one, "fig5b-corrected") for one in (found, single)] == [True, False]
 
 
 def test_a_study_without_an_ended_trial_has_empty_tables(tmp_path):

@@ -96,7 +96,7 @@ def _peak(agent: AgentSummary, counted: Sequence[ConditionSummary]) -> ClaimFind
     published = SOLVED_AT_40.value - SOLVED_AT_0.value
     p_value = apart(rise.value, published, [error(change), error((SOLVED_AT_0, SOLVED_AT_40))])
     smaller: ClaimPattern = "opposite" if rise.value < published and p_value < ALPHA else "open"
-    test = f"z test against the paper's rise of {100 * published:.0f} points; no rise was detected"
+    test = f"z test against the paper's rise of {100 * published:.0f} points; no rise to 0.4 was detected"
     return here, verdict_of(None, smaller), test, p_value
 
 
@@ -112,7 +112,7 @@ def _ratio(agent: AgentSummary, counted: Sequence[ConditionSummary]) -> ClaimFin
     if found := ratio(first, second):
         said += f": {bracketed(found.value, found.low, found.high, '{:.2f}', 1)}"
     shown, _ = _rise(agent)
-    test = f"z test of the log ratios, with half a trial added to each count; {_DETECTED[shown]} was detected"
+    test = f"z test of the log ratios, with half a trial added to each count; {_DETECTED[shown]} to 0.4 was detected"
     return said, verdict_of(p_value, shown), test, p_value
 
 

@@ -117,7 +117,7 @@ def _against_success(axes: Axes, course: Course) -> None:
         ends = [min(points)[0], max(points)[0]]
         axes.plot(ends, [intercept + slope * x for x in ends], color=INK, linewidth=1.2, zorder=2)
     found = course.get("loop_success_correlation")
-    title(axes, heading(course), f"{_r(found)}; n = {found.n if found else 0} repetitions")
+    title(axes, heading(course), f"{_r(found)}; n = {found.n if found else 0} dots")
     axes.set(xlim=(-0.04, 1.04), xlabel="share of trials with an action loop")
     share_ticks(axes.xaxis)
     return share_axis(axes, "success rate")

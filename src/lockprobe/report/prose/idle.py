@@ -48,7 +48,9 @@ def unheeded_said(unheeded: Sequence[Unheeded], agents: Sequence[str]) -> list[s
     found: dict[tuple[str, str], list[str]] = {}
     for one in unheeded:
         if one.agent in agents:
-            found.setdefault((one.agent, one.control), []).append(f"{one.condition} ({one.changed} steps changed)")
+            found.setdefault((one.agent, one.control), []).append(
+                f"{one.condition} (which acted in {one.changed} steps)"
+            )
     return [
         f"{agent} chose the same joints as under {control} in every trial under {listed(names)}."
         for (agent, control), names in found.items()

@@ -77,7 +77,10 @@ def _contrast_said(agent: AgentSummary, contrast: Contrast) -> str:
     if contrast.detectable:
         verdict = "more" if found.value > 0 else "less"
         counts = f"{of_trials(found.second)} against {of_trials(found.first)}{sample}"
-        return f"{who.first} solved the box {verdict} often {second} than {first}: {counts} ({_interval(contrast)})."
+        kind = f"with {cause(agent.axis)} " if agent.axis.options else ""
+        return (
+            f"{who.first} solved the box {verdict} often {kind}{second} than {first}: {counts} ({_interval(contrast)})."
+        )
     risen = any(t.question == "shape" and t.recommended and t.rejects for t in agent.inference.tests)
     subject = f"No effect of {cause(agent.axis)} on the success of {who.name} was detected"
     if risen:

@@ -86,9 +86,9 @@ def _by_conditions(found: Results) -> TextTable:
             acts[cell.condition] or NONE,
             cell.modality,
             str(cell.trials),
-            _with_signs(cell.get("success")),
+            share_of_row(cell.get("success")),
             value_cell(cell.get("mean_steps_all"), "{:.1f}"),
-            _with_signs(cell.get("loop_rate")),
+            share_of_row(cell.get("loop_rate")),
             chance_cell(cell),
             percent(cell.value("misread"), 1),
             percent(cell.value("false_report", "steps"), 1),
@@ -120,12 +120,6 @@ def _against(cell: Cell) -> str:
 def _changed(cell: Cell) -> str:
     row = cell.get("changed_steps")
     return NONE if row is None else f"{row.value:g} of {cell.value('steps'):g}"
-
-
-def _with_signs(row: Estimate | None) -> str:
-    if row is None:
-        return NONE
-    return f"{percent(row.value, 0)} [{percent(row.low, 0)}, {percent(row.high, 0)}]"
 
 
 _CONDITIONS = Table("conditions", _table, numeric_from=0)

@@ -194,7 +194,8 @@ def _beside_flips(found: Results, *, first: bool) -> Iterator[Block]:
             ),
             "note",
         )
-    yield Text(LOOP_DEFINITION, "note")
+    if found.said("findings", "loops"):
+        yield Text(LOOP_DEFINITION, "note")
 
 
 SECTIONS = (Section(name="findings", title="Findings", rows=_rows, show=_show),)

@@ -375,7 +375,7 @@ def _caption(found: Results) -> Caption:
     return Caption(
         "Grey: between random agents with/without immediate repeats."
         f"{' Stars: another model and box.' if stars else ''}",
-        "Bars, 95 % intervals of single shares, may overlap: changes are tested in pairs.",
+        "Bars, 95 % intervals of single shares, may overlap: changes are tested in pairs." if found.several_p else "",
     )
 
 

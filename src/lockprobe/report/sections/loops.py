@@ -142,12 +142,17 @@ def _fig5a_caption(found: Results) -> Caption:
 
 def _fig5b_corrected_caption(found: Results) -> Caption:
     wilson = wilson_said((course.agent for course in _shown(found)), "Intervals of loop rates")
+    onset = any(curve.quantity == "loop_onset" for curve in found.curves)  # none with a single flip rate
+    share = ", and the share that has looped by each step" * onset
+    by_step = (
+        " The share by step is one minus the Kaplan-Meier estimate, censored at success, which assumes that solved "
+        "trials would have looped like the others."
+    )
     return Caption(
-        "Loop rates with their chance levels in trials of the same lengths, and the share that has looped by each "
-        "step. Grey: from random actions (dotted) to those without repeats (dashed); crosses: the agent's own "
-        "transition probabilities; plus signs: its own actions in random order.",
-        f"{wilson} The share by step is one minus the Kaplan-Meier estimate, censored at success, which assumes that "
-        "solved trials would have looped like the others.",
+        f"Loop rates with their chance levels in trials of the same lengths{share}. Grey: from random actions (dotted) "
+        "to those without repeats (dashed); crosses: the agent's own transition probabilities; plus signs: its own "
+        "actions in random order.",
+        f"{wilson}{by_step * onset}",
     )
 
 

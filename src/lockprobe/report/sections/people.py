@@ -273,17 +273,27 @@ _PEOPLE = Table("people", _people_table, numeric_from=1)
 _STEPS = Table("people-steps", _steps_table, numeric_from=2)
 _POSITIONS = Table("people-positions", _positions_table, numeric_from=0)
 
+
+def _caption(found: Results) -> Caption:
+    """Of the panel on steps, where another agent played trials that people played."""
+    own = f"success by {_varied(found)}"
+    learning = "People play several boxes and may learn from one to the next; agents keep nothing."
+    bars = "Bars are 95 % intervals, clustered by person and block for people"
+    if not found.where("mean_steps_ratio", versus=PEOPLE):
+        return Caption(f"People: {own}. {learning}", f"{bars}.")
+    return Caption(
+        f"People, models and strategies on the same boxes: {own} (top), and an agent's median steps divided by the "
+        f"human median (bottom). {learning}",
+        f"{bars}; bars that reach the edge of the lower panel are open. Medians are over trials that both played, with "
+        "unsolved ones censored at the budget.",
+        "Baselines are thin with hollow markers and have no bars.",
+    )
+
+
 _FIGURE = Figure(
     "people",
     "Success under each condition and steps relative to the human median: people, models and strategies",
-    lambda found: Caption(
-        f"People, models and strategies on the same boxes: success by {_varied(found)} (top), and an agent's median "
-        "steps divided by the human median (bottom). People play several boxes and may learn from one to the next; "
-        "agents keep nothing.",
-        "Bars are 95 % intervals, clustered by person and block for people; bars that reach the edge of the lower "
-        "panel are open. Medians are over trials that both played, with unsolved ones censored at the budget.",
-        "Baselines are thin with hollow markers and have no bars.",
-    ),
+    _caption,
     draw="lockprobe.report.figures.people:people",
     applies=_any,
 )

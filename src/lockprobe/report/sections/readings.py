@@ -33,7 +33,7 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     positions = any(map(tells_positions, study.modalities))
     if not any(study.p) or not positions:
         return
-    said = f"With the probability that the flip rate is, {inverted(study.flip, positions=positions)}."
+    said = f"The flip rate is the probability that {inverted(study.flip, positions=positions)}."
     yield Finding(section=_NAME, kind="what", text=said, judges=False)
     for one in numbers.others.against_none if numbers.others else ():
         yield from compared_rows(one, numbers.conditions)

@@ -160,8 +160,9 @@ _FIGURE = Figure(
     Caption(
         "Share of trials solved. Squares: reports in two statements, by what the first says and by what its correction "
         "says. Left: plain reports, true or false, and true reports with an irrelevant remark.",
-        "Brackets are 95 % Wilson intervals. Below: differences of arms in matched pairs, with 95 % intervals "
-        "corrected for the number of agents; only the total effect if it is not detected.",
+        "Brackets are 95 % Wilson intervals. Below: the total effect of false reports (filled) and, if it was "
+        "detected, differences between arms (hollow), in matched pairs with 95 % intervals corrected for the number of "
+        "agents.",
     ),
     draw="lockprobe.report.figures.why:why",
     applies=lambda found: bool(_asked(found)),
@@ -298,7 +299,10 @@ def _limits(margin: float) -> list[str]:
             "reports of a joint build on the last statement: a reader of first statements who compares positions meets "
             "a contradiction after truth-lie too, and looks like one for whom a single false statement is enough."
         ),
-        f"Changes of less than {100 * margin:.0f} points count as no change. This margin was chosen by judgement.",
+        (
+            "Where no effect is detected, a test asks whether changes of "
+            f"{100 * margin:.0f} points or more can be excluded. This margin was chosen by judgement."
+        ),
         (
             "A trial that is solved early has fewer interventions. After actions differ, arms intervene in different "
             "situations; so whole trials are compared, not steps."
