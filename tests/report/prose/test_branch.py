@@ -39,7 +39,9 @@ def test_what_is_not_shown_is_not_said_to_be_nothing(open_):
         "No effect of one inverted report at the report of step 8 on the success of random"
     )
     assert " was detected: 40 % after" in branch_said(open_)
-    assert found_said([open_, open_]) == ["No effect on success was detected."]
+    assert found_said([open_, open_]) == [
+        "No effect on success was detected after correction for the number of effects."
+    ]
     assert found_said([open_]) == [branch_said(open_)]
 
 

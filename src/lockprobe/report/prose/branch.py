@@ -60,7 +60,8 @@ def found_said(effects: Sequence[BranchEffect], rules: RuleBreaks | None = None)
     found = [branch_said(one) for one in effects if _found(one)]
     if found or not effects:
         return found
-    return [branch_said(effects[0]) if len(effects) == 1 else "No effect on success was detected."]
+    none = "No effect on success was detected after correction for the number of effects."
+    return [branch_said(effects[0]) if len(effects) == 1 else none]
 
 
 def branch_said(one: BranchEffect) -> str:
