@@ -11,7 +11,7 @@ from lockprobe.agents.catalogue import resolve
 from lockprobe.boxes.families import box, find_box
 from lockprobe.cli import build, main
 from lockprobe.foundation import plugins
-from lockprobe.foundation.errors import BadFile, BadValue, BrokenPlugin, UnknownName, UserMistake
+from lockprobe.foundation.errors import BadFile, BadValue, BrokenPlugin, Missing, UnknownName, UserMistake
 from lockprobe.foundation.plugins import (
     GROUPS,
     allow,
@@ -233,6 +233,18 @@ def test_a_name_of_lockprobe_s_own_cannot_be_taken(tmp_path, monkeypatch, lockpr
     assert find_plugin("command", "rig").ships
     assert find_plugin("tool", "film").ships
     assert lockprobe("chance", "--length", "3", "--json")[0] == 0
+
+
+def test_a_name_of_the_robot_s_cannot_be_taken_where_the_robot_is_not_installed(tmp_path, monkeypatch, lockprobe):
+    there = plugins._points
+    monkeypatch.setattr(plugins, "_points", lambda kind: [one for one in there(kind) if not plugins._ships(one)])
+    taken = {"plants": {"twin": "Plain"}, "plant_sources": {"rig": "seen"}, "commands": {"rig": "shout"}}
+    strangers.install(tmp_path, monkeypatch, points=taken)
+    for plant in ("twin?looks=varied", "rig", "manual?camera=x"):
+        with pytest.raises(Missing, match="^the plant .* needs the package"):
+            resolve_plant(plant)
+    assert lockprobe("rig", "check")[2].startswith("lockprobe: lockprobe rig needs the package")
+    assert "\n  rig " not in lockprobe("--help")[1]
 
 
 def test_a_name_that_two_packages_have_is_refused(tmp_path, monkeypatch):

@@ -69,8 +69,8 @@ def every_command() -> list[str]:
     """The names of all commands: Lockprobe's, and those that installed packages add (``lockprobe.commands``)."""
     from lockprobe.foundation.plugins import find_plugin, plugin_names
 
-    robot = [name for name in _OF_ROBOT if find_plugin("command", name) is not None]
-    return [*COMMANDS, *robot, *(name for name in plugin_names("command") if name not in COMMANDS)]
+    robot = [name for name in _OF_ROBOT if (plugin := find_plugin("command", name)) is not None and plugin.ships]
+    return [*COMMANDS, *robot, *(name for name in plugin_names("command") if name not in {*COMMANDS, *_OF_ROBOT})]
 
 
 def build(names: Iterable[str]) -> Typer:
@@ -101,14 +101,14 @@ def _subcommand(name: str) -> tuple[Any, str]:
         return getattr(import_module(f"lockprobe.cli.{module}"), attribute), text
     from typer import Typer
 
-    from lockprobe.foundation.errors import BadValue, Missing
-    from lockprobe.foundation.plugins import find_plugin
+    from lockprobe.foundation.errors import BadValue, UnknownName
+    from lockprobe.foundation.plugins import find_plugin, robot_plugin
 
-    if (plugin := find_plugin("command", name)) is None:
-        raise Missing(f"lockprobe {name} needs the package lockprobe-robot", "pip install 'lockprobe[twin]'")
-    found = plugin.load()
     if name in _OF_ROBOT:
-        return found, _OF_ROBOT[name]
+        return robot_plugin("command", name, f"lockprobe {name} needs").load(), _OF_ROBOT[name]
+    if (plugin := find_plugin("command", name)) is None:
+        raise UnknownName("command", name, every_command())
+    found = plugin.load()
     if not isinstance(found, Typer) and not callable(found):
         raise BadValue("command", name, "a function or a Typer application")
     said = found.info.help if isinstance(found, Typer) else getdoc(found)

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Literal
 
-from lockprobe.foundation.errors import Missing
-from lockprobe.foundation.plugins import find_plugin
+from lockprobe.foundation.plugins import robot_plugin
 
 __all__ = ["robot_tool"]
 
@@ -20,7 +19,4 @@ def robot_tool(name: Literal["box-model", "box-template", "doctor", "film"], wha
     Raises:
         Missing: If lockprobe-robot is not installed.
     """
-    plugin = find_plugin("tool", name)
-    if plugin is None or not plugin.ships:
-        raise Missing(f"{what} need the package lockprobe-robot", "pip install 'lockprobe[twin]'")
-    return plugin.load()
+    return robot_plugin("tool", name, f"{what} need").load()

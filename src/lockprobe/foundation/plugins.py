@@ -22,7 +22,7 @@ from pathlib import Path
 from types import BuiltinFunctionType, FunctionType
 from typing import TYPE_CHECKING, Any, Literal
 
-from lockprobe.foundation.errors import BadFile, BadValue, BrokenPlugin, LockprobeError, UserMistake
+from lockprobe.foundation.errors import BadFile, BadValue, BrokenPlugin, LockprobeError, Missing, UserMistake
 from lockprobe.foundation.spec import arguments_from, spec_kind, spec_name, split_specs
 
 if TYPE_CHECKING:
@@ -44,6 +44,7 @@ __all__ = [
     "plugin_name_of",
     "plugin_names",
     "refuse_python",
+    "robot_plugin",
     "runs_foreign_code",
 ]
 
@@ -63,8 +64,7 @@ GROUPS: Mapping[Kind, str] = {
 """Kind of addition -> the group of its entry points. A tool is a function that a command calls."""
 
 ROBOT = "lockprobe-robot"
-"""The other distribution of Lockprobe. What it adds ships with Lockprobe: nobody can replace it, and it may always run.
-"""
+"""The other distribution of Lockprobe. What it adds ships with Lockprobe: nobody replaces it, and it may always run."""
 
 _DIRECT = "python:"
 
@@ -278,6 +278,23 @@ def find_plugin(kind: Kind, spec: str) -> Plugin | None:
     if not points:
         return None
     return Plugin(kind=kind, name=name, value=points[0].value, package=_package(points[0]), spec=spec)
+
+
+def robot_plugin(kind: Kind, name: str, what: str) -> Plugin:
+    """What lockprobe-robot adds under a name, which is never that of another package.
+
+    Args:
+        kind: The kind of addition.
+        name: Its name, or a spec that begins with it.
+        what: What needs it, with its verb, for the message: ``films need``.
+
+    Raises:
+        Missing: If lockprobe-robot is not installed.
+    """
+    plugin = find_plugin(kind, name)
+    if plugin is None or not plugin.ships:
+        raise Missing(f"{what} the package {ROBOT}", "pip install 'lockprobe[twin]'")
+    return plugin
 
 
 def listed_plugins(

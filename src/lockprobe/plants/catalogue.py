@@ -28,6 +28,7 @@ from lockprobe.foundation.plugins import (
     has_methods,
     is_own_function,
     plugin_names,
+    robot_plugin,
     runs_foreign_code,
 )
 from lockprobe.foundation.spec import Spec, arguments_from
@@ -100,12 +101,14 @@ def known_plants() -> dict[str, str]:
 
 
 def _described(name: str) -> str:
-    plugin = find_plugin("plant source", name)
-    return str(_missing(name)) if plugin is None else " ".join((getdoc(plugin.load()) or "").split())
+    try:
+        return " ".join((getdoc(_of_robot(name).load()) or "").split())
+    except Missing as missing:
+        return str(missing)
 
 
-def _missing(plant: str) -> Missing:
-    return Missing(f"the plant {plant} needs the package lockprobe-robot", "pip install 'lockprobe[twin]'")
+def _of_robot(plant: str) -> Plugin:
+    return robot_plugin("plant source", plant, f"the plant {plant} needs")
 
 
 def resolve_plant(spec: str | Spec) -> PlantSource:
@@ -125,12 +128,13 @@ def resolve_plant(spec: str | Spec) -> PlantSource:
         return PlantSource(spec=str(spec), make=lambda box, labels, rng: SymbolicPlant(box), lays_out=True)
     if spec.full_name == "manual" and not spec.options:
         return PlantSource(spec=str(spec), make=_by_hand, is_attended=lambda: True)
+    if spec.full_name in PLANTS:
+        ours: PlantSource = _of_robot(str(spec)).load()(spec)
+        return ours
     if (plugin := find_plugin("plant source", str(spec))) is not None and plugin.package:
         return _of_a_source(spec, plugin)
     if (plugin := find_plugin("plant", str(spec))) is not None:
         return _of_a_maker(spec, plugin)
-    if spec.full_name in PLANTS:
-        raise _missing(str(spec))
     raise UnknownName("plant", spec.full_name, [*PLANTS, *plugin_names("plant"), *plugin_names("plant source")])
 
 
@@ -164,9 +168,6 @@ _EXPECTED = "a class with `facts`, `observe()`, `attempt(joint)` and `close()`, 
 
 def _of_a_source(spec: Spec, plugin: Plugin) -> PlantSource:
     """A plant whose package says what it has. Where nothing of others may run, it says nothing."""
-    if plugin.ships:
-        ours: PlantSource = plugin.load()(spec)
-        return ours
     if not runs_foreign_code():
         return PlantSource(spec=str(spec), make=lambda box, labels, rng: plugin.load(), ships=False)
     with plugin.guarded():
