@@ -7,13 +7,13 @@ from dataclasses import replace
 from pathlib import Path
 
 from lockprobe.foundation.errors import BadFile, BadValue
+from lockprobe.interventions.sources import follows
 from lockprobe.plants.catalogue import with_camera
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.options.study_options import StudyOptions, read_options_file
 from lockprobe.studies.options.studyfile import study
 from lockprobe.studies.records.directory import SETTINGS
 from lockprobe.studies.records.shard import Shard
-from lockprobe.studies.running.yoking import is_yoked
 from lockprobe.studies.study import Study
 from lockprobe.studies.suites import is_suite, read_suite
 
@@ -48,7 +48,7 @@ def refuse_followers(planned: Study, part: Shard | None) -> None:
     Raises:
         BadValue: If it is such a study.
     """
-    if part is not None and (followers := [one.label for one in planned.conditions if is_yoked(one)]):
+    if part is not None and (followers := [one.label for one in planned.conditions if follows(one)]):
         raise BadValue("shard", str(part), f"none with {followers[0]}, whose trials follow trials of other parts")
 
 

@@ -47,6 +47,10 @@ _ENCODED = str.maketrans({character: quote(character) for character in "%&+"})
 """The characters that a value cannot hold as they are."""
 
 
+_PLAIN = ";/:"
+"""What stands in the value of an option as it is, beside letters and digits; all else is percent-encoded."""
+
+
 @dataclass(frozen=True, slots=True)
 class Spec:
     """A spec, read once.
@@ -94,7 +98,7 @@ class Spec:
         if self._text:
             return self._text
         name = f"{self.kind}:{self.name}" if self.name else self.kind
-        return f"{name}?{urlencode(self.options, safe=';')}" if self.options else name
+        return f"{name}?{urlencode(self.options, safe=_PLAIN)}" if self.options else name
 
     @property
     def full_name(self) -> str:

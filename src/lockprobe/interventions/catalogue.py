@@ -20,7 +20,7 @@ from lockprobe.foundation.spec import Spec, split_specs, with_options
 from lockprobe.trial.condition import TRUTH, place_of
 from lockprobe.trial.protocols import Intervention, InterventionTraits
 
-__all__ = ["interventions_of", "kinds", "packaged", "shipped", "with_words"]
+__all__ = ["interventions_of", "kinds", "packaged", "shipped", "shipped_as", "with_words"]
 
 One = TypeVar("One")
 
@@ -32,14 +32,31 @@ def packaged() -> list[Listed]:
 
 @cache
 def shipped() -> dict[str, type[Any]]:
-    """The interventions of this package, by their names in specs. Each module holds one."""
+    """The interventions of this package, by their names in specs. Each module holds one.
+
+    A variant, which an option chooses, has the option behind its name: ``flip?like``.
+    """
     package = __name__.rpartition(".")[0]
     found: dict[str, type[Any]] = {}
     for module in pkgutil.iter_modules(importlib.import_module(package).__path__, f"{package}."):
         for kind in vars(importlib.import_module(module.name)).values():
-            if isinstance(kind, type) and kind.__module__ == module.name and (name := InterventionTraits.of(kind).name):
-                found[name] = kind
+            if (
+                isinstance(kind, type)
+                and kind.__module__ == module.name
+                and (traits := InterventionTraits.of(kind)).name
+            ):
+                found[traits.name + f"?{traits.variant}" * bool(traits.variant)] = kind
     return found
+
+
+def shipped_as(spec: Spec) -> type[Any] | None:
+    """The class of this package that a spec names; None if there is none.
+
+    >>> shipped_as(Spec.parse("flip?like=rgb")).__name__, shipped_as(Spec.parse("flip?p=0.4")).__name__
+    ('MisreadFlip', 'OutcomeFlip')
+    """
+    name, found = spec.full_name, shipped()
+    return next((kind for option in spec.options if (kind := found.get(f"{name}?{option}"))), found.get(name))
 
 
 def kinds() -> dict[str, type[Any]]:
@@ -72,14 +89,14 @@ def with_words(interventions: Sequence[One], words: One) -> tuple[One, ...]:
 
 def _made(spec: Spec) -> Intervention:
     name, options = spec.full_name, spec.options
-    if name in shipped():
-        own: Intervention = with_options(shipped()[name], name, options)
+    if (kind := shipped_as(spec)) is not None:
+        own: Intervention = with_options(kind, name, options)
         return own
     if (plugin := find_plugin("intervention", str(spec))) is None:
         raise UnknownName("intervention", name, [*shipped(), *plugin_names("intervention")])
-    kind = _checked(name, plugin.load())
+    loaded = _checked(name, plugin.load())
     with plugin.guarded():
-        made: Intervention = with_options(kind, name, options)
+        made: Intervention = with_options(loaded, name, options)
     return made
 
 

@@ -43,6 +43,7 @@ class Yoked:
     doses: ClassVar[tuple[str, ...]] = ("p",)
     stream: ClassVar[str] = OutcomeFlip.stream
     always_tells: ClassVar[bool] = True
+    implied: ClassVar[tuple[str, ...]] = ("at",)
     p: float = 0.0
     how: How = "next"
     at: tuple[int, ...] = ()

@@ -373,7 +373,7 @@ class Study:
             (trial.key, trial.called) == (plan.key, plan.called)
             and (trial.study, trial.seed, trial.budget) == (self.name, self.seed, self.max_steps)
             and trial.doses == condition.doses
-            and _acted(trial.specs) == _acted(condition.specs)
+            and trial.specs == condition.specs
             and trial.joints == plan.box.names
             and (trial.assessment, trial.hypothesis) == (self.assessment, self.hypothesis)
         )
@@ -408,12 +408,6 @@ class Study:
     def size_of(self, agent: str) -> int:
         """Number of trials of one agent, over all conditions."""
         return len(self.conditions_of(agent)) * self.repetitions * self.trials_of(agent)
-
-
-def _acted(specs: Sequence[str]) -> list[str]:
-    """What acted, without the steps of yoked reports, which are drawn for each trial."""
-    parsed = [Spec.parse(spec, "intervention") for spec in specs]
-    return [str(one.without(["at"])) if one.full_name == "yoked" else str(one) for one in parsed]
 
 
 def flip_axis(conditions: Sequence[Condition]) -> tuple[Condition, ...]:

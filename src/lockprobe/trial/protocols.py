@@ -139,6 +139,8 @@ class InterventionTraits(_Traits):
 
     Attributes:
         name: Its name in specs, if it is one of Lockprobe's own; an entry point names those of packages.
+        variant: An option that chooses it among several classes of its name: ``flip?like=…``. Empty for the class of
+            specs without such an option.
         doses: The names of its fields that are doses. At 0 of the first one it does nothing.
         implied: The names of its fields that its spec leaves out, because others say them.
         stream: The name of its random stream, by default that of its class. Classes of one ``stream`` share their luck.
@@ -152,6 +154,7 @@ class InterventionTraits(_Traits):
     """
 
     name: str = ""
+    variant: str = ""
     doses: tuple[str, ...] = ()
     implied: tuple[str, ...] = ()
     stream: str = ""

@@ -74,6 +74,7 @@ def test_modalities_has_the_extent_of_the_paper():
         ({"seed": -1}, "seed: got -1"),
         ({"p": ""}, "p: got ''"),
         ({"detail": "none"}, "detail: got 'none'"),
+        ({"p": [0.4], "condition": ["flip?like=flip?p=0.4"]}, "Inspect plays samples in any order"),
     ],
 )
 def test_a_mistake_is_one_line(given, said):

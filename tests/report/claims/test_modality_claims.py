@@ -30,6 +30,13 @@ def test_rgbd_has_to_lie_in_between(modal):
     assert rows["modality-outpaces"][0] == "not compatible"
 
 
+def test_depth_worsens_if_rgb_is_faster_and_not_if_rgbd_is(modal):
+    turned = {"rgb": "rgbd", "rgbd": "rgb", "symbolic": "symbolic"}
+    other = [t if t.agent != "viewer" else replace(t, modality=turned[t.modality]) for t in modal]
+    assert by_measure(modal)["depth"][0] == "borne out"
+    assert by_measure(other)["depth"][0] == "not compatible"
+
+
 def test_two_modalities_do_not_decide_what_is_said_of_three(modal):
     trials = [t for t in modal if t.modality != "rgbd"]
     rows = by_measure(trials)

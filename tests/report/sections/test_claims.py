@@ -78,7 +78,7 @@ def test_headings_give_verdicts_and_quotations(modalities):
         "“GPT o1 performs best with RGB input and worst with ground-truth state, with RGB-D falling in between.” "
         "(Sec. 3.1, Fig. 3)"
     )
-    assert parts["claim-10"].answer.endswith("error rate of approximately 5% at...” (Sec. 3.1, Table 1)")
+    assert parts["claim-11"].answer.endswith("error rate of approximately 5% at...” (Sec. 3.1, Table 1)")
     assert parts["claim-14"].heading == "Not measured"
     page = page_of("claims", modalities)
     assert "not measured in this study" in page

@@ -13,7 +13,8 @@ from lockprobe.report.pages import page_of
 from lockprobe.report.rendering import image
 from lockprobe.report.results import results_of
 from lockprobe.report.rows import LeftOut
-from lockprobe.report.sections.first_screen import SECTIONS, _condition_numbers, without_answer
+from lockprobe.report.sections.first_screen import SECTIONS, without_answer
+from lockprobe.report.sections.key_numbers import condition_numbers
 from lockprobe.report.study_numbers import study_numbers
 from lockprobe.statistics.conditions.effects import effects
 from lockprobe.studies.options.studyfile import study
@@ -41,7 +42,7 @@ def solving(condition, many, of=40):
 def test_of_equal_p_values_the_largest_effect_is_the_clearest():
     found = effects({name: solving(name, many) for name, many in (("truth", 10), ("x", 10), ("y", 11))}, "truth")
     assert len({one.difference.p_value for one in found.effects}) == 1
-    row = _condition_numbers(found, found.agent)
+    row = condition_numbers(found, found.agent)
     assert row.against == "clearest change under y"
     assert row.change.startswith("+2")
 

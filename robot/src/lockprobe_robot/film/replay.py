@@ -18,7 +18,7 @@ from lockprobe.boxes.box import bits
 from lockprobe.foundation.errors import BadFile, BadValue, TrialFault
 from lockprobe.foundation.spec import Spec
 from lockprobe.plants.catalogue import PlantSource, resolve_plant
-from lockprobe.studies.running.yoking import as_recorded
+from lockprobe.studies.running.followers import as_recorded
 from lockprobe.studies.study import Study
 from lockprobe.trial.plan import Names, Plan
 from lockprobe.trial.protocols import Plant

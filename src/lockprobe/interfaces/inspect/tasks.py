@@ -16,6 +16,7 @@ from lockprobe.interfaces.inspect.samples import OPTIONS, SETTINGS, VERSION, VIE
 from lockprobe.interfaces.inspect.scoring import metrics_of, played
 from lockprobe.interfaces.inspect.solver import agent_spec, play_trial
 from lockprobe.interventions.camera import CameraChannel
+from lockprobe.interventions.sources import follows
 from lockprobe.interventions.words import TextChannel
 from lockprobe.studies.modality import shown
 from lockprobe.studies.options.study_options import StudyOptions, parse_p
@@ -108,7 +109,10 @@ def _planned(name: str, asked: Mapping[str, Any]) -> Study:
         given["p"] = parse_p(p) if isinstance(p, str) else [p]
     if isinstance(swept := given.get("sweep"), list):
         given["sweep"] = ",".join(map(str, swept))  # Inspect takes what has commas for a list
-    return study(**given)
+    planned = study(**given)
+    if later := [one.label for one in planned.conditions if follows(one)]:
+        raise BadValue("condition", later[0], "one whose trials follow no others: Inspect plays samples in any order")
+    return planned
 
 
 def _refuse_yes_or_no(asked: Mapping[str, object]) -> None:

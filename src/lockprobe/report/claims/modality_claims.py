@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterator, Mapping
 from itertools import pairwise
 
-from lockprobe.foundation.spec import spec_kind
+from lockprobe.foundation.spec import spec_kind, spec_name
 from lockprobe.report.claims.claim_tests import (
     NOT_MEASURED,
     ClaimFinding,
@@ -109,6 +109,17 @@ def _steps(summary: StudySummary, effect: ModalityEffect, shown: Shown) -> Claim
     return here, "not compatible" if outside else verdict_of(None, shows), test, p_value
 
 
+def _depth(summary: StudySummary, effect: ModalityEffect, shown: Shown) -> ClaimFinding:
+    """The box is solved sooner with RGB than with RGB-D, however its depth is shown."""
+    for pair in effect.pairs:
+        kinds = spec_name(pair.first), spec_name(pair.second)
+        if kinds == ("rgb", "rgbd") and pair.hazard_ratio is not None:
+            here = f"hazard ratio of solving, {spoken(pair.second)} over {spoken(pair.first)}: {pair.hazard_ratio:.2f}"
+            found = borne_out(pattern(pair.p_adjusted, 1 - pair.hazard_ratio))
+            return here, found, "log-rank, corrected for the pairs of modalities", pair.p_adjusted
+    return NOT_MEASURED
+
+
 def _outpaces(summary: StudySummary, effect: ModalityEffect, shown: Shown) -> ClaimFinding:
     """RGB reaches most shares of success before RGB-D, and RGB-D before ground truth."""
     pairs = [pair for pair in pairwise(_three(shown)) if set(pair) <= shown.keys()]
@@ -170,6 +181,7 @@ MODALITY_MEASURES: Mapping[str, Callable[[StudySummary, ModalityEffect, Shown], 
     "modality-order": _order,
     "modality-outpaces": _outpaces,
     "modality-steps": _steps,
+    "depth": _depth,
     "reference-faster": _faster,
 }
 """What measures a claim over modalities."""

@@ -157,6 +157,12 @@ CLAIMS = (
         quote="requires fewer steps than GPT o1 under any input modality",
         measure="reference-faster",
     ),
+    PaperClaim(
+        place="Sec. 3.1",
+        quote="Why depth information worsens performance relative to RGB remains unclear.",
+        recomputed="10 trials with each; the text gives no step by which 80 % are solved with RGB-D, and no test",
+        measure="depth",
+    ),
     _misreading("Table 1", "State Misinterpretation Rates Across Input Modalities, row RGB", "rgb"),
     _misreading("Table 1", "State Misinterpretation Rates Across Input Modalities, row RGB-D", "rgbd"),
     _misreading(
@@ -180,6 +186,13 @@ CLAIMS = (
         "four readings; its logs would decide: at a flip rate of 0.4 an unattempted joint changes in 20 % to 40 % of "
         "reports if the next look is fresh, and never if false positions stay",
         measure="reading",
+    ),
+    PaperClaim(
+        place="Sec. 3.2",
+        quote="thereby mimicking the effect of misinterpreting a visual observation",
+        recomputed="the paper calls its simulation evidence for a plausible mechanism, not a direct explanation of the "
+        "physical results; lockprobe run bridge tells an agent its own misreadings as false reports",
+        measure="bridge",
     ),
     PaperClaim(
         place="Sec. 3.2, Fig. 4",

@@ -29,8 +29,8 @@ def claim_rows(summary: StudySummary) -> list[tuple[PaperClaim, str, ClaimFindin
 
 def _measured(claim: PaperClaim, summary: StudySummary) -> Iterator[tuple[str, ClaimFinding]]:
     """What every agent that was shown the box as the claim has it says to it."""
-    if claim.measure == "reading":
-        return  # one flip axis has one reading
+    if claim.measure in ("reading", "bridge"):
+        return  # one flip axis has one reading, and no pictures
     if measure := MODALITY_MEASURES.get(claim.measure):
         yield from ((effect.agent, measure(summary, effect, shown)) for effect, shown in agents_shown(summary))
         return

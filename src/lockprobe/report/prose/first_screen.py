@@ -62,12 +62,16 @@ _VARIED = {
     "flips": "After each step it is told what happened. The flip rate is the probability that {flipped}.",
     "nothing": "After each step it is told what happened.",
     "modalities": "After each step it is shown, or told, how the joints stand.",
+    "bridge": (
+        "After each step it sees the box in pictures, or is told in words how the joints stand. In words, its "
+        "misreadings of the pictures are told as false reports."
+    ),
     "conditions": (
         "After each step it is told what happened. Conditions change what it is told, what it is asked or what it does."
     ),
 }
 
-Varied = Literal["flips", "modalities", "conditions", "nothing"]
+Varied = Literal["flips", "modalities", "conditions", "bridge", "nothing"]
 """What differs between the conditions of a study."""
 
 

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import count, takewhile
-from typing import cast
 
-from lockprobe.agents.catalogue import description
-from lockprobe.foundation.formatting import NONE, bracketed, listed, percent, share
+from lockprobe.foundation.formatting import NONE, listed, percent
 from lockprobe.report.captions import paper_rates
+from lockprobe.report.prose.bridge import bridge_said
 from lockprobe.report.prose.doses import at_dose, cause
 from lockprobe.report.prose.first_screen import (
     Varied,
@@ -25,21 +24,28 @@ from lockprobe.report.prose.first_screen import (
     trial_said,
 )
 from lockprobe.report.prose.idle import idle_doses_said, idle_said, unheeded_said
-from lockprobe.report.prose.readings import BOTH_FIT, false_reports
+from lockprobe.report.prose.readings import BOTH_FIT
 from lockprobe.report.prose.several_answers import of_axis, of_conditions, several_answers
-from lockprobe.report.prose.subject import Subject, subject_of
+from lockprobe.report.prose.subject import Subject
 from lockprobe.report.prose.why import mechanism_said
 from lockprobe.report.rows import Fact, Finding, Results, Row
 from lockprobe.report.section import Caption, Figure, Part, Section, Template
 from lockprobe.report.sections import all_sections
+from lockprobe.report.sections.key_numbers import (
+    KeyNumbers,
+    axis_numbers,
+    bridge_numbers,
+    cards_of,
+    condition_numbers,
+    intervals_said,
+    why_numbers,
+)
 from lockprobe.report.sections.readings import untested
 from lockprobe.report.study_numbers import StudyNumbers
-from lockprobe.statistics.conditions.axis import FLIPS
 from lockprobe.statistics.conditions.condition_study import ConditionStudySummary
 from lockprobe.statistics.conditions.effects import Effects
 from lockprobe.statistics.reference import Reference
-from lockprobe.statistics.summary import AgentSummary, StudySummary
-from lockprobe.statistics.why.contrasts import Why
+from lockprobe.statistics.summary import StudySummary
 from lockprobe.studies.study import Study
 from lockprobe.trial.condition import TRUTH
 from lockprobe.trial.record import Trial
@@ -49,24 +55,14 @@ __all__ = ["SECTIONS", "without_answer"]
 _ABOUT = "first screen"
 """What the facts of the first screen are about; those of an agent, with its place from 1 behind it."""
 
+_ANSWERS = 3
+"""Agents whose answers stand there."""
+
 _ROWS = 4
 """Agents whose numbers stand on the first screen."""
 
 _NUMBERS = ("All numbers", "Every condition against the control")
 """How the names of sections begin without which there is no answer."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _KeyNumbers:
-    """The numbers of one agent, as text with 95 % intervals; ``agents`` are judged together."""
-
-    agent: str
-    what: str
-    success: str
-    where: str
-    change: str = NONE
-    against: str = ""
-    agents: int = 1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -100,7 +96,7 @@ class _Screen:
     untested: str = ""
     figure: str = ""
     by_chance: str = NONE
-    numbers: tuple[_KeyNumbers, ...] = ()
+    numbers: tuple[KeyNumbers, ...] = ()
     more: int = 0
 
 
@@ -135,7 +131,7 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
         "more": f"and {screen.more} more in the sections below" * bool(screen.more),
     }
     if screen.numbers:
-        about |= {"intervals": _intervals_said(screen.numbers), "random agents": screen.by_chance}
+        about |= {"intervals": intervals_said(screen.numbers), "random agents": screen.by_chance}
     yield from (Fact(about=_ABOUT, name=name, text=said) for name, said in about.items() if said)
     for i, row in enumerate(screen.numbers, 1):
         for name in ("agent", "what", "success", "where", *(("change", "against") if row.against else ())):
@@ -149,14 +145,6 @@ def _all_broken(numbers: StudyNumbers) -> dict[str, int]:
     for cell in numbers.cells:
         trials[cell.agent] += cell.trials
     return {agent: len(own) for agent, own in trials.items() if own and all(trial.error is not None for trial in own)}
-
-
-def _intervals_said(numbers: Sequence[_KeyNumbers]) -> str:
-    """What the intervals are, and for what those of changes are corrected."""
-    against, many = " ".join(row.against for row in numbers), max(row.agents for row in numbers)
-    chosen = next((f"choosing the {which}" for which in ("largest", "clearest") if which in against), "")
-    corrected = " and ".join(f"for {one}" for one in (chosen, f"{many} agents" * (many > 1)) if one)
-    return f"Brackets: 95 % intervals{f'; changes: corrected {corrected}' if corrected else ''}."
 
 
 def _of_flips(summary: StudySummary, study: Study) -> _Screen:
@@ -182,7 +170,7 @@ def _of_flips(summary: StudySummary, study: Study) -> _Screen:
         needed=flips_needed(summary),
         figure="overview" if subjects else "",
         by_chance=_chance(summary.reference),
-        numbers=tuple(map(_numbers, subjects[:_ROWS])),
+        numbers=tuple(map(axis_numbers, subjects[:_ROWS])),
         more=len(subjects[_ROWS:]),
     )
 
@@ -196,6 +184,8 @@ def _of_conditions(flips: StudySummary, found: ConditionStudySummary, study: Stu
     idle = idle_said(named, judged)
     if found.whys:
         said = _of_why(found, study)
+    elif found.bridges:
+        said = _of_bridge(found, study)
     else:
         questions = [question for one in axes for question in of_axis(one)]
         if effects or not questions:
@@ -207,11 +197,11 @@ def _of_conditions(flips: StudySummary, found: ConditionStudySummary, study: Stu
             answer=_joined(several_answers(questions), BOTH_FIT * (_readings(axes) > 1)),
             chance=_no_advantage(found, effects) or _joined(*map(not_above_chance, axes[:1])),
             needed=_joined(*dict.fromkeys((*(flips_needed(one, named=True) for one in axes), effects_needed(effects)))),
-            numbers=tuple(row for one in axes for row in map(_numbers, one.judged)),
+            numbers=tuple(row for one in axes for row in map(axis_numbers, one.judged)),
         )
         if not effects and not axes and idle:
             said, idle = replace(said, answer=idle[0]), idle[1:]
-        said = replace(said, numbers=(*said.numbers, *(_condition_numbers(one, spec_of(one.agent)) for one in effects)))
+        said = replace(said, numbers=(*said.numbers, *(condition_numbers(one, spec_of(one.agent)) for one in effects)))
         said = replace(said, figure="effects" if said.numbers else "")
     if len(judged) == 1:
         idle += unheeded_said(found.unheeded, judged)
@@ -240,7 +230,7 @@ def _tested_axes(flips: StudySummary, found: ConditionStudySummary) -> list[Stud
     several = [flips] if len({one.dose for one in flips.conditions}) > 1 else []
     tested = {one.axis for one in found.on_axes}
     more = [one for series, one in found.series if series in found.design.other_axes and one.axis.name in tested]
-    return [] if found.whys else [*several, *more]
+    return [] if found.whys or found.bridges else [*several, *more]
 
 
 def _asked(axes: Sequence[StudySummary], found: ConditionStudySummary, study: Study) -> str:
@@ -268,7 +258,18 @@ def _of_why(found: ConditionStudySummary, study: Study) -> _Screen:
         answer=mechanism_said(why),
         chance=_no_advantage(found, effects),
         figure="why",
-        numbers=tuple(_why_numbers(one, found.design.spec_of(one.agent)) for one in found.whys),
+        numbers=tuple(why_numbers(one, found.design.spec_of(one.agent)) for one in found.whys),
+    )
+
+
+def _of_bridge(found: ConditionStudySummary, study: Study) -> _Screen:
+    """The first screen of a study that compares misreadings of pictures with false reports."""
+    return _Screen(
+        question=f"Do misreadings of pictures act as false reports when agents open {study.box.name}?",
+        trial=trial_said(study.max_steps, "bridge"),
+        answer=" ".join(map(bridge_said, found.bridges[:_ANSWERS])),
+        figure="bridge",
+        numbers=tuple(bridge_numbers(one, found.design.spec_of(one.agent)) for one in found.bridges),
     )
 
 
@@ -308,68 +309,6 @@ def _chance(reference: Reference | None) -> str:
     return f"{100 * reference.random[-1]:.0f} / {percent(reference.no_repeat[-1])}"
 
 
-def _numbers(agent: AgentSummary) -> _KeyNumbers:
-    """Success at the first flip rate, and the change from it that was tested."""
-    first, contrast = next(one for one in agent.conditions if one.success.n), agent.contrast
-    found = first.success
-    change, against = NONE, ""
-    if agent.blind:
-        change, against = "0", "plays alike"
-    elif contrast is not None:
-        gap = contrast.difference
-        change = f"{bracketed(gap.value, gap.low, gap.high)} points"
-        start = "change " if contrast.choices == 1 else ""
-        which = "" if contrast.choices == 1 else f", {'largest' if contrast.farthest else 'clearest'} change"
-        options, of_flips = agent.axis.options, agent.axis.name == FLIPS.name
-        kind = (f", {false_reports(options)}" if of_flips else f" ({options})") if options else ""
-        doses = f"{contrast.baseline.dose:g} to {contrast.other.dose:g}"
-        against = f"{start}from {agent.axis.name} {doses}{kind}{which}"
-        against += "" if contrast.whole else f", of {gap.first.n} trials finished under both"
-    return _KeyNumbers(
-        agent=subject_of(agent).name,
-        what=description(agent.spec),
-        success=share(found.value, found.low, found.high),
-        where=f"of {found.n} trials solved {_under(first.name) or at_dose(first.dose, agent.axis)}",
-        change=change,
-        against=against,
-        agents=contrast.agents if contrast else 1,
-    )
-
-
-def _under(condition: str) -> str:
-    """What a condition of true reports is called on every card; empty for others."""
-    return at_dose(0) if condition == TRUTH else ""
-
-
-def _why_numbers(found: Why, spec: str) -> _KeyNumbers:
-    """Success under true reports, and the planned comparison with lies."""
-    truth, change = found.success("truth"), found.decision.total
-    return _KeyNumbers(
-        agent=Subject.of(found.agent).name,
-        what=description(spec),
-        success=share(truth.value, truth.low, truth.high),
-        where=f"of {truth.n} trials solved under true reports",
-        change=f"{bracketed(change.value, change.low, change.high)} points",
-        against="change under false reports",
-        agents=found.agents,
-    )
-
-
-def _condition_numbers(found: Effects, spec: str) -> _KeyNumbers:
-    """Success under the control, and the clearest effect: of equal P values, the largest."""
-    clearest = min(found.effects, key=lambda one: (one.difference.p_value, -abs(one.difference.value)))
-    gap = clearest.difference
-    return _KeyNumbers(
-        agent=Subject.of(found.agent).name,
-        what=description(spec),
-        success=share(gap.first.value, gap.first.low, gap.first.high),
-        where=f"of {gap.first.n} trials solved {_under(found.control) or f'under {found.control}'}",
-        change=f"{bracketed(gap.value, gap.low, gap.high)} points",
-        against=f"{'clearest ' * (len(found.effects) > 1)}change under {clearest.condition}",
-        agents=found.agents,
-    )
-
-
 def _caption(found: Results) -> Caption:
     stars = paper_rates(found.courses())
     return Caption(
@@ -406,28 +345,12 @@ def _show(found: Results) -> Iterator[Part]:
     values = {
         "said": dict.fromkeys(_SAID, "") | said,
         "screen": {"more": ""} | screen,
-        "cards": _cards(numbers),
+        "cards": cards_of(numbers),
         "figures": [one for of in all_sections() for one in of.figures if one.name == screen.get("figure")],
         "box": _BOX,
     }
     if said:
         yield Part("First screen", found.answer_of("overview"), [Template("first_screen", values)])
-
-
-def _cards(numbers: Iterable[dict[str, str]]) -> list[dict[str, object]]:
-    """A card for each agent: every success once, with all changes from it."""
-    cards: dict[str, dict[str, object]] = {}
-    shares: dict[tuple[str, ...], list[dict[str, str]]] = {}
-    for row in numbers:
-        card = cards.setdefault(row["agent"], {"agent": row["agent"], "what": row.get("what", ""), "shares": []})
-        key = row["agent"], row["success"], row["where"]
-        if key not in shares:
-            shares[key] = []
-            own = cast("list[dict[str, object]]", card["shares"])
-            own.append({"success": row["success"], "where": row["where"], "changes": shares[key]})
-        if row.get("against"):
-            shares[key].append({"change": row["change"], "against": row["against"]})
-    return list(cards.values())
 
 
 def without_answer(found: Results) -> Results:

@@ -34,7 +34,7 @@ from lockprobe.studies.records.directory import ATTEMPTS, PEOPLE_DIRECTORY, RECO
 from lockprobe.studies.records.journal import read_timings
 from lockprobe.studies.records.picture_store import ALBUM
 from lockprobe.studies.records.results_hash import results_hash
-from lockprobe.studies.running.yoking import bound
+from lockprobe.studies.running.followers import Followers
 from lockprobe.trial.condition import Condition
 from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.plan import Plan
@@ -215,14 +215,15 @@ def hash_check(what: str, given: str, found: str) -> Check:
 
 def _replayed(opened: OpenedStudy, evidence: CallEvidence, tell: Callable[[int, int], None]) -> Iterator[ReplayedTrial]:
     """Every trial, played again; one of a model that came from an Inspect log, without calls, is held by its words."""
-    by_key, replay, study = {trial.key: trial for trial in opened.trials}, Replay(), opened.study
+    replay, study = Replay(), opened.study
+    followers = Followers(study, {trial.key: trial for trial in opened.trials})
     logged = {timing.key for timing in read_timings(opened.directory) if timing.from_log}
     logged -= {call.key for call in (*evidence.calls, *evidence.asked)}
     for done, trial in enumerate(opened.trials, 1):
         condition = study.condition_of(trial)
         assert condition is not None  # only trials that the settings ask for are opened
         plan = study.plan(trial.agent, condition, trial.repetition, trial.trial)
-        one = replay(bound(plan, study, by_key) or plan, trial, evidence.kept.get(trial.key, ()))
+        one = replay(followers.of_record(plan, trial), trial, evidence.kept.get(trial.key, ()))
         if one.kind == "hosted" and one.key in logged:
             one = replace(one, from_log=True, choices=other_words(trial))
         yield one

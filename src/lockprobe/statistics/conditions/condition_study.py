@@ -14,6 +14,8 @@ from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.left_out import of_whom, section
 from lockprobe.foundation.parallel import Each
 from lockprobe.statistics.behaviour import heeded_at_most
+from lockprobe.statistics.bridge.arms import bridges_of
+from lockprobe.statistics.bridge.bridge import Bridge, bridge
 from lockprobe.statistics.conditions.agents_by_condition import ComparisonUnder, agents_by_condition
 from lockprobe.statistics.conditions.axis_trials import Place
 from lockprobe.statistics.conditions.condition import ConditionSummary, condition_summary
@@ -53,6 +55,7 @@ class ConditionStudySummary:
         agents_compared: Every two agents under each condition that is no flip rate.
         series: Conditions that differ in one dose alone, each with the numbers over that dose.
         whys: Of a study of controls: why false reports change each agent's success.
+        bridges: Which part of what pictures change misreadings account for, as false reports in words.
         reference: What blind agents and the shortest plan reach on the box.
         idle: Conditions, other than controls, in which nothing was changed, and interventions that changed nothing in a
             whole condition. No comparison has the former, and no interaction or series has either.
@@ -68,6 +71,7 @@ class ConditionStudySummary:
     agents_compared: tuple[ComparisonUnder, ...]
     series: tuple[tuple[Series, StudySummary], ...]
     whys: tuple[Why, ...]
+    bridges: tuple[Bridge, ...]
     reference: Reference
     idle: tuple[Idle, ...] = ()
     unheeded: tuple[Unheeded, ...] = ()
@@ -125,6 +129,7 @@ def summarise_conditions(
         agents_compared=section("Agents compared under conditions", lambda: agents_by_condition(acting, design), tuple),
         series=series,
         whys=section("Why false reports change success", lambda: _whys(acting, design), tuple),
+        bridges=section("From pictures to flips", lambda: _bridges(cells, design), tuple),
         reference=reference,
         idle=tuple(one for one in idle if one.condition not in design.axis),
         unheeded=_unheeded(acting, design),
@@ -279,6 +284,17 @@ def _whys(cells: _Cells, design: Design) -> tuple[Why, ...]:
     answered = [(make, (one.modality, is_reference(design.spec_of(one.agent)))) for make in asked if (one := make())]
     sizes = Counter(family for _, family in answered)
     return tuple(one for make, family in answered if (one := make(agents=sizes[family])))
+
+
+def _bridges(cells: _Cells, design: Design) -> tuple[Bridge, ...]:
+    """Which part of what pictures change each agent's misreadings account for; all of a study are judged together."""
+    asked = [
+        partial(bridge, {label: cells[agent, label] for label in arms.values() if (agent, label) in cells}, arms)
+        for agent in design.agents
+        for arms in bridges_of(design.arms)
+    ]
+    answered = [make for make in asked if make() is not None]
+    return tuple(one for make in answered if (one := make(agents=len(answered))) is not None)
 
 
 def dose_series(

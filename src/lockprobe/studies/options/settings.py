@@ -11,9 +11,9 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from lockprobe.boxes.boxfile import box_from_data
 from lockprobe.foundation.errors import BadFile, BadValue, UserMistake
-from lockprobe.foundation.spec import Spec, spec_name, split_specs
+from lockprobe.foundation.spec import Spec, split_specs
 from lockprobe.foundation.validation import plain
-from lockprobe.interventions.catalogue import shipped
+from lockprobe.interventions.catalogue import shipped_as
 from lockprobe.studies.records.directory import read_settings
 from lockprobe.studies.study import LARGEST_SEED, Study
 from lockprobe.trial.condition import Condition, Recorded
@@ -115,7 +115,7 @@ def _conditions(found: _Settings) -> tuple[Condition, ...]:
 
 def _doses(act: _Intervention) -> tuple[str, ...]:
     """All doses of an intervention of Lockprobe, said or left out; of other packages' those on record."""
-    own = shipped().get(spec_name(act.spec))
+    own = shipped_as(Spec.parse(act.spec, "intervention"))
     return tuple(act.doses) if own is None or not act.doses else tuple(own.doses)
 
 

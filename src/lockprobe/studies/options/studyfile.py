@@ -22,17 +22,24 @@ from lockprobe.interventions.catalogue import shipped
 from lockprobe.interventions.conditions import blind, distinct, flips, read_condition, says_modality, sweep
 from lockprobe.interventions.flip import DEFAULT, FlipKind, OutcomeFlip, flip_of
 from lockprobe.plants.catalogue import PlantSource, resolve_plant
-from lockprobe.studies.modality import taken_in
+from lockprobe.studies.bridge import bridge_conditions
 from lockprobe.studies.options import paper
 from lockprobe.studies.options.agent_names import named_agents
 from lockprobe.studies.options.as_paper import as_paper
 from lockprobe.studies.options.readings import conditions_for_strategies, flips_of_readings, readings_of
 from lockprobe.studies.options.settings import LONGEST_SPEC
+from lockprobe.studies.options.study_defaults import (
+    extent_of,
+    layout_by_default,
+    plant_of,
+    players_by_default,
+    shown_by_default,
+)
 from lockprobe.studies.options.study_options import SHIPPED, STUDIES, StudyOptions, read_options_file, study_options
 from lockprobe.studies.options.trial_options import trial_options
-from lockprobe.studies.running.yoking import check_sources
+from lockprobe.studies.running.followers import check_sources, with_rates
 from lockprobe.studies.study import Study
-from lockprobe.studies.why import AGENTS, EXTENT, arm_conditions
+from lockprobe.studies.why import arm_conditions
 from lockprobe.trial.condition import TRUTH, Condition
 from lockprobe.trial.doses import DOSES_SAID, can_be_fitted, modality_doses
 from lockprobe.trial.protocols import Intervention
@@ -76,19 +83,16 @@ def study(asked: StudyOptions | str | Path = "flips", /, **options: Any) -> Stud
     allow(*(spec for specs in request.specs.values() for spec in specs))  # a file that names code was refused
     if request.study not in STUDIES:
         raise UnknownName("study", request.study, [*STUDIES, *SHIPPED, "FILE.toml"])
-    modal = request.study == "modalities"
     _check_lengths(request)
-    plant = resolve_plant(_plant(request))
+    plant = resolve_plant(plant_of(request))
     if request.as_paper:
         request = as_paper(request, plant)
-    modalities = tuple(_given(request.modality, _shown_by_default(request, plant, modal=modal)))
+    modalities = tuple(_given(request.modality, shown_by_default(request, plant)))
     if request.flip == "outcome-only":
         modalities = tuple(map(blind, modalities))
     _check_controls(request)
-    extent = (
-        paper.MODALITY_TRIALS if modal else _why_extent(request) if request.study == "why" else _flips_extent(request)
-    )
-    written = request.agent if request.agent is not None else _players_by_default(request.study, modalities)
+    extent = extent_of(request)
+    written = request.agent if request.agent is not None else players_by_default(request.study, modalities)
     agents, names = named_agents(written)
     for spec in agents:
         resolve(spec)
@@ -96,12 +100,12 @@ def study(asked: StudyOptions | str | Path = "flips", /, **options: Any) -> Stud
         if spec.startswith(AGENT_SWEEP):
             agents, names = _swept_agents(agents, names, spec)
     allow(*agents)
-    conditions = _conditions(request, extent, modalities)
+    conditions = tuple(map(with_rates, _conditions(request, extent, modalities)))
     spared = [*conditions_for_strategies(extent)] if _is_plain(request) and any(map(is_strategy, agents)) else []
     planned = _planned(request, plant, agents, [*conditions, *spared], extent, names)
     planned = replace(planned, strategy_conditions=tuple(one.label for one in spared))
     planned.check_agents()
-    check_sources(planned.conditions)
+    check_sources(planned)
     _check_kept(planned.box)
     return planned
 
@@ -124,7 +128,7 @@ def trial_study(given: Mapping[str, Any], *, agent: str, name: str = "trial") ->
     request = trial_options(given).model_copy(update={"name": name})
     _check_lengths(request)
     condition = _one_condition(given.get("condition"), request)
-    return _planned(request, resolve_plant(_plant(request)), [agent], [condition], paper.ONE_TRIAL, {})
+    return _planned(request, resolve_plant(plant_of(request)), [agent], [condition], paper.ONE_TRIAL, {})
 
 
 def _planned(
@@ -147,15 +151,11 @@ def _planned(
         seed=_given(request.seed, 1),
         shuffle=_given(request.shuffle, "trial"),
         plant=plant.spec,
-        layout=_given(request.layout, paper.MODALITY_PANEL if request.study == "modalities" else "fixed"),
+        layout=_given(request.layout, layout_by_default(request.study)),
         assessment=_given(request.assessment, True),
         hypothesis=_given(request.hypothesis, "before"),
         names=names,
     )
-
-
-def _plant(request: StudyOptions) -> str:
-    return _given(request.plant, paper.ROBOT if request.study == "modalities" else "symbolic")
 
 
 def _is_plain(request: StudyOptions) -> bool:
@@ -235,6 +235,8 @@ def _conditions(request: StudyOptions, extent: paper.Extent, modalities: Sequenc
             raise BadValue(what, list(values), "at least one, and every one once")
     if request.study == "why":
         return _arms(request, p, modalities)
+    if request.study == "bridge":
+        return _bridge(request, modalities)
     if request.condition is None and request.sweep is None:
         return flips_of_readings(p, kinds, modalities)
     asked = request.p is not None or request.readings is not None
@@ -297,6 +299,16 @@ def _arms(request: StudyOptions, p: Sequence[float], modalities: Sequence[str]) 
     found = distinct([*arms, *more])
     _check_names(found)
     return found
+
+
+def _bridge(request: StudyOptions, modalities: Sequence[str]) -> tuple[Condition, ...]:
+    """The arms of the study ``bridge``."""
+    if len(modalities) > 1:
+        raise BadValue("modality", list(modalities), "one, the pictures that are compared with words")
+    for what in ("p", "condition", "sweep"):
+        if getattr(request, what) is not None:
+            raise BadValue(what, getattr(request, what), "none with bridge, whose arms follow from the pictures")
+    return bridge_conditions(modalities[0], flip_of(_flip(request)))
 
 
 def _one_condition(asked: str | Condition | Sequence[Intervention] | None, request: StudyOptions) -> Condition:
@@ -375,36 +387,10 @@ def _check_lengths(request: StudyOptions) -> None:
 
 def _check_controls(request: StudyOptions) -> None:
     """Refuse options of a study of controls with another, and of flips with it."""
-    if request.full and request.study == "why":
-        raise BadValue("full", True, "none with why, which has trials of its own; --trials says how many")
+    if request.full and request.study in ("why", "bridge"):
+        raise BadValue("full", True, f"none with {request.study}, which has trials of its own; --trials says how many")
     if request.parts and request.study != "why":
         raise BadValue("parts", True, f"none with {request.study}; why plays the parts of a false report")
-
-
-def _why_extent(request: StudyOptions) -> paper.Extent:
-    return EXTENT if request.trials is None else replace(EXTENT, strategy_trials=None)
-
-
-def _flips_extent(request: StudyOptions) -> paper.Extent:
-    said = (request.p, request.trials, request.repetitions, request.condition, request.sweep)
-    asked = request.full or any(given is not None for given in said)
-    return paper.FULL if asked else paper.SHORT
-
-
-def _shown_by_default(request: StudyOptions, plant: PlantSource, *, modal: bool) -> tuple[str, ...]:
-    """The paper's modalities in the modality study, as far as the plant has a camera; reports in words in others."""
-    if modal and plant.has_camera:
-        return paper.MODALITIES
-    return ("symbolic" if request.flip == "outcome-only" or request.parts else STATES,)
-
-
-def _players_by_default(study: str, modalities: tuple[str, ...]) -> tuple[str, ...]:
-    """Those that the study has by default; of the modality study's only those that have something to play."""
-    if study == "why":
-        return AGENTS
-    if study != "modalities":
-        return ("llm:local", paper.LEARNER, *paper.REFERENCES)
-    return tuple(agent for agent in paper.LOOKERS if taken_in(agent, modalities))
 
 
 def _given(value: _T | None, default: _T) -> _T:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from lockprobe.foundation.errors import BadValue
 from lockprobe.interventions.catalogue import shipped
 from lockprobe.interventions.conditions import interventions_in
-from lockprobe.interventions.yoked import Yoked
+from lockprobe.interventions.sources import follows
 from lockprobe.studies.modality import is_pictured
 from lockprobe.trial.condition import Condition, place_of, spec_of
 from lockprobe.trial.protocols import Intervention, InterventionTraits
@@ -69,8 +69,8 @@ def check_playable(conditions: Iterable[Condition], by: Outside) -> None:
 
 def _instead(one: Intervention, condition: Condition, by: Outside) -> str:
     """What can be played instead of an intervention; empty if it can itself."""
-    if isinstance(one, Yoked) and one.how == "looping" and not one.at:
-        return f"a condition without yoked?how=looping: {by.name} plays each trial once"
+    if follows(condition):
+        return f"a condition that follows no other trials: {by.name} plays each trial once"
     place = place_of(type(one))
     if place == "remembered" or (place == "asked" and not _reaches(one, by)):
         return f"what is told or done, or {', '.join(by.said)}: {by.why}"

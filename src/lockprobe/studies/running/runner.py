@@ -35,15 +35,16 @@ from lockprobe.foundation.errors import (
     UserMistake,
 )
 from lockprobe.foundation.interrupts import interruptible
+from lockprobe.interventions.sources import follows
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.costs.call_log import Calls, read_calls
 from lockprobe.studies.records.journal import Journal, Timing, load, read_timings
 from lockprobe.studies.records.picture_store import ALBUM, Album
 from lockprobe.studies.running.cluster_trials import can_travel, play_on_cluster
+from lockprobe.studies.running.followers import Followers
 from lockprobe.studies.running.lanes import play_in_lanes
 from lockprobe.studies.running.trial_setup import closed_in_one_line, own_thread, play_timed
 from lockprobe.studies.running.workers import play_in_workers
-from lockprobe.studies.running.yoking import bound, is_yoked
 from lockprobe.studies.study import Study
 from lockprobe.trial.loop import here
 from lockprobe.trial.model_call import OWED_ANEW, Call
@@ -201,10 +202,12 @@ def _owed(plans: Iterable[Plan], journal: Journal) -> list[Plan]:
 
 def _rounds(study: Study, plans: Sequence[Plan], journal: Journal) -> Iterator[list[Plan]]:
     """Yield first the plans that depend on no other trial, then those whose source trial has been played."""
-    yield [plan for plan in plans if not is_yoked(plan.condition)]
-    if followers := [plan for plan in plans if is_yoked(plan.condition)]:
-        there = {trial.key: trial for trial in load(journal.directory)}  # a journal keeps no steps
-        yield [plan for one in followers if (plan := bound(one, study, there)) is not None]
+    yield [plan for plan in plans if not follows(plan.condition)]
+    if later := [plan for plan in plans if follows(plan.condition)]:
+        followers = Followers(
+            study, {trial.key: trial for trial in load(journal.directory)}
+        )  # a journal keeps no steps
+        yield [plan for one in later if (plan := followers.bound(one)) is not None]
 
 
 def _run_here(sources: Sequence[AgentSource]) -> list[AgentSource]:

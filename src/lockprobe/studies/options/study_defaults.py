@@ -1,0 +1,61 @@
+"""What a study has by default, by its name: its extent, its plant, its panel, what it shows, and who plays."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from lockprobe.boxes.box import LayoutKind
+from lockprobe.plants.catalogue import PlantSource
+from lockprobe.studies import bridge, why
+from lockprobe.studies.modality import taken_in
+from lockprobe.studies.options import paper
+from lockprobe.studies.options.study_options import StudyOptions
+from lockprobe.trial.record import STATES
+
+__all__ = ["extent_of", "layout_by_default", "plant_of", "players_by_default", "shown_by_default"]
+
+_PICTURED = ("modalities", "bridge")
+"""The studies that show pictures."""
+
+
+def plant_of(request: StudyOptions) -> str:
+    """The plant that a request names, or that of its study."""
+    return request.plant if request.plant is not None else paper.ROBOT if request.study in _PICTURED else "symbolic"
+
+
+def layout_by_default(study: str) -> LayoutKind:
+    """How a study lays its panel out."""
+    return paper.MODALITY_PANEL if study in _PICTURED else "fixed"
+
+
+def extent_of(request: StudyOptions) -> paper.Extent:
+    """How much a study plays, unless the request says more."""
+    if request.study == "modalities":
+        return paper.MODALITY_TRIALS
+    if request.study == "bridge":
+        return bridge.EXTENT
+    if request.study == "why":
+        return why.EXTENT if request.trials is None else replace(why.EXTENT, strategy_trials=None)
+    said = (request.p, request.trials, request.repetitions, request.condition, request.sweep)
+    asked = request.full or any(given is not None for given in said)
+    return paper.FULL if asked else paper.SHORT
+
+
+def shown_by_default(request: StudyOptions, plant: PlantSource) -> tuple[str, ...]:
+    """The paper's modalities in the modality study, as far as the plant has a camera; reports in words in others."""
+    if request.study == "bridge":
+        return ("rgb",)
+    if request.study == "modalities" and plant.has_camera:
+        return paper.MODALITIES
+    return ("symbolic" if request.flip == "outcome-only" or request.parts else STATES,)
+
+
+def players_by_default(study: str, modalities: tuple[str, ...]) -> tuple[str, ...]:
+    """Those that the study has by default; of the modality study's only those that have something to play."""
+    if study == "why":
+        return why.AGENTS
+    if study == "bridge":
+        return bridge.AGENTS
+    if study == "modalities":
+        return tuple(agent for agent in paper.LOOKERS if taken_in(agent, modalities))
+    return ("llm:local", paper.LEARNER, *paper.REFERENCES)
