@@ -9,13 +9,16 @@ from pathlib import Path
 import numpy as np
 
 from lockprobe.boxes.box import Lockbox
-from lockprobe.foundation.spec import Spec, with_options
+from lockprobe.foundation.spec import Spec, in_words, settings_of, with_options
 from lockprobe.plants.catalogue import FilmHook, Make, PlantSource
 from lockprobe.trial.protocols import Plant
 from lockprobe_robot.simulation import require_mujoco
 from lockprobe_robot.twin_settings import CameraSettings, SceneSettings, TwinSettings, UserModelSettings
 
 __all__ = ["fast_twin", "manual", "rig", "twin"]
+
+_FILES = ("model", "root", "digest")
+"""Options that say which plant it is, and no property of it."""
 
 
 def fast_twin(spec: Spec) -> PlantSource:
@@ -64,8 +67,16 @@ def _pictured(spec: Spec, settings: CameraSettings, make: Make) -> PlantSource:
 
         return chosen_renderer(settings.renderer)
 
-    size = (settings.width, settings.height)
-    return PlantSource(spec=str(spec), make=make, check=check, picture_size=size, renderer=renderer)
+    size, known = (settings.width, settings.height), settings_of(settings)
+    return PlantSource(
+        spec=str(spec),
+        make=make,
+        check=check,
+        picture_size=size,
+        renderer=renderer,
+        options={name: in_words(value) for name, value in known.items() if name not in _FILES},
+        doses=tuple(name for name, value in known.items() if isinstance(value, float)),
+    )
 
 
 def _check_renderer(settings: CameraSettings) -> None:
@@ -109,6 +120,7 @@ def manual(spec: Spec) -> PlantSource:
         photographs=bool(settings.camera),
         painted_labels=bool(settings.camera),
         is_attended=lambda: True,
+        options={},
     )
 
 
@@ -133,4 +145,5 @@ def rig(spec: Spec) -> PlantSource:
         check=lambda box: make(box, box.names, np.random.default_rng(0)).close(),
         photographs=settings.truth == "camera",
         is_attended=lambda: settings.rung == "wire",  # one at a time: it keeps time as a robot does
+        options={},
     )

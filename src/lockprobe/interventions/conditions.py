@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from itertools import chain, product
@@ -12,8 +13,11 @@ from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.spec import Spec, spec_name, split_specs
 from lockprobe.interventions.catalogue import interventions_of
 from lockprobe.interventions.flip import DEFAULT, FlipKind, OutcomeFlip, flip_of
+from lockprobe.plants.catalogue import resolve_plant
+from lockprobe.plants.changed_options import plant_change
 from lockprobe.trial.condition import Condition, Recorded
 from lockprobe.trial.doses import MODALITY_DOSES, OF_PLAIN_FLIPS, modality_doses
+from lockprobe.trial.plant_change import PLANT, PlantChange
 from lockprobe.trial.protocols import Intervention
 from lockprobe.trial.record import STATES
 
@@ -32,6 +36,9 @@ __all__ = [
 
 MODALITIES = ("symbolic", "rgb", "rgbd")
 """The modalities: the ways to show a box. Options follow a question mark."""
+
+_PLANT_OPTION = re.compile(rf"^{PLANT}\.(\w+)=")
+"""A sweep over one option of the plant, ``plant.pose_error=0,0.01``."""
 
 _MOST = 1000
 """The most combinations of doses in one sweep."""
@@ -127,21 +134,41 @@ def tells_positions(modality: str) -> bool:
     return Spec.parse(modality, "modality").options.get("tell") != "outcome"
 
 
-def read_condition(spec: str, name: str = "") -> Condition:
-    """The condition that a spec describes; its last part may be a modality.
+def read_condition(spec: str, name: str = "", plant: str = "symbolic") -> Condition:
+    """The condition that a spec describes; its last part may be a modality, and one may change the plant.
 
     >>> read_condition("tremble?p=0.1 + rgb").modality
     'rgb'
+    >>> read_condition("plant?pose_error=0.01 + rgb", plant="twin").doses
+    {'plant.pose_error': 0.01}
+
+    Args:
+        spec: The spec.
+        name: The experimenter's name for it; empty for its spec.
+        plant: Spec of the study's plant, whose options the part ``plant`` changes.
 
     Raises:
-        UnknownName: As :func:`interventions_of`.
+        UnknownName: As :func:`interventions_of`, or if the plant has no such option.
         BadValue: As :func:`interventions_of`, or as :class:`Condition`.
     """
-    *acting, last = split_specs(spec)
-    if says_modality(spec):
-        interventions = interventions_of(" + ".join(acting))
-        return Condition(interventions=interventions, modality=_without_zeros(last), name=name)
-    return Condition(interventions=interventions_of(spec), name=name)
+    parts = split_specs(spec)
+    modality = _without_zeros(parts.pop()) if says_modality(spec) else STATES
+    changes = [part for part in parts if spec_name(part) == PLANT]
+    acting = " + ".join(part for part in parts if part not in changes)
+    return Condition(
+        interventions=interventions_of(acting), modality=modality, name=name, plant=_changed(changes, plant, spec)
+    )
+
+
+def _changed(parts: Sequence[str], plant: str, spec: str) -> PlantChange:
+    """What the parts of a condition change of a plant."""
+    asked: dict[str, str] = {}
+    for part in parts:
+        options = Spec.parse(part, "condition").options
+        if not options or options.keys() & asked.keys():
+            raise BadValue("condition", spec, "each option of the plant once, for example plant?pose_error=0.01")
+        asked |= options
+    return plant_change(plant, asked)
 
 
 def says_modality(spec: str) -> bool:
@@ -159,7 +186,7 @@ def _without_zeros(modality: str) -> str:
     return str(spec.without([dose for dose in MODALITY_DOSES if spec.options.get(dose) in ("0", "0.0")]))
 
 
-def sweep(spec: str) -> tuple[Condition, ...]:
+def sweep(spec: str, plant: str = "symbolic") -> tuple[Condition, ...]:
     """One condition for every value of a dose (separated by commas), or for every combination of several doses.
 
     The doses may be of several interventions or of one. In combinations, interventions at dose 0 are left out, so that
@@ -170,45 +197,54 @@ def sweep(spec: str) -> tuple[Condition, ...]:
     >>> [condition.spec for condition in sweep("flip?p=0,0.4 + tremble?p=0,0.1")]
     ['truth', 'tremble?p=0.1', 'flip?p=0.4', 'flip?p=0.4 + tremble?p=0.1']
 
+    A dose of the plant alone may be written ``plant.pose_error=0,0.01``.
+
+    Args:
+        spec: The spec.
+        plant: Spec of the study's plant.
+
     Raises:
         UnknownName: As :func:`read_condition`.
         BadValue: As :func:`read_condition`; also if no dose has several values, or if there are too many combinations.
     """
-    parts = split_specs(spec)
+    parts = [_PLANT_OPTION.sub(rf"{PLANT}?\1=", part) for part in split_specs(spec)]
     swept = {at: found for at, part in enumerate(parts) if (found := _several(part))}
     if not swept:
         raise BadValue("sweep", spec, "several values of a dose, separated by commas, for example tremble?p=0,0.1,0.2")
     many = prod(len(values) for found in swept.values() for values in found.values())
     if many > _MOST:
         raise BadValue("sweep", spec, f"at most {_MOST} combinations, not {many}")
-    several = {at: _dosed(spec, parts[at], found) for at, found in swept.items()}
+    several = {at: _dosed(spec, parts[at], found, plant) for at, found in swept.items()}
     conditions = []
     for chosen in product(*several.values()):
         doses = dict(zip(several, chosen, strict=True))
         acting = [doses.get(at, part) for at, part in enumerate(parts)]
         if len(several) > 1 or any(len(found) > 1 for found in swept.values()):
-            acting = [part for at, part in enumerate(acting) if at not in several or not _idle(part)]
-        conditions.append(read_condition(" + ".join(acting)))
+            acting = [part for at, part in enumerate(acting) if at not in several or not _idle(part, plant)]
+        conditions.append(read_condition(" + ".join(acting), plant=plant))
     return distinct(conditions)
 
 
-def _dosed(spec: str, part: str, swept: Mapping[str, Sequence[str]]) -> list[str]:
+def _dosed(spec: str, part: str, swept: Mapping[str, Sequence[str]], plant: str) -> list[str]:
     """A part of a sweep, once for every value of its dose, or every combination of values of its doses."""
     chosen = [dict(zip(swept, values, strict=True)) for values in product(*swept.values())]
     found = [str(Spec.parse(part, "sweep").adding(values)) for values in chosen]
     if spec_name(part) in MODALITIES:
         doses = list(MODALITY_DOSES)
+    elif spec_name(part) == PLANT:
+        plant_change(plant, Spec.parse(found[0]).options)  # refuses an option that there is not
+        doses = list(resolve_plant(plant).doses)
     else:
-        doses = list(chain.from_iterable(read_condition(found[0]).dose_names))
+        doses = list(chain.from_iterable(names for _, names in read_condition(found[0]).acting))
     if wrong := [option for option in swept if option not in doses]:
         known = ", ".join(doses) or "this has none"
         raise BadValue("sweep", spec, f"values of a dose ({known}), not of {', '.join(wrong)}")
     return found
 
 
-def _idle(part: str) -> bool:
-    """Whether a part is an intervention that does nothing."""
-    return spec_name(part) not in MODALITIES and read_condition(part).does_nothing
+def _idle(part: str, plant: str) -> bool:
+    """Whether a part is an intervention, or a change of the plant, that does nothing."""
+    return spec_name(part) not in MODALITIES and read_condition(part, plant=plant).does_nothing
 
 
 def _several(part: str) -> dict[str, list[str]]:

@@ -20,7 +20,7 @@ def follows(condition: Condition) -> bool:
 
 def alone(condition: Condition) -> Condition:
     """The condition without what follows other trials, for a trial that is made up and not played."""
-    acting = zip(condition.interventions, condition.specs, strict=True)
+    acting = zip(condition.interventions, condition.specs, strict=False)  # the last spec may be the plant's
     kept = tuple(one for one, spec in acting if source_named(spec) is None and looping_rate(spec) is None)
     return replace(condition, interventions=kept, name=condition.label)
 

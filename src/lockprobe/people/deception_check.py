@@ -23,7 +23,7 @@ def can_be_false(condition: Condition) -> bool:
     """
     if float(modality_doses(condition.modality)[1].get("p", "0")):
         return True
-    return any(map(_acts, condition.specs, condition.dose_names))
+    return any(_acts(spec, doses) for spec, doses in condition.acting)
 
 
 def _acts(spec: str, doses: tuple[str, ...]) -> bool:

@@ -125,9 +125,9 @@ async def open_study(
     _check(study, experiment)
     _check_language(study, words)
     practice = practice_plan(study, experiment)
-    plant = resolve_plant(study.plant)
-    for box in (study.box, *([practice.box] if practice else [])):
-        plant.check(box)
+    for plant in map(resolve_plant, dict.fromkeys((*study.plants, study.plant))):
+        for box in (study.box, *([practice.box] if practice else [])):
+            plant.check(box)
     with (
         Journal.open(directory, replace(study, agents=known)) as journal,
         own_thread() if study.simulated else nullcontext(here) as place,

@@ -46,7 +46,9 @@ class Roster:
         marked = ((session.journey.joined.token, session) for session in self._sessions.values())
         self._by_mark = {mark: session for mark, session in marked if mark}  # imported participants have no token
         self._looked = opened.clock()
-        self._most_waiting = _MOST_WITH_CAMERA if resolve_plant(opened.study.plant).has_camera else sys.maxsize
+        self._most_waiting = (
+            _MOST_WITH_CAMERA if any(resolve_plant(one).has_camera for one in opened.study.plants) else sys.maxsize
+        )
 
     @classmethod
     async def read(cls, opened: OpenStudy) -> Roster:

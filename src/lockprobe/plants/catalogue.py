@@ -8,7 +8,8 @@ without it) and a camera for ``manual``. Options follow a question mark: ``twin?
 Installed packages add plants by an entry point in the group ``lockprobe.plants``. It names a class or function that is
 called with ``box``, ``labels`` (of its joints, in panel order), ``rng`` (the trial's stream ``plant``) and its options;
 ``python:module:Name`` names it directly. A plant that has a camera, or that checks something before the first trial, is
-an entry point in the group ``lockprobe.plant_sources``: a function of the spec that returns a :class:`PlantSource`.
+an entry point in the group ``lockprobe.plant_sources``: a function of the spec that returns a :class:`PlantSource`,
+which may also say which options a condition can change, and which of them are doses.
 """
 
 from __future__ import annotations
@@ -69,6 +70,9 @@ class PlantSource:
         is_attended: Whether somebody answers its questions at the terminal, so that trials run in this process one at a
             time. Classes of other packages declare it (:class:`lockprobe.trial.protocols.PlantTraits`).
         ships: Whether it is one of Lockprobe's own.
+        options: The options that a condition may change -> the value of each, in words; None for any, of a package that
+            does not say which there are.
+        doses: Those of them that are doses: numbers over which curves can be drawn.
     """
 
     spec: str
@@ -82,6 +86,8 @@ class PlantSource:
     lays_out: bool = False
     is_attended: Callable[[], bool] = lambda: False
     ships: bool = True
+    options: Mapping[str, str] | None = None
+    doses: tuple[str, ...] = ()
 
     @property
     def has_camera(self) -> bool:
@@ -125,9 +131,9 @@ def resolve_plant(spec: str | Spec) -> PlantSource:
     if spec.full_name == "symbolic":
         if spec.options:
             raise BadValue("plant", str(spec), "symbolic without options")
-        return PlantSource(spec=str(spec), make=lambda box, labels, rng: SymbolicPlant(box), lays_out=True)
+        return PlantSource(spec=str(spec), make=lambda box, labels, rng: SymbolicPlant(box), lays_out=True, options={})
     if spec.full_name == "manual" and not spec.options:
-        return PlantSource(spec=str(spec), make=_by_hand, is_attended=lambda: True)
+        return PlantSource(spec=str(spec), make=_by_hand, is_attended=lambda: True, options={})
     if spec.full_name in PLANTS:
         ours: PlantSource = _of_robot(str(spec)).load()(spec)
         return ours

@@ -6,8 +6,10 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from lockprobe.foundation.spec import spec_name
 from lockprobe.statistics.behaviour import REPORTS
 from lockprobe.statistics.outcomes import ended
+from lockprobe.trial.plant_change import PLANT
 from lockprobe.trial.record import Trial
 
 __all__ = ["Idle", "StepsChanged", "Unheeded", "idle_interventions", "steps_changed", "unheeded"]
@@ -113,7 +115,7 @@ def idle_interventions(agent: str, condition: str, found: StepsChanged | None, a
     """
     if found is None or not found.known:
         return []
-    if not found.changed:
+    if not found.changed and not any(spec_name(spec) == PLANT for spec in acting):
         return [Idle(agent=agent, condition=condition, intervention="", steps=found.steps)]
     return [
         Idle(agent=agent, condition=condition, intervention=spec, steps=found.steps)

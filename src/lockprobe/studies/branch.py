@@ -167,7 +167,7 @@ def _changed(condition: Condition, arm: str, at: int, label: str) -> tuple[tuple
     """The interventions of an arm, and the condition that includes them."""
     acting = arm_interventions(arm, at, condition, label)
     interventions = (*interventions_in(condition), *acting)
-    return acting, Condition(interventions=interventions, modality=condition.modality, name=f"fork: {arm}")
+    return acting, replace(condition, interventions=interventions, name=f"fork: {arm}")
 
 
 def _label(trial: Trial, arm: str) -> str:

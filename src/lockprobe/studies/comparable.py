@@ -17,7 +17,8 @@ from lockprobe.foundation.spec import Spec, spec_name
 from lockprobe.interventions.prompt import OwnPrompt
 from lockprobe.statistics.conditions.axis import axis_key
 from lockprobe.statistics.conditions.design import Design
-from lockprobe.studies.study import Study, flip_axis
+from lockprobe.studies.flip_axis import flip_axis
+from lockprobe.studies.study import Study
 from lockprobe.studies.study_design import arms_of
 from lockprobe.trial.condition import Condition, Recorded
 from lockprobe.trial.doses import OF_PLAIN_FLIPS, modality_doses
@@ -137,14 +138,18 @@ def _shared(condition: Condition) -> SharedCondition:
     prompts = [spec for spec in condition.specs if spec_name(spec) == OwnPrompt.name]
     acting = [
         Recorded(spec=spec, doses=doses)
-        for spec, doses in zip(condition.specs, condition.dose_names, strict=True)
+        for spec, doses in condition.acting
         if spec not in prompts and not _is_idle(spec, doses, condition.modality)
     ]
     files = (Spec.parse(spec, "intervention").options.get("file", spec) for spec in prompts)
-    whole = " + ".join((*(one.spec for one in acting), condition.modality))
+    changed = filter(None, [condition.plant.spec])
+    whole = " + ".join((*(one.spec for one in acting), *changed, condition.modality))
     name = f"{whole[:_LONGEST]}\N{HORIZONTAL ELLIPSIS} {sha256(whole.encode()).hexdigest()[:8]}"
     bare = Condition(
-        interventions=tuple(acting), modality=condition.modality, name=name if len(whole) > _LONGEST else ""
+        interventions=tuple(acting),
+        modality=condition.modality,
+        name=name if len(whole) > _LONGEST else "",
+        plant=condition.plant,
     )
     return SharedCondition(bare, " + ".join(files))
 

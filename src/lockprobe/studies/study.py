@@ -11,14 +11,18 @@ from lockprobe.agents.catalogue import is_strategy
 from lockprobe.boxes.box import LayoutKind, Lockbox, Shuffle
 from lockprobe.boxes.layouts import redealt
 from lockprobe.foundation.errors import BadValue, UnknownName
+from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.seeds import study_stream, trial_stream
-from lockprobe.foundation.spec import PEOPLE, Spec, spec_name
+from lockprobe.foundation.spec import PEOPLE, spec_name
 from lockprobe.foundation.validation import check_choice
-from lockprobe.interventions.conditions import flip_alone, tells_positions
+from lockprobe.interventions.conditions import tells_positions
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.studies.modality import check_shown, is_pictured, refuse_blind, taken_in
+from lockprobe.plants.changed_options import plant_change
+from lockprobe.studies.flip_axis import flip_axis, reading_of
+from lockprobe.studies.modality import check_distinct, check_shown, is_pictured, refuse_blind, taken_in
 from lockprobe.studies.options.agent_names import check_names
+from lockprobe.studies.options.condition_settings import condition_settings
 from lockprobe.studies.options.settings_hash import hash_of, in_no_order, sorted_text
 from lockprobe.studies.running.playable import PERSON, check_playable
 from lockprobe.trial.briefing import Ask
@@ -27,7 +31,7 @@ from lockprobe.trial.doses import DOSES_SAID, can_be_fitted
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Trial
 
-__all__ = ["LARGEST_SEED", "Study", "flip_axis"]
+__all__ = ["LARGEST_SEED", "Study"]
 
 CLOSEST_P = 1e-6
 LARGEST_SEED = 2**63
@@ -53,7 +57,7 @@ class Study:
         max_steps: Budget of a trial in steps; the paper has 20.
         seed: Seed of everything.
         shuffle: How often labels and their listing are drawn: in every ``trial``, once for the ``study``, or ``never``.
-        plant: What is acted on, as its spec.
+        plant: What is acted on, as its spec; conditions may change its options (:meth:`plant_of`).
         layout: ``fixed``, the box's own; ``dealt``, another one for all trials; or ``shuffled``, a new one in every
             trial (:func:`lockprobe.boxes.layouts.redealt`), the same under every condition and for every agent.
         flip_axis: Those of its conditions that differ in flip rate and modality alone, the truth among them: flips of
@@ -127,11 +131,24 @@ class Study:
                     raise BadValue(f"{name} of {one.label}", dose, DOSES_SAID)
 
     def _check_plant(self) -> None:
-        """Refuse what the plant cannot show."""
-        plant = resolve_plant(self.plant)
-        check_shown(self.conditions, plant)
-        if self.shuffle != "never" and self.has_pictures and plant.painted_labels:
-            raise BadValue("shuffle", self.shuffle, "never with pictures of a real box, on which labels are painted")
+        """Refuse what the plant of a condition cannot show, and changes that the study's plant does not allow."""
+        own, shown = resolve_plant(self.plant), grouped(self.conditions, self.plant_of)
+        check_distinct(self.modalities)
+        for spec, conditions in shown.items():
+            plant = resolve_plant(spec)
+            check_shown(conditions, plant)
+            if (
+                self.shuffle != "never"
+                and plant.painted_labels
+                and any(is_pictured(one.modality) for one in conditions)
+            ):
+                expected = "never with pictures of a real box, on which labels are painted"
+                raise BadValue("shuffle", self.shuffle, expected)
+        for one in self.conditions:
+            if own.ships and (change := plant_change(own, one.plant.options)) != one.plant:
+                raise BadValue(
+                    f"plant of {one.label}", one.plant.spec or "none", f"{change.spec or 'none'}, {change.own}"
+                )
 
     @property
     def labels(self) -> tuple[str, ...]:
@@ -160,12 +177,21 @@ class Study:
     @property
     def flip(self) -> OutcomeFlip:
         """What a false report is in those conditions: a flip at rate 0."""
-        return _reading(self.flip_axis)
+        return reading_of(self.flip_axis)
 
     @property
     def flip_kind(self) -> str:
         """What a false report is in those conditions, in the words of the field: ``memoryless state noise``."""
         return self.flip.reading if any(map(tells_positions, self.modalities)) else "outcomes without positions"
+
+    def plant_of(self, condition: Condition) -> str:
+        """The spec of the plant on which a condition is played: the study's, with the options that it changes."""
+        return condition.plant.on(self.plant)
+
+    @property
+    def plants(self) -> tuple[str, ...]:
+        """The plants of its conditions, each once."""
+        return tuple(dict.fromkeys(map(self.plant_of, self.conditions)))
 
     @property
     def modalities(self) -> tuple[str, ...]:
@@ -178,7 +204,7 @@ class Study:
             "study": self.name,
             "agents": list(self.agents),
             **({"names": dict(self.names)} if self.names else {}),
-            "conditions": [_settings_of(condition) for condition in self.conditions],
+            "conditions": [condition_settings(condition) for condition in self.conditions],
             "repetitions": self.repetitions,
             "trials": self.trials,
             "strategy_trials": self.strategy_trials,
@@ -208,7 +234,7 @@ class Study:
         """The study with its conditions in the order of settings that have the same; else as it is."""
         there = settings.get("conditions")
         places = {sorted_text(one): place for place, one in enumerate(there if isinstance(there, list) else ())}
-        own = [sorted_text(_settings_of(one)) for one in self.conditions]
+        own = [sorted_text(condition_settings(one)) for one in self.conditions]
         if {*own} != places.keys():
             return self
         order = sorted(range(len(own)), key=lambda i: places[own[i]])
@@ -326,7 +352,7 @@ class Study:
             trial=trial,
             seed=seed,
             budget=self.max_steps,
-            plant=self.plant,
+            plant=self.plant_of(condition),
             shuffle=self.shuffle,
             assessment=self.assessment,
             hypothesis=self.hypothesis,
@@ -408,35 +434,3 @@ class Study:
     def size_of(self, agent: str) -> int:
         """Number of trials of one agent, over all conditions."""
         return len(self.conditions_of(agent)) * self.repetitions * self.trials_of(agent)
-
-
-def flip_axis(conditions: Sequence[Condition]) -> tuple[Condition, ...]:
-    """Flips of one reading and the truth: each rate once in each modality. Of several, that of the first flip."""
-    flips = [one for one in conditions if one.p is not None]
-    reading = _reading(flips)
-    found: dict[tuple[str, float | None], Condition] = {}
-    for one in flips:
-        if not one.specs or ((flip := flip_alone(one)) is not None and flip.at_rate(0) == reading):
-            found.setdefault((one.modality, one.p), one)
-    return tuple(found.values())
-
-
-def _reading(flips: Sequence[Condition]) -> OutcomeFlip:
-    return next(
-        (flip.at_rate(0) for one in flips if one.specs and (flip := flip_alone(one)) is not None), OutcomeFlip()
-    )
-
-
-def _settings_of(condition: Condition) -> dict[str, object]:
-    """A condition as JSON holds it: enough to read records by, whatever of it can be imported there."""
-    acting = [
-        {"spec": spec, **({"doses": said} if (said := _said(spec, doses)) else {})}
-        for spec, doses in zip(condition.specs, condition.dose_names, strict=True)
-    ]
-    return {"name": condition.name, "interventions": acting, "modality": condition.modality}
-
-
-def _said(spec: str, doses: Sequence[str]) -> list[str]:
-    """The first dose of an intervention, and the others that its spec says as a number."""
-    options = Spec.parse(spec, "intervention").options
-    return [dose for dose in doses if dose == doses[0] or dose in options]

@@ -30,12 +30,14 @@ def arms_of(conditions: Iterable[Condition]) -> tuple[SeriesArm, ...]:
 
 
 def _arm(condition: Condition) -> SeriesArm:
-    """A condition as its specs tell it; the doses of pictures stand among those of interventions."""
+    """A condition as its specs tell it; the doses of pictures and of the plant stand among those of interventions."""
     shown, doses = modality_doses(condition.modality)
-    pictured = (Spec(spec_name(shown), options={option: value}) for option, value in doses.items())
+    pictured = [(Spec(spec_name(shown), options={option: value}), (option,)) for option, value in doses.items()]
+    told = [(Spec.parse(spec), names) for spec, names in condition.acting]
+    parts = (*told, *pictured, *condition.plant.parts)
     return SeriesArm(
         label=condition.label,
-        specs=(*map(Spec.parse, condition.specs), *pictured),
-        doses=(*condition.dose_names, *((option,) for option in doses)),
+        specs=tuple(spec for spec, _ in parts),
+        doses=tuple(names for _, names in parts),
         modality=shown,
     )

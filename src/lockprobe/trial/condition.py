@@ -1,4 +1,4 @@
-"""A condition: a named, ordered composition of interventions, and a modality."""
+"""A condition: a named, ordered composition of interventions, a modality, and what it changes of the plant."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from lockprobe.foundation.plugins import plugin_name_of
 from lockprobe.foundation.spec import Spec, in_words, options_of
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.trial.doses import doses_of, flip_rate
+from lockprobe.trial.plant_change import PlantChange
 from lockprobe.trial.protocols import Intervention, InterventionTraits
 from lockprobe.trial.record import STATES
 
@@ -47,7 +48,9 @@ class Condition:
         interventions: The interventions, in the order in which they act.
         modality: The spec of the modality: how the box is shown. It acts last.
         name: The experimenter's name for it; empty for its spec.
-        specs: The specs of the interventions, with every dose. Conditions of equal specs, modality and name are equal.
+        plant: What it changes of the study's plant.
+        specs: The specs of the interventions, with every dose, and of the change of the plant. Conditions of equal
+            specs, modality and name are equal.
 
     Raises:
         BadValue: If the name cannot stand in the key of a record.
@@ -56,11 +59,12 @@ class Condition:
     interventions: tuple[Intervention | Recorded, ...] = field(default=(), compare=False)
     modality: str = STATES
     name: str = ""
+    plant: PlantChange = field(default_factory=PlantChange, compare=False)
     specs: tuple[str, ...] = field(init=False)
 
     def __post_init__(self) -> None:
-        specs = tuple(one.spec if isinstance(one, Recorded) else spec_of(one) for one in self.interventions)
-        object.__setattr__(self, "specs", specs)
+        acting = (one.spec if isinstance(one, Recorded) else spec_of(one) for one in self.interventions)
+        object.__setattr__(self, "specs", (*acting, *filter(None, [self.plant.spec])))
         if not self.label.isprintable() or self.label != self.label.strip() or len(self.label) > _LONGEST:
             expected = f"a name of at most {_LONGEST} visible characters without blanks around it"
             if not self.name and len(self.label) > _LONGEST:
@@ -89,9 +93,15 @@ class Condition:
         return tuple(tuple(InterventionTraits.of(one).doses) for one in self.interventions)
 
     @property
+    def acting(self) -> tuple[tuple[str, tuple[str, ...]], ...]:
+        """Every intervention as its spec and the names of its dose options."""
+        return tuple(zip(self.specs, self.dose_names, strict=False))  # the last spec may be the plant's
+
+    @property
     def doses(self) -> Mapping[str, float]:
-        """The doses above 0 of its interventions and of its modality, ``{"flip.p": 0.4}``."""
-        return doses_of(self.specs, self.dose_names, self.modality)
+        """The doses above 0 of its interventions, of its modality and of its plant, ``{"flip.p": 0.4}``."""
+        acting = self.specs[: len(self.interventions)]
+        return doses_of(acting, self.dose_names, self.modality) | self.plant.doses
 
     @property
     def p(self) -> float | None:
@@ -100,9 +110,9 @@ class Condition:
 
     @property
     def does_nothing(self) -> bool:
-        """Whether it equals the truth: no intervention, or doses of 0."""
-        options = [Spec.parse(spec, "intervention").options for spec in self.specs]
-        return all(doses and float(found[doses[0]]) == 0 for found, doses in zip(options, self.dose_names, strict=True))
+        """Whether it equals the truth: no intervention or doses of 0, and the study's own plant."""
+        found = [(Spec.parse(spec, "intervention").options, doses) for spec, doses in self.acting]
+        return not self.plant.options and all(doses and float(said[doses[0]]) == 0 for said, doses in found)
 
 
 def place_of(kind: type[Any]) -> str:

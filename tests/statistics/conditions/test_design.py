@@ -22,11 +22,22 @@ OTHERS = [
         "flip?p=0.4&at=3", "drop?p=0.5 + tremble?p=0.1",
     )
 ]  # fmt: skip
+HANDS = [
+    read_condition(f"plant?{options}", plant="twin")
+    for options in (
+        "pose_error=0.01",
+        "pose_error=0.02",
+        "finger_stiffness=0.3",
+        "mechanism=ideal",
+        "tilt=30&friction=2",
+    )
+]
+OTHERS += HANDS
 SHOWN = "symbolic?tell=state"
 
 
 def designed(conditions, agents=("random",)):
-    return design_of(Study(name="lab", agents=agents, box=box(), conditions=tuple(conditions)))
+    return design_of(Study(name="lab", agents=agents, box=box(), conditions=tuple(conditions), plant="twin"))
 
 
 chosen = st.tuples(
@@ -139,3 +150,23 @@ def test_the_first_modality_is_compared_with_the_controls_of_the_others():
 def test_other_doses_and_options_of_agents_are_series(asked, axes):
     found = design_of(study("flips", agent="human-inspired", **asked))
     assert [one.axis.name for one in found.series] == axes
+
+
+def test_a_dose_of_the_plant_is_an_axis_whose_first_level_is_the_plant_of_the_study():
+    stiffness = [read_condition(f"plant?finger_stiffness={value}", plant="twin") for value in (0.2, 0.3, 2)]
+    found = designed([TRUTH, *HANDS[:2], *stiffness]).comparison(SHOWN)
+    assert {one.axis.name: dict(one.doses) for one in found.axes} == {
+        "plant pose_error": {"truth": 0, "plant?pose_error=0.01": 0.01, "plant?pose_error=0.02": 0.02},
+        "plant finger_stiffness below 1": {
+            "truth": 0,
+            "plant?finger_stiffness=0.3": 0.7,
+            "plant?finger_stiffness=0.2": 0.8,
+        },
+    }
+    assert (found.control, found.others) == ("truth", ("plant?finger_stiffness=2",))
+
+
+def test_a_dose_of_the_plant_crosses_with_a_flip_rate():
+    planned = study("flips", agent="random", plant="twin", sweep="flip?p=0,0.4 + plant?pose_error=0,0.01,0.02")
+    (grid,) = design_of(planned).comparison(SHOWN).grids
+    assert (grid.row_doses, grid.column_doses, len(grid.conditions)) == ((0.0, 0.4), (0.0, 0.01, 0.02), 6)

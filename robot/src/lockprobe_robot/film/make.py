@@ -34,8 +34,9 @@ def make_film(
     if seen:
         return film_seen(trial, directory / "pictures", path)
     study = read_study(directory)
-    film = film_trial(trial, plan_of(study, trial), path, speed=speed, tell=tell)
-    if film.plant != STAND_IN or study.plant == STAND_IN:
+    plan = plan_of(study, trial)
+    film = film_trial(trial, plan, path, speed=speed, tell=tell)
+    if film.plant != STAND_IN or plan.plant == STAND_IN:
         return film
-    why = "The trial was played without physics" if study.plant == "symbolic" else f"{study.plant} has no film"
+    why = "The trial was played without physics" if plan.plant == "symbolic" else f"{plan.plant} has no film"
     return replace(film, note=f"{why}; the film shows a fast-twin of the same box.")

@@ -71,6 +71,12 @@ class EnvironmentSettings:
         return spec_name(self.study.conditions[0].modality)
 
     @property
+    def plant(self) -> str:
+        """The spec of the plant, with what the condition changes of it."""
+        (plant,) = self.study.plants
+        return plant
+
+    @property
     def chain(self) -> tuple[Intervention, ...]:
         """The interventions in order."""
         return interventions_for(self.study.conditions[0])
@@ -78,7 +84,7 @@ class EnvironmentSettings:
     @property
     def picture_size(self) -> tuple[int, int] | None:
         """Width and height of the plant's pictures, pixels; None without a simulated camera."""
-        return resolve_plant(self.study.plant).picture_size
+        return resolve_plant(self.plant).picture_size
 
     @property
     def tells_positions(self) -> bool:
@@ -209,7 +215,7 @@ def read_episode_key(before: EpisodeKey, options: Mapping[str, Any] | None) -> E
 
 def _can_be_played(settings: EnvironmentSettings) -> None:
     """Refuses what no observation can show, and plants that this machine or box does not allow."""
-    resolve_plant(settings.study.plant).check(settings.study.box)
+    resolve_plant(settings.plant).check(settings.study.box)
     for one in settings.chain:
         if place_of(type(one)) not in ("told", "done"):
             expected = "interventions on reports or actions: an observation holds no words and no memory"

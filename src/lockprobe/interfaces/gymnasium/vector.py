@@ -54,7 +54,7 @@ class LockboxVectorEnv(VectorEnv[Vector, NDArray[np.integer[Any]], NDArray[Any]]
             raise BadValue("render_mode", render_mode, 'None; vectorization_mode="sync" renders')
         self.num_envs = whole("num_envs", num_envs)
         self.settings: EnvironmentSettings = read_settings(settings)
-        for what, asked in (("observation", self.settings.observation), ("plant", self.settings.study.plant)):
+        for what, asked in (("observation", self.settings.observation), ("plant", self.settings.plant)):
             if asked != "symbolic":
                 raise BadValue(what, asked, 'symbolic; vectorization_mode="sync" or "async" plays all others')
         self.single_action_space = spaces.Discrete(len(self.settings.study.box.joints))

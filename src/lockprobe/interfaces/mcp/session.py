@@ -103,7 +103,8 @@ class ToolSession:
             BadFile: If a file in it is damaged.
         """
         check_playable(study.conditions, CLIENT)
-        resolve_plant(study.plant).check(study.box)
+        for plant in study.plants:
+            resolve_plant(plant).check(study.box)
         with (
             Journal.open(directory, study) as journal,
             AttemptLog.open(directory) as log,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from lockprobe.report.prose.readings import false_reports
 from lockprobe.statistics.conditions.axis import AGENT, FLIPS, Axis
+from lockprobe.trial.plant_change import PLANT
 
 __all__ = ["at_dose", "cause"]
 
@@ -30,9 +31,13 @@ def at_dose(p: float, axis: Axis = FLIPS) -> str:
 
     >>> at_dose(0), at_dose(0.4), at_dose(0, Axis(kind="tremble", dose="p", rest="nudge"))
     ('when told the truth', 'at a flip rate of 0.4', 'under nudge alone')
+    >>> at_dose(0, Axis(kind="plant", dose="pose_error"))
+    "with the study's own plant"
     """
     if p:
         return f"at a {axis.name} of {p:g}"
+    if axis.kind == PLANT:
+        return "with the study's own plant"
     if axis.rest:
         return f"under {axis.rest} alone"
     if axis.kind == AGENT:
@@ -41,5 +46,5 @@ def at_dose(p: float, axis: Axis = FLIPS) -> str:
 
 
 def _short(axis: Axis) -> str:
-    """An intervention goes by its name; pictures have several doses."""
-    return axis.name if axis.kind in _PICTURED else axis.kind
+    """An intervention goes by its name; pictures and plants have several doses."""
+    return axis.name if axis.kind in (*_PICTURED, PLANT) else axis.kind

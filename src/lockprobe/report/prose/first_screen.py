@@ -24,6 +24,7 @@ from lockprobe.statistics.inference.course import CourseKind
 from lockprobe.statistics.inference.difference import DifferenceAt
 from lockprobe.statistics.proportions import ALPHA, Paired, Proportion, proportion
 from lockprobe.statistics.summary import AgentSummary, StudySummary
+from lockprobe.trial.condition import Condition
 from lockprobe.trial.record import STATES
 
 __all__ = [
@@ -39,6 +40,7 @@ __all__ = [
     "not_above_chance",
     "smaller_budget_said",
     "trial_said",
+    "varied_by",
 ]
 
 NARROW = 0.1
@@ -69,9 +71,14 @@ _VARIED = {
     "conditions": (
         "After each step it is told what happened. Conditions change what it is told, what it is asked or what it does."
     ),
+    "conditions and plant": (
+        "After each step it is told what happened. Conditions change what it is told, what it is asked, what it does "
+        "or the plant."
+    ),
+    "plant": "After each step it is told what happened. Conditions change the plant on which it acts.",
 }
 
-Varied = Literal["flips", "modalities", "conditions", "bridge", "nothing"]
+Varied = Literal["flips", "modalities", "conditions", "conditions and plant", "plant", "bridge", "nothing"]
 """What differs between the conditions of a study."""
 
 
@@ -89,6 +96,13 @@ def trial_said(
     positions = any(map(tells_positions, modalities))
     told = _VARIED[varied].format(flipped=inverted(flip or OutcomeFlip(), positions=positions))
     return f"An agent has {budget} step{'s' * (budget != 1)} to open a box whose joints lock each other. {told}"
+
+
+def varied_by(conditions: Sequence[Condition]) -> Varied:
+    """What differs between conditions that are more than flip rates: interventions, the plant, or both."""
+    on_others = [one for one in conditions if one.plant.options]
+    told = any(len(one.specs) > bool(one.plant.options) for one in conditions)
+    return "conditions" if not on_others else "conditions and plant" if told else "plant"
 
 
 def flips_answer(summary: StudySummary) -> str:

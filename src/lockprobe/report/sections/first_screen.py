@@ -22,6 +22,7 @@ from lockprobe.report.prose.first_screen import (
     not_above_chance,
     smaller_budget_said,
     trial_said,
+    varied_by,
 )
 from lockprobe.report.prose.idle import idle_doses_said, idle_said, unheeded_said
 from lockprobe.report.prose.readings import BOTH_FIT
@@ -193,7 +194,7 @@ def _of_conditions(flips: StudySummary, found: ConditionStudySummary, study: Stu
             questions += of_conditions(effects, other=other)
         said = _Screen(
             question=_asked(axes, found, study),
-            trial=trial_said(study.max_steps, "conditions"),
+            trial=trial_said(study.max_steps, varied_by(study.conditions)),
             answer=_joined(several_answers(questions), BOTH_FIT * (_readings(axes) > 1)),
             chance=_no_advantage(found, effects) or _joined(*map(not_above_chance, axes[:1])),
             needed=_joined(*dict.fromkeys((*(flips_needed(one, named=True) for one in axes), effects_needed(effects)))),
@@ -254,7 +255,7 @@ def _of_why(found: ConditionStudySummary, study: Study) -> _Screen:
     effects = [one for one in found.effects if one.agent in found.subjects and one.effects]
     return _Screen(
         question=f"Why do false reports change how agents open {study.box.name}?",
-        trial=trial_said(study.max_steps, "conditions"),
+        trial=trial_said(study.max_steps, varied_by(study.conditions)),
         answer=mechanism_said(why),
         chance=_no_advantage(found, effects),
         figure="why",

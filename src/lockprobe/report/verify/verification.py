@@ -151,7 +151,7 @@ def _settings(opened: OpenedStudy) -> Check:
 def _other_doses(conditions: Sequence[Condition]) -> Iterator[str]:
     """Interventions of Lockprobe's own whose doses in the settings are not those that they have."""
     for condition in conditions:
-        for spec, doses in zip(condition.specs, condition.dose_names, strict=True):
+        for spec, doses in condition.acting:
             if not is_foreign("intervention", spec) and (own := _doses_of(spec, doses)) != doses:
                 found, said = (", ".join(names) or "none" for names in (own, doses))
                 yield f"{condition.label}: the doses of {spec} are {found}, not {said}"

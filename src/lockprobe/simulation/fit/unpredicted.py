@@ -8,6 +8,7 @@ from lockprobe.foundation.errors import UserMistake
 from lockprobe.foundation.spec import Spec
 from lockprobe.interventions.catalogue import interventions_of, shipped
 from lockprobe.trial.condition import place_of
+from lockprobe.trial.plant_change import PLANT
 
 __all__ = ["why_unpredicted"]
 
@@ -28,6 +29,8 @@ def why_unpredicted(specs: Sequence[str]) -> str:
     """
     for spec in specs:
         name = Spec.parse(spec, "intervention").full_name
+        if name == PLANT:
+            continue  # models read what was told of attempts, however these ended
         try:
             place = place_of(shipped().get(name) or type(interventions_of(spec)[0]))
         except UserMistake as mistake:  # what a package does that is not here is unknown

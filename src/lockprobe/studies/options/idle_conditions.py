@@ -14,7 +14,8 @@ __all__ = ["idle_conditions"]
 
 def idle_conditions(study: Study, trials: Mapping[str, Trial]) -> list[str]:
     """The names of these conditions, for example ``flips/random/nudge``, in the order of the study."""
-    plans = (plan for agent in study.agents for plan in study.plans(agent) if not plan.condition.does_nothing)
+    every = (plan for agent in study.agents for plan in study.plans(agent))
+    plans = (plan for plan in every if not (plan.condition.does_nothing or plan.condition.plant.options))
     played = grouped((trials[plan.key] for plan in plans if plan.key in trials), lambda trial: trial.name.cell)
     found = {cell: steps_changed(members) for cell, members in played.items()}
     return [cell for cell, steps in found.items() if steps and steps.known and not steps.changed]

@@ -10,13 +10,11 @@ from typing import Annotated, Any
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from lockprobe.boxes.boxfile import box_from_data
-from lockprobe.foundation.errors import BadFile, BadValue, UserMistake
-from lockprobe.foundation.spec import Spec, split_specs
+from lockprobe.foundation.errors import BadFile, UserMistake
 from lockprobe.foundation.validation import plain
-from lockprobe.interventions.catalogue import shipped_as
+from lockprobe.studies.options.condition_settings import ConditionSettings
 from lockprobe.studies.records.directory import read_settings
 from lockprobe.studies.study import LARGEST_SEED, Study
-from lockprobe.trial.condition import Condition, Recorded
 
 __all__ = ["LONGEST_SPEC", "read_study", "study_from"]
 
@@ -29,26 +27,13 @@ AgentSpec = Annotated[str, Field(min_length=1, max_length=LONGEST_SPEC)]
 Count = Annotated[int, Field(ge=0, le=LARGEST_SEED)]
 
 
-class _Intervention(BaseModel):
-    model_config = ConfigDict(strict=True, extra="forbid")
-    spec: Text
-    doses: list[Text] = []
-
-
-class _Condition(BaseModel):
-    model_config = ConfigDict(strict=True, extra="forbid")
-    name: Annotated[str, Field(max_length=1000)]
-    interventions: list[_Intervention]
-    modality: Text
-
-
 class _Settings(BaseModel):
     model_config = ConfigDict(strict=True, extra="forbid")
     study: Text
     agents: list[AgentSpec]
     names: dict[AgentSpec, Text] = {}
     box: dict[str, Any]
-    conditions: list[_Condition]
+    conditions: list[ConditionSettings]
     repetitions: Count
     trials: Count
     strategy_trials: Count | None
@@ -92,40 +77,8 @@ def study_from(settings: Mapping[str, object], path: Path) -> Study:
             name=found.study,
             agents=tuple(found.agents),
             box=box_from_data(found.box),
-            conditions=_conditions(found),
+            conditions=tuple(one.condition() for one in found.conditions),
             **found.model_dump(include=_AS_THEY_STAND),
         )
     except UserMistake as error:
         raise BadFile(path, str(error)) from None
-
-
-def _conditions(found: _Settings) -> tuple[Condition, ...]:
-    """Its conditions, of which nothing is imported."""
-    for act in (act for one in found.conditions for act in one.interventions):
-        _check(act)
-    return tuple(
-        Condition(
-            interventions=tuple(Recorded(spec=act.spec, doses=_doses(act)) for act in one.interventions),
-            modality=one.modality,
-            name=one.name,
-        )
-        for one in found.conditions
-    )
-
-
-def _doses(act: _Intervention) -> tuple[str, ...]:
-    """All doses of an intervention of Lockprobe, said or left out; of other packages' those on record."""
-    own = shipped_as(Spec.parse(act.spec, "intervention"))
-    return tuple(act.doses) if own is None or not act.doses else tuple(own.doses)
-
-
-def _check(act: _Intervention) -> None:
-    """Refuse several interventions in one spec, and a dose that is no number of it."""
-    if len(split_specs(act.spec)) != 1:
-        raise BadValue("intervention", act.spec, "one")
-    options = Spec.parse(act.spec, "intervention").options
-    for dose in act.doses:
-        try:
-            float(options.get(dose, ""))
-        except ValueError:
-            raise BadValue(f"dose {dose} of {act.spec}", options.get(dose, ""), "a number among its options") from None

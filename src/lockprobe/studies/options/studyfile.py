@@ -100,10 +100,11 @@ def study(asked: StudyOptions | str | Path = "flips", /, **options: Any) -> Stud
         if spec.startswith(AGENT_SWEEP):
             agents, names = _swept_agents(agents, names, spec)
     allow(*agents)
-    conditions = tuple(map(with_rates, _conditions(request, extent, modalities)))
+    conditions = tuple(map(with_rates, _conditions(request, extent, modalities, plant)))
     spared = [*conditions_for_strategies(extent)] if _is_plain(request) and any(map(is_strategy, agents)) else []
     planned = _planned(request, plant, agents, [*conditions, *spared], extent, names)
     planned = replace(planned, strategy_conditions=tuple(one.label for one in spared))
+    allow(*planned.plants)
     planned.check_agents()
     check_sources(planned)
     _check_kept(planned.box)
@@ -127,8 +128,11 @@ def trial_study(given: Mapping[str, Any], *, agent: str, name: str = "trial") ->
     allow(*(spec for option in ("agent", "plant", "condition") if isinstance(spec := given.get(option), str)))
     request = trial_options(given).model_copy(update={"name": name})
     _check_lengths(request)
-    condition = _one_condition(given.get("condition"), request)
-    return _planned(request, resolve_plant(plant_of(request)), [agent], [condition], paper.ONE_TRIAL, {})
+    plant = resolve_plant(plant_of(request))
+    condition = _one_condition(given.get("condition"), request, plant)
+    planned = _planned(request, plant, [agent], [condition], paper.ONE_TRIAL, {})
+    allow(*planned.plants)
+    return planned
 
 
 def _planned(
@@ -226,7 +230,9 @@ def _can_be_dose(text: str) -> bool:
         return True
 
 
-def _conditions(request: StudyOptions, extent: paper.Extent, modalities: Sequence[str]) -> tuple[Condition, ...]:
+def _conditions(
+    request: StudyOptions, extent: paper.Extent, modalities: Sequence[str], plant: PlantSource
+) -> tuple[Condition, ...]:
     """Flip rates and modalities, or other conditions with the truth before them; those that say no modality in each."""
     kinds = _readings(request)
     p = extent.p if request.p is None else tuple(request.p)
@@ -234,14 +240,14 @@ def _conditions(request: StudyOptions, extent: paper.Extent, modalities: Sequenc
         if not values or len(set(values)) != len(values):
             raise BadValue(what, list(values), "at least one, and every one once")
     if request.study == "why":
-        return _arms(request, p, modalities)
+        return _arms(request, p, modalities, plant)
     if request.study == "bridge":
         return _bridge(request, modalities)
     if request.condition is None and request.sweep is None:
         return flips_of_readings(p, kinds, modalities)
     asked = request.p is not None or request.readings is not None
     rates = [one for kind in kinds for one in flips(p, flip_of(kind))] if asked else ()
-    return _with_controls([*(_Asked(one, shown=False) for one in rates), *_asked(request)], modalities)
+    return _with_controls([*(_Asked(one, shown=False) for one in rates), *_asked(request, plant)], modalities)
 
 
 class _Asked(NamedTuple):
@@ -251,11 +257,14 @@ class _Asked(NamedTuple):
     shown: bool
 
 
-def _asked(request: StudyOptions) -> list[_Asked]:
+def _asked(request: StudyOptions, plant: PlantSource) -> list[_Asked]:
     """The conditions and sweeps that are named."""
-    named = [(_acting(read_condition(one.spec, one.name), one.spec), one.spec) for one in request.conditions_named]
+    named = [
+        (_acting(read_condition(one.spec, one.name, plant.spec), one.spec), one.spec)
+        for one in request.conditions_named
+    ]
     doses = [spec for spec in request.sweep or () if not spec.startswith(AGENT_SWEEP)]
-    swept = [(one, spec) for spec in doses for one in sweep(spec)]
+    swept = [(one, spec) for spec in doses for one in sweep(spec, plant.spec)]
     return [_Asked(one, says_modality(spec)) for one, spec in (*named, *swept)]
 
 
@@ -277,7 +286,9 @@ def _acting(asked: Condition, text: str) -> Condition:
     return asked
 
 
-def _arms(request: StudyOptions, p: Sequence[float], modalities: Sequence[str]) -> tuple[Condition, ...]:
+def _arms(
+    request: StudyOptions, p: Sequence[float], modalities: Sequence[str], plant: PlantSource
+) -> tuple[Condition, ...]:
     """The arms of the study ``why``, and the conditions that are named after them."""
     for what, values in (("p", p), ("modality", modalities)):
         if len(values) > 1:
@@ -286,7 +297,7 @@ def _arms(request: StudyOptions, p: Sequence[float], modalities: Sequence[str]) 
     if request.parts and like != OutcomeFlip():
         raise BadValue("flip", request.flip, f"{DEFAULT} with --parts, whose parts they are")
     (shown,) = modalities
-    arms, asked = arm_conditions(p[0], shown, like, parts=request.parts), _asked(request)
+    arms, asked = arm_conditions(p[0], shown, like, parts=request.parts), _asked(request, plant)
     for condition, says_own in asked:
         if says_own and condition.modality != shown:
             raise BadValue("condition", condition.spec, f"none that is shown otherwise than all arms, {shown}")
@@ -311,7 +322,9 @@ def _bridge(request: StudyOptions, modalities: Sequence[str]) -> tuple[Condition
     return bridge_conditions(modalities[0], flip_of(_flip(request)))
 
 
-def _one_condition(asked: str | Condition | Sequence[Intervention] | None, request: StudyOptions) -> Condition:
+def _one_condition(
+    asked: str | Condition | Sequence[Intervention] | None, request: StudyOptions, plant: PlantSource
+) -> Condition:
     """A condition that stands alone: a flip rate acts first, a modality shows it."""
     (p,) = _given(request.p, paper.ONE_TRIAL.p)
     if not asked:
@@ -319,7 +332,7 @@ def _one_condition(asked: str | Condition | Sequence[Intervention] | None, reque
     blinded = _flip(request) == "outcome-only"
     said = isinstance(asked, str) and says_modality(asked)
     if isinstance(asked, str):
-        asked = read_condition(asked)
+        asked = read_condition(asked, plant=plant.spec)
     found = asked if isinstance(asked, Condition) else Condition(interventions=tuple(asked))
     if p and any(spec_name(spec) == OutcomeFlip.name for spec in found.specs):
         raise BadValue("p", p, "0 with a condition that flips reports itself")

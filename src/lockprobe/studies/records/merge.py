@@ -233,7 +233,8 @@ class _IdentityCheck:
     def _facts(self, trial: Trial) -> dict[tuple[str, str], Fact]:
         said = lasting_facts(trial)
         facts = {(trial.agent, name): value for name, value in said.items()}
-        return facts | {("the plant", name): trial.plant[name] for name in _PLANT_FACTS if name in trial.plant}
+        plant = f"the plant {trial.plant.get('plant', '')}".rstrip()
+        return facts | {(plant, name): trial.plant[name] for name in _PLANT_FACTS if name in trial.plant}
 
     def check(self, source: MergeSource) -> None:
         for trial in source.trials:

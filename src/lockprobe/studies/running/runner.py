@@ -190,8 +190,9 @@ def _check(study: Study, sources: Sequence[AgentSource]) -> None:
     """Refuse agents that are not available, and a plant that is not, before the first trial."""
     for source in sources:
         source.check()
-    if sources:
-        resolve_plant(study.plant).check(study.box)
+    played = {study.plant_of(one): None for source in sources for one in study.conditions_of(source.spec)}
+    for plant in played:
+        resolve_plant(plant).check(study.box)
 
 
 def _owed(plans: Iterable[Plan], journal: Journal) -> list[Plan]:
@@ -315,7 +316,7 @@ class _TrialWriter:
         self._observer = observer
         self._broken_in_a_row = 0
         self._agent: dict[str, Fact] = {}
-        self._plant: dict[str, Fact] = {}
+        self._plants: dict[str, dict[str, Fact]] = {}
         for trial in (*known, *journal.trials.values()):
             self._note(trial)
 
@@ -340,7 +341,8 @@ class _TrialWriter:
     def _refuse_another(self, trial: Trial) -> None:
         """Refuse to mix two models, prompts, runtimes or renderers under one name in a resumed study."""
         plant = str(trial.plant.get("plant"))
-        different = _differences(self._spec, self._agent, trial.facts) | _differences(plant, self._plant, trial.plant)
+        known = self._plants.get(plant, {})
+        different = _differences(self._spec, self._agent, trial.facts) | _differences(plant, known, trial.plant)
         if different:
             raise SettingsChanged(self._journal.directory, different)
         self._note(trial)
@@ -350,7 +352,8 @@ class _TrialWriter:
         if trial.agent == self._spec:
             self._agent = dict(trial.facts) | self._agent
         made: dict[str, Fact] = {name: value for name in _PLANT_FACTS if (value := trial.plant.get(name)) is not None}
-        self._plant = made | self._plant
+        plant = str(trial.plant.get("plant"))
+        self._plants[plant] = made | self._plants.get(plant, {})
 
 
 def _differences(what: str, known: Mapping[str, Fact], found: Mapping[str, Fact]) -> dict[str, tuple[object, object]]:
