@@ -49,6 +49,7 @@ def make_trial(
     modality: str | None = None,
     study: str = "flips",
     verdicts: Sequence[str] = (),
+    readings: Sequence[str] = (),
     pictures: Sequence[dict[str, str]] = (),
 ) -> Trial:
     """A trial on chain-4 that attempts these joints (by place in panel order), as the box really reacts.
@@ -60,6 +61,7 @@ def make_trial(
         modality: How the box was shown, as in a study of flips if not given; the name of a study that has several is
             ``modalities``.
         verdicts: What a robot took each step for.
+        readings: What a camera read before the first step and after each.
         pictures: Names of the pictures before the first step and after each, by kind.
     """
     lockbox = box("chain-4")
@@ -83,7 +85,8 @@ def make_trial(
                 told_state=None,
                 told="",
                 decision=decision,
-                sensed={"verdict": verdicts[i]} if i < len(verdicts) else {},
+                sensed=({"verdict": verdicts[i]} if i < len(verdicts) else {})
+                | ({"camera": readings[i + 1]} if i + 1 < len(readings) else {}),
                 pictures=pictures[i + 1] if i + 1 < len(pictures) else {},
             )
         )
@@ -118,6 +121,7 @@ def make_trial(
         ending="error" if broken else "solved" if solved else "budget",
         error=error,
         opening_pictures=pictures[0] if pictures else {},
+        opening_sensed={"camera": readings[0]} if readings else {},
     )
 
 
@@ -137,6 +141,7 @@ def modality_study(
     agents: Sequence[str] = ("viewer", "human-inspired"),
     modalities: Sequence[str] = ("rgb", "rgbd", "symbolic"),
     trials: int = 10,
+    plant: str = "fast-twin",
     **settings: object,
 ) -> Study:
     """A modality study on chain-4, at p = 0 and one repetition."""
@@ -147,7 +152,7 @@ def modality_study(
         conditions=flips((0.0,), modalities=modalities),
         repetitions=1,
         trials=trials,
-        plant="fast-twin",
+        plant=plant,
         **settings,  # type: ignore[arg-type]
     )
 

@@ -53,6 +53,16 @@ def test_a_claim_stands_in_the_row_in_which_the_export_has_it():
     assert [row["claimed"] for row in tidy_rows([trial])] == ["", "moved", "blocked", "moved"]
 
 
+def test_what_arm_and_camera_took_for_another_outcome_stands_in_the_row_with_the_reason_of_a_false_report():
+    told = {"modality": "symbolic?source=verdict", "verdicts": ["blocked", "failed", "blocked"], "budget": 3}
+    trial = make_trial([3, 0, 0], false_at=[1, 3], readings=["0000", "0001", "?001", "0001"], **told)
+    first, second, third = (line[59:].strip() for line in _story(trial, json=False)[2:])
+    assert first == "<- the verdict is wrong  (verdict: did not move)"
+    assert second == "(verdict: failed, camera: unclear)"
+    assert third == "<- flipped"
+    assert json.loads(_story(trial, json=True)[0])["camera"] == "0001"
+
+
 def test_a_film_of_a_symbolic_trial_says_what_it_is_made_of(directory, tmp_path):
     done = replay(directory, KEY, "--out", tmp_path / "a.gif")
     said = done.stderr.splitlines()[-1]  # on a busy machine lines of progress come before

@@ -49,6 +49,14 @@ def test_the_data_hold_every_step_of_the_record(condition):
     assert one["solved"] == trial.solved
 
 
+def test_what_arm_and_camera_took_steps_for_is_there_where_it_is_not_the_truth():
+    told, readings = "symbolic?source=verdict", ["0000", "0001", "0001"]
+    trial = make_trial([3, 0], budget=2, modality=told, verdicts=["moved", "failed"], readings=readings)
+    (one,) = data_of(trial)["trials"]
+    assert (one["verdict"], one["source"], "camera" in one) == ("1-", "verdict", False)
+    assert "source" not in data_of(make_trial([3], budget=1, verdicts=["moved"]))["trials"][0]
+
+
 def test_broken_trials_are_left_out_and_people_are_numbered():
     person = {"agent": "participant:abc", "facts": {"position": 1}}
     trials = [make_trial([0], broken="model"), make_trial(SOLUTION, **person), make_trial(SOLUTION, trial=2)]

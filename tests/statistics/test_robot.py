@@ -1,38 +1,68 @@
-"""What a robot took to have happened, counted against the truth."""
+"""What arm and camera took attempts for, counted against the truth and against each other."""
 
 from builders import make_trial
 
-from lockprobe.report.prose.robot import verdicts_said
-from lockprobe.statistics.robot import verdicts
+from lockprobe.report.prose.robot import senses_said
+from lockprobe.statistics.robot import robot_senses
 
 
 def test_wrong_verdicts_are_counted_by_kind_and_failures_apart():
     """Joint 3 moves, joint 0 does not."""
     one = make_trial([3, 0, 0], budget=3, trial=1, verdicts=["moved", "moved", "failed"])
     two = make_trial([3, 0], budget=2, trial=2, verdicts=["blocked", "blocked"])
-    found = verdicts([one, two])
-    assert (found.attempts, found.failed) == (5, 1)
-    assert (found.wrong.count, found.wrong.n, found.wrong.clusters) == (2, 4, 2)
-    assert (found.moved_for_blocked, found.blocked_for_moved) == (1, 1)
-    said = verdicts_said(found)
+    found = robot_senses([one, two])
+    verdict = found.all.verdict
+    assert (found.all.attempts, found.all.moved, verdict.undecided, found.all.camera) == (5, 2, 1, None)
+    assert (verdict.wrong.count, verdict.wrong.n, verdict.wrong.clusters) == (2, 4, 2)
+    assert (verdict.moved_for_blocked, verdict.blocked_for_moved) == (1, 1)
+    said = senses_said(found)
     assert "was wrong at 2 of 4 attempts (50.0 %, 95 % interval " in said
     assert "; it could not decide at 1 more" in said
     assert said.endswith("Agents are not told this verdict.")  # a hand that fails to move a joint is in every number
 
 
+def test_verdict_and_camera_are_compared_joint_by_joint_where_both_decide():
+    said = ["moved", "moved", "failed", "blocked"]
+    one = make_trial([3, 0, 3, 0], budget=4, verdicts=said, readings=["0000", "0001", "0000", "0000", "?000"])
+    found = robot_senses([one])
+    target, free = found.joints[one.joints[0]], found.joints[one.joints[3]]
+    assert [(of.attempts, of.moved) for of in (target, free, found.all)] == [(2, 0), (2, 2), (4, 2)]
+    assert (target.verdict.right.count, target.verdict.right.n) == (1, 2)
+    assert (target.camera.right.count, target.camera.right.n, target.camera.undecided) == (1, 1, 1)
+    assert (target.agree.count, target.agree.n) == (0, 1)
+    assert (free.camera.right.count, free.camera.right.n) == (1, 2)  # its reading went back before it moved
+    assert (free.agree.count, free.agree.n) == (1, 1)
+
+
+def test_what_agents_are_told_is_said_of_every_modality():
+    told = ["symbolic?source=truth", "symbolic?source=verdict", "symbolic?source=camera"]
+    trials = [
+        make_trial([3], budget=1, study="modalities", modality=one, verdicts=["moved"], readings=["0000", "0001"])
+        for one in told
+    ]
+    assert senses_said(robot_senses(trials)).endswith(
+        "Agents are told the truth under symbolic?source=truth, the verdict under symbolic?source=verdict and what the "
+        "camera saw under symbolic?source=camera."
+    )
+    assert senses_said(robot_senses(trials[:1])).endswith("Agents are told the truth, and neither of the two.")
+
+
 def test_trials_that_share_their_luck_are_one_cluster():
     both = [make_trial([3], budget=1, agent=agent, verdicts=["moved"]) for agent in ("random", "viewer")]
-    assert verdicts(both).wrong.clusters == 1
+    assert robot_senses(both).all.verdict.wrong.clusters == 1
 
 
 def test_a_robot_that_is_always_right_has_an_interval_too():
-    right = verdicts([make_trial([3], budget=1, trial=i, verdicts=["moved"]) for i in range(1, 11)])
-    assert (right.wrong.count, right.wrong.low) == (0, 0)
-    assert 0 < right.wrong.high < 0.4
-    assert " took " not in verdicts_said(right)
+    right = robot_senses([make_trial([3], budget=1, trial=i, verdicts=["moved"]) for i in range(1, 11)])
+    wrong = right.all.verdict.wrong
+    assert (wrong.count, wrong.low) == (0, 0)
+    assert 0 < wrong.high < 0.4
+    assert " took " not in senses_said(right)
 
 
 def test_no_robot_no_verdicts():
-    assert verdicts([make_trial([3, 0])]) is None
-    helpless = verdicts([make_trial([0], budget=1, verdicts=["failed"])])
-    assert verdicts_said(helpless) == "The robot could not determine the outcome of any of 1 attempts."
+    assert robot_senses([make_trial([3, 0])]) is None
+    helpless = robot_senses([make_trial([0], budget=1, verdicts=["failed"])])
+    assert senses_said(helpless).startswith(
+        "The robot's own verdict, from force and distance, is not known for any of 1 attempts: it could not decide."
+    )

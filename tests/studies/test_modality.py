@@ -10,8 +10,17 @@ from lockprobe.interventions.conditions import flips
 from lockprobe.interventions.delay import Delay
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.interventions.words import TextChannel
+from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies import modality
-from lockprobe.studies.modality import check_distinct, interventions_for, is_pictured, refuse_blind, shown, taken_in
+from lockprobe.studies.modality import (
+    check_distinct,
+    check_shown,
+    interventions_for,
+    is_pictured,
+    refuse_blind,
+    shown,
+    taken_in,
+)
 from lockprobe.trial.condition import Condition
 
 
@@ -102,6 +111,8 @@ def test_a_report_needs_no_camera(spec, channel):
         ("rgbd?depth=height&near=0.5", "modality: got .*, expected depth=height without near and far"),
         ("rgbd?depth=packed&far=0.9", "modality: got .*, expected depth=packed without near and far"),
         ("rgbd?near=x", "near: got 'x', expected a number"),
+        ("symbolic?source=rumour", "source: got 'rumour', expected one of truth, verdict, camera"),
+        ("rgb?source=camera", "no option of rgb is called 'source'"),
     ],
 )
 def test_what_is_no_modality_is_refused(spec, message):
@@ -125,6 +136,19 @@ def test_two_names_of_the_same_are_refused(first, second):
         check_distinct(("symbolic?tell=outcome", first, "rgb", second))
     assert second in str(raised.value)
     assert f"than {first}," in str(raised.value)
+
+
+@pytest.mark.parametrize(
+    ("source", "plant", "expected"),
+    [
+        ("verdict", "symbolic", "a plant with an arm, twin or rig, not symbolic"),
+        ("verdict", "twin?model=m.xml&digest=0", "a plant with an arm, twin or rig, not twin"),
+        ("camera", "rig", "a plant with a camera, fast-twin or twin, not rig"),
+    ],
+)
+def test_a_source_that_the_plant_lacks_is_refused(source, plant, expected):
+    with pytest.raises(BadValue, match=f"^modality: got 'symbolic.source={source}', expected {re.escape(expected)}"):
+        check_shown(flips((0.0,), modalities=[f"symbolic?source={source}"]), resolve_plant(plant))
 
 
 def test_variants_of_a_modality_are_several():

@@ -52,7 +52,7 @@ def twin(spec: Spec) -> PlantSource:
 
         return Twin(box, labels=labels, settings=settings, rng=rng, film=film)
 
-    return replace(_pictured(spec, settings, make), lays_out=True, make_filmed=make)
+    return replace(_pictured(spec, settings, make), lays_out=True, has_arm=True, make_filmed=make)
 
 
 def _pictured(spec: Spec, settings: CameraSettings, make: Make) -> PlantSource:
@@ -144,6 +144,7 @@ def rig(spec: Spec) -> PlantSource:
         make_filmed=None if settings.rung == "scripted" else make,
         check=lambda box: make(box, box.names, np.random.default_rng(0)).close(),
         photographs=settings.truth == "camera",
+        has_arm=True,
         is_attended=lambda: settings.rung == "wire",  # one at a time: it keeps time as a robot does
         options={},
     )

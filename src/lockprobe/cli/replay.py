@@ -15,7 +15,8 @@ from lockprobe.cli.robot_tools import robot_tool
 from lockprobe.foundation.errors import BadValue, TrialFault, UnknownName, UserMistake
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.studies.records.journal import load
-from lockprobe.trial.record import Trial
+from lockprobe.trial.record import Step, Trial
+from lockprobe.trial.source import CAMERA, VERDICT, SourceKind, camera_outcomes, verdict_outcomes, wrong_source
 from lockprobe.trial.told_outcome import in_words
 
 __all__ = ["replay"]
@@ -110,6 +111,7 @@ def _story(trial: Trial, *, json: bool) -> list[str]:
                     "told": s.told,
                     "claimed": s.decision.claimed,
                     "hypothesis": s.decision.hypothesis,
+                    **{name: s.sensed[name] for name in (VERDICT, CAMERA) if name in s.sensed},
                 }
             )
             for s in trial.steps
@@ -121,9 +123,26 @@ def _story(trial: Trial, *, json: bool) -> list[str]:
     ]
     lines += [
         f"{s.step:4}  {s.state:5}  {s.joint:16}  {in_words(s.moved):12}  {in_words(s.told_moved):12}  "
-        f"{in_words(s.decision.claimed, ''):12}{'  <- flipped' if s.told_falsely else ''}".rstrip()
-        for s in trial.steps
+        f"{in_words(s.decision.claimed, ''):12}{_remark(s, wrong, sensed)}".rstrip()
+        for s, wrong, sensed in zip(trial.steps, wrong_source(trial), _sensed_otherwise(trial), strict=True)
     ]
     if trial.error:
         lines.append(f"error at {trial.error.boundary}: {trial.error.message}")
     return lines
+
+
+def _remark(step: Step, wrong: SourceKind | None, sensed: str) -> str:
+    """Why a report was false, and what arm or camera took a step for if that was not the truth."""
+    why = "flipped" if wrong is None else f"the {wrong} is wrong"
+    return "  ".join(["", *([f"<- {why}"] if step.told_falsely else []), *([sensed] if sensed else [])])
+
+
+def _sensed_otherwise(trial: Trial) -> list[str]:
+    """For each step the outcome by the arm's verdict and by the camera where it is not the true one."""
+    found = [""] * len(trial.steps)
+    for name, outcomes in ((VERDICT, verdict_outcomes(trial)), (CAMERA, camera_outcomes(trial))):
+        unknown = "failed" if name == VERDICT else "unclear"
+        for i, (step, moved) in enumerate(zip(trial.steps, outcomes, strict=True)):
+            if name in step.sensed and moved != step.moved:
+                found[i] += f"{', ' if found[i] else ''}{name}: {in_words(moved, unknown)}"
+    return [f"({said})" if said else "" for said in found]

@@ -65,6 +65,7 @@ class PlantSource:
         renderer: The name of the renderer of simulated pictures on this machine.
         make_filmed: Builds it for a film of its moving arm; None if there is nothing to film.
         photographs: Whether a real camera takes its pictures.
+        has_arm: Whether an arm acts on the box, whose verdict on every attempt is ``sensed["verdict"]``.
         painted_labels: Whether its pictures show labels that are painted on a real box, the same in every trial.
         lays_out: Whether the joints lie where the box says; not on a real panel, nor in a user's model.
         is_attended: Whether somebody answers its questions at the terminal, so that trials run in this process one at a
@@ -82,6 +83,7 @@ class PlantSource:
     renderer: Callable[[], str] = lambda: ""
     make_filmed: MakeFilmed | None = None
     photographs: bool = False
+    has_arm: bool = False
     painted_labels: bool = False
     lays_out: bool = False
     is_attended: Callable[[], bool] = lambda: False

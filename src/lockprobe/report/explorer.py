@@ -18,6 +18,7 @@ from typing import Any
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.report.examples import loop_letters
 from lockprobe.trial.record import Step, Trial
+from lockprobe.trial.source import camera_outcomes, source_of, verdict_outcomes
 
 __all__ = ["explorer_data", "script", "script_hash"]
 
@@ -101,7 +102,20 @@ def _course(trial: Trial, names: Sequence[str], *, words: bool) -> dict[str, Any
         "loop": loop_letters(trial.actions),
         **({"chosen": chosen} if any(one >= 0 for one in chosen) else {}),
         **({"words": said} if any(said) else {}),
+        **_sensed(trial),
     }
+
+
+def _sensed(trial: Trial) -> dict[str, str]:
+    """What arm and camera took each step for, of those that differ from the truth; ``-`` is undecided."""
+    truth = [step.moved for step in trial.steps]
+    found = {
+        name: "".join("-" if moved is None else str(int(moved)) for moved in outcomes)
+        for name, outcomes in (("verdict", verdict_outcomes(trial)), ("camera", camera_outcomes(trial)))
+        if any(name in step.sensed for step in trial.steps) and outcomes != truth
+    }
+    source = source_of(trial.modality)
+    return found | ({"source": source.of} if found and source is not None else {})
 
 
 def _after(trial: Trial) -> list[str]:

@@ -24,6 +24,7 @@ from lockprobe.statistics.conditions.condition_study import ConditionStudySummar
 from lockprobe.statistics.conditions.series import Series
 from lockprobe.statistics.people import People, people
 from lockprobe.statistics.proportions import Proportion
+from lockprobe.statistics.robot import RobotSenses, robot_senses
 from lockprobe.statistics.rules import RuleBreaks, together
 from lockprobe.statistics.summary import AgentSummary, StudySummary, check_trials, summarise
 from lockprobe.studies.records.directory import RECORDS
@@ -100,6 +101,7 @@ class StudyNumbers:
         doses: Those over every other dose, and over options of agents.
         forks: What one report did, by its forks; empty without forks.
         people: The numbers of people; None if none of their trials has ended.
+        robot: What a robot took its attempts for; None without its verdicts and readings.
     """
 
     opened: OpenedStudy
@@ -108,6 +110,7 @@ class StudyNumbers:
     doses: tuple[tuple[Series, StudySummary], ...] = ()
     forks: tuple[BranchEffect, ...] = ()
     people: People | None = None
+    robot: RobotSenses | None = None
 
     @property
     def study(self) -> Study:
@@ -212,6 +215,7 @@ def study_numbers(opened: OpenedStudy, *, each: Each = map) -> StudyNumbers:
         doses=tuple(doses),
         forks=tuple(forks),
         people=section("People", lambda: people(opened.trials), lambda: None),
+        robot=section("Verdicts of the robot", lambda: robot_senses(opened.trials), lambda: None),
     )
 
 

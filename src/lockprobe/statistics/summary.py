@@ -36,7 +36,6 @@ from lockprobe.statistics.outcomes import Point, outcomes
 from lockprobe.statistics.pace import Pace, pace
 from lockprobe.statistics.reference import Reference, reference_of
 from lockprobe.statistics.resample import resample
-from lockprobe.statistics.robot import Verdicts, verdicts
 from lockprobe.trial.record import PLAIN_WORDS, Trial
 
 __all__ = [
@@ -125,7 +124,6 @@ class StudySummary:
         standings: Every agent over all p, the highest success first.
         reference: Success of random agents and the shortest plan on the box; None if the box is not known.
         modalities: The effect of the modality on every agent with several.
-        verdicts: The robot's verdicts; None without a robot.
         axis: The dose in which conditions differ.
     """
 
@@ -135,7 +133,6 @@ class StudySummary:
     standings: tuple[Standing, ...]
     reference: Reference | None
     modalities: tuple[ModalityEffect, ...]
-    verdicts: Verdicts | None
     axis: Axis = FLIPS
 
     @property
@@ -203,7 +200,6 @@ def summarise(
         standings=standings,
         reference=reference,
         modalities=section("Modalities", lambda: _modalities(by_agent), tuple),
-        verdicts=section("Verdicts of the robot", lambda: verdicts(trials), lambda: None),
         axis=axis,
     )
 

@@ -23,6 +23,7 @@ from lockprobe.interventions.words import TextChannel
 from lockprobe.plants.catalogue import PlantSource
 from lockprobe.trial.condition import Condition
 from lockprobe.trial.protocols import Intervention
+from lockprobe.trial.source import Source, source_of
 
 __all__ = [
     "MODALITIES",
@@ -49,6 +50,16 @@ def is_pictured(modality: str) -> bool:
     return spec_name(modality) in _DEPTH
 
 
+def _words(spec: Spec) -> TextChannel:
+    """The channel of a modality in words; its option ``source`` is the trial's (:mod:`lockprobe.trial.source`)."""
+    known = (*(field.name for field in fields(TextChannel)), "source")
+    for option in spec.options:
+        if option not in known:
+            raise UnknownName(f"option of {spec.full_name}", option, known)
+    source_of(str(spec))
+    return with_options(TextChannel, spec.full_name, spec.without(["source"]).options)
+
+
 @lru_cache(maxsize=64)
 def _read(modality: str) -> tuple[TextChannel | CameraChannel, float]:
     """The channel of a modality, and its rate of false pictures."""
@@ -57,7 +68,7 @@ def _read(modality: str) -> tuple[TextChannel | CameraChannel, float]:
     if name not in MODALITIES:
         raise UnknownName("modality", name, MODALITIES)
     if name == "symbolic":
-        return with_options(TextChannel, name, options), 0.0
+        return _words(spec), 0.0
     known = [field.name for field in fields(CameraChannel) if name == "rgbd" or field.name not in _OF_DEPTH]
     for option in options:
         if option not in (*known, "p"):
@@ -85,18 +96,22 @@ def shown(modality: str) -> TextChannel | CameraChannel:
 
 
 def check_shown(conditions: Sequence[Condition], plant: PlantSource) -> None:
-    """Refuse conditions that a plant cannot show, and two equal modalities.
+    """Refuse conditions that a plant cannot show or sense, and two equal modalities.
 
     Conditions from a settings file are checked without importing code.
 
     Raises:
         UnknownName: If there is no such modality, or it has no such option.
-        BadValue: If pictures are shown without a camera, a modality cannot show what is flipped, or two are the same.
+        BadValue: If pictures are shown without a camera, reports have a source that the plant lacks, a modality
+            cannot show what is flipped, or two are the same.
     """
     modalities = tuple(dict.fromkeys(one.modality for one in conditions))
     for modality in modalities:
-        if is_pictured(modality) and not plant.has_camera:
+        of = source.of if (source := source_of(modality)) else ""
+        if (is_pictured(modality) or of == "camera") and not plant.has_camera:
             raise BadValue("modality", modality, f"a plant with a camera, fast-twin or twin, not {plant.spec}")
+        if of == "verdict" and not plant.has_arm and plant.ships:  # others say it by their first attempt
+            raise BadValue("modality", modality, f"a plant with an arm, twin or rig, not {plant.spec}")
     for condition in conditions:
         if not condition.is_recorded:
             interventions_for(condition)
@@ -110,9 +125,9 @@ def check_distinct(modalities: Iterable[str]) -> None:
         UnknownName: As :func:`shown`.
         BadValue: As :func:`shown`, and if two modalities are equal.
     """
-    seen: dict[tuple[TextChannel | CameraChannel, float], str] = {}
+    seen: dict[tuple[TextChannel | CameraChannel, float, Source | None], str] = {}
     for modality in modalities:
-        first = seen.setdefault(_read(modality), modality)
+        first = seen.setdefault((*_read(modality), source_of(modality)), modality)
         if first != modality:
             raise BadValue("modality", modality, f"another way to show the box than {first}, which is the same")
 

@@ -118,7 +118,10 @@ def _number(modality: str, option: str, text: str) -> float:
 
 
 def flip_rate(specs: tuple[str, ...], modality: str, doses: Mapping[str, float]) -> float | None:
-    """The flip rate, [0, 1], if nothing but plain flips acts, 0 under the truth; else None."""
+    """The flip rate, [0, 1], if nothing but plain flips acts, 0 under the truth; else None.
+
+    Reports from a source that can be wrong (:mod:`lockprobe.trial.source`) are not the truth.
+    """
     return doses.get(FLIP_RATE, 0.0) if _flips_alone(specs, modality) else None
 
 
@@ -126,7 +129,8 @@ def flip_rate(specs: tuple[str, ...], modality: str, doses: Mapping[str, float])
 def _flips_alone(specs: tuple[str, ...], modality: str) -> bool:
     found = [Spec.parse(spec, "intervention") for spec in specs]
     flips = [one for one in found if one.full_name == "flip" and one.options.keys() <= OF_PLAIN_FLIPS]
-    return len(specs) <= 1 and len(flips) == len(specs) and not modality_doses(modality)[1]
+    true = Spec.parse(modality, "modality").options.get("source", "truth") == "truth"
+    return true and len(specs) <= 1 and len(flips) == len(specs) and not modality_doses(modality)[1]
 
 
 @lru_cache(maxsize=1024)

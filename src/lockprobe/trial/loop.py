@@ -51,6 +51,7 @@ from lockprobe.trial.record import (
     TrialError,
     Turn,
 )
+from lockprobe.trial.source import ReportSource
 from lockprobe.trial.told_outcome import told_moved, told_positions
 
 if TYPE_CHECKING:
@@ -141,6 +142,7 @@ async def play(
         error=error,
         plant=made,
         opening_pictures=loop.opening_pictures,
+        opening_sensed=loop.opening_sensed,
         changed=loop.changes.by_intervention,
         changed_steps=loop.changes.steps,
     )
@@ -259,6 +261,7 @@ class _Loop:
         self.steps: list[Step] = []
         self.opening = ""
         self.opening_pictures: Mapping[PictureKind, str] = {}
+        self.opening_sensed: Mapping[str, Fact] = {}
         self._keep, self._at = keep, place
         self._names = names
         self._plant = plant
@@ -273,6 +276,7 @@ class _Loop:
         self._turns: tuple[Turn, ...] = ()
         self._moments: tuple[Moment, ...] = ()
         self._configuration: Configuration = ()
+        self._source = ReportSource(plan.modality)
 
     def _deal_streams(self, plan: Plan) -> None:
         """Give every intervention its random stream."""
@@ -291,14 +295,14 @@ class _Loop:
     async def open(self) -> None:
         """Look at the box for the first time."""
         with _boundary(PlantFault):
-            snapshot = await self._at(self._plant.observe)
-        self._configuration = snapshot.configuration
+            snapshot = await self._at(partial(self._source.sensed, self._plant.observe))
+        self._configuration, self.opening_sensed = snapshot.configuration, _facts(snapshot.sensed)
         first = await self._at(partial(self._tell, snapshot))
         self._moments = (first,)
         self.opening, self.opening_pictures = first.told.text, self._kept(first.told)
 
     def _tell(self, snapshot: Snapshot, chosen: str | None = None, attempted: str | None = None) -> Moment:
-        percept = self._names.percept(snapshot)
+        percept = self._reported(snapshot)
         was, facts = percept, None
         if percept.look is not None:
             was = replace(percept, look=None)
@@ -314,6 +318,14 @@ class _Loop:
                     facts = None  # something after the words changed what is told: that holds the facts now
                 percept = self.changes.note_report(passed)
         return Moment(was=was, told=_unlooked(percept), chosen=chosen, attempted=attempted, facts=facts)
+
+    def _reported(self, snapshot: Snapshot) -> Percept:
+        """What the source of the reports says, in the agent's terms; where an arm of a fork acts, the truth."""
+        truth, fork = self._names.percept(snapshot), self._plan.fork
+        truthful = fork is not None and fork.replaces(len(self._moments))
+        with _boundary(PlantFault):
+            said = self._source.said(snapshot, truthful=truthful)
+        return truth if said is snapshot else replace(self._names.percept(said), look=truth.look)
 
     def _perceived(self, acting: Acting[Channel], percept: Percept) -> Percept:
         made = acting.one.perceive(percept, self._moments, self._task, acting.rng)
@@ -378,7 +390,7 @@ class _Loop:
         label = self._attempted(decision.joint)
         joint = self._names.index(label)
         with _boundary(PlantFault):
-            snapshot = await self._at(partial(self._plant.attempt, joint))
+            snapshot = await self._at(partial(self._source.sensed, partial(self._plant.attempt, joint)))
         moment = await self._at(partial(self._tell, snapshot, decision.joint, label))
         step = self._written(decision, joint, snapshot, moment, situation.briefing.remark)
         self.steps.append(step)

@@ -102,7 +102,7 @@ class Snapshot:
         configuration: One position per joint in panel order.
         joint: The joint just attempted, by index in panel order; None before the first attempt.
         outcome: The true outcome of that attempt.
-        sensed: A robot's measurements of it, including its own verdict; they may be wrong.
+        sensed: A robot's measurements of it, including its own verdict and a camera's reading; they may be wrong.
         look: Takes a picture now; must be called before the next attempt. None without a camera.
         render: Draws the picture of another configuration, also before the next attempt; None if that cannot be shown.
     """
@@ -195,7 +195,8 @@ class Moment:
     """One moment of a trial for interventions, truth and report: the first look, or the result of an attempt.
 
     Attributes:
-        was: The truth in the agent's terms: joint, outcome and positions.
+        was: What interventions act on, in the agent's terms: joint, outcome and positions, in truth, or as the source
+            of the reports says them (:mod:`lockprobe.trial.source`).
         told: The final report or picture for the agent.
         chosen: Label of the joint that the agent chose; None for the first look.
         attempted: Label of the joint that was attempted; None for the first look.
@@ -250,7 +251,8 @@ class Step:
         told_state: The reported configuration after the step, in panel order; None if not told, or truly pictured.
         told: The report after the step as the agent saw it.
         decision: The agent's answer; ``decision.claimed`` is about the *previous* step.
-        sensed: A robot's measurements, including its own verdict (moved, blocked, failed); empty without a robot.
+        sensed: A robot's measurements, including its own verdict (moved, blocked, failed), and the positions that a
+            camera read, a bit string in panel order with ``?`` for an unclear joint, if reports have a named source.
         pictures: File names of the pictures taken afterwards, by kind.
         chosen: The joint that the agent chose, by its name, if another one was attempted; else None.
         remark: The remark to the agent with the report before this step.
@@ -331,6 +333,7 @@ class Trial:
         replays: How often it was replayed on request after an error of its agent; the earlier records stay.
         fork: Of a fork, the recorded trial, the step and the arm; else None.
         called: The name that the experimenter gave the agent; empty without one.
+        opening_sensed: What was sensed before the first step, as :attr:`Step.sensed`.
     """
 
     key: str
@@ -365,6 +368,7 @@ class Trial:
     replays: Count = 0
     fork: ForkName | None = None
     called: str = ""
+    opening_sensed: Mapping[str, Fact] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         ending = f"error at {self.error.boundary}" if self.error else self.ending

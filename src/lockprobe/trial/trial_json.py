@@ -15,7 +15,8 @@ from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.storage.jsonl import with_checksum, without_checksum
 from lockprobe.foundation.validation import check_choice, check_probability
 from lockprobe.trial.pictures.picture import PICTURE_NAME, PictureKind
-from lockprobe.trial.record import Step, Trial
+from lockprobe.trial.record import Fact, Step, Trial
+from lockprobe.trial.source import CAMERA, UNCLEAR, is_reading
 
 __all__ = ["trial_from_json", "trial_from_line", "trial_to_json", "trial_to_line"]
 
@@ -79,10 +80,12 @@ def _check(trial: Trial) -> None:
     if not len(trial.steps) <= trial.budget <= LONGEST:
         raise BadValue("trial record, steps", len(trial.steps), f"at most the budget of {min(trial.budget, LONGEST)}")
     _check_pictures("trial record", trial.opening_pictures)
+    _check_reading("trial record", trial.opening_sensed, len(trial.joints))
     _check_changes(trial)
     for number, step in enumerate(trial.steps, 1):
         _check_step(trial, step, number)
         _check_pictures(f"trial record, step {number}", step.pictures)
+        _check_reading(f"trial record, step {number}", step.sensed, len(trial.joints))
     _check_ending(trial)
 
 
@@ -101,6 +104,12 @@ def _check_pictures(where: str, pictures: Mapping[PictureKind, str]) -> None:
     for kind, name in pictures.items():
         if not PICTURE_NAME.fullmatch(name):
             raise BadValue(f"{where}, {kind} picture", name, "twenty hexadecimal digits and .png")
+
+
+def _check_reading(where: str, sensed: Mapping[str, Fact], joints: int) -> None:
+    """Refuse a reading of a camera that is not one of all joints."""
+    if CAMERA in sensed and not is_reading(sensed[CAMERA], joints):
+        raise BadValue(f"{where}, {CAMERA}", sensed[CAMERA], f"{joints} positions, each 0, 1 or {UNCLEAR}")
 
 
 def _check_changes(trial: Trial) -> None:

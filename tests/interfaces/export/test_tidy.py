@@ -77,6 +77,15 @@ def test_where_a_robot_played_its_verdict_comes_last():
     assert written([robot], "csv").splitlines()[0] == PROMISED.replace(", ", ",") + ",verdict"
 
 
+def test_where_a_camera_was_read_its_positions_come_after_the_verdict():
+    robot = make_trial([3, 0], budget=2, verdicts=["moved", "failed"], readings=["0000", "0001", "0?01"])
+    rows = list(tidy_rows([robot, make_trial([1])]))
+    assert [row["camera"] for row in rows] == ["0001", "0?01", ""]
+    lines = written([robot, make_trial([1])], "csv").splitlines()
+    assert lines[0].endswith(",verdict,camera")
+    assert [line.rpartition(",")[2] for line in lines[1:]] == ["b0001", "b0?01", ""]
+
+
 def asked_how_sure(trial, *answers):
     """The trial with what its agent said in every step: how sure it is, and whether it thinks the report false."""
     steps = [

@@ -4,7 +4,7 @@ import re
 from dataclasses import replace
 
 import pytest
-from builders import SOLUTION, make_trial, play_study, small_study, study_of, write_study
+from builders import SOLUTION, make_trial, modality_study, play_study, small_study, study_of, write_study
 
 from lockprobe.boxes.families import box
 from lockprobe.foundation.formatting import percent, share
@@ -37,6 +37,14 @@ def solving(condition, many, of=40):
     """Trials of which the first ``many`` are solved."""
     trials = [trial_of(list(SOLUTION if i < many else UNSOLVED), trial=i + 1) for i in range(of)]
     return [replace(trial, condition=condition) for trial in trials]
+
+
+def test_a_study_of_one_condition_that_is_not_the_truth_asks_how_well_agents_open_the_box(tmp_path):
+    told = "symbolic?source=verdict"
+    trial = make_trial(SOLUTION, agent="human-inspired", modality=told, study="modalities", verdicts=["moved"] * 4)
+    found = found_in(tmp_path, modality_study(["human-inspired"], [told], trials=1, plant="rig"), [trial])
+    assert found.sections_left_out == ()
+    assert "How well do agents open chain-4?" in screen(page_of("report", found))
 
 
 def test_of_equal_p_values_the_largest_effect_is_the_clearest():

@@ -256,6 +256,7 @@ def test_told_the_truth_states_say_as_much_as_outcomes(agent):
     [
         ({"modality": "rgb"}, "modality: got 'rgb'"),
         ({"modality": "symbolic?tell=state", "flip": "outcome-only"}, "flip: got 'outcome-only'"),
+        ({"modality": "symbolic?source=camera"}, "modality: got .*, expected symbolic without source=camera"),
     ],
 )
 def test_what_shows_pictures_or_states_where_none_are_told_is_refused(given, named):

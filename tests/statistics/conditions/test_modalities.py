@@ -129,9 +129,9 @@ def test_where_nothing_is_a_trend_is_seldom_found():
 
 
 def test_modalities_are_named_and_ordered_as_in_the_paper():
-    shown = ["symbolic", "rgbd?depth=gray&near=0.5", "smell", "rgb"]
+    shown = ["symbolic", "rgbd?depth=gray&near=0.5", "symbolic?source=verdict", "rgb"]
     assert [spoken(one) for one in sorted(shown, key=by_fidelity)] == [
-        "RGB", "RGB-D, depth=gray, near=0.5", "ground truth", "smell",
+        "RGB", "RGB-D, depth=gray, near=0.5", "ground truth", "verdicts of the arm",
     ]  # fmt: skip
 
 

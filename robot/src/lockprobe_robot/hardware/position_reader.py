@@ -19,21 +19,13 @@ from lockprobe.boxes.box import Configuration, Lockbox
 from lockprobe.foundation.errors import BadFile
 from lockprobe.foundation.inputs import read_toml
 from lockprobe.trial.pictures.frame import Camera, Frame
-from lockprobe.trial.pictures.picture import Picture
-from lockprobe.trial.pictures.picture_reader import Handles, evidence
-from lockprobe.trial.pictures.png import to_png
+from lockprobe.trial.pictures.picture_reader import Handles, clear_positions
 from lockprobe_robot.hardware.camera import Shot
 
 __all__ = ["HANDLES_FILE", "ImageHandles", "Unclear", "read_handles", "read_positions"]
 
 HANDLES_FILE = "handles.toml"
 """The file with the places of handles, in the folder of the pictures."""
-
-_ACUITY = 128
-"""Pixels across that the reader resolves. At 64 or more it reads every joint of the twin's pictures."""
-
-_CLEAR = 0.3
-"""Least evidence for a reading, 0 to 1; on the twin's pictures all evidence is above 0.65."""
 
 _NEAREST = 8.0
 """Pixels between the two places of a handle, at least."""
@@ -117,8 +109,7 @@ def read_positions(shot: Shot, handles: Handles, names: tuple[str, ...]) -> Conf
     Raises:
         Unclear: If a joint cannot be read.
     """
-    picture = Picture(kind="rgb", png=to_png(shot.rgb))
-    found = evidence((picture,), handles, acuity=_ACUITY)
-    if unclear := [name for name, one in zip(names, found, strict=True) if abs(one) < _CLEAR]:
+    found = clear_positions(shot.rgb, handles)
+    if unclear := [name for name, one in zip(names, found, strict=True) if one is None]:
         raise Unclear(f"the picture does not show clearly where {', '.join(unclear)} stands")
-    return tuple(one > 0 for one in found)
+    return tuple(map(bool, found))

@@ -12,7 +12,7 @@ PAGE = "the monotonic clock of the participant's browser (performance.now)"
 SERVER = "the clock of the server"
 
 Kind = Literal["text", "integer", "number", "bits"]
-"""The type of a cell. ``bits`` have one character per joint, 0 or 1: a text whose leading zeros count."""
+"""The type of a cell. ``bits`` have one character per joint, 0, 1 or ?: a text whose leading zeros count."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,6 +85,11 @@ COLUMN: Mapping[str, Column] = {
     "chosen": Column("The chosen joint, if an intervention replaced it by another one; else empty."),
     "panel": Column("The joints in the panel order of the trial, if panels differ between trials."),
     "verdict": Column("A robot's own verdict on the attempt: moved, blocked or failed. Empty without a robot."),
+    "camera": Column(
+        "The positions that a camera read after the step: 0 or 1 for each joint, ? for an unclear one, in panel order. "
+        "Empty if no camera was read.",
+        kind="bits",
+    ),
     "position": _count(
         "Number of the box in the participant's order, from 1; 0 for practice.",
         0,
@@ -182,12 +187,12 @@ _DATATYPE: Mapping[Kind, str] = {"text": "string", "bits": "string", "integer": 
 
 
 def as_bits(state: str) -> str:
-    """A configuration for CSV, marked so that no program reads it as a number.
+    """A configuration for CSV, marked so that no program reads it as a number; empty without one.
 
     >>> as_bits("0110")
     'b0110'
     """
-    return f"b{state}"
+    return f"b{state}" if state else ""
 
 
 def dictionary(file: str, columns: Iterable[str], row: str) -> dict[str, object]:

@@ -11,6 +11,7 @@ from lockprobe.foundation.terminal_text import readable
 from lockprobe.statistics.loops import measure
 from lockprobe.statistics.misinterpretation import trial_claims
 from lockprobe.trial.record import Trial
+from lockprobe.trial.source import CAMERA, VERDICT
 
 __all__ = [
     "COLUMNS",
@@ -79,10 +80,11 @@ def tidy_rows(trials: Iterable[Trial], times: Times = NO_TIMES) -> Iterator[dict
     flip rates were played, for which ``p`` is empty; ``chosen``, the joint that the agent had chosen,
     where an intervention had another one attempted; ``panel``, the joints in the panel order of the trial,
     where trials have different panels (``--layout shuffled``); ``verdict``, what a robot took to have happened (moved,
-    blocked or failed), where one played; ``rt_ms``, from when a step was shown to when its joint was chosen, in
-    milliseconds of the browser's monotonic clock, where people played; ``confidence``, how sure the agent said that it
-    is of ``claimed``, from 0 to 100, and ``report_false``, 1 or 0, whether it thinks that the report before is false,
-    where it was asked for both.
+    blocked or failed), where one played; ``camera``, the positions that a camera read after the step, in panel order
+    with ``?`` for an unclear joint, where reports have a named source; ``rt_ms``, from when a step was shown to when
+    its joint was chosen, in milliseconds of the browser's monotonic clock, where people played; ``confidence``, how
+    sure the agent said that it is of ``claimed``, from 0 to 100, and ``report_false``, 1 or 0, whether it thinks that
+    the report before is false, where it was asked for both.
 
     A step without a response time in ``times`` has an empty cell.
     """
@@ -94,7 +96,8 @@ def tidy_rows(trials: Iterable[Trial], times: Times = NO_TIMES) -> Iterator[dict
                 "condition": trial.condition,
                 "chosen": step.chosen or "",
                 "panel": " ".join(trial.joints),
-                "verdict": str(step.sensed.get("verdict", "")),
+                "verdict": str(step.sensed.get(VERDICT, "")),
+                "camera": str(step.sensed.get(CAMERA, "")),
                 "rt_ms": times.get((trial.key, step.step), ""),
                 "confidence": "" if step.decision.confidence is None else step.decision.confidence,
                 "report_false": "" if step.decision.report_false is None else int(step.decision.report_false),
@@ -144,7 +147,8 @@ def tidy_columns(trials: Sequence[Trial], times: Times = NO_TIMES) -> tuple[str,
         "condition": _has_others_than_flips(trials),
         "chosen": any(step.chosen for trial in trials for step in trial.steps),
         "panel": len({(trial.box, trial.joints) for trial in trials}) > len({trial.box for trial in trials}),
-        "verdict": any("verdict" in step.sensed for trial in trials for step in trial.steps),
+        "verdict": any(VERDICT in step.sensed for trial in trials for step in trial.steps),
+        "camera": any(CAMERA in step.sensed for trial in trials for step in trial.steps),
         "rt_ms": bool(times),
         "confidence": any(step.decision.confidence is not None for trial in trials for step in trial.steps),
         "report_false": any(step.decision.report_false is not None for trial in trials for step in trial.steps),

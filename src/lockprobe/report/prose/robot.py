@@ -1,27 +1,51 @@
-"""Sentences on a robot: how often its own verdicts were wrong, and how often it broke the rules of the box."""
+"""Sentences on a robot: how often arm and camera were wrong, and how often it broke the rules of the box."""
 
 from __future__ import annotations
 
-from lockprobe.foundation.formatting import percent, range_of
-from lockprobe.statistics.robot import Verdicts
+from collections.abc import Mapping
+
+from lockprobe.foundation.formatting import listed, percent, range_of
+from lockprobe.statistics.robot import Judged, RobotSenses
 from lockprobe.statistics.rules import RuleBreaks
+from lockprobe.trial.source import SourceKind
 
-__all__ = ["not_judged", "rules_said", "verdicts_said"]
+__all__ = ["not_judged", "rules_said", "senses_said"]
+
+_TOLD: Mapping[SourceKind, str] = {"truth": "the truth", "verdict": "the verdict", "camera": "what the camera saw"}
+"""What reports are made of, in words."""
 
 
-def verdicts_said(found: Verdicts) -> str:
-    """How often a robot was wrong about the outcome of its attempts."""
+def senses_said(found: RobotSenses) -> str:
+    """How often an arm and a camera were wrong about the outcome of attempts, and what agents were told."""
+    sentences = []
+    if verdict := found.all.verdict:
+        sentences.append(_judged(verdict, "The robot's own verdict, from force and distance,", "it could not decide"))
+    if camera := found.all.camera:
+        sentences.append(_judged(camera, "The outcome that the camera saw", "it could not see the joint clearly"))
+    return " ".join([*sentences, _told(found)])
+
+
+def _judged(found: Judged, what: str, undecided: str) -> str:
     wrong = found.wrong
     if not wrong.n:
-        return f"The robot could not determine the outcome of any of {found.attempts} attempts."
-    failed = f"; it could not decide at {found.failed} more" if found.failed else ""
+        return f"{what} is not known for any of {found.attempts} attempts: {undecided}."
     moved, blocked = found.moved_for_blocked, found.blocked_for_moved
     kinds = f": {moved} took a blocked joint for moved, {blocked} a moved joint for blocked" if wrong.count else ""
+    more = f"; {undecided} at {found.undecided} more" if found.undecided else ""
     return (
-        f"The robot's own verdict, from force and distance, was wrong at {wrong.count} of {wrong.n} attempts "
-        f"({percent(wrong.value, 1)}, 95 % interval {range_of(wrong.low, wrong.high, 1)}){kinds}{failed}. "
-        "Agents are not told this verdict."
+        f"{what} was wrong at {wrong.count} of {wrong.n} attempts "
+        f"({percent(wrong.value, 1)}, 95 % interval {range_of(wrong.low, wrong.high, 1)}){kinds}{more}."
     )
+
+
+def _told(found: RobotSenses) -> str:
+    """What agents were told: the truth, the verdict, or what the camera saw."""
+    if set(found.told) == {"truth"}:
+        if found.all.verdict and found.all.camera:
+            return "Agents are told the truth, and neither of the two."
+        return "Agents are not told this verdict." if found.all.verdict else "Agents are told the truth."
+    parts = [f"{said} under {listed(found.told[kind])}" for kind, said in _TOLD.items() if kind in found.told]
+    return f"Agents are told {listed(parts)}."
 
 
 def rules_said(found: RuleBreaks) -> str:

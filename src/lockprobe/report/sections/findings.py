@@ -15,12 +15,12 @@ from lockprobe.report.prose.idle import idle_said, unheeded_said
 from lockprobe.report.prose.loops import LOOP_DEFINITION, loop_finding
 from lockprobe.report.prose.modalities import modality_finding
 from lockprobe.report.prose.panel import panel_said
-from lockprobe.report.prose.robot import rules_said, verdicts_said
+from lockprobe.report.prose.robot import rules_said, senses_said
 from lockprobe.report.prose.success import baselines_said, courses_said, finding
-from lockprobe.report.rows import Estimate, Finding, Results, Row
+from lockprobe.report.rows import Finding, Results, Row
 from lockprobe.report.section import Block, Folded, Part, Section, Template, Text
 from lockprobe.report.sections.doses import dose_sections
-from lockprobe.report.study_numbers import StudyNumbers, share_rows
+from lockprobe.report.study_numbers import StudyNumbers
 from lockprobe.statistics.conditions.condition_study import ConditionStudySummary
 from lockprobe.statistics.summary import StudySummary
 
@@ -39,7 +39,7 @@ _RESTS_ON = {
     "ranking": ("rank", "success"),
     "baselines": ("success",),
     "conditions": ("success_difference", "success_interaction", "changed_steps"),
-    "verdicts": ("wrong_verdicts", "undecided_verdicts"),
+    "verdicts": ("wrong_verdicts", "undecided_verdicts", "wrong_readings", "unclear_readings"),
     "rules": ("against_rules",),
 }
 """Kind of a sentence -> the quantities that it rests on."""
@@ -106,17 +106,7 @@ def _of_conditions(found: ConditionStudySummary | None) -> Iterator[Row]:
 
 def _of_plant(numbers: StudyNumbers) -> Iterator[Row]:
     """What a robot and its box did, which judges no agent, and what pictures show of the panel."""
-    if verdicts := numbers.flips.verdicts:
-        wrong = verdicts.wrong
-        yield from share_rows("wrong_verdicts", wrong)
-        for of, count in (
-            ("blocked for moved", verdicts.blocked_for_moved),
-            ("moved for blocked", verdicts.moved_for_blocked),
-        ):
-            yield Estimate(quantity="wrong_verdicts", of=of, count=count, n=wrong.n)
-        failed, attempts = verdicts.failed, verdicts.attempts
-        yield Estimate(quantity="undecided_verdicts", value=failed / attempts, count=failed, n=attempts)
-        yield from _said("verdicts", verdicts_said(verdicts), judges=False)
+    yield from _said("verdicts", senses_said(numbers.robot) if numbers.robot else "", judges=False)
     yield from _said("rules", rules_said(numbers.rules) if numbers.rules else "", judges=False)
     if (study := numbers.study).has_pictures:
         said = panel_said(study.panel, dealt=study.layout == "shuffled", listed_anew=study.shuffle != "never")

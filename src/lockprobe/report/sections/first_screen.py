@@ -243,6 +243,8 @@ def _asked(axes: Sequence[StudySummary], found: ConditionStudySummary, study: St
         cause(one.axis) if kinds < 2 or not one.axis.of_flips else f"false reports of {kinds} kinds" for one in axes
     )
     causes = list(dict.fromkeys(said))
+    if not causes and not rest:
+        return f"How well do agents open {study.box.name}?"
     if not causes and len(rest) == 1:
         return f"Does {rest[0]} change how agents open {study.box.name}?"
     causes += [f"{len(rest)}{' other' * bool(causes)} condition{'s' * (len(rest) > 1)}"] * bool(rest)

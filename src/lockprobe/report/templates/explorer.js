@@ -78,6 +78,11 @@
       const chosen = trial.chosen && trial.chosen[index] >= 0 ? ` (it chose ${data.joints[trial.chosen[index]]})` : "";
       line.append(`Step ${index + 1}: ${data.joints[did]}${chosen}. In truth it ${trial.moved[index] === "1" ? "moved" : "was blocked"}; told: `);
       line.append(make("b", false_ ? "off" : "", `${outcome[trial.told[index]]}${false_ ? ", which is false" : ""}`), ". ");
+      for (const [name, who, none] of [["verdict", "The arm's verdict", "failed"], ["camera", "What the camera saw", "unclear"]]) {
+        const judged = trial[name] && trial[name][index];
+        if (!judged || judged === trial.moved[index]) continue;
+        line.append(`${who}${trial.source === name ? ", of which reports are made," : ""} was: ${judged === "-" ? none : outcome[judged]}. `);
+      }
       const claim = trial.said[index + 1];
       if (claim === trial.told[index] && claim !== "-") line.append("The agent's claim repeats the report. ");
       else if (claim === "1" || claim === "0") line.append(make("b", "off", `The agent's claim is ${outcome[claim]}: it misread the report${claim === trial.moved[index] ? " and is right by chance" : ""}. `));

@@ -1,8 +1,9 @@
 """Recorded trials played again: whether truth and reports follow from the choices, and the choices from their agent.
 
 Strategies are asked again. A hosted model decides again by the replies in the log of its calls, a local one by its
-recorded probabilities and the random stream of the trial. All others choose what is on record. No code of a user or of
-another package runs, and no model is asked.
+recorded probabilities and the random stream of the trial. All others choose what is on record. What a camera read in
+pictures for reports (:mod:`lockprobe.trial.source`) is taken from the record. No code of a user or of another package
+runs, and no model is asked.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ from lockprobe.trial.model_call import Call, Usage
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.protocols import Agent, CallBook
 from lockprobe.trial.record import Decision, Fact, Situation, Step, Trial
+from lockprobe.trial.source import CAMERA
 from lockprobe.trial.trial_json import trial_to_json
 
 __all__ = ["UNPLAYED", "AgentKind", "Replay", "ReplayedTrial", "is_foreign", "is_hosted", "kind_of"]
@@ -49,6 +51,7 @@ class ReplayedTrial:
         choices: Why the choices do not follow from the agent, its replies or its probabilities; empty if they do.
         unused: The replies on record that are no part of the trial.
         unplayed: Whether nothing could be played again; see :data:`UNPLAYED`.
+        read_as_recorded: Whether its reports used what a camera read, which is taken from its record.
         from_log: Whether it came from an Inspect log and has no calls, so that its replies are held by its words alone.
     """
 
@@ -58,6 +61,7 @@ class ReplayedTrial:
     choices: str = ""
     unused: int = 0
     unplayed: bool = False
+    read_as_recorded: bool = False
     from_log: bool = False
 
 
@@ -97,12 +101,13 @@ class Replay:
         spec = trial.agent
         if spec not in self._kinds:
             self._kinds[spec] = kind_of(spec)
-        found = ReplayedTrial(key=trial.key, kind=self._kinds[spec])
+        read = CAMERA in trial.opening_sensed
+        found = ReplayedTrial(key=trial.key, kind=self._kinds[spec], read_as_recorded=read)
         try:
             foreign = [is_foreign("intervention", one) for one in plan.condition.specs]
             if is_foreign("plant", plan.plant) or any(foreign) or resolve_plant(plan.plant).is_attended():
                 said = other_replies(trial, replies, parent) if found.kind == "hosted" else ""
-                return replace(found, unplayed=True, choices=said)
+                return replace(found, unplayed=True, read_as_recorded=False, choices=said)
             if found.kind == "strategy" and spec not in self._strategies:
                 self._strategies[spec] = resolve(spec).make()
             kept = KeptReplies(replies)
@@ -189,7 +194,7 @@ class _Recorded:
 
 
 def _played(plan: Plan, agent: Agent, trial: Trial) -> Trial:
-    again, _ = asyncio.run(play_timed(plan, agent, lambda key, step: None))
+    again, _ = asyncio.run(play_timed(plan, agent, lambda key, step: None, recorded=trial))
     return replace(again, replays=trial.replays)
 
 
@@ -205,7 +210,7 @@ def _difference(trial: Trial, again: Trial, agent: Agent) -> str:
         return f"the steps end as {again.ending}, not as an error"
     if len(again.steps) < len(trial.steps):
         return f"step {len(again.steps) + 1}: {'' if again.error is None else again.error.message}"
-    compared = ["joints", "labels", "listing", "opening", "opening_pictures"]
+    compared = ["joints", "labels", "listing", "opening", "opening_pictures", "opening_sensed"]
     if trial.error is None or not (trial.owed_again or recorded):
         compared += [one.name for one in fields(Trial) if one.name not in compared]
     other = next((name for name in compared if getattr(trial, name) != getattr(again, name)), "")

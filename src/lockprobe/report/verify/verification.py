@@ -235,7 +235,8 @@ def _luck(again: Sequence[ReplayedTrial]) -> Check:
     failed = [f"{one.key}: {one.luck}" for one in again if one.luck]
     left = sum(one.unplayed for one in again)
     follow = "follow from their choices, the box and the seed"
-    holds = f"all {len(again) - left} trials {follow}{also(left, f'more need {UNPLAYED}, and are not played')}"
+    read = also(sum(one.read_as_recorded for one in again), "take what a camera read from their records")
+    holds = f"all {len(again) - left} trials {follow}{read}{also(left, f'more need {UNPLAYED}, and are not played')}"
     return check_of("luck", failed, holds, "trials do not follow from their choices, the box and the seed")
 
 

@@ -26,6 +26,7 @@ from lockprobe.studies.modality import shown
 from lockprobe.trial.condition import place_of, spec_of
 from lockprobe.trial.protocols import Intervention
 from lockprobe.trial.record import STATES
+from lockprobe.trial.source import source_of
 
 __all__ = ["ConditionChances", "Report", "condition_chances", "told_by"]
 
@@ -191,6 +192,8 @@ def told_by(modality: str | None, flip: FlipKind) -> Tell:
     if flip == "outcome-only":
         modality = blind(modality or "symbolic")
     channel = shown(modality or STATES)
+    if (source := source_of(modality or STATES)) is not None and source.of != "truth":
+        raise BadValue("modality", modality, f"symbolic without source={source.of}, whose errors only a plant makes")
     if not isinstance(channel, TextChannel):
         known = "symbolic, or symbolic?tell=state, as which a viewer that sees well plays in pictures"
         raise BadValue("modality", modality, known)

@@ -16,7 +16,7 @@ from itertools import combinations
 
 import numpy as np
 
-from lockprobe.foundation.spec import Spec, spec_name
+from lockprobe.foundation.spec import Spec
 from lockprobe.statistics.inference.excess import excess, grid
 from lockprobe.statistics.inference.logrank import holm, solution_logrank
 from lockprobe.statistics.outcomes import Outcomes, joined, outcomes, solved_in_pairs
@@ -27,6 +27,9 @@ __all__ = ["ModalityEffect", "ModalityPair", "by_fidelity", "modality_effect", "
 
 _SPOKEN: Mapping[str, str] = {"rgb": "RGB", "rgbd": "RGB-D", "symbolic": "ground truth"}
 """The paper's modalities from low to high fidelity, in its words."""
+
+_SOURCES: Mapping[str | None, str] = {"verdict": "verdicts of the arm", "camera": "readings of the camera"}
+"""Sources of reports in words that are not the truth; the paper has none of them."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -95,9 +98,15 @@ def spoken(modality: str) -> str:
     """
     spec = Spec.parse(modality, "modality")
     called = _SPOKEN.get(spec.full_name, spec.full_name)
+    if (source := spec.options.get("source")) in _SOURCES:
+        return ", ".join((_SOURCES[source], *_said(spec.without(["source"]))))
     if spec.full_name == "symbolic" and spec.options.get("tell") == "state":
         called, spec = "ground-truth states", spec.without(["tell"])
-    return ", ".join((called, *(f"{option}={value}" for option, value in spec.options.items())))
+    return ", ".join((called, *_said(spec)))
+
+
+def _said(spec: Spec) -> list[str]:
+    return [f"{option}={value}" for option, value in spec.options.items()]
 
 
 def by_fidelity(modality: str) -> tuple[int, str]:
@@ -108,8 +117,9 @@ def by_fidelity(modality: str) -> tuple[int, str]:
 
 def _fidelity(modality: str) -> int | None:
     """The rank of a modality's fidelity from 0, equal for all its variants; None if the paper does not rank it."""
-    name = spec_name(modality)
-    return list(_SPOKEN).index(name) if name in _SPOKEN else None
+    spec = Spec.parse(modality, "modality")
+    ranked = spec.full_name in _SPOKEN and spec.options.get("source") not in _SOURCES
+    return list(_SPOKEN).index(spec.full_name) if ranked else None
 
 
 def modality_effect(groups: Sequence[Sequence[Trial]], agents: int = 1) -> ModalityEffect | None:

@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import TypeVar
 
 from lockprobe.foundation.cpu import cpu_model
@@ -20,6 +21,7 @@ from lockprobe.trial.pictures.picture import Picture
 from lockprobe.trial.plan import Names, Plan
 from lockprobe.trial.protocols import Agent, Calling, Plant
 from lockprobe.trial.record import Fact, Snapshot, Step, Trial
+from lockprobe.trial.source import CAMERA
 
 __all__ = ["closed_in_one_line", "own_thread", "play_timed"]
 
@@ -80,6 +82,32 @@ class _LazyPlant:
             self._plant.close()
 
 
+class _ReadAsRecorded(_LazyPlant):
+    """The same, with the camera's readings of a record, which another renderer might not give again."""
+
+    def __init__(self, plan: Plan, recorded: Trial) -> None:
+        super().__init__(plan)
+        self._recorded = recorded
+        self._sensed = iter([recorded.opening_sensed, *(step.sensed for step in recorded.steps)])
+
+    @property
+    def facts(self) -> Mapping[str, Fact]:
+        facts, drawn = super().facts, "renderer"
+        if CAMERA in self._recorded.opening_sensed and drawn in facts:
+            return {**facts, drawn: self._recorded.plant.get(drawn)}
+        return facts
+
+    def observe(self) -> Snapshot:
+        return self._read(super().observe())
+
+    def attempt(self, joint: int) -> Snapshot:
+        return self._read(super().attempt(joint))
+
+    def _read(self, snapshot: Snapshot) -> Snapshot:
+        sensed = next(self._sensed, {})
+        return replace(snapshot, sensed={**snapshot.sensed, CAMERA: sensed[CAMERA]}) if CAMERA in sensed else snapshot
+
+
 async def play_timed(
     plan: Plan,
     agent: Agent,
@@ -87,6 +115,7 @@ async def play_timed(
     keep: Callable[[Picture], None] | None = None,
     calls: Calls | None = None,
     place: Executor = here,
+    recorded: Trial | None = None,
 ) -> tuple[Trial, Timing]:
     """Play one plan and measure its duration.
 
@@ -97,11 +126,12 @@ async def play_timed(
         keep: Stores the pictures that the record names; without it they are lost.
         calls: Log of the agent's calls, if it makes any.
         place: The executor that runs the plant.
+        recorded: A record of the trial, from which the camera's readings are taken instead of new pictures.
     """
     began = time.perf_counter()
     if calls is not None and isinstance(agent, Calling):
         agent = agent.with_calls(plan.key, calls.of(plan))
-    plant = _LazyPlant(plan)
+    plant = _LazyPlant(plan) if recorded is None else _ReadAsRecorded(plan, recorded)
     try:
         trial = await play(
             plan,

@@ -23,7 +23,7 @@ from lockprobe.trial.pictures.depth import turbo
 from lockprobe.trial.pictures.picture import Picture, PictureKind
 from lockprobe.trial.pictures.png import from_png
 
-__all__ = ["Handles", "evidence", "gaze_at", "needed_acuity", "shrunk"]
+__all__ = ["Handles", "clear_positions", "evidence", "gaze_at", "needed_acuity", "shrunk"]
 
 Handles = Sequence[tuple[tuple[float, float], tuple[float, float]]]
 """For each joint where its handle is seen, (column, row), at position 0 and at position 1."""
@@ -49,6 +49,12 @@ _BLACK = 0.5 / 255
 
 _GAZES = ((0.0, 0.0), (0.25, 0.5), (0.5, 0.25), (0.75, 0.75))
 """Offsets of the coarse pixels with which an acuity is tried."""
+
+_FINE = 128
+"""Pixels across that a reading of positions resolves. At 64 or more all joints of the twin's pictures are read."""
+
+_CLEAR = 0.3
+"""Least evidence for a clear position, 0 to 1; on the twin's pictures without noise all evidence is above 0.65."""
 
 _FEW, _MARGIN = 1 / 16, 1.25
 """Share of joints that the least acuity may misread; a higher one misreads none, and gets so many more pixels."""
@@ -96,6 +102,12 @@ def evidence(pictures: Sequence[Picture], handles: Handles, *, acuity: int) -> t
     files = [(picture.kind, from_png(picture.png)) for picture in pictures]
     cues = [_cue(kind, file, np.array(handles, dtype=float), acuity, gaze_at(file)) for kind, file in files]
     return tuple(np.mean(cues, axis=0).tolist())
+
+
+def clear_positions(rgb: NDArray[np.uint8], handles: Handles | _Places) -> tuple[bool | None, ...]:
+    """The position of each joint in a picture, shape (rows, columns, 3); None for a joint without clear evidence."""
+    found = _cue("rgb", rgb, np.array(handles, dtype=float), _FINE, gaze_at(rgb))
+    return tuple(None if abs(one) < _CLEAR else one > 0 for one in found.tolist())
 
 
 def needed_acuity(pictures: Sequence[Picture], handles: Handles, least: int) -> int:

@@ -1,0 +1,1 @@
+"""Fractional factorial designs: many factors of two levels at once, in a part of their combinations."""

@@ -1,0 +1,208 @@
+"""What each factor of a factorial design does to misreading and to success, and its share of their variance.
+
+A main effect is the mean over trials at the high level of a factor minus the mean over trials at its low level, within
+each block of luck. Blocks are independent: the interval is Student's over them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from lockprobe.foundation.seeds import generator
+from lockprobe.statistics.agent_comparison.paired import Array
+from lockprobe.statistics.factorial.design import Factorial
+from lockprobe.statistics.inference.logrank import holm
+from lockprobe.statistics.misinterpretation import claims
+from lockprobe.statistics.outcomes import ended
+from lockprobe.statistics.proportions import ALPHA
+from lockprobe.trial.record import Trial
+
+__all__ = ["MEASURES", "FactorEffect", "FactorialEffects", "factorial_effects"]
+
+MEASURES = ("misreading", "success")
+"""What is analysed: the share of statements about an attempt that contradict what happened, and the share solved."""
+
+_DRAWS = 2000
+"""Bootstrap draws of blocks for the intervals of shares of variance."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FactorEffect:
+    """One factor and one measure.
+
+    Attributes:
+        factor: Its name.
+        measure: Of :data:`MEASURES`.
+        value: High level minus low level, [-1, 1].
+        low, high: Ends of the interval, corrected for the number of factors (Bonferroni).
+        p_value: That there is no effect, Student's test over blocks, corrected for the factors (Holm); None if no
+            block differs from another.
+        variance: Share of the variance between conditions that the factor alone explains, [0, 1], corrected for the
+            noise of the means; None if conditions do not differ by more than noise.
+        variance_low, variance_high: Ends of its 95 % bootstrap interval.
+    """
+
+    factor: str
+    measure: str
+    value: float
+    low: float
+    high: float
+    p_value: float | None
+    variance: float | None
+    variance_low: float | None
+    variance_high: float | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FactorialEffects:
+    """The effects of all factors on one agent.
+
+    Attributes:
+        agent: Its name, or its spec if it has none.
+        design: The design.
+        blocks: Blocks with a trial in every condition.
+        means: Measure -> its mean over all conditions.
+        effects: Every factor under every measure.
+        rest: Measure -> share of the variance that no factor alone explains: interactions; None as above.
+    """
+
+    agent: str
+    design: Factorial
+    blocks: int
+    means: Mapping[str, float]
+    effects: tuple[FactorEffect, ...]
+    rest: Mapping[str, float | None]
+
+    def of(self, measure: str) -> list[FactorEffect]:
+        """The effects on one measure, the largest share of variance first, then the largest effect."""
+        own = [one for one in self.effects if one.measure == measure]
+        return sorted(own, key=lambda one: (-(one.variance or 0.0), -abs(one.value)))
+
+
+def factorial_effects(trials: Mapping[str, Sequence[Trial]], design: Factorial) -> FactorialEffects | None:
+    """Analyse one agent.
+
+    Args:
+        trials: Condition -> the agent's trials.
+        design: The design among its conditions.
+
+    Returns:
+        None unless two blocks have a trial in every condition.
+    """
+    labels = list(design.runs)
+    played = {label: {(one.repetition, one.trial): one for one in ended(trials.get(label, ()))} for label in labels}
+    blocks = sorted(set.intersection(*(set(own) for own in played.values())))
+    if len(blocks) < 2:
+        return None
+    signs = np.array([design.runs[label] for label in labels], dtype=np.float64)
+    sheet = [[played[label][block] for label in labels] for block in blocks]
+    found: list[FactorEffect] = []
+    means, rest = dict[str, float](), dict[str, float | None]()
+    for measure in MEASURES:
+        values = _values(sheet, measure)
+        if np.isnan(values).all():
+            continue
+        means[measure] = float(np.nanmean(values))
+        own, rest[measure] = _of_measure(values, signs, design.factors, measure)
+        found += own
+    first = sheet[0][0]
+    return FactorialEffects(
+        agent=first.group, design=design, blocks=len(blocks), means=means, effects=tuple(found), rest=rest
+    )
+
+
+def _values(sheet: Sequence[Sequence[Trial]], measure: str) -> Array:
+    """The measure of every trial, shape (blocks, conditions); NaN where an agent said nothing."""
+    return np.array([[_value(trial, measure) for trial in row] for row in sheet], dtype=np.float64)
+
+
+def _value(trial: Trial, measure: str) -> float:
+    if measure == "success":
+        return float(trial.solved)
+    said = claims(trial)
+    return sum(claim.false_belief for claim in said) / len(said) if said else math.nan
+
+
+def _of_measure(
+    values: Array, signs: Array, factors: Sequence[str], measure: str
+) -> tuple[list[FactorEffect], float | None]:
+    """The effects of all factors on a measure, and the share of variance that is left."""
+    from scipy.stats import t
+
+    contrasts = np.stack([_contrast(values, column) for column in signs.T], axis=-1)
+    kept = contrasts[~np.isnan(contrasts).any(axis=1)]
+    n = len(kept)
+    if n < 2:
+        return [], None
+    mean, error = kept.mean(axis=0), kept.std(axis=0, ddof=1) / math.sqrt(n)
+    half = float(t.ppf(1 - ALPHA / len(factors) / 2, n - 1)) * error
+    known = np.divide(np.abs(mean), error, out=np.full_like(mean, np.nan), where=error > 0)
+    raw = [None if math.isnan(one) else float(2 * t.sf(one, n - 1)) for one in known]
+    shares, rest = _variance(values, signs)
+    low, high = _shares_interval(values, signs, measure)
+    corrected = iter(holm([one for one in raw if one is not None]))
+    found = [
+        FactorEffect(
+            factor=factor,
+            measure=measure,
+            value=float(mean[i]),
+            low=max(-1.0, float(mean[i] - half[i])),
+            high=min(1.0, float(mean[i] + half[i])),
+            p_value=None if raw[i] is None else next(corrected),
+            variance=None if shares is None else float(shares[i]),
+            variance_low=None if shares is None else float(low[i]),
+            variance_high=None if shares is None else float(high[i]),
+        )
+        for i, factor in enumerate(factors)
+    ]
+    return found, rest
+
+
+def _contrast(values: Array, levels: Array) -> Array:
+    """The mean at the high level minus the mean at the low level, in every block."""
+    with np.errstate(invalid="ignore"):
+        return _mean(values[:, levels > 0]) - _mean(values[:, levels < 0])
+
+
+def _mean(values: Array) -> Array:
+    known = ~np.isnan(values)
+    total = known.sum(axis=1)
+    made: Array = np.divide(
+        np.where(known, values, 0).sum(axis=1), total, out=np.full(len(values), np.nan), where=total > 0
+    )
+    return made
+
+
+def _variance(values: Array, signs: Array) -> tuple[Array | None, float | None]:
+    """The share of each factor in the variance of the true means of conditions, and what is left for interactions.
+
+    The mean square of an effect holds its own square and the noise of the means; the noise is taken from the spread of
+    blocks about the means of conditions, and taken off. Shares below 0 count as 0.
+    """
+    blocks, conditions = values.shape
+    means = np.nanmean(values, axis=0)
+    within = values - means - (np.nanmean(values, axis=1, keepdims=True) - np.nanmean(values))
+    noise = float(np.nansum(within**2)) / max(1, (blocks - 1) * (conditions - 1)) / blocks
+    halves = signs.T @ (means - means.mean()) / conditions  # half of each effect
+    own = np.clip(halves**2 - noise / conditions, 0, None)
+    total = float(np.sum((means - means.mean()) ** 2)) / conditions
+    left = max(0.0, total - float(np.sum(halves**2)) - noise * (conditions - 1 - len(halves)) / conditions)
+    whole = float(own.sum()) + left
+    if whole <= 0 or not np.isfinite(whole):
+        return None, None
+    return own / whole, left / whole
+
+
+def _shares_interval(values: Array, signs: Array, measure: str) -> tuple[Array, Array]:
+    """The 95 % bootstrap intervals of the shares of variance, over blocks."""
+    luck = generator(1, "factorial", measure)
+    drawn = []
+    for _ in range(_DRAWS):
+        shares, _ = _variance(values[luck.integers(len(values), size=len(values))], signs)
+        drawn.append(np.zeros(signs.shape[1]) if shares is None else shares)
+    low, high = np.quantile(np.array(drawn), [ALPHA / 2, 1 - ALPHA / 2], axis=0)
+    return low, high

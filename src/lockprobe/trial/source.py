@@ -1,0 +1,184 @@
+"""The source of reports: the truth, the verdict of an arm, or the positions that a camera reads.
+
+The option ``source`` of ``symbolic`` names it (``symbolic?source=verdict``). It acts first: interventions act on what
+it says, and the truth decides when the trial ends. If a source is named and the plant has a camera, a picture is taken
+before the first attempt and after every attempt. The record holds its reading beside the arm's verdict and the truth.
+Nothing is drawn from a random stream.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Literal, get_args
+
+from lockprobe.boxes.box import Configuration
+from lockprobe.foundation.errors import PlantFault
+from lockprobe.foundation.spec import Spec
+from lockprobe.foundation.validation import check_choice
+from lockprobe.trial.pictures.picture_reader import clear_positions
+from lockprobe.trial.record import Snapshot, Trial
+
+__all__ = [
+    "CAMERA",
+    "UNCLEAR",
+    "VERDICT",
+    "ReportSource",
+    "Source",
+    "SourceKind",
+    "camera_outcomes",
+    "is_reading",
+    "source_of",
+    "verdict_outcomes",
+    "with_reading",
+    "wrong_source",
+]
+
+SourceKind = Literal["truth", "verdict", "camera"]
+"""Where reports come from."""
+
+VERDICT, CAMERA = "verdict", "camera"
+"""The names in ``sensed`` of an arm's verdict, and of the positions that a camera reads, in panel order."""
+
+UNCLEAR = "?"
+"""In a reading: a joint whose position the picture does not show clearly; the others are 0 or 1."""
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """A source of reports.
+
+    Attributes:
+        of: ``truth``.
+
+            ``verdict``: the attempted joint moved if the arm's verdict is *moved*. After *blocked*, and after *failed*
+            (no grip, or no conclusion), the robot has noticed no movement and says that the joint did not move. It
+            knows how the box was set up and keeps count: the attempted joint changes its position if it moved, and all
+            others stay where the robot last said they were. So a wrong verdict stays in its reports.
+
+            ``camera``: positions are those that the camera reads, and the attempted joint moved if its position
+            changed. A joint that cannot be read clearly keeps its last position; at the first look that is the true
+            one.
+    """
+
+    of: SourceKind
+
+    def said(self, truth: Snapshot, last: Snapshot | None) -> Snapshot:
+        """What the source says in place of the truth.
+
+        Args:
+            truth: The truth, with what was sensed.
+            last: What the source said before; None at the first look.
+
+        Raises:
+            PlantFault: If the plant does not give what the source needs.
+        """
+        before = truth.configuration if last is None else last.configuration
+        if self.of == "truth":
+            return truth
+        if self.of == "camera":
+            if not is_reading(read := truth.sensed.get(CAMERA), len(before)):
+                raise PlantFault(f"source=camera: the camera gave no reading of {len(before)} joints ({read!r})")
+            now = _held(before, str(read))
+        elif truth.joint is None:
+            now = before
+        elif (verdict := truth.sensed.get(VERDICT)) is None:
+            raise PlantFault("source=verdict: the plant gave no verdict on the attempt")
+        else:
+            now = tuple(at != (i == truth.joint and verdict == "moved") for i, at in enumerate(before))
+        if truth.joint is None:
+            return replace(truth, configuration=now)
+        moved = now[truth.joint] != before[truth.joint]
+        return replace(truth, configuration=now, outcome="moved" if moved else "blocked")
+
+
+@lru_cache(maxsize=256)
+def source_of(modality: str) -> Source | None:
+    """The source that a modality names; None if it names none: then reports tell the truth, and no camera is read.
+
+    >>> source_of("symbolic?source=verdict"), source_of("symbolic")
+    (Source(of='verdict'), None)
+
+    Raises:
+        BadValue: If there is no such source.
+    """
+    said = Spec.parse(modality, "modality").options.get("source")
+    if said is None:
+        return None
+    check_choice("source", said, get_args(SourceKind))
+    return Source(said)  # type: ignore[arg-type] # checked above
+
+
+class ReportSource:
+    """The source of the reports of one trial, with what it said last.
+
+    Args:
+        modality: The modality; the truth is told if it names no source.
+    """
+
+    def __init__(self, modality: str) -> None:
+        self._source = source_of(modality)
+        self._last: Snapshot | None = None
+
+    def sensed(self, act: Callable[[], Snapshot]) -> Snapshot:
+        """What the plant gives, with the camera's reading if the modality names a source."""
+        return act() if self._source is None else with_reading(act())
+
+    def said(self, truth: Snapshot, *, truthful: bool = False) -> Snapshot:
+        """What is said in place of the truth; the truth if ``truthful``, from which the source then goes on."""
+        self._last = truth if self._source is None or truthful else self._source.said(truth, self._last)
+        return self._last
+
+
+def with_reading(snapshot: Snapshot) -> Snapshot:
+    """The snapshot with the camera's reading in ``sensed``; unchanged without a camera, or if it is there already."""
+    if snapshot.look is None or CAMERA in snapshot.sensed:
+        return snapshot
+    frame = snapshot.look()
+    read = clear_positions(frame.rgb, frame.camera.project(frame.handles)[..., :2])
+    bits = "".join(UNCLEAR if one is None else str(int(one)) for one in read)
+    return replace(snapshot, sensed={**snapshot.sensed, CAMERA: bits})
+
+
+def is_reading(value: object, joints: int) -> bool:
+    """Whether a value of ``sensed`` is a camera's reading of so many joints."""
+    return isinstance(value, str) and len(value) == joints and set(value) <= {"0", "1", UNCLEAR}
+
+
+def camera_outcomes(trial: Trial) -> list[bool | None]:
+    """For each step whether the camera saw the attempted joint move.
+
+    None if it could not read that joint clearly after the attempt, or if there is no reading.
+    """
+    if not trial.steps:
+        return []
+    readings = [trial.opening_sensed.get(CAMERA), *(step.sensed.get(CAMERA) for step in trial.steps)]
+    now = tuple(bit == "1" for bit in trial.steps[0].state)
+    found = list[bool | None]()
+    for reading, joint in zip(readings, ["", *trial.actions], strict=True):
+        before, now = now, _held(now, str(reading or UNCLEAR * len(now)))
+        if joint:
+            place = trial.joints.index(joint)
+            clear = reading is not None and str(reading)[place] != UNCLEAR
+            found.append(now[place] != before[place] if clear else None)
+    return found
+
+
+def verdict_outcomes(trial: Trial) -> list[bool | None]:
+    """For each step whether the joint moved by the arm's verdict; None if it failed, or without one."""
+    return [{"moved": True, "blocked": False}.get(str(step.sensed.get(VERDICT))) for step in trial.steps]
+
+
+def wrong_source(trial: Trial) -> list[SourceKind | None]:
+    """For each step the source of its report if it took the attempt for what it was not; None if it was right."""
+    source = source_of(trial.modality)
+    if source is None or source.of == "truth":
+        return [None] * len(trial.steps)
+    said = verdict_outcomes(trial) if source.of == "verdict" else camera_outcomes(trial)
+    return [source.of if bool(moved) != step.moved else None for moved, step in zip(said, trial.steps, strict=True)]
+
+
+def _held(before: Configuration, reading: Sequence[str]) -> Configuration:
+    """The positions of a reading; an unclear joint keeps the one before."""
+    return tuple(at if read == UNCLEAR else read == "1" for at, read in zip(before, reading, strict=True))
