@@ -5,7 +5,7 @@ from typing import ClassVar
 from lockprobe.plants.symbolic import SymbolicPlant
 from lockprobe.trial.record import Snapshot
 
-__all__ = ["CLUMSY", "Clumsy"]
+__all__ = ["CLUMSY", "HAND", "Clumsy", "Hand"]
 
 
 class Clumsy(SymbolicPlant):
@@ -25,3 +25,43 @@ class Clumsy(SymbolicPlant):
 
 
 CLUMSY = f"python:{__name__}:{Clumsy.__name__}"
+
+
+class Hand:
+    """The rules of chain-4, except at some attempts, from 1: ``misses`` move nothing, ``forces`` move the joint.
+
+    At ``knocks`` the joint to the left moves too.
+    """
+
+    facts: dict[str, str] = {}  # noqa: RUF012
+
+    def __init__(
+        self,
+        *,
+        box,
+        labels,
+        rng,
+        misses: tuple[int, ...] = (),
+        forces: tuple[int, ...] = (),
+        knocks: tuple[int, ...] = (),
+    ):
+        self._box, self._now, self._count = box, box.initial, 0
+        self._misses, self._forces, self._knocks = misses, forces, knocks
+
+    def observe(self):
+        return Snapshot(configuration=self._now)
+
+    def attempt(self, joint):
+        self._count += 1
+        moves = self._box.may_move(self._now, joint)
+        moves = (moves and self._count not in self._misses) or self._count in self._forces
+        toggled = {joint} if moves else set()
+        toggled |= {joint - 1} if self._count in self._knocks else set()
+        self._now = tuple(now ^ (i in toggled) for i, now in enumerate(self._now))
+        return Snapshot(configuration=self._now, joint=joint, outcome="moved" if moves else "blocked")
+
+    def close(self):
+        pass
+
+
+HAND = f"python:{__name__}:{Hand.__name__}"

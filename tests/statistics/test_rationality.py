@@ -6,15 +6,19 @@ from math import log2
 import numpy as np
 import pytest
 from builders import make_trial, play_study, small_study
+from clumsy import HAND
 
 from lockprobe import run_trial
 from lockprobe.agents.ideal_observer import IdealObserver
 from lockprobe.boxes.beliefs.planning import expected_steps, information
 from lockprobe.boxes.beliefs.posterior import ReportedAttempt, begin, entropy, noise_model, opened, update
 from lockprobe.boxes.beliefs.structures import interlocks
+from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadValue, UnknownName
 from lockprobe.statistics import rationality as module
 from lockprobe.statistics.rationality import JUDGED, judge, moment, prior_for, rationality
+from lockprobe.statistics.rules import unbroken
+from lockprobe.testing import play_trials
 
 FLIPS = ("re-observed", "integrated", "outcome-only")
 
@@ -228,3 +232,59 @@ def test_what_other_trials_left_behind_changes_no_digit():
     module._moment.cache_clear()
     trials.reverse()
     assert {(one.key, one.noise): one for one in judged()} == fresh
+
+
+def values_of(known):
+    """Expected steps of every set of interlocks and configuration, by sweeps; what a missed joint says is not known."""
+    alive = frozenset(np.flatnonzero(known.distance[:, 0] < 255).tolist())
+    ways, queue = {}, [(alive, 0)]
+    while queue:
+        there, here = state = queue.pop()
+        if state in ways:
+            continue
+        ways[state] = []
+        for joint in range(known.joints):
+            moved = frozenset(s for s in there if known.masks[here][joint] >> s & 1)
+            parts = [(moved, (moved, here ^ 1 << joint) if joint else None), (there - moved, (there - moved, here))]
+            ways[state].append([(len(part) / len(there), then) for part, then in parts if part])
+            queue += [then for part, then in parts if part and then is not None]
+    values = dict.fromkeys(ways, 0.0)
+    for _ in range(60):
+        values = {state: min(_costs(found, values)) for state, found in ways.items()}
+    return {state: _costs(found, values) for state, found in ways.items()}
+
+
+def _costs(ways, values):
+    return [1 + sum(share * (values[then] if then else 0.0) for share, then in way) for way in ways]
+
+
+def test_actions_before_a_broken_rule_are_judged_as_by_enumeration_and_none_after_it():
+    plain, known = box("chain-3"), interlocks("single-parent", 3)
+    values = values_of(known)
+    trials = play_trials("random", 8, box="chain-3", plant=f"{HAND}?misses=1;3;5&forces=4")
+    firsts = [unbroken(trial, plain) for trial in trials]
+    assert {0, 2} < {*firsts}
+    left, optimal, lost = [], 0, 0.0
+    for trial, first in zip(trials, firsts, strict=True):
+        numbers = {joint: i for i, joint in enumerate(dict.fromkeys((trial.target, *trial.actions, *trial.joints)))}
+        alive, here = frozenset(range(len(known))), 0
+        for step in trial.steps[:first]:
+            joint, costs = numbers[step.joint], values[alive, here]
+            optimal += costs[joint] < min(costs) + 1e-9
+            lost += costs[joint] - min(costs)
+            alive = frozenset(s for s in alive if (known.masks[here][joint] >> s & 1) == step.moved)
+            here ^= step.moved << joint
+        left += [log2(len(alive))] * (first > 0)
+    naive, _ = rationality(trials, plain)
+    assert (naive.trials, naive.steps) == (len(left), sum(firsts))
+    assert naive.left_out == sum(len(trial.steps) for trial in trials) - sum(firsts)
+    assert (naive.optimal.count, naive.regret.value * naive.steps) == (optimal, pytest.approx(lost))
+    assert (naive.entropy_left, naive.restarts) == (pytest.approx(np.mean(left)), 0)
+    assert rationality(trials)[0].restarts > 0  # what they were told of these attempts no interlock explains
+
+
+def test_without_a_judged_action_there_is_nothing_and_without_a_broken_rule_all_is_judged():
+    assert rationality(play_trials("random", 2, plant=f"{HAND}?forces=1&knocks=1"), box()) == ()
+    kept = played("human-inspired", 3)
+    assert rationality(kept, box()) == rationality(kept)
+    assert rationality(kept)[0].left_out == 0

@@ -2,53 +2,15 @@
 
 from dataclasses import replace
 
+from clumsy import HAND
+
 from lockprobe.boxes.families import box
+from lockprobe.statistics.clustered import clustered_proportion
 from lockprobe.statistics.conditions.condition import condition_summary
-from lockprobe.statistics.rules import RuleBreaks, against_rules, rule_breaks, together
+from lockprobe.statistics.rules import RuleBreaks, against_rules, break_shares, rule_breaks, together, unbroken
 from lockprobe.testing import make_trial, play_trials
-from lockprobe.trial.record import Snapshot
 
 CHAIN = box("chain-4")
-
-
-class Hand:
-    """The rules of chain-4, except at some attempts, from 1: ``misses`` move nothing, ``forces`` move the joint.
-
-    At ``knocks`` the joint to the left moves too.
-    """
-
-    facts: dict[str, str] = {}  # noqa: RUF012
-
-    def __init__(
-        self,
-        *,
-        box,
-        labels,
-        rng,
-        misses: tuple[int, ...] = (),
-        forces: tuple[int, ...] = (),
-        knocks: tuple[int, ...] = (),
-    ):
-        self._box, self._now, self._count = box, box.initial, 0
-        self._misses, self._forces, self._knocks = misses, forces, knocks
-
-    def observe(self):
-        return Snapshot(configuration=self._now)
-
-    def attempt(self, joint):
-        self._count += 1
-        moves = self._box.may_move(self._now, joint)
-        moves = (moves and self._count not in self._misses) or self._count in self._forces
-        toggled = {joint} if moves else set()
-        toggled |= {joint - 1} if self._count in self._knocks else set()
-        self._now = tuple(now ^ (i in toggled) for i, now in enumerate(self._now))
-        return Snapshot(configuration=self._now, joint=joint, outcome="moved" if moves else "blocked")
-
-    def close(self):
-        pass
-
-
-HAND = f"python:{__name__}:Hand"
 
 
 def test_the_rules_break_no_rules():
@@ -101,3 +63,23 @@ def test_each_condition_has_its_own_count():
     assert [condition_summary(one, None, CHAIN).rules.against > 0 for one in (kept, missed)] == [False, True]
     assert condition_summary(kept, None).rules is None
     assert against_rules(replace(kept[0], joints=tuple("abcd")), CHAIN) == []
+
+
+def test_shares_are_of_free_and_of_locked_joints_with_trials_as_clusters():
+    trials = play_trials("round-robin", 6, plant=f"{HAND}?misses=1;2;3;4&forces=6&knocks=7")
+    judged = [against_rules(trial, CHAIN) for trial in trials]
+    free = [[one for one in of if one.free] for of in judged]
+    locked = [[one for one in of if not one.free] for of in judged]
+    found = break_shares(trials, CHAIN)
+    assert found.missed == clustered_proportion([sum(not one.moved for one in of) for of in free], list(map(len, free)))
+    assert found.forced == clustered_proportion([sum(one.moved for one in of) for of in locked], list(map(len, locked)))
+    assert found.others == clustered_proportion([sum(one.other for one in of) for of in judged], list(map(len, judged)))
+    assert min(found.missed.count, found.forced.count, found.others.count) > 0
+    assert found.missed.design_effect >= 1
+
+
+def test_attempts_before_the_first_broken_rule_are_unbroken():
+    trial = make_trial([3, 2, 3, 0], plant=f"{HAND}?misses=2")
+    assert unbroken(trial, CHAIN) == 1
+    kept = make_trial([3, 2, 3, 0])
+    assert unbroken(kept, CHAIN) == len(kept.steps)

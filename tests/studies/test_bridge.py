@@ -30,7 +30,7 @@ def test_the_reading_of_a_false_report_is_that_of_all_arms():
     ("options", "said"),
     [
         ({"modality": "symbolic"}, "modality: got 'symbolic', expected pictures, rgb or rgbd"),
-        ({"modality": ["rgb", "rgbd"]}, "expected one, the pictures"),
+        ({"modality": ["rgb", "rgbd"]}, "expected one, whose pictures"),
         ({"flip": "independent"}, "flip: got 'independent', expected another kind"),
         ({"condition": "nudge"}, "none with bridge"),
         ({"p": [0.4]}, "none with bridge"),

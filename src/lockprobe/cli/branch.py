@@ -26,6 +26,7 @@ from lockprobe.foundation.errors import AgentsGivenUp, BudgetReached, UserMistak
 from lockprobe.foundation.formatting import p_cell, percent
 from lockprobe.foundation.terminal_text import printable
 from lockprobe.report.prose.branch import found_said, size_said, value_said
+from lockprobe.report.prose.robot import broken_said
 from lockprobe.statistics.branch import BranchEffect, branch_effects
 from lockprobe.statistics.rules import RuleBreaks, rule_breaks
 from lockprobe.studies.branch import FORKS, Branching, branching, play_forks
@@ -210,7 +211,7 @@ def _print_effects(effects: Sequence[BranchEffect], rules: RuleBreaks | None, *,
         table.add_row(*map(escape, [*names, *size, *others, str(solved.change.blocks)]))
     print_table(table)
     print()
-    for said in found_said([one for one in effects if one.outcome == "solved"], rules):
+    for said in (*found_said([one for one in effects if one.outcome == "solved"]), *filter(None, [broken_said(rules)])):
         print(printable(said))
     several = "; P and intervals for the number of agents" if any(one.agents > 1 for one in effects) else ""
     print(

@@ -21,17 +21,14 @@ from lockprobe.report.section import Block, Caption, Figure, Part, Section, Tabl
 from lockprobe.report.sections import all_sections
 
 __all__ = [
-    "NOT_JUDGED",
     "PAGES",
     "Page",
     "Pictures",
     "checked_cells",
     "figures_of",
-    "marked",
     "page_of",
     "parts_of",
     "tables_of",
-    "without_verdicts",
 ]
 
 Pictures = Mapping[str, Mapping[str, bytes]]
@@ -39,12 +36,6 @@ Pictures = Mapping[str, Mapping[str, bytes]]
 
 PAGES = ("claims", "audit", "why", "forks", "report")
 """The pages that a report can have, the report last."""
-
-NOT_JUDGED = "not judged"
-"""What stands for a verdict where nobody is judged."""
-
-_VERDICTS = {"conclusion", "course of success", "loops begin"}
-"""Columns of tables that hold verdicts."""
 
 
 @dataclass
@@ -72,9 +63,8 @@ class Page:
         return self.images.get(figure.name)
 
     def caption(self, figure: Figure) -> Caption:
-        """Its caption, with why no agent is judged by it, if none is."""
-        made = figure.caption if isinstance(figure.caption, Caption) else figure.caption(self.found)
-        return replace(made, shown=f"{made.shown} {self.found.not_judged}".rstrip())
+        """Its caption."""
+        return figure.caption if isinstance(figure.caption, Caption) else figure.caption(self.found)
 
     def template(self, block: Template) -> Any:
         """A block that has a template of its own."""
@@ -144,7 +134,7 @@ def tables_of(found: Results, asked: Iterable[Table] = ()) -> dict[str, TextTabl
 
 def _cells(table: Table, found: Results) -> TextTable:
     missing: Callable[[], TextTable] = lambda: [["This table could not be made."]]  # noqa: E731
-    return without_verdicts(section(f"Table {table.name}", partial(checked_cells, table, found), missing), found)
+    return section(f"Table {table.name}", partial(checked_cells, table, found), missing)
 
 
 def checked_cells(table: Table, found: Results) -> TextTable:
@@ -158,23 +148,6 @@ def checked_cells(table: Table, found: Results) -> TextTable:
         if len(row) != len(rows[0]) or not all(isinstance(cell, str) for cell in row):
             raise TypeError(f"expected {len(rows[0])} cells of text in every row of table {table.name}, not {row}")
     return rows
-
-
-def without_verdicts(table: TextTable, found: Results) -> TextTable:
-    """A table whose columns of verdicts say that nobody is judged, if nobody is."""
-    if not found.not_judged or not table:
-        return table
-    head, *rows = table
-    return [head] + [
-        [NOT_JUDGED if name in _VERDICTS else cell for name, cell in zip(head, row, strict=True)] for row in rows
-    ]
-
-
-def marked(table: TextTable, found: Results) -> TextTable:
-    """A table of numbers that judge nobody, with a column that says so."""
-    if not found.not_judged:
-        return table
-    return [[*row, "no" if i else "judged"] for i, row in enumerate(table)]
 
 
 def page_of(

@@ -18,7 +18,7 @@ from lockprobe.foundation.parallel import Each
 from lockprobe.report.explorer import explorer_data
 from lockprobe.report.format import as_csv, as_tex
 from lockprobe.report.opened import OpenedStudy
-from lockprobe.report.pages import PAGES, Pictures, figures_of, marked, page_of, parts_of, tables_of
+from lockprobe.report.pages import PAGES, Pictures, figures_of, page_of, parts_of, tables_of
 from lockprobe.report.results import results_of, with_left_out
 from lockprobe.report.rows import Results
 from lockprobe.report.sample_pictures import embedded
@@ -115,8 +115,7 @@ def drawn_figure(found: Results, figure: Figure) -> dict[str, bytes] | None:
 
 def _files(found: Results, drawn: Pictures, photographs: Mapping[str, str], trials: str) -> Iterator[File]:
     yield "results.json", results_text(found)
-    for name, plain in tables_of(found).items():
-        table = marked(plain, found)
+    for name, table in tables_of(found).items():
         for form, write in (("csv", as_csv), ("tex", as_tex)):
             yield f"tables/{name}.{form}", write(table) if table else None
     for name, forms in drawn.items():

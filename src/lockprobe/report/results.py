@@ -33,12 +33,9 @@ from lockprobe.studies.study_design import design_of
 
 __all__ = ["results", "results_of", "with_left_out"]
 
-_REPLACED = ("answer", "finding")
-"""Kinds of sentences in whose place stands why nobody is judged; others are left out."""
-
 
 def results_of(numbers: StudyNumbers, more: Sequence[Section] = ()) -> Results:
-    """The results of a study. Where attempts broke the rules of the box, no sentence judges an agent.
+    """The results of a study.
 
     Args:
         numbers: The numbers of the study.
@@ -50,16 +47,15 @@ def results_of(numbers: StudyNumbers, more: Sequence[Section] = ()) -> Results:
     for one in sorted((*asked, *more), key=lambda of: bool(of.source)):  # rows of packages stand last
         with of_package(one.source):
             rows += section(one.title, partial(_rows_of, one, numbers, named), list[Row])
-    not_judged = section("Attempts against the rules", lambda: numbers.not_judged, str)
     found = Results(
         lockprobe=version("lockprobe"),
         study=_settings(opened),
         settings_hash=study.settings_hash,
         results_hash=results_hash(study, opened.trials),
-        not_judged=not_judged,
+        not_judged=section("Attempts against the rules", lambda: numbers.not_judged, str),
         progress=Progress(planned=study.size, finished=opened.finished),
         design=_design(numbers),
-    ).with_rows(_resting(_judging_nobody(rows, not_judged) if not_judged else rows))
+    ).with_rows(_resting(rows))
     return found.changed(answer=found.answer_of("overview"))
 
 
@@ -90,17 +86,6 @@ def _rows_of(one: Section, numbers: StudyNumbers, named: set[tuple[str, ...]]) -
                 raise ValueError(f"two rows are of {', '.join(filter(None, row.identity))}")
             named.add(name)
     return rows
-
-
-def _judging_nobody(rows: Sequence[Row], said: str) -> Iterator[Row]:
-    """The rows with the reason why no agent is judged in place of every sentence that would judge one."""
-    there = set[tuple[str, str]]()
-    for row in rows:
-        if not isinstance(row, Finding) or not row.judges:
-            yield row
-        elif row.kind in _REPLACED and (row.section, row.kind) not in there:
-            there.add((row.section, row.kind))
-            yield Finding(section=row.section, kind=row.kind, text=said, rests_on=("against_rules",))
 
 
 def _resting(rows: Iterable[Row]) -> Iterator[Row]:

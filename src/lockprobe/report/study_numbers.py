@@ -178,11 +178,17 @@ class StudyNumbers:
 
     @cached_property
     def not_judged(self) -> str:
-        """Why no agent is judged; empty if no attempt broke the rules of the box.
+        """Why no claim of the paper is judged; empty if no attempt broke the rules of the box.
 
-        A hand that misses is no agent that fails: what a sentence would say of an agent, the plant may have done.
+        Claims are held against agents on a box that keeps its rules.
         """
         return not_judged(self.rules)
+
+    @cached_property
+    def all_broken(self) -> dict[str, int]:
+        """The agents of which no trial ended but as an error -> how many did."""
+        own = grouped(self.trials, lambda trial: trial.group)
+        return {agent: len(found) for agent, found in own.items() if all(trial.error is not None for trial in found)}
 
     @cached_property
     def rules(self) -> RuleBreaks | None:

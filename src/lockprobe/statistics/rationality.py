@@ -9,6 +9,10 @@ Two observers judge, both under a stated prior (:mod:`lockprobe.boxes.beliefs.st
 Pictures are judged as if read without error: a picture counts as a report of positions (``symbolic?tell=state``), and
 a misreading counts against the agent.
 
+No interlock explains an attempt that broke the rules of the box: a hand that missed, or forced a locked joint. What the
+agent is told of it misleads every observer. So of each trial the actions before the first such attempt are judged, and
+how many are left out is counted.
+
 An action is *optimal* if no other costs fewer expected steps; its *regret* is its extra cost, in steps that the
 observer expects under its prior, not on the box that was played. Each share is compared with that of a uniformly
 random choice in the same situations, which is often optimal where several joints are equally good.
@@ -36,9 +40,11 @@ from lockprobe.boxes.beliefs.posterior import (
     update,
 )
 from lockprobe.boxes.beliefs.structures import interlocks
+from lockprobe.boxes.box import Lockbox
 from lockprobe.foundation.seeds import generator
 from lockprobe.statistics.clustered import ClusteredMean, ClusteredProportion, cluster_bootstrap, clustered_proportion
 from lockprobe.statistics.outcomes import ended
+from lockprobe.statistics.rules import unbroken
 from lockprobe.trial.record import Trial
 
 __all__ = [
@@ -135,12 +141,14 @@ class Rationality:
         trials: Trials judged.
         steps: Actions judged.
         not_judged: Trials that ended but lie beyond :data:`JUDGED` or :data:`ACTIONS`.
+        left_out: Actions of these trials that are not judged: attempts that broke the rules of the box, and all later
+            ones.
         optimal: Share of optimal actions.
         regret: Mean regret in expected steps.
         uninformative: Share of actions that could neither give information nor open the box.
         gained, expected, best: Means of these fields of :class:`JudgedStep`, bits.
         by_chance: ``optimal``, ``regret``, ``uninformative`` and ``expected`` of a random choice.
-        entropy_left: Mean entropy at the end of a trial, bits.
+        entropy_left: Mean entropy after the last judged action of a trial, bits.
         restarts: Mean restarts per trial.
     """
 
@@ -150,6 +158,7 @@ class Rationality:
     trials: int
     steps: int
     not_judged: int
+    left_out: int
     optimal: ClusteredProportion
     regret: ClusteredMean
     uninformative: ClusteredProportion
@@ -166,24 +175,31 @@ def prior_for(joints: int) -> str | None:
     return "single-parent" if joints <= 4 else "chains" if joints <= 6 else None
 
 
-def rationality(trials: Sequence[Trial]) -> tuple[Rationality, ...]:
+def rationality(trials: Sequence[Trial], box: Lockbox | None = None) -> tuple[Rationality, ...]:
     """Judge the trials of one condition.
 
-    Empty if none has ended with a step, if the box is too large for a prior, or if in some of them an action was not
-    the choice or a report was missing: the others are those in which that did not happen, which is no fair sample.
+    Empty if none has ended with an action that can be judged, if the box is too large for a prior, or if in some of
+    them an action was not the choice or a report was missing: the others are those in which that did not happen, which
+    is no fair sample.
+
+    Args:
+        trials: The trials.
+        box: Their box, whose rules the plant may have broken; None if it is not known.
     """
     counted = [trial for trial in ended(trials) if trial.steps]
     if not all(trial.ordinary for trial in counted):
         return ()
-    prior = prior_for(len(counted[0].joints)) if counted else None
-    told = [(trial, _told(trial)) for trial in _first(counted)]
-    return tuple(_condition(counted, told, prior, noise) for noise in OBSERVERS) if prior else ()
+    prior, first = prior_for(len(counted[0].joints)) if counted else None, _first(counted)
+    told = [(trial, _told(trial)[: unbroken(trial, box) if box else None]) for trial in first]
+    if prior is None or not any(reports for _, reports in told):
+        return ()
+    return tuple(_condition(counted, told, prior, noise) for noise in OBSERVERS)
 
 
 def _condition(
     trials: Sequence[Trial], told: Sequence[tuple[Trial, Sequence[Told]]], prior: str, noise: str
 ) -> Rationality:
-    found = [_judge(trial, reports, prior, noise) for trial, reports in told]
+    found = [_judge(trial, reports, prior, noise) for trial, reports in told if reports]
     sizes = [len(trial.steps) for trial in found]
     steps = [step for trial in found for step in trial.steps]
     first = trials[0]
@@ -195,7 +211,8 @@ def _condition(
         noise=noise,
         trials=len(found),
         steps=len(steps),
-        not_judged=len(trials) - len(found),
+        not_judged=len(trials) - len(told),
+        left_out=sum(len(trial.steps) - len(reports) for trial, reports in told),
         optimal=clustered_proportion([sum(step.optimal for step in trial.steps) for trial in found], sizes),
         regret=cluster_bootstrap([step.regret for step in steps], np.repeat(np.arange(len(found)), sizes), rng),
         uninformative=clustered_proportion([sum(step.uninformative for step in trial.steps) for trial in found], sizes),
@@ -232,7 +249,7 @@ def judge(trial: Trial, *, prior: str, noise: str = "naive") -> JudgedTrial:
 def _judge(trial: Trial, told: Sequence[Told], prior: str, noise: str) -> JudgedTrial:
     known = begin(interlocks(prior, len(trial.joints)), noise_model(noise, _reading(trial)))
     now, restarts, steps = moment(known), 0, []
-    for step, (joint, report) in zip(trial.steps, told, strict=True):
+    for step, (joint, report) in zip(trial.steps, told, strict=False):  # the first ones may be judged alone
         after, again = now.after(report)
         steps.append(_judged(step.step, joint, now, now.entropy - after.entropy))
         now, restarts = after, restarts + again

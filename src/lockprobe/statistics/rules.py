@@ -11,9 +11,19 @@ from dataclasses import dataclass, fields
 from itertools import zip_longest
 
 from lockprobe.boxes.box import Lockbox
+from lockprobe.statistics.clustered import ClusteredProportion, clustered_proportion, crossed_proportion
 from lockprobe.trial.record import Trial
 
-__all__ = ["Judged", "RuleBreaks", "against_rules", "rule_breaks", "together"]
+__all__ = [
+    "BreakShares",
+    "Judged",
+    "RuleBreaks",
+    "against_rules",
+    "break_shares",
+    "rule_breaks",
+    "together",
+    "unbroken",
+]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -84,6 +94,46 @@ class Judged:
     def against(self) -> bool:
         """Whether the attempt broke the rules."""
         return self.free != self.moved or self.other
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BreakShares:
+    """How often the plant broke the rules of the box, each share with an interval clustered by trial.
+
+    Attributes:
+        missed: Of the attempts at free joints, those that moved nothing.
+        forced: Of the attempts at locked joints, those that moved them.
+        others: Of all attempts, those after which another joint had changed its position.
+    """
+
+    missed: ClusteredProportion
+    forced: ClusteredProportion
+    others: ClusteredProportion
+
+
+def break_shares(trials: Sequence[Trial], box: Lockbox) -> BreakShares:
+    """The shares of one agent under one condition; trials of people are clustered by person and luck."""
+    found = [against_rules(trial, box) for trial in trials]
+    player, luck = [trial.player for trial in trials], [f"{trial.repetition}/{trial.trial}" for trial in trials]
+
+    def share(happened: Sequence[int], of: Sequence[int]) -> ClusteredProportion:
+        return crossed_proportion(happened, of, player, luck) if any(player) else clustered_proportion(happened, of)
+
+    free = [sum(one.free for one in judged) for judged in found]
+    every = [len(judged) for judged in found]
+    return BreakShares(
+        missed=share([sum(one.missed for one in judged) for judged in found], free),
+        forced=share(
+            [sum(one.forced for one in judged) for judged in found],
+            [of - those for of, those in zip(every, free, strict=True)],
+        ),
+        others=share([sum(one.other for one in judged) for judged in found], every),
+    )
+
+
+def unbroken(trial: Trial, box: Lockbox) -> int:
+    """The number of attempts of a trial before the first one that broke the rules; all if none did."""
+    return next((i for i, one in enumerate(against_rules(trial, box)) if one.against), len(trial.steps))
 
 
 def against_rules(trial: Trial, box: Lockbox) -> list[Judged]:

@@ -1,13 +1,10 @@
 """Sentences on forks say what was detected, and never that there is no effect."""
 
-from dataclasses import replace
-
 import pytest
 
 from lockprobe.report.prose.branch import branch_said, found_said, place_said, size_said, value_said
 from lockprobe.statistics.agent_comparison.paired import BlockMean
 from lockprobe.statistics.branch import BranchEffect
-from lockprobe.statistics.rules import RuleBreaks
 
 
 def effect(value=0.1, low=0.02, high=0.18, p_value=0.01, **others):
@@ -48,12 +45,6 @@ def test_what_is_not_shown_is_not_said_to_be_nothing(open_):
 def test_of_several_the_detectable_ones_are_said():
     assert found_said([effect(), effect(p_value=0.5)]) == [branch_said(effect())]
     assert found_said([]) == []
-
-
-def test_of_forks_whose_attempts_broke_the_rules_of_the_box_none_is_judged():
-    broken = RuleBreaks(attempts=60, against=12, free=30, missed=12, forced=0, others=0)
-    assert found_said([effect()], broken) == ["No agent is judged: 12 of 60 attempts broke the rules of the box."]
-    assert found_said([effect()], replace(broken, against=0)) == found_said([effect()])
 
 
 def test_every_arm_and_place_has_words():

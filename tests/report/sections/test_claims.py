@@ -95,9 +95,9 @@ def test_verdicts_of_several_agents_are_counted(tmp_path):
     assert max(counts) == 2
 
 
-def test_where_nobody_is_judged_numbers_stay(clumsy):
+def test_where_the_rules_were_broken_numbers_stay_and_no_claim_is_judged(clumsy):
     rows = clumsy.where("claim")
-    assert clumsy.not_judged.startswith("No agent is judged: ")
+    assert clumsy.not_judged.startswith("No claim of the paper is judged: ")
     assert {(row.note, row.test) for row in rows} == {("not judged", clumsy.not_judged)}
     assert all(clumsy.said("claims", row.of) for row in rows)
     assert {row[6] for row in tables_of(clumsy)["claims"][1:]} == {"not judged", "not measured"}

@@ -159,18 +159,17 @@ def test_one_that_breaks_under_every_condition_is_named_too(tmp_path):
     assert found.fact("first screen 1", "agent") == "human-inspired"
 
 
-def test_where_nobody_is_judged_the_numbers_stay_and_the_verdicts_go(tmp_path):
+def test_attempts_against_the_rules_stand_in_the_answer(tmp_path):
     """A free joint that does not move breaks the rules of the box."""
     trials = [make_trial((3, 2, 0, 1, 0), agent="llm:a", p=p, trial=i) for p in (0.0, 0.4) for i in (1, 2)]
     missed = replace(trials[0].steps[0], moved=False)
     trials[0] = replace(trials[0], steps=(missed, *trials[0].steps[1:]))
     found = found_in(tmp_path, small_study(["llm:a"], (0.0, 0.4), 1, 2), trials)
-    assert found.answer == found.not_judged == "No agent is judged: 1 of 20 attempts broke the rules of the box."
-    kinds = {one.kind for one in found.findings if one.section == "overview"}
-    assert kinds == {"question", "trial", "answer", "untested"}
-    assert found.fact("first screen 1", "change")
-    (shown,) = {one.text for one in found.findings if one.section == "findings" and one.judges}
-    assert shown == found.not_judged
+    assert found.answer.startswith("Inconclusive: ")
+    assert found.answer.endswith(" 1 of 20 attempts broke the rules of the box.")
+    (answer,) = [one for one in found.findings if (one.section, one.kind) == ("overview", "answer")]
+    assert "against_rules" in answer.rests_on
+    assert found.said("overview", "chance") == []
 
 
 def test_no_answer_stands_where_its_numbers_are_missing(models):

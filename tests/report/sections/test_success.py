@@ -6,16 +6,12 @@ from html import unescape
 
 import pytest
 from builders import SOLUTION, make_trial, play_study, small_study, write_study
-from clumsy import CLUMSY
-from drawn import bars
 
 from lockprobe.foundation.formatting import percent
-from lockprobe.report.figures.success_by_flip_rate import fig4_corrected
 from lockprobe.report.opened import open_study
 from lockprobe.report.pages import page_of, tables_of
 from lockprobe.report.results import results_of
 from lockprobe.report.study_numbers import study_numbers
-from lockprobe.studies.options.studyfile import study
 from lockprobe.trial.record import TrialError
 
 AGENTS = ("cognitive:perseverant", "human-inspired", "random")
@@ -153,15 +149,3 @@ def test_a_single_flip_rate_has_no_success_by_flip_rate(tmp_path):
     found = results_of(numbers_in(tmp_path, small_study(AGENTS, (0.0,), 1, 4)))
     assert section(found) == ""
     assert [row[5] for row in tables_of(found)["courses"][1:]] == ["not tested", "not tested", "not tested"]
-
-
-def test_where_nobody_is_judged_numbers_stay_and_verdicts_go(tmp_path):
-    planned = study("flips", agent=AGENTS[:2], p=[0, 0.4], trials=5, repetitions=2, plant=CLUMSY)
-    found = results_of(numbers_in(tmp_path, planned))
-    said = section(found)
-    assert found.not_judged in said
-    assert "<td>not judged</td>" in said
-    assert "Courses of success" not in said
-    assert "AIC prefers" not in said
-    assert {row[5] for row in tables_of(found)["courses"][1:]} == {"not judged"}
-    assert len(bars(fig4_corrected(found).axes[0])) == 2

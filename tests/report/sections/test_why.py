@@ -130,15 +130,6 @@ def test_on_a_narrow_screen_each_estimate_and_each_arm_is_a_card(told):
     assert [part.count("<tr>") for part in cards] == [1 + 2 + len(CONTRASTS), 1 + len(ARMS), 1 + 2 * len(ARMS)]
 
 
-def test_where_nobody_is_judged_no_verdict_stands(told):
-    _, found = told
-    kept = [one for one in found.findings if not one.judges]
-    assert all(one.judges for one in found.findings if one.section == "why")
-    page = page_of("why", found.changed(findings=kept, not_judged="No agent is judged."))
-    assert page.count("No agent is judged.") == len(AGENTS)
-    assert "The effect of false reports on 2 agents, and the differences between arms." in page
-
-
 def test_other_studies_have_no_such_page(tmp_path):
     asked = {"agent": "random", "sweep": "tremble?p=0,0.2", "trials": 2, "repetitions": 1}
     found = found_in(tmp_path / "study", "flips", **asked)

@@ -12,7 +12,6 @@ from lockprobe.foundation.left_out import LeftOutSection, leaving_out, section
 from lockprobe.foundation.storage.atomic_file import write_file
 from lockprobe.report.compare.studies import Comparison
 from lockprobe.report.format import DETECTED, TextTable, share_cell
-from lockprobe.report.pages import NOT_JUDGED
 from lockprobe.report.prose.study_comparison import leading
 from lockprobe.report.rendering import image, rendered
 from lockprobe.report.section import Caption
@@ -134,7 +133,7 @@ def difference_table(comparison: Comparison, found: Sequence[StudyDifference]) -
             points,
             p_cell(one.p_value),
             p_cell(one.p_adjusted),
-            DETECTED[bool(one.verdict)] if comparison.judged else NOT_JUDGED,
+            DETECTED[bool(one.verdict)],
         ]
         rows.append([names[one.second], names[one.first], one.condition, compared, *numbers])
     return rows

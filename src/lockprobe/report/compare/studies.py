@@ -11,7 +11,7 @@ from typing import Any
 from lockprobe.foundation.errors import BadFile, UnknownName
 from lockprobe.report.opened import OpenedStudy, open_study
 from lockprobe.report.plain_json import plain_json
-from lockprobe.report.prose.robot import not_judged
+from lockprobe.report.prose.robot import broken_said
 from lockprobe.report.prose.study_comparison import comparison_of_studies_said
 from lockprobe.report.prose.subject import Subject
 from lockprobe.statistics.agent_comparison.across_studies import Sample, Side, StudyDifference, study_differences
@@ -84,7 +84,6 @@ class Comparison:
         box: Name of the box.
         studies: In the order asked for.
         said: The conclusion in a sentence.
-        judged: Whether anything is concluded: no attempt broke the rules of the box.
         success: A row for each side and shared condition that has been played.
         differences: Every two sides under every condition that both have, those between studies first.
         unlike: What differs between agents of one spec in several studies, a line each.
@@ -96,7 +95,6 @@ class Comparison:
     success: tuple[SuccessRow, ...]
     differences: tuple[StudyDifference, ...]
     unlike: tuple[str, ...]
-    judged: bool = True
 
     @property
     def subjects(self) -> dict[Side, Subject]:
@@ -174,12 +172,12 @@ def compare_studies(directories: Sequence[Path], agents: Sequence[str] = ()) -> 
     )
     samples = _samples(list(opened.values()), shared, set(agents or known))
     found, box = study_differences(samples), next(iter(opened.values())).study.box
-    nobody = not_judged(together(rule_breaks(one.trials, box) for one in samples))
+    broken = together(rule_breaks(one.trials, box) for one in samples)
+    said = comparison_of_studies_said(found, {one.side: _subject(one.side, studies) for one in samples})
     return Comparison(
         box=box.name,
         studies=studies,
-        said=nobody or comparison_of_studies_said(found, {one.side: _subject(one.side, studies) for one in samples}),
-        judged=not nobody,
+        said=" ".join(filter(None, (said, broken_said(broken)))),
         success=tuple(_success(one) for one in samples),
         differences=found,
         unlike=tuple(_unlike(samples, studies)),

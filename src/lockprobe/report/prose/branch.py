@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from lockprobe.foundation.formatting import change, minus, p_value, percent, points, range_said
-from lockprobe.report.prose.robot import not_judged
 from lockprobe.statistics.branch import BranchEffect
 from lockprobe.statistics.proportions import ALPHA
-from lockprobe.statistics.rules import RuleBreaks
 
 __all__ = ["branch_said", "found_said", "place_said", "size_said", "value_said"]
 
@@ -48,15 +46,8 @@ def value_said(outcome: str, value: float) -> str:
     return f"{value:.2f}" if outcome == "choice" else points(value)
 
 
-def found_said(effects: Sequence[BranchEffect], rules: RuleBreaks | None = None) -> list[str]:
-    """A sentence for every detected effect on success; one sentence where there is none, or where none is judged.
-
-    Args:
-        effects: The effects on success.
-        rules: The attempts of the forks, before the rules of the box.
-    """
-    if judged_nobody := not_judged(rules):
-        return [judged_nobody]
+def found_said(effects: Sequence[BranchEffect]) -> list[str]:
+    """A sentence for every detected effect on success; one sentence where there is none."""
     found = [branch_said(one) for one in effects if _found(one)]
     if found or not effects:
         return found

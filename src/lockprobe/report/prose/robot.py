@@ -9,7 +9,7 @@ from lockprobe.statistics.robot import Judged, RobotSenses
 from lockprobe.statistics.rules import RuleBreaks
 from lockprobe.trial.source import SourceKind
 
-__all__ = ["not_judged", "rules_said", "senses_said"]
+__all__ = ["broken_said", "not_judged", "rules_said", "senses_said"]
 
 _TOLD: Mapping[SourceKind, str] = {"truth": "the truth", "verdict": "the verdict", "camera": "what the camera saw"}
 """What reports are made of, in words."""
@@ -69,8 +69,14 @@ def rules_said(found: RuleBreaks) -> str:
     )
 
 
-def not_judged(found: RuleBreaks | None) -> str:
-    """Why no agent is judged: attempts broke the rules of the box; empty if none did."""
+def broken_said(found: RuleBreaks | None) -> str:
+    """How many attempts broke the rules of the box, in few words; empty if none did."""
     if found is None or not found.against:
         return ""
-    return f"No agent is judged: {found.against} of {found.attempts} attempts broke the rules of the box."
+    return f"{found.against} of {found.attempts} attempts broke the rules of the box."
+
+
+def not_judged(found: RuleBreaks | None) -> str:
+    """Why no claim of the paper is judged: attempts broke the rules of the box; empty if none did."""
+    broken = broken_said(found)
+    return f"No claim of the paper is judged: {broken}" if broken else ""

@@ -14,9 +14,6 @@ __all__ = ["Cell", "Course"]
 class _Rows(Protocol):
     """The rows that views select from: :class:`lockprobe.report.rows.results.Results`."""
 
-    @property
-    def not_judged(self) -> str: ...
-
     def where(self, quantity: str = "", **columns: str) -> list[Estimate]: ...
 
     def get(self, quantity: str, **columns: str) -> Estimate | None: ...

@@ -44,7 +44,7 @@ class Results(Part):
     results_hash: str = Field(description="Hash of settings and records, as lockprobe verify DIR --results takes it.")
     answer: str = Field(default="", description="What the study found, in one sentence.")
     not_judged: str = Field(
-        default="", description="Why no sentence judges an agent, as attempts broke the rules; empty if none did."
+        default="", description="Why no claim of the paper is judged, as attempts broke the rules; empty if none did."
     )
     progress: Progress = Field(description="How many of its planned trials are finished.")
     design: Design = Field(description="What differs between its trials.")

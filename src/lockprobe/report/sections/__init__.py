@@ -20,10 +20,10 @@ from lockprobe.report.study_numbers import StudyNumbers
 __all__ = ["all_sections", "checked_section", "own_sections", "section_of_package"]
 
 _OWN = (
-    "first_screen", "findings", "study_design", "people", "leaderboard", "agents_compared", "bridge", "success",
-    "readings", "effects", "factors", "agents_by_condition", "doses", "speed", "seen", "optimal_actions", "loops",
-    "one_false_report", "hypothesis_tests", "misinterpretations", "robot", "conditions", "trials", "broken", "agents",
-    "limits", "claims", "audit", "why", "forks",
+    "first_screen", "findings", "study_design", "people", "leaderboard", "agents_compared", "bridge", "factorial",
+    "success", "readings", "effects", "factors", "agents_by_condition", "doses", "speed", "seen", "optimal_actions",
+    "loops", "one_false_report", "hypothesis_tests", "misinterpretations", "robot", "rules", "conditions", "trials",
+    "broken", "agents", "limits", "claims", "audit", "why", "forks",
 )  # fmt: skip
 """Modules of this package, each with its ``SECTIONS``."""
 

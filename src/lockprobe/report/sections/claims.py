@@ -11,7 +11,6 @@ from lockprobe.report.claims.claim_tests import ClaimFinding, ClaimPattern, born
 from lockprobe.report.claims.paper import CLAIMS, PaperClaim
 from lockprobe.report.claims.verdicts import claim_rows
 from lockprobe.report.format import TextTable
-from lockprobe.report.pages import NOT_JUDGED
 from lockprobe.report.prose.bridge import bridge_said, share_said
 from lockprobe.report.prose.readings import false_reports
 from lockprobe.report.rows import Estimate, Finding, Results, Row
@@ -22,6 +21,9 @@ from lockprobe.statistics.conditions.factors import READING_FACTORS
 from lockprobe.statistics.summary import StudySummary
 
 __all__ = ["SECTIONS"]
+
+NOT_JUDGED = "not judged"
+"""What stands in place of a verdict where attempts broke the rules of the box."""
 
 _TITLE = "The paper's claims"
 

@@ -41,10 +41,8 @@ def _of_cell(cell: PlayedCell) -> Iterator[Estimate]:
         for spec, changed in found.changed.by_intervention.items():
             yield cell.estimate("changed_steps", changed, of=spec, unit="steps", n=found.changed.steps)
     if (rules := found.rules) is not None and rules.attempts:
-        counts = {"": rules.against, "missed": rules.missed, "forced": rules.forced, "others": rules.others}
-        for of, count in counts.items():
-            n = rules.free if of == "missed" else rules.attempts
-            yield cell.estimate("against_rules", count / n if n else None, of=of, count=count, n=n)
+        n, count = rules.attempts, rules.against
+        yield cell.estimate("against_rules", count / n, count=count, n=n)
 
 
 def _table(found: Results) -> TextTable:

@@ -62,7 +62,7 @@ def _show(found: Results) -> Iterator[Part]:
         options = f" ({axis.options})" if axis.options else ""
         rest = f", with {axis.rest}" if axis.rest else ""
         shown = f", shown as {axis.modality}" if axis.modality not in PLAIN_WORDS else ""
-        answer = found.not_judged or found.answer_of(_name(i))
+        answer = found.answer_of(_name(i))
         blocks = list(_blocks(found, axis, i, place))
         called = f"{axis.name.capitalize()}{options}{rest}"
         if axis.of_flips and axis.options:
@@ -72,7 +72,7 @@ def _show(found: Results) -> Iterator[Part]:
 
 def _blocks(found: Results, axis: DoseAxis, number: int, place: int) -> Iterator[Block]:
     said = [one.text for one in found.findings if one.section == _name(number) and one.kind in ("finding", "loops")]
-    yield from map(Text, [] if found.not_judged else said)  # the answer and why nobody is judged are in the heading
+    yield from map(Text, said)
     yield Beside(list(_figures(found.courses(axis), axis, number, place)))
     over = Axis(kind=axis.intervention, dose=axis.dose, options=axis.options, rest=axis.rest)
     untested = Text("No agent has trials that differ between doses.")

@@ -115,7 +115,7 @@ def _of_plant(numbers: StudyNumbers) -> Iterator[Row]:
 
 def _show(found: Results) -> Iterator[Part]:
     whys = [
-        found.not_judged or " ".join(found.said("why", "verdict", agent=row.agent, modality=row.modality))
+        " ".join(found.said("why", "verdict", agent=row.agent, modality=row.modality))
         for row in found.where("false_report_effect", of="total")
     ]
     yield Part("Findings", "", [Template("findings", {"why": whys, "blocks": list(_blocks(found, first=not whys))})])
@@ -153,9 +153,6 @@ def _by_modality(found: Results) -> Iterator[Block]:
 
 
 def _by_agent(found: Results) -> Iterator[Block]:
-    if found.not_judged:
-        yield Text(found.not_judged, "first")
-        return
     agents = [one for one in found.findings if (one.section, one.kind) == ("findings", "finding")]
     for one in agents:
         yield Text(one.text, "first")
@@ -171,7 +168,7 @@ def _beside_flips(found: Results, *, first: bool) -> Iterator[Block]:
     Without a finding on flip rates, what baselines solved stands below these, as a comparison needs what it compares.
     """
     over_flips = found.said("findings", "finding")
-    doses = [] if found.not_judged else [said for name in dose_sections(found) for said in found.said(name, "finding")]
+    doses = [said for name in dose_sections(found) for said in found.said(name, "finding")]
     for i, said in enumerate((*doses, *found.said("findings", "conditions"))):
         yield Text(said, "first" if first and not over_flips and not i else "")
     yield from map(Text, [] if over_flips else found.said("findings", "baselines"))

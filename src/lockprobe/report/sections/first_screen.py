@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import count, takewhile
@@ -11,6 +10,7 @@ from lockprobe.foundation.formatting import NONE, listed, percent
 from lockprobe.report.captions import paper_rates
 from lockprobe.report.prose.bridge import bridge_said
 from lockprobe.report.prose.doses import at_dose, cause
+from lockprobe.report.prose.factorial import factorial_said
 from lockprobe.report.prose.first_screen import (
     Varied,
     all_broken_said,
@@ -26,6 +26,7 @@ from lockprobe.report.prose.first_screen import (
 )
 from lockprobe.report.prose.idle import idle_doses_said, idle_said, unheeded_said
 from lockprobe.report.prose.readings import BOTH_FIT
+from lockprobe.report.prose.robot import broken_said
 from lockprobe.report.prose.several_answers import of_axis, of_conditions, several_answers
 from lockprobe.report.prose.subject import Subject
 from lockprobe.report.prose.why import mechanism_said
@@ -49,7 +50,6 @@ from lockprobe.statistics.reference import Reference
 from lockprobe.statistics.summary import StudySummary
 from lockprobe.studies.study import Study
 from lockprobe.trial.condition import TRUTH
-from lockprobe.trial.record import Trial
 
 __all__ = ["SECTIONS", "without_answer"]
 
@@ -120,13 +120,16 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
         if numbers.others is not None
         else _of_flips(numbers.flips, numbers.study)
     )
-    screen = replace(screen, untested=untested(numbers))
-    if broken := all_broken_said(_all_broken(numbers)):
+    rules = broken_said(numbers.rules)  # random agents play a box that keeps them
+    screen = replace(screen, untested=untested(numbers), chance=screen.chance * (not rules))
+    if broken := all_broken_said(numbers.all_broken):
         ended = any(trial.error is None for cell in numbers.cells for trial in cell.trials)
         screen = replace(screen, answer=_joined(broken, screen.answer * ended))
+    screen = replace(screen, answer=_joined(screen.answer, rules))
     for kind, (judges, rests_on) in _SAID.items():
+        counted = ("against_rules",) * (kind == "answer" and bool(rules))
         if said := getattr(screen, kind):
-            yield Finding(section="overview", kind=kind, text=said, rests_on=rests_on, judges=judges)
+            yield Finding(section="overview", kind=kind, text=said, rests_on=(*rests_on, *counted), judges=judges)
     about = {
         "figure": screen.figure,
         "more": f"and {screen.more} more in the sections below" * bool(screen.more),
@@ -138,14 +141,6 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
         for name in ("agent", "what", "success", "where", *(("change", "against") if row.against else ())):
             if said := getattr(row, name):
                 yield Fact(about=f"{_ABOUT} {i}", name=name, text=said)
-
-
-def _all_broken(numbers: StudyNumbers) -> dict[str, int]:
-    """The agents of which no trial ended but as an error -> how many did."""
-    trials = defaultdict[str, list[Trial]](list)
-    for cell in numbers.cells:
-        trials[cell.agent] += cell.trials
-    return {agent: len(own) for agent, own in trials.items() if own and all(trial.error is not None for trial in own)}
 
 
 def _of_flips(summary: StudySummary, study: Study) -> _Screen:
@@ -187,6 +182,8 @@ def _of_conditions(flips: StudySummary, found: ConditionStudySummary, study: Stu
         said = _of_why(found, study)
     elif found.bridges:
         said = _of_bridge(found, study)
+    elif found.factorials:
+        said = _of_factorial(found, study)
     else:
         questions = [question for one in axes for question in of_axis(one)]
         if effects or not questions:
@@ -231,7 +228,7 @@ def _tested_axes(flips: StudySummary, found: ConditionStudySummary) -> list[Stud
     several = [flips] if len({one.dose for one in flips.conditions}) > 1 else []
     tested = {one.axis for one in found.on_axes}
     more = [one for series, one in found.series if series in found.design.other_axes and one.axis.name in tested]
-    return [] if found.whys or found.bridges else [*several, *more]
+    return [] if found.whys or found.bridges or found.factorials else [*several, *more]
 
 
 def _asked(axes: Sequence[StudySummary], found: ConditionStudySummary, study: Study) -> str:
@@ -273,6 +270,16 @@ def _of_bridge(found: ConditionStudySummary, study: Study) -> _Screen:
         answer=" ".join(map(bridge_said, found.bridges[:_ANSWERS])),
         figure="bridge",
         numbers=tuple(bridge_numbers(one, found.design.spec_of(one.agent)) for one in found.bridges),
+    )
+
+
+def _of_factorial(found: ConditionStudySummary, study: Study) -> _Screen:
+    """The first screen of a study of many factors at once."""
+    return _Screen(
+        question=f"Which features of the scene change how agents open {study.box.name}?",
+        trial=trial_said(study.max_steps, "plant" if study.plants[1:] else "conditions"),
+        answer=" ".join(map(factorial_said, found.factorials[:_ANSWERS])),
+        figure="factorial",
     )
 
 

@@ -10,6 +10,7 @@ from markupsafe import Markup
 from lockprobe.foundation.formatting import NONE, p_cell, percent
 from lockprobe.report.format import TextTable
 from lockprobe.report.prose.branch import found_said, value_said
+from lockprobe.report.prose.robot import broken_said
 from lockprobe.report.rows import Estimate, Finding, Results, Row
 from lockprobe.report.section import Caption, Figure, Listed, Note, Part, Section, Table
 from lockprobe.report.sections.effects import of_blocks
@@ -40,8 +41,8 @@ def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     for one in effects:
         yield from _of_effect(one, numbers)
     if effects:
-        rules = rule_breaks(numbers.opened.forks, numbers.study.box)
-        for said in found_said([one for one in effects if one.outcome == "solved"], rules):
+        rules = broken_said(rule_breaks(numbers.opened.forks, numbers.study.box))
+        for said in (*found_said([one for one in effects if one.outcome == "solved"]), *filter(None, [rules])):
             yield Finding(section="forks", kind="finding", text=said, rests_on=("success_change_by_fork",))
 
 

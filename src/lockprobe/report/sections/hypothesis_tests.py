@@ -71,7 +71,7 @@ def _lines(course: Course, valid: Estimate, axis: Axis) -> Iterator[_Line]:
     others = [test for test in course.where("naive_test") if test.of.startswith(f"{valid.of}: ")]
     for test in (valid, *others):
         rates = false_positives(test.test)
-        conclusion = "not judged" if course.found.not_judged else _conclusion(test, valid=test.test not in _excessive())
+        conclusion = _conclusion(test, valid=test.test not in _excessive())
         yield _Line(
             asks=asked(cast("Question", valid.of), axis) if test is valid else "",
             test=test.test,

@@ -125,7 +125,7 @@ def _show(found: Results) -> Iterator[Part]:
 
 def _blocks(found: Results) -> Iterator[Block]:
     for row in found.where(_REPORTS):
-        yield Text(found.not_judged or found.said(_NAME, "effect", agent=row.agent, modality=row.modality)[0])
+        yield Text(found.said(_NAME, "effect", agent=row.agent, modality=row.modality)[0])
     several = any(row.corrected_for > 1 for row in found.where(_EFFECT))
     note = Note(
         Markup(

@@ -54,6 +54,8 @@ def _before(cell: PlayedCell, found: Rationality) -> Iterator[Estimate]:
         yield cell.estimate("information", getattr(found, name), of=f"{of}, {name}", unit="bits", n=found.steps)
     yield cell.estimate("entropy_left", found.entropy_left, of=of, unit="bits", n=found.trials)
     yield cell.estimate("restarts", found.restarts, of=of, unit="restarts", n=found.trials)
+    if found.left_out and of == OBSERVERS[0]:
+        yield cell.estimate("actions_not_judged", found.left_out, unit="actions", n=found.steps + found.left_out)
     if found.not_judged and of == OBSERVERS[0]:
         yield cell.estimate("trials_not_judged", found.not_judged, of="beyond the first", unit="trials")
 
@@ -118,6 +120,18 @@ def _changed(found: Results) -> str:
     return f" Not judged under {', '.join(names)}: {_CHANGED} in some trials." if names else ""
 
 
+def _broken(found: Results) -> str:
+    """How many actions are not judged because an attempt broke the rules of the box."""
+    rows = found.where("actions_not_judged")
+    if not rows:
+        return ""
+    many = f"{sum(row.value or 0 for row in rows):g}"
+    return (
+        f"Not judged: {many} actions, which are the attempts that broke the rules of the box and all later actions of "
+        "their trials. No interlock explains what the agent was told of such an attempt."
+    )
+
+
 def _blocks(found: Results) -> Iterator[Block]:
     prior = found.where("interlocks")[0]
     seen = any(fact.about.startswith(ABOUT) for fact in found.facts)
@@ -138,8 +152,8 @@ def _blocks(found: Results) -> Iterator[Block]:
         ),
         lead=True,
     )
-    if changed := _changed(found):
-        yield Text(changed.strip())
+    for said in filter(None, (_changed(found).strip(), _broken(found))):
+        yield Text(said)
     yield _FIGURE
     beyond = _not_judged(found, "beyond the first")
     left_out = f" (for computing time, the other {beyond} trials were not judged)" if beyond else ""

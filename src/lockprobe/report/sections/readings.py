@@ -178,14 +178,13 @@ _FIGURE = Figure(
 def _show(found: Results) -> Iterator[Part]:
     what = found.said(_NAME, "what")
     if what:
-        yield Part("What a false report is", found.not_judged or _answer(found), list(_blocks(found, what)), _NAME)
+        yield Part("What a false report is", _answer(found), list(_blocks(found, what)), _NAME)
 
 
 def _blocks(found: Results, what: list[str]) -> Iterator[Block]:
     compared = _compared(found)
     said = [*what, *([BOTH_FIT] if compared else []), *found.said(_NAME, "untested")]
-    if not found.not_judged:
-        said += _against_none_said(found)
+    said += _against_none_said(found)
     for text in said:
         yield Text(text)
     if len(found.readings) > 1:

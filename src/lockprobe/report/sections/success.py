@@ -156,7 +156,7 @@ _COURSES_DRAWN = Figure(
     "Success and loop rate by flip rate, one panel per agent",
     _courses_caption,
     f"{_DRAWN}:courses",
-    applies=lambda found: found.several_p and not found.not_judged,  # its headings are verdicts
+    applies=lambda found: found.several_p,
 )
 
 
@@ -166,7 +166,7 @@ def _show(found: Results) -> Iterator[Part]:
 
 
 def _blocks(found: Results) -> Iterator[Block]:
-    judged = [] if found.not_judged else [course for course in found.courses() if course.subject]
+    judged = [course for course in found.courses() if course.subject]
     fits = [(_name(course), _fit_said(course)) for course in judged]
     best = [(_name(course), said) for course in judged if not course.blind and (said := _best_said(course))]
     yield Beside(
@@ -264,7 +264,7 @@ def _contrast_rows(found: Results) -> Iterator[dict[str, object]]:
                 count_of(second),
                 points_cell(row),
                 p_cell(row.p_value),
-                "not judged" if found.not_judged else DETECTED[row.p_value is not None and row.p_value < ALPHA],
+                DETECTED[row.p_value is not None and row.p_value < ALPHA],
                 *(str(one.count) if one else NONE for one in alone),
                 *(p_cell(one.p_value if one else None) for one in tests),
             ],

@@ -142,7 +142,7 @@ def condition_summary(
         behaviour=section("Loops", lambda: behaviour(trials), lambda: behaviour(())),
         persistence=section("Leaving loops", lambda: persistence(trials), lambda: persistence(())),
         claims=claims,
-        rationality=section("Rationality", lambda: rationality(trials), tuple),
+        rationality=section("Rationality", lambda: rationality(trials, box), tuple),
         points=tuple(replace(one, dose=dose) for one in points(found)),
         distinct_sequences=len({trial.actions for trial in ended(trials)}),
         steps=sum(len(trial.steps) for trial in ended(trials)),

@@ -24,6 +24,8 @@ from lockprobe.statistics.conditions.effects import CONDITIONS, CONTROLS, Effect
 from lockprobe.statistics.conditions.factors import Factor, factor_effects
 from lockprobe.statistics.conditions.no_feedback import no_feedback_factors
 from lockprobe.statistics.conditions.series import Series
+from lockprobe.statistics.factorial.design import factorials_of
+from lockprobe.statistics.factorial.effects import FactorialEffects, factorial_effects
 from lockprobe.statistics.idle import Idle, Unheeded, idle_interventions, unheeded
 from lockprobe.statistics.reference import Reference, reference_of
 from lockprobe.statistics.summary import AgentSummary, StudySummary, is_reference, summarise
@@ -55,6 +57,7 @@ class ConditionStudySummary:
         agents_compared: Every two agents under each condition that is no flip rate.
         series: Conditions that differ in one dose alone, each with the numbers over that dose.
         whys: Of a study of controls: why false reports change each agent's success.
+        factorials: What each factor of a factorial design does to each agent.
         bridges: Which part of what pictures change misreadings account for, as false reports in words.
         reference: What blind agents and the shortest plan reach on the box.
         idle: Conditions, other than controls, in which nothing was changed, and interventions that changed nothing in a
@@ -71,6 +74,7 @@ class ConditionStudySummary:
     agents_compared: tuple[ComparisonUnder, ...]
     series: tuple[tuple[Series, StudySummary], ...]
     whys: tuple[Why, ...]
+    factorials: tuple[FactorialEffects, ...]
     bridges: tuple[Bridge, ...]
     reference: Reference
     idle: tuple[Idle, ...] = ()
@@ -129,6 +133,7 @@ def summarise_conditions(
         agents_compared=section("Agents compared under conditions", lambda: agents_by_condition(acting, design), tuple),
         series=series,
         whys=section("Why false reports change success", lambda: _whys(acting, design), tuple),
+        factorials=section("Factors of a factorial design", lambda: _factorials(cells, design), tuple),
         bridges=section("From pictures to flips", lambda: _bridges(cells, design), tuple),
         reference=reference,
         idle=tuple(one for one in idle if one.condition not in design.axis),
@@ -284,6 +289,17 @@ def _whys(cells: _Cells, design: Design) -> tuple[Why, ...]:
     answered = [(make, (one.modality, is_reference(design.spec_of(one.agent)))) for make in asked if (one := make())]
     sizes = Counter(family for _, family in answered)
     return tuple(one for make, family in answered if (one := make(agents=sizes[family])))
+
+
+def _factorials(cells: _Cells, design: Design) -> tuple[FactorialEffects, ...]:
+    """What each factor of a factorial design does to each agent."""
+    found = (
+        factorial_effects({label: cells.get((agent, label), ()) for label in made.runs}, made)
+        for agent in design.agents
+        for modality in design.modalities
+        for made in factorials_of(design.arms, modality)
+    )
+    return tuple(one for one in found if one is not None)
 
 
 def _bridges(cells: _Cells, design: Design) -> tuple[Bridge, ...]:

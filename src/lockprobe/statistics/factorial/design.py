@@ -81,10 +81,9 @@ def factorials_of(arms: Sequence[SeriesArm], modality: str) -> list[Factorial]:
 
 def _options(arm: SeriesArm) -> dict[str, str]:
     """Every option that acts, by intervention and name: ``plant.light``."""
-    return {
-        f"{spec.full_name}.{name}": value for i in arm.acting for spec in (arm.specs[i],) for name, value in _of(spec)
-    }
+    return dict(option for i in arm.acting for option in _of(arm.specs[i]))
 
 
 def _of(spec: Spec) -> list[tuple[str, str]]:
-    return list(spec.options.items()) or [("", "yes")]
+    """The options of an intervention; one without options is an option itself."""
+    return [(f"{spec.full_name}.{name}", value) for name, value in spec.options.items()] or [(spec.full_name, "yes")]

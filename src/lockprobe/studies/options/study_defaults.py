@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from lockprobe.boxes.box import LayoutKind
 from lockprobe.plants.catalogue import PlantSource
-from lockprobe.studies import bridge, why
+from lockprobe.studies import bridge, looks, why
 from lockprobe.studies.modality import taken_in
 from lockprobe.studies.options import paper
 from lockprobe.studies.options.study_options import StudyOptions
@@ -14,7 +14,7 @@ from lockprobe.trial.record import STATES
 
 __all__ = ["extent_of", "layout_by_default", "plant_of", "players_by_default", "shown_by_default"]
 
-_PICTURED = ("modalities", "bridge")
+_PICTURED = ("modalities", "bridge", "looks")
 """The studies that show pictures."""
 
 
@@ -34,6 +34,8 @@ def extent_of(request: StudyOptions) -> paper.Extent:
         return paper.MODALITY_TRIALS
     if request.study == "bridge":
         return bridge.EXTENT
+    if request.study == "looks":
+        return looks.EXTENT
     if request.study == "why":
         return why.EXTENT if request.trials is None else replace(why.EXTENT, strategy_trials=None)
     said = (request.p, request.trials, request.repetitions, request.condition, request.sweep)
@@ -43,7 +45,7 @@ def extent_of(request: StudyOptions) -> paper.Extent:
 
 def shown_by_default(request: StudyOptions, plant: PlantSource) -> tuple[str, ...]:
     """The paper's modalities in the modality study, as far as the plant has a camera; reports in words in others."""
-    if request.study == "bridge":
+    if request.study in ("bridge", "looks"):
         return ("rgb",)
     if request.study == "modalities" and plant.has_camera:
         return paper.MODALITIES
@@ -56,6 +58,8 @@ def players_by_default(study: str, modalities: tuple[str, ...]) -> tuple[str, ..
         return why.AGENTS
     if study == "bridge":
         return bridge.AGENTS
+    if study == "looks":
+        return looks.AGENTS
     if study == "modalities":
         return tuple(agent for agent in paper.LOOKERS if taken_in(agent, modalities))
     return ("llm:local", paper.LEARNER, *paper.REFERENCES)

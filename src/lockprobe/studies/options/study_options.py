@@ -45,7 +45,7 @@ __all__ = [
     "study_options",
 ]
 
-STUDIES = ("flips", "modalities", "why", "bridge")
+STUDIES = ("flips", "modalities", "why", "bridge", "looks")
 """The studies by name."""
 
 SUITE_NAMES = ("suite-1",)
@@ -119,7 +119,7 @@ class StudyOptions(BaseModel):
 
     model_config = ConfigDict(extra="forbid")
 
-    study: Annotated[str, _about("flips, modalities, why, bridge, or the study of a file.")] = "flips"
+    study: Annotated[str, _about("flips, modalities, why, bridge, looks, or the study of a file.")] = "flips"
     agent: Annotated[
         Several | None,
         _about(

@@ -23,6 +23,7 @@ from lockprobe.interventions.conditions import blind, distinct, flips, read_cond
 from lockprobe.interventions.flip import DEFAULT, FlipKind, OutcomeFlip, flip_of
 from lockprobe.plants.catalogue import PlantSource, resolve_plant
 from lockprobe.studies.bridge import bridge_conditions
+from lockprobe.studies.looks import looks_conditions
 from lockprobe.studies.options import paper
 from lockprobe.studies.options.agent_names import named_agents
 from lockprobe.studies.options.as_paper import as_paper
@@ -241,8 +242,8 @@ def _conditions(
             raise BadValue(what, list(values), "at least one, and every one once")
     if request.study == "why":
         return _arms(request, p, modalities, plant)
-    if request.study == "bridge":
-        return _bridge(request, modalities)
+    if request.study in ("bridge", "looks"):
+        return _pictured(request, modalities, plant)
     if request.condition is None and request.sweep is None:
         return flips_of_readings(p, kinds, modalities)
     asked = request.p is not None or request.readings is not None
@@ -312,13 +313,15 @@ def _arms(
     return found
 
 
-def _bridge(request: StudyOptions, modalities: Sequence[str]) -> tuple[Condition, ...]:
-    """The arms of the study ``bridge``."""
+def _pictured(request: StudyOptions, modalities: Sequence[str], plant: PlantSource) -> tuple[Condition, ...]:
+    """The conditions of a study of pictures of one modality: ``bridge`` or ``looks``."""
     if len(modalities) > 1:
-        raise BadValue("modality", list(modalities), "one, the pictures that are compared with words")
+        raise BadValue("modality", list(modalities), f"one, whose pictures {request.study} is about")
     for what in ("p", "condition", "sweep"):
         if getattr(request, what) is not None:
-            raise BadValue(what, getattr(request, what), "none with bridge, whose arms follow from the pictures")
+            raise BadValue(what, getattr(request, what), f"none with {request.study}, which has its own conditions")
+    if request.study == "looks":
+        return looks_conditions(modalities[0], plant)
     return bridge_conditions(modalities[0], flip_of(_flip(request)))
 
 
@@ -400,7 +403,7 @@ def _check_lengths(request: StudyOptions) -> None:
 
 def _check_controls(request: StudyOptions) -> None:
     """Refuse options of a study of controls with another, and of flips with it."""
-    if request.full and request.study in ("why", "bridge"):
+    if request.full and request.study in ("why", "bridge", "looks"):
         raise BadValue("full", True, f"none with {request.study}, which has trials of its own; --trials says how many")
     if request.parts and request.study != "why":
         raise BadValue("parts", True, f"none with {request.study}; why plays the parts of a false report")
