@@ -14,6 +14,7 @@ import numpy as np
 
 from lockprobe.agents.strategies import RandomAgent
 from lockprobe.agents.viewer import Eyesight, Viewer
+from lockprobe.boxes.box import Lockbox
 from lockprobe.boxes.families import box
 from lockprobe.interventions.conditions import flips
 from lockprobe.plants.catalogue import resolve_plant
@@ -27,6 +28,7 @@ DOSES = {
     "blur": (0, 32, 48, 64, 96),
     "noise": (0, 1, 2, 4, 8),
     "occlude": (0, 0.1, 0.2, 0.4, 0.8),
+    "exposure": (0, -10, -12, 6, 8),
 }
 
 
@@ -43,11 +45,13 @@ class Photographer:
         return percept
 
 
-def photographed(trial: int) -> tuple[Trial, Plan, list[tuple[Percept, Frame]]]:
+def photographed(
+    trial: int, plant: str = "fast-twin", played_box: Lockbox | None = None
+) -> tuple[Trial, Plan, list[tuple[Percept, Frame]]]:
     """A trial at random, and what the camera saw before each of its steps and after the last."""
     plan = Plan(
-        key="", study="", agent="random", box=box(), condition=flips((0,), modalities=("rgbd",))[0], repetition=1,
-        trial=trial, seed=1, plant="fast-twin",
+        study="", agent="random", box=played_box or box(), condition=flips((0,), modalities=("rgbd",))[0],
+        repetition=1, trial=trial, seed=1, plant=plant,
     )  # fmt: skip
     made = resolve_plant(plan.plant).make(plan.box, Names(plan).labels, plan.stream("plant"))
     photographer = Photographer()
@@ -67,12 +71,17 @@ def _photograph(frame: Frame) -> Look:
     return look
 
 
-def misread(trial: Trial, plan: Plan, seen: list[tuple[Percept, Frame]], spec: str, acuity: int) -> list[bool]:
-    """Which actions' outcomes are misread, in the pictures of a modality."""
+def percepts_of(plan: Plan, seen: list[tuple[Percept, Frame]], spec: str) -> list[Percept]:
+    """What is seen in a modality."""
     channel, task = shown(spec), Names(plan).task(plan)
     (rng,) = streams_of(plan, [channel])
-    percepts = [channel.perceive(replace(percept, look=_photograph(frame)), (), task, rng) for percept, frame in seen]
-    reports = Viewer(strategy=RandomAgent(), name="random", sight=Eyesight(acuity=acuity)).reports(task, percepts)
+    return [channel.perceive(replace(percept, look=_photograph(frame)), (), task, rng) for percept, frame in seen]
+
+
+def misread(trial: Trial, plan: Plan, seen: list[tuple[Percept, Frame]], spec: str, acuity: int | None) -> list[bool]:
+    """Which actions' outcomes are misread, in the pictures of a modality."""
+    viewer = Viewer(strategy=RandomAgent(), name="random", sight=Eyesight(acuity=acuity))
+    reports = viewer.reports(Names(plan).task(plan), percepts_of(plan, seen, spec))
     return [(report.outcome == "moved") != step.moved for report, step in zip(reports[1:], trial.steps, strict=True)]
 
 

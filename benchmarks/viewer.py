@@ -41,7 +41,6 @@ class Watcher(RandomAgent):
 def watched(plant: str, depth: Depth, trial: int) -> tuple[Trial, Plan, list[Percept]]:
     """A trial at random, and what was seen before each of its steps."""
     plan = Plan(
-        key="",
         study="",
         agent="random",
         box=box(),

@@ -64,6 +64,32 @@ def test_who_does_not_look_has_the_same_luck():
     assert (looked._mechanism.fractions() == blind._mechanism.fractions()).all()
 
 
+HARD = {
+    "discs": False, "board": "bare", "labels": False, "handle_colours": "plain", "light": "side", "colours": "drawn",
+    "viewpoint": "oblique", "handle_shape": "ball", "clutter": 9, "view_jitter": 5.0, "view_turn": 1.0,
+}  # fmt: skip
+
+
+def test_what_makes_pictures_hard_changes_nothing_of_the_physics():
+    plain, hard = twin("random-5-2"), twin("random-5-2", **HARD)
+    for joint in np.random.default_rng(3).integers(5, size=12):
+        assert plain.attempt(int(joint)) == hard.attempt(int(joint))
+        assert plain._data.qpos.tobytes() == hard._data.qpos.tobytes()
+
+
+def test_every_part_of_it_changes_the_picture_and_no_luck_of_depth():
+    size = {"renderer": "rays", "width": 64, "height": 64}
+    usual = twin(**size).observe().look()
+    for option, value in HARD.items():
+        assert (twin(**size, **{option: value}).observe().look().rgb != usual.rgb).any(), option
+    noises = []
+    for options in ({}, {"clutter": 9, "board": "bare", "colours": "drawn"}):
+        noisy, clean = (twin(**size, **options, depth_noise=noise).observe().look().depth for noise in (0.01, 0.0))
+        noises.append(np.where((noisy > 0) & (clean > 0), (noisy - clean) / clean.clip(0.1) ** 2, np.nan))
+    assert np.nanstd(noises[0]) > 0.01
+    assert np.nanquantile(np.abs(noises[0] - noises[1]), 0.9) < 0.003
+
+
 def test_facts_name_settings_engine_and_what_made_the_pictures():
     physical = twin(renderer="rays", width=64, height=64, tilt=25.0)
     assert physical.facts["tilt"] == 25.0

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from lockprobe_robot.arm.guarded_move import GuardedMove, Touch
 from lockprobe_robot.arm.simulated_arm import SimulatedArm
+from lockprobe_robot.fast_twin import FastTwin
 from lockprobe_robot.handle_path import handle_path
 from lockprobe_robot.twin import Twin
-from lockprobe_robot.twin_settings import TwinSettings
+from lockprobe_robot.twin_settings import SceneSettings, TwinSettings
 
 from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import BadValue, PlantFault
@@ -106,6 +107,32 @@ def test_the_same_seed_gives_the_same_trial_bit_by_bit():
     first = course(3)
     assert first == course(3)
     assert first[0][0] != course(4, (FREE,))[0][0]
+
+
+def test_what_makes_pictures_hard_changes_nothing_that_the_arm_does():
+    hard = {
+        "board": "bare", "labels": False, "handle_colours": "plain", "light": "dim", "colours": "second", "viewpoint": "oblique",
+        "handle_shape": "square", "clutter": 9, "view_jitter": 5.0, "view_turn": 1.0,
+    }  # fmt: skip
+    courses = []
+    for options in ({}, hard):
+        plant = twin(pose_error=0.004, force_noise=0.3, **options)
+        courses.append((dict(plant.attempt(FREE).sensed), plant._data.qpos.tobytes()))
+    assert courses[0] == courses[1]
+
+
+@pytest.mark.parametrize("tilt", [0, 45, 75])
+def test_an_arm_at_home_hides_nothing_of_the_board_from_the_oblique_camera(tilt):
+    options = {"tilt": tilt, "viewpoint": "oblique", "renderer": "rays", "width": 128, "height": 96}
+    alone = (
+        FastTwin(CHAIN, labels=tuple("ABCD"), settings=SceneSettings(**options), rng=np.random.default_rng(1))
+        .observe()
+        .look()
+    )
+    seen = twin(**options).observe().look()
+    board = alone.camera.heights(alone.depth) > -0.002
+    assert board.mean() > 0.1
+    assert (alone.depth - seen.depth)[board].max() < 0.02
 
 
 def test_luck_does_not_depend_on_how_much_of_it_there_is():

@@ -87,7 +87,8 @@ def test_handles_are_places_in_the_picture_in_the_listed_order():
 
 @pytest.mark.parametrize("percept", [MOVED, Percept(joint="B", look=MOVED.look)])
 @pytest.mark.parametrize(
-    "channel", [CameraChannel(), CameraChannel(depth="turbo", blur=2, noise=0.1), CameraChannel(occlude=0.5)]
+    "channel",
+    [CameraChannel(), CameraChannel(depth="turbo", blur=2, noise=0.1), CameraChannel(occlude=0.5, exposure=-1)],
 )
 def test_it_draws_equally_often_whatever_its_settings_are(percept, channel):
     rng, other = np.random.default_rng(9), np.random.default_rng(9)
@@ -113,8 +114,8 @@ def test_where_no_positions_are_told_there_is_no_picture():
 @pytest.mark.parametrize("depth", ["none", "turbo"])
 def test_pictures_are_degraded_by_every_dose(depth):
     plain = told(MOVED, CameraChannel(depth=depth))
-    assert told(MOVED, CameraChannel(depth=depth, blur=0, noise=0, occlude=0)).pictures == plain.pictures
-    for name, dose in {"blur": 2, "noise": 0.1, "occlude": 0.5}.items():
+    assert told(MOVED, CameraChannel(depth=depth, blur=0, noise=0, occlude=0, exposure=0)).pictures == plain.pictures
+    for name, dose in {"blur": 2, "noise": 0.1, "occlude": 0.5, "exposure": 1}.items():
         worse = told(MOVED, CameraChannel(depth=depth, **{name: dose}))
         assert worse.pictures[0] != plain.pictures[0]
         assert (worse.pictures[1:] == plain.pictures[1:]) == (name != "occlude" or depth == "none")

@@ -28,7 +28,7 @@ class SimulatedLockbox:
     Args:
         scene: The scene, with everything that is added to it.
         settings: Mechanism, looks and camera.
-        noise: Random stream of the depth noise.
+        noise: Random stream of the camera: noise of depth, error of the view.
     """
 
     def __init__(self, scene: LockboxScene, settings: SceneSettings, noise: np.random.Generator) -> None:
@@ -36,7 +36,14 @@ class SimulatedLockbox:
         self._data = mujoco.MjData(self._model)
         self._mechanism = Mechanism(self._model, self._data, scene)
         self._camera = PlantCamera(
-            self._model, self._data, mechanism=self._mechanism, panel=scene.panel, settings=settings, rng=noise
+            self._model,
+            self._data,
+            mechanism=self._mechanism,
+            panel=scene.panel,
+            settings=settings,
+            rng=noise,
+            jitter=settings.view_jitter,
+            turn=settings.view_turn,
         )
 
     @property
@@ -82,7 +89,7 @@ class FastTwin(SimulatedLockbox):
         box: The box.
         labels: Labels of the joints, in panel order.
         settings: Mechanism, looks and camera.
-        rng: For the appearance; the noise of depth draws from a child of it.
+        rng: For the appearance; noise of depth and error of the view draw from a child of it.
 
     Raises:
         BadValue: If the box cannot be built.

@@ -20,11 +20,16 @@ __all__ = ["fast_twin", "manual", "rig", "twin"]
 _FILES = ("model", "root", "digest")
 """Options that say which plant it is, and no property of it."""
 
+_SIZES = ("width", "height")
+"""Numbers that are no doses."""
+
 
 def fast_twin(spec: Spec) -> PlantSource:
     """The mechanism, pushed without an arm, and a camera.
 
-    Options: mechanism, tilt, looks, friction, renderer, width, height, depth_noise.
+    Options: mechanism, tilt, looks, friction, renderer, width, height, depth_noise. Harder pictures: discs, board,
+    labels, handle_colours, clutter, view_jitter, view_turn. Single factors of looks: light, colours, viewpoint,
+    handle_shape.
     """
     settings = with_options(SceneSettings, "fast-twin", spec.options)
 
@@ -40,8 +45,9 @@ def twin(spec: Spec) -> PlantSource:
     """The same with a robot arm, a soft hand and a force sensor.
 
     Options: mechanism, tilt, looks, friction, renderer, width, height, depth_noise, pose_error, force_noise,
-    finger_stiffness. A user's own model of the box, without an arm: model, root, digest, force, torque, renderer,
-    width, height, depth_noise.
+    finger_stiffness. Harder pictures: discs, board, labels, handle_colours, clutter, view_jitter, view_turn. Single
+    factors of looks: light, colours, viewpoint, handle_shape. A user's own model of the box, without an arm: model,
+    root, digest, force, torque, renderer, width, height, depth_noise.
     """
     if "model" in spec.options:
         return _of_a_user(spec)
@@ -75,7 +81,7 @@ def _pictured(spec: Spec, settings: CameraSettings, make: Make) -> PlantSource:
         picture_size=size,
         renderer=renderer,
         options={name: in_words(value) for name, value in known.items() if name not in _FILES},
-        doses=tuple(name for name, value in known.items() if isinstance(value, float)),
+        doses=tuple(name for name, value in known.items() if type(value) in (int, float) and name not in _SIZES),
     )
 
 

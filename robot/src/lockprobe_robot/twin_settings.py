@@ -12,13 +12,19 @@ from typing import Any, ClassVar, Literal, Protocol
 from lockprobe.foundation.errors import BadValue
 
 __all__ = [
+    "Board",
     "CameraSettings",
+    "Colours",
+    "HandleColours",
+    "HandleShapes",
+    "Light",
     "Looks",
     "MechanismKind",
     "RendererChoice",
     "SceneSettings",
     "TwinSettings",
     "UserModelSettings",
+    "Viewpoint",
 ]
 
 MechanismKind = Literal["contact", "ideal"]
@@ -26,6 +32,24 @@ MechanismKind = Literal["contact", "ideal"]
 
 Looks = Literal["plain", "varied"]
 """One appearance for every trial, or colours, wood, handles, light and camera drawn in each trial."""
+
+Board = Literal["painted", "bare"]
+"""Wood with the track of every handle painted on it, or wood alone."""
+
+HandleColours = Literal["coloured", "plain"]
+"""Handles of one colour on bars of another, or handles and bars of one colour."""
+
+Light = Literal["plain", "side", "dim"]
+"""As ``looks`` has it; a low lamp at the right, which casts long shadows; or a quarter of the light."""
+
+Colours = Literal["plain", "second", "drawn"]
+"""As ``looks`` has them; a second palette; or wood, handles, bars and ground drawn in each trial."""
+
+Viewpoint = Literal["plain", "oblique"]
+"""As ``looks`` has it, or from the left side of the board."""
+
+HandleShapes = Literal["plain", "ball", "square", "hollow"]
+"""As ``looks`` has them; balls on dark stems; square posts; or knobs with a dark hole in the top."""
 
 RendererChoice = Literal["auto", "egl", "osmesa", "rays"]
 
@@ -69,6 +93,18 @@ class SceneSettings:
         width: Width of pictures, pixels.
         height: Height of pictures, pixels.
         depth_noise: Standard deviation of depth at 0.7 m, metres; it grows with the square of depth.
+        discs: Whether a white disc marks position 0 of every handle, and a black one position 1.
+        board: Whether the tracks of handles, and discs, are painted on the board.
+        labels: Whether the labels of the joints are painted on the board.
+        handle_colours: Whether a handle differs from its bar in colour.
+        light: The light.
+        colours: The colours of wood, handles, bars and ground.
+        viewpoint: Where the camera stands.
+        handle_shape: The visible shape of handles.
+        clutter: Number of small objects on and beside the board, at places drawn in each trial.
+        view_jitter: Standard deviation of the camera's shift along each axis, millimetres; drawn for every picture. The
+            robot does not know of it: the recorded camera is the nominal one.
+        view_turn: Standard deviation of the camera's rotation about each axis, degrees, likewise.
 
     Raises:
         BadValue: If a setting is out of range.
@@ -82,9 +118,21 @@ class SceneSettings:
     width: int = 640
     height: int = 480
     depth_noise: float = 0.0
+    discs: bool = True
+    board: Board = "painted"
+    labels: bool = True
+    handle_colours: HandleColours = "coloured"
+    light: Light = "plain"
+    colours: Colours = "plain"
+    viewpoint: Viewpoint = "plain"
+    handle_shape: HandleShapes = "plain"
+    clutter: int = 0
+    view_jitter: float = 0.0
+    view_turn: float = 0.0
 
     def __post_init__(self) -> None:
         _within(self, tilt=(0, 80), friction=(0, 10), width=(64, 4096), height=(64, 4096), depth_noise=(0, 0.1))
+        _within(self, clutter=(0, 20), view_jitter=(0, 50), view_turn=(0, 10))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -18,7 +18,7 @@ LARGE = SceneSettings(renderer="rays", width=320, height=240)
 def camera(lockbox_scene, lockbox_model, state):
     """Makes a camera of the lockbox, with a stream of noise."""
 
-    def make(data=None, settings=RAYS):
+    def make(data=None, settings=RAYS, **view):
         data = data or state(lockbox_model)
         return PlantCamera(
             lockbox_model,
@@ -27,6 +27,7 @@ def camera(lockbox_scene, lockbox_model, state):
             panel=lockbox_scene.panel,
             settings=settings,
             rng=np.random.default_rng(1),
+            **view,
         )
 
     return make
@@ -145,6 +146,27 @@ def test_noise_is_the_settings(camera):
     assert 0.0015 < np.std((noisy.depth - clean.depth)[board]) < 0.003
     np.testing.assert_array_equal(noisy.rgb, clean.rgb)
     np.testing.assert_array_equal(noisy.depth, again.depth)
+
+
+def test_the_view_moves_with_every_picture_and_the_recorded_camera_does_not(camera):
+    size = SceneSettings(renderer="rays", width=160, height=120)
+    steady, moved, turned = (camera(settings=size, **view) for view in ({}, {"jitter": 5.0}, {"turn": 1.0}))
+    nominal = look(steady)
+    for seen in (moved, turned):
+        first, second = look(seen), look(seen)
+        assert (first.rgb != nominal.rgb).any()
+        assert (first.rgb != second.rgb).any()
+        for frame in (first, second):
+            assert (frame.camera.panel == nominal.camera.panel).all()
+            board = np.abs(nominal.camera.heights(frame.depth)[40:80, 40:120])
+            assert np.median(board) < 0.06, "it is still the board, not far away"
+
+
+def test_the_noise_of_depth_is_the_same_luck_whether_the_view_moves_or_not(camera):
+    flat = SceneSettings(renderer="rays", width=64, height=64, depth_noise=0.002)
+    still, moving = camera(settings=flat), camera(settings=flat, jitter=1e-6)
+    for _ in range(2):
+        np.testing.assert_allclose(look(still).depth, look(moving).depth, atol=2e-3)
 
 
 FLAT = np.full((120, 160), 0.7, np.float32)

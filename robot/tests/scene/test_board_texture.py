@@ -6,12 +6,19 @@ import numpy as np
 import pytest
 from lockprobe_robot.scene.appearance import appearance_of
 from lockprobe_robot.scene.board_texture import PIXELS_PER_METRE, paint_board, wood
+from lockprobe_robot.scene.mounted_joint import WAY_RADIUS
 from lockprobe_robot.scene.panel import lay_out_panel
+from lockprobe_robot.twin_settings import SceneSettings
 
 from lockprobe.boxes.families import box
 from lockprobe.foundation.errors import Missing
 
-PLAIN = appearance_of("plain", np.random.default_rng(1))
+
+def appearance(**settings):
+    return appearance_of(SceneSettings(**settings), np.random.default_rng(1))
+
+
+PLAIN = appearance()
 
 
 def pixel(panel, point):
@@ -26,6 +33,28 @@ def test_the_way_is_dark_and_its_ends_are_told_apart():
         assert board[pixel(panel, mounted.knob(0))] > 650
         assert board[pixel(panel, mounted.knob(0.5))] < 120
         assert board[pixel(panel, mounted.knob(1))] < 120
+
+
+def test_without_discs_nothing_tells_one_end_of_a_way_from_the_other():
+    panel = lay_out_panel(box("chain-4"))
+    usual, without = (paint_board(panel, tuple("ABCD"), look).astype(int) for look in (PLAIN, appearance(discs=False)))
+    ends = [(mounted.knob(0), mounted.knob(1)) for mounted in panel.mounted_joints]
+    for first, last in ends:
+        assert (without[pixel(panel, first)] == without[pixel(panel, last)]).all()
+    columns, rows = np.nonzero((usual != without).any(2))[::-1]
+    changed = (np.stack([columns, rows], axis=1) / PIXELS_PER_METRE - np.array(panel.size) / 2) * (1, -1)
+    near = np.linalg.norm(changed[:, None] - np.array(ends).reshape(-1, 2), axis=-1).min(1)
+    assert near.max() < WAY_RADIUS + 0.001
+
+
+def test_a_bare_board_is_wood_with_labels_at_most():
+    panel = lay_out_panel(box("chain-4"))
+    labels = tuple("ABCD")
+    bare, blank = (paint_board(panel, labels, appearance(board="bare", labels=shown)) for shown in (True, False))
+    plank = wood(blank.shape[:2], PLAIN.wood, PLAIN.grain)
+    assert (blank == plank).all()
+    painted = paint_board(panel, labels, PLAIN) != paint_board(panel, labels, appearance(labels=False))
+    assert ((bare != plank) == painted).all()
 
 
 def test_each_label_stands_at_its_place_and_nothing_else_differs():

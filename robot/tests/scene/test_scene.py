@@ -3,12 +3,13 @@
 import subprocess
 import sys
 from dataclasses import replace
+from typing import get_args
 
 import mujoco
 import numpy as np
 import pytest
 from lockprobe_robot.geom_groups import HIDDEN, PANEL
-from lockprobe_robot.scene.appearance import HANDLES, appearance_of
+from lockprobe_robot.scene.appearance import HandleShape, appearance_of
 from lockprobe_robot.scene.mounted_joint import KNOB_RADIUS, KNOB_TOP
 from lockprobe_robot.scene.scene import EYE, TIMESTEP, add_handle, build_scene
 from lockprobe_robot.twin_settings import SceneSettings
@@ -95,10 +96,10 @@ def test_a_scene_is_made_without_any_graphics():
     assert done.stdout == "[]\n"
 
 
-PLAIN = appearance_of("plain", np.random.default_rng(1))
+PLAIN = appearance_of(SceneSettings(), np.random.default_rng(1))
 
 
-@pytest.mark.parametrize("shape", HANDLES)
+@pytest.mark.parametrize("shape", get_args(HandleShape))
 def test_every_shape_is_the_same_to_the_touch_and_lies_within_it(shape):
     spec = mujoco.MjSpec()
     part = spec.worldbody.add_body(name="part")
@@ -112,9 +113,12 @@ def test_every_shape_is_the_same_to_the_touch_and_lies_within_it(shape):
     assert model.site_pos[model.site("knob-3").id] == pytest.approx([0.02, 0, KNOB_TOP])
     seen = [i for i in range(model.ngeom) if model.geom_group[i] != HIDDEN]
     assert (knob.id in seen) == (shape == "round")
-    assert max(model.geom_size[i][0] for i in seen) == pytest.approx(KNOB_RADIUS)
-    ball = int(mujoco.mjtGeom.mjGEOM_SPHERE)
-    tops = [model.geom_pos[i][2] + model.geom_size[i][0 if model.geom_type[i] == ball else 1] for i in seen]
+    ball, square = int(mujoco.mjtGeom.mjGEOM_SPHERE), int(mujoco.mjtGeom.mjGEOM_BOX)
+    reaches, tops = [], []
+    for kind, size, place in zip(model.geom_type[seen], model.geom_size[seen], model.geom_pos[seen], strict=True):
+        reaches.append(np.hypot(*size[:2]) if kind == square else size[0])
+        tops.append(place[2] + size[{ball: 0, square: 2}.get(int(kind), 1)])
+    assert max(reaches) == pytest.approx(KNOB_RADIUS)
     assert max(tops) == pytest.approx(KNOB_TOP)
 
 

@@ -46,6 +46,7 @@ class CameraChannel:
             as it is: its noise is a setting of the plant (``depth_noise``).
         occlude: Share of the panel that an opaque patch hides, [0, 1], at a place drawn for every picture. What it
             hides has no depth.
+        exposure: Stops of exposure of colours, from -20 to 20; negative is darker. Depth stays as it is.
 
     Raises:
         BadValue: If a setting is out of range, or the window is empty.
@@ -59,6 +60,7 @@ class CameraChannel:
     blur: float = 0.0
     noise: float = 0.0
     occlude: float = 0.0
+    exposure: float = 0.0
 
     def __post_init__(self) -> None:
         check_choice("depth", self.depth, get_args(Depth))
@@ -96,7 +98,7 @@ class CameraChannel:
         return None if percept.positions is None else (percept.positions, percept.joint, percept.look)
 
     def _damage(self) -> Damage:
-        return Damage(blur=self.blur, noise=self.noise, occlude=self.occlude)
+        return Damage(blur=self.blur, noise=self.noise, occlude=self.occlude, exposure=self.exposure)
 
     def _pictures(self, frame: Frame) -> tuple[Picture, ...]:
         colours = Picture(kind="rgb", png=to_png(frame.rgb))

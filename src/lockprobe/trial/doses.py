@@ -25,7 +25,7 @@ __all__ = [
 FLIP_RATE = "flip.p"
 """The dose of the paper: the probability that a report is inverted (Sec. 3.2)."""
 
-MODALITY_DOSES = ("p", "blur", "noise", "occlude")
+MODALITY_DOSES = ("p", "blur", "noise", "occlude", "exposure")
 """Options of a modality that are doses: how often pictures are false, and how much they are degraded."""
 
 _LEAST, _MOST = 1e-9, 1e9

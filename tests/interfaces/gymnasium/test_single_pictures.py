@@ -111,7 +111,7 @@ FALSE = [
 ]
 SHOWN = [
     *FALSE,
-    {"modality": "rgb?blur=2&noise=0.1&occlude=0.2"},
+    {"modality": "rgb?blur=2&noise=0.1&occlude=0.2&exposure=-1"},
     {"condition": "tremble?p=0.3 + rgbd", "layout": "shuffled"},
 ]
 

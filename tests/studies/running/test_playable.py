@@ -47,9 +47,9 @@ def test_another_instruction_reaches_clients_and_not_people(tmp_path):
 
 @pytest.mark.parametrize("by", [PERSON, CLIENT], ids=["person", "client"])
 def test_a_condition_that_follows_a_trial_of_another_cannot(by):
-    check("yoked?p=0.4&how=looping&at=3", by)
-    with pytest.raises(BadValue, match="yoked.*without yoked"):
-        check("yoked?p=0.4&how=looping", by)
+    for spec in ("yoked?p=0.4&how=looping", "yoked?claims=rgb", "flip?like=rgb"):
+        with pytest.raises(BadValue, match="follows no other trials"):
+            check(spec, by)
 
 
 def test_words_beside_pictures_do_not_reach_people():

@@ -64,6 +64,24 @@ def test_the_patch_hides_its_share_of_the_panel_and_what_a_smaller_one_hides():
     assert all(hidden[-1][row, column] for column, row in places)
 
 
+def test_a_stop_is_twice_the_light_and_what_is_too_bright_is_clipped():
+    greys = replace(FRAME, rgb=np.broadcast_to(np.arange(160, dtype=np.uint8)[:, None] + 96, FRAME.rgb.shape))
+    seen = {stops: degraded(greys, Damage(exposure=stops), LUCK) for stops in (-20, -2, -1, 1, 2, 20)}
+    assert (seen[-1].rgb[greys.rgb == 255] == 188).all()  # half the light, as sRGB codes it
+    assert (seen[1].rgb[greys.rgb >= 189] == 255).all()
+    for fewer, more in pairwise(seen.values()):
+        assert (fewer.rgb <= more.rgb).all()
+    twice = degraded(seen[-1], Damage(exposure=-1), LUCK).rgb.astype(int)
+    assert np.abs(twice - seen[-2].rgb).max() <= 1
+    assert (seen[-20].rgb.max(), seen[20].rgb.min()) == (0, 255)
+    assert all((worse.depth == FRAME.depth).all() for worse in seen.values())
+
+
+def test_noise_is_the_sensor_s_whatever_the_exposure_is():
+    dark = degraded(FRAME, Damage(exposure=-20, noise=0.1), LUCK).rgb
+    assert (dark > 0).mean() == pytest.approx(0.5, abs=0.03)
+
+
 def test_where_the_patch_lies_is_luck():
     here, there = (degraded(FRAME, Damage(occlude=0.2), np.array(luck)) for luck in ((0, 0, 0), (0.9, 0.9, 0)))
     assert not ((here.depth == 0) & (there.depth == 0)).all()
@@ -76,3 +94,5 @@ def test_where_the_patch_lies_is_luck():
 def test_doses_out_of_range_are_refused(name, value):
     with pytest.raises(BadValue, match=f"^{name}: got {value}, expected a number from 0"):
         Damage(**{name: value})
+    with pytest.raises(BadValue, match="^exposure: got .*, expected a number from -20 to 20"):
+        Damage(exposure=300 * value)

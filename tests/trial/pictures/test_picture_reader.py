@@ -88,6 +88,18 @@ def test_misreads_come_as_pictures_get_coarser():
     assert rates[-2:] == [0, 0]
 
 
+@pytest.mark.parametrize("kind", [coloured, grey])
+def test_a_view_that_moved_is_read_rightly_where_pixels_are_small(kind):
+    """Places are known where handles would be seen if the view had not moved."""
+    apart = np.linalg.norm(np.subtract(*HANDLES[0]))
+    for seed, positions in enumerate(ALL[1:-1:9]):
+        picture = from_png(kind(positions, seed).png)
+        for across, down in ((0.4, 0), (0, -0.4), (-0.3, 0.3)):
+            shift = (round(down * apart), round(across * apart))
+            moved = Picture(kind=kind(positions, seed).kind, png=to_png(np.roll(picture, shift, axis=(0, 1))))
+            assert right([moved], positions, acuity=160).min() > 0.5
+
+
 def test_the_same_picture_is_read_alike_and_another_is_looked_at_from_elsewhere():
     one, other = coloured(ALL[3], 1), coloured(ALL[3], 2)
     assert evidence([one], HANDLES, acuity=8) == evidence([coloured(ALL[3], 1)], HANDLES, acuity=8)

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe_robot.rendering.renderer import shown_options, shown_state, title
+from lockprobe_robot.rendering.view_error import ViewError
 
 __all__ = ["OpenGL"]
 
@@ -65,12 +66,16 @@ class OpenGL:
         self._drawing.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR
         self.name = title(platform, self.detail)
 
-    def render(self, data: mujoco.MjData, camera: str) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
+    def render(
+        self, data: mujoco.MjData, camera: str, error: ViewError | None = None
+    ) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
         """Colours, and depth along the optical axis in metres, 0 where there is nothing."""
         shown_state(self._model, data, self._seen)
         eye = mujoco.MjvCamera()
         eye.type = mujoco.mjtCamera.mjCAMERA_FIXED
         eye.fixedcamid = self._model.camera(camera).id
+        if error is not None:
+            error.move(self._seen, eye.fixedcamid)
         bodies = mujoco.mjtCatBit.mjCAT_STATIC | mujoco.mjtCatBit.mjCAT_DYNAMIC
         mujoco.mjv_updateScene(self._model, self._seen, self._options, None, eye, bodies, self._scene)
         with self._context.as_current():

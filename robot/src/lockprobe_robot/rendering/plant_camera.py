@@ -18,6 +18,7 @@ from lockprobe.trial.pictures.frame import Camera, Frame
 from lockprobe.trial.record import Fact
 from lockprobe_robot.rendering.choose_renderer import open_renderer
 from lockprobe_robot.rendering.renderer import Renderer, shown_state
+from lockprobe_robot.rendering.view_error import draw_view_error
 from lockprobe_robot.scene.scene import EYE
 from lockprobe_robot.twin_settings import CameraSettings
 
@@ -62,8 +63,11 @@ class PlantCamera:
         panel: Pose of the panel in the world, shape (4, 4), and the handles' positions in its frame, shape
             (joints, 2, 3), metres.
         settings: Size of pictures, renderer, noise of depth.
-        rng: A separate random stream for the noise of depth; each look draws one number.
+        rng: A separate random stream. Each look draws one number of it for the noise of depth, and six of a child of it
+            for the error of the view.
         eye: Name of the camera in the model.
+        jitter: Standard deviation of the camera's shift along each axis, millimetres. Frames keep the nominal camera.
+        turn: Standard deviation of its rotation about each axis, degrees.
     """
 
     def __init__(
@@ -76,9 +80,12 @@ class PlantCamera:
         settings: CameraSettings,
         rng: np.random.Generator,
         eye: str = EYE,
+        jitter: float = 0.0,
+        turn: float = 0.0,
     ) -> None:
         self._model, self._data, self._mechanism, self._panel = model, data, mechanism, panel
         self._settings, self._rng, self._eye = settings, rng, eye
+        self._view, self._jitter, self._turn = rng.spawn(1)[0], jitter / 1000, math.radians(turn)
         self._seen = mujoco.MjData(model)
         self._moment = 0
         self._renderer: Renderer | None = None
@@ -120,7 +127,8 @@ class PlantCamera:
             self._renderer = open_renderer(
                 self._model, width=settings.width, height=settings.height, choice=settings.renderer
             )
-        rgb, depth = self._renderer.render(data, self._eye)
+        error = draw_view_error(self._jitter, self._turn, self._view)
+        rgb, depth = self._renderer.render(data, self._eye, error)
         shown_state(self._model, data, self._seen)
         self._drawn_by = self._renderer.name
         return Frame(
@@ -132,7 +140,7 @@ class PlantCamera:
         )
 
     def _geometry(self) -> Camera:
-        """The camera model: focal length, and the panel's pose in the camera's frame."""
+        """The nominal camera model: focal length, and the panel's pose in the camera's frame."""
         seen = self._model.camera(self._eye).id
         height, pose = self._settings.height, self._panel.pose
         rotation = self._seen.cam_xmat[seen].reshape(3, 3) @ _FROM_OPENGL

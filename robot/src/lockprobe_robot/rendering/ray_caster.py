@@ -18,6 +18,7 @@ from lockprobe.foundation.errors import BadValue
 from lockprobe_robot.geom_groups import SHOWN_GROUPS
 from lockprobe_robot.rendering.renderer import shown_state, title
 from lockprobe_robot.rendering.textures import Textures
+from lockprobe_robot.rendering.view_error import ViewError
 
 __all__ = ["RayCaster", "Shader"]
 
@@ -55,7 +56,9 @@ class RayCaster:
         self._cast = mujoco.MjData(self._copies)
         self._shader = Shader(model)
 
-    def render(self, data: mujoco.MjData, camera: str) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
+    def render(
+        self, data: mujoco.MjData, camera: str, error: ViewError | None = None
+    ) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
         """Colours, and depth along the optical axis in metres, 0 where there is nothing."""
         seen = self._seen
         shown_state(self._model, data, seen)
@@ -64,6 +67,8 @@ class RayCaster:
             mujoco.mju_mat2Quat(self._cast.mocap_quat[copied], seen.geom_xmat[geom])
         mujoco.mj_kinematics(self._copies, self._cast)
         eye = self._model.camera(camera).id
+        if error is not None:
+            error.move(seen, eye)
         height, width = self._shape
         rows = max(1, _MOST_RAYS // width)
         bands = [self._band(eye, range(first, min(first + rows, height))) for first in range(0, height, rows)]

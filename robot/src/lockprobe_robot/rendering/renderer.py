@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe_robot.geom_groups import SHOWN_GROUPS
+from lockprobe_robot.rendering.view_error import ViewError
 
 __all__ = ["Renderer", "shown_options", "shown_state", "title"]
 
@@ -22,12 +23,15 @@ class Renderer(Protocol):
         """Its name with versions, for the record."""
         ...
 
-    def render(self, data: mujoco.MjData, camera: str) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
+    def render(
+        self, data: mujoco.MjData, camera: str, error: ViewError | None = None
+    ) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
         """Draw what a camera sees. The state is read and not changed.
 
         Args:
             data: State of the model.
             camera: Name of a camera of the model.
+            error: How far the camera is from its place in the model.
 
         Returns:
             Colours, shape (height, width, 3); depth along the optical axis in metres, shape (height, width), 0 where

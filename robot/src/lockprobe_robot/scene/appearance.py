@@ -1,4 +1,6 @@
-"""The appearance of a scene: colours, handle shapes, light and camera offset, fixed or randomised in each trial.
+"""The appearance of a scene: colours, shapes of handles, light, camera, what is painted and what lies about.
+
+It is fixed, or drawn in each trial, as a whole (``looks``) or factor by factor.
 
 The appearance does not change the physics.
 """
@@ -6,22 +8,24 @@ The appearance does not change the physics.
 from __future__ import annotations
 
 import colorsys
-from dataclasses import dataclass
-from typing import Literal
+from dataclasses import dataclass, replace
+from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
-from lockprobe_robot.twin_settings import Looks
+from lockprobe_robot.twin_settings import SceneSettings, Viewpoint
 
 __all__ = ["HANDLES", "Appearance", "Colour", "HandleShape", "appearance_of"]
 
 Colour = tuple[float, float, float]
 """Red, green, blue, 0 to 1."""
 
-HandleShape = Literal["round", "capped", "ball", "grooved"]
+HandleShape = Literal["round", "capped", "ball", "grooved", "square", "hollow"]
 """Visible shape of a handle. The shape that a hand can touch is always the same round knob."""
 
 HANDLES: tuple[HandleShape, ...] = ("round", "capped", "ball", "grooved")
+"""The shapes that ``looks=varied`` draws."""
 
 _DRAWS = 16
 
@@ -35,11 +39,20 @@ class Appearance:
         grain: Seed of the wood's pattern.
         knob: Colour of handles.
         bar: Colour of levers and of the bars under sliders' handles.
+        pivot: Colour of the pins about which levers turn.
         floor: Colour of the ground.
         handle: Shape of handles.
-        light: Offset of the lamp from the panel in x and y, metres; it is 1.6 m above the ground.
+        light: Offset of the lamp from the panel in x and y, metres.
+        lamp_height: Height of the lamp above the ground, metres.
         brightness: Brightness of the lamp, as a multiple of the default.
+        ambient: Brightness of the light from everywhere, likewise.
         camera: Offset of the camera from its default position, x, y, z in metres in the world.
+        viewpoint: The default position of the camera.
+        tracks: Whether the track of each handle is painted on the board.
+        discs: Whether the ends of tracks are marked.
+        labels: Whether labels are painted on the board.
+        clutter: Number of objects that lie about.
+        luck: Seed of their places, shapes and colours.
     """
 
     wood: Colour
@@ -51,6 +64,15 @@ class Appearance:
     light: tuple[float, float]
     brightness: float
     camera: tuple[float, float, float]
+    pivot: Colour = (0.2, 0.2, 0.2)
+    lamp_height: float = 1.6
+    ambient: float = 1.0
+    viewpoint: Viewpoint = "plain"
+    tracks: bool = True
+    discs: bool = True
+    labels: bool = True
+    clutter: int = 0
+    luck: int = 0
 
 
 _PLAIN = Appearance(
@@ -74,26 +96,62 @@ _WOODS: tuple[Colour, ...] = (
 )
 
 
-def appearance_of(looks: Looks, rng: np.random.Generator) -> Appearance:
+_SECOND: dict[str, Any] = {
+    "wood": (0.47, 0.33, 0.24),
+    "knob": (0.10, 0.42, 0.80),
+    "bar": (0.86, 0.86, 0.82),
+    "floor": (0.60, 0.58, 0.53),
+}
+
+_LIGHTS: dict[str, dict[str, Any]] = {
+    "side": {"light": (0.0, -1.5), "lamp_height": 0.95, "brightness": 1.5, "ambient": 0.75},
+    "dim": {"light": _PLAIN.light, "brightness": 0.3, "ambient": 0.3},
+}
+
+
+def appearance_of(settings: SceneSettings, rng: np.random.Generator) -> Appearance:
     """The appearance of one trial.
 
     Args:
-        looks: ``plain`` always gives the same appearance.
-        rng: Random stream. The number of draws does not depend on ``looks``.
+        settings: ``looks``, and the single factors, which replace parts of it.
+        rng: Random stream. The number of draws does not depend on the settings.
     """
     drawn = rng.random(_DRAWS)
-    if looks == "plain":
-        return _PLAIN
-    hue, grey = float(drawn[2]), float(drawn[5])
-    other = (hue + 0.30 + 0.4 * float(drawn[3])) % 1
+    look = _PLAIN if settings.looks == "plain" else _varied(drawn)
+    if settings.colours != "plain":
+        look = replace(look, **(_SECOND if settings.colours == "second" else _drawn_colours(drawn)))
+    look = replace(look, **_LIGHTS.get(settings.light, {}))
+    if settings.handle_colours == "plain":
+        look = replace(look, bar=look.knob, pivot=look.knob)
+    return replace(
+        look,
+        handle=look.handle if settings.handle_shape == "plain" else settings.handle_shape,
+        viewpoint=settings.viewpoint,
+        tracks=settings.board == "painted",
+        discs=settings.board == "painted" and settings.discs,
+        labels=settings.labels,
+        clutter=settings.clutter,
+        luck=int(drawn[13] * 2**53),
+    )
+
+
+def _varied(drawn: NDArray[np.float64]) -> Appearance:
     return Appearance(
-        wood=_WOODS[int(drawn[0] * len(_WOODS))],
+        **_drawn_colours(drawn),
         grain=int(drawn[1] * 2**31),
-        knob=colorsys.hsv_to_rgb(hue, 0.88, 0.82),
-        bar=colorsys.hsv_to_rgb(other, 0.75, 0.95),
-        floor=(0.25 + 0.25 * grey, 0.27 + 0.25 * grey, 0.30 + 0.22 * grey),
         handle=HANDLES[int(drawn[6] * len(HANDLES))],
         light=(-0.45 + 0.6 * float(drawn[7]), -0.6 + 1.2 * float(drawn[8])),
         brightness=0.8 + 0.35 * float(drawn[9]),
         camera=tuple(0.03 * (2 * float(x) - 1) for x in drawn[10:13]),  # type: ignore[arg-type]
     )
+
+
+def _drawn_colours(drawn: NDArray[np.float64]) -> dict[str, Any]:
+    hue, grey = float(drawn[2]), float(drawn[5])
+    other = (hue + 0.30 + 0.4 * float(drawn[3])) % 1
+    return {
+        "wood": _WOODS[int(drawn[0] * len(_WOODS))],
+        "knob": colorsys.hsv_to_rgb(hue, 0.88, 0.82),
+        "bar": colorsys.hsv_to_rgb(other, 0.75, 0.95),
+        "floor": (0.25 + 0.25 * grey, 0.27 + 0.25 * grey, 0.30 + 0.22 * grey),
+    }

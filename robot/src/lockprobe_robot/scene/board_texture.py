@@ -28,12 +28,13 @@ _INK = (22, 20, 20)
 def paint_board(panel: PanelLayout, labels: Sequence[str], appearance: Appearance) -> NDArray[np.uint8]:
     """Paint the front of the board.
 
-    The track of each handle is dark. An open ring marks its position 0, a filled ring its position 1.
+    The track of each handle is dark. A white disc marks its position 0, a black one its position 1. The appearance may
+    leave out discs, tracks or labels.
 
     Args:
         panel: The layout of joints and labels.
         labels: One for each joint in panel order.
-        appearance: Wood.
+        appearance: Wood, and what is painted on it.
 
     Returns:
         Shape (rows, columns, 3); the first row is the board's upper edge.
@@ -48,10 +49,10 @@ def paint_board(panel: PanelLayout, labels: Sequence[str], appearance: Appearanc
     columns, rows = (round(side * PIXELS_PER_METRE) for side in panel.size)
     image = Image.fromarray(wood((rows, columns), appearance.wood, appearance.grain))
     draw = ImageDraw.Draw(image)
-    for mounted in panel.mounted_joints:
-        _track(draw, panel, mounted)
+    for mounted in panel.mounted_joints if appearance.tracks else ():
+        _track(draw, panel, mounted, discs=appearance.discs)
     font = ImageFont.load_default(panel.letter * PIXELS_PER_METRE / 0.72)
-    for label, point in zip(labels, panel.labels, strict=True):
+    for label, point in zip(labels, panel.labels, strict=True) if appearance.labels else ():
         draw.text(_pixel(panel, point), label, fill=_INK, font=font, anchor="mm", stroke_width=2, stroke_fill=_INK)
     return np.asarray(image)
 
@@ -87,12 +88,12 @@ def _pixel(panel: PanelLayout, point: NDArray[np.float64]) -> tuple[float, float
     return float(x), float(y)
 
 
-def _track(draw: ImageDraw.ImageDraw, panel: PanelLayout, mounted: MountedJoint) -> None:
-    """The track of a handle and its two ends."""
+def _track(draw: ImageDraw.ImageDraw, panel: PanelLayout, mounted: MountedJoint, *, discs: bool) -> None:
+    """The track of a handle, and the discs at its two ends."""
     points = [_pixel(panel, mounted.knob(float(fraction))) for fraction in np.linspace(0, 1, 65)]
     for point in points:
         _disc(draw, point, TRACK_RADIUS, _DARK)
-    for point, inside in ((points[0], _START), (points[-1], _END)):
+    for point, inside in ((points[0], _START), (points[-1], _END)) if discs else ():
         _disc(draw, point, WAY_RADIUS, _DARK)
         _disc(draw, point, 0.0185, (240, 240, 235))
         _disc(draw, point, 0.0150, inside)

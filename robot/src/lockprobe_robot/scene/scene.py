@@ -15,6 +15,7 @@ from lockprobe_robot.geom_groups import HIDDEN, NOTHING, PANEL
 from lockprobe_robot.scene.appearance import Appearance, Colour, appearance_of
 from lockprobe_robot.scene.board_texture import paint_board, wood
 from lockprobe_robot.scene.bolts import FIRM, FIRM_REFERENCE, add_gates, case_depth
+from lockprobe_robot.scene.clutter import add_clutter
 from lockprobe_robot.scene.gates import Gate, gates_of
 from lockprobe_robot.scene.mounted_joint import (
     BAR,
@@ -24,7 +25,8 @@ from lockprobe_robot.scene.mounted_joint import (
     PIVOT_RADIUS,
     MountedJoint,
 )
-from lockprobe_robot.scene.panel import CAMERA_DISTANCE, PanelLayout, camera_angle, lay_out_panel
+from lockprobe_robot.scene.panel import PanelLayout, lay_out_panel
+from lockprobe_robot.scene.view import View, view_of
 from lockprobe_robot.twin_settings import SceneSettings
 
 __all__ = ["EYE", "TIMESTEP", "LockboxScene", "add_handle", "build_scene"]
@@ -77,8 +79,8 @@ def build_scene(
     Args:
         box: The box.
         labels: Labels of the joints, in panel order.
-        settings: Mechanism, tilt, looks, friction, size of pictures.
-        rng: Random stream of the appearance. The number of draws does not depend on ``looks``.
+        settings: Mechanism, tilt, friction, appearance, size of pictures.
+        rng: Random stream of the appearance. The number of draws does not depend on the settings.
 
     Raises:
         BadValue: If the box cannot be built: its interlock needs too many gates, or its joints have no room.
@@ -86,7 +88,7 @@ def build_scene(
     """
     if len(labels) != len(box.joints):
         raise BadValue("labels", labels, f"one for each of {len(box.joints)} joints")
-    appearance = appearance_of(settings.looks, rng)
+    appearance = appearance_of(settings, rng)
     gates = gates_of(box)
     panel = lay_out_panel(box, tilt=settings.tilt, depth=case_depth(gates))
     spec = _empty(settings)
@@ -96,7 +98,9 @@ def build_scene(
     if settings.mechanism == "contact":
         add_gates(spec, body, panel, gates)
     _add_surroundings(spec, panel, appearance)
-    _add_cameras(spec, panel, appearance, aspect=settings.width / settings.height)
+    view = view_of(panel, appearance, aspect=settings.width / settings.height)
+    add_clutter(spec, body, panel, view, count=appearance.clutter, luck=appearance.luck)
+    _add_cameras(spec, view)
     ideal = settings.mechanism == "ideal"
     return LockboxScene(spec=spec, panel=panel, gates=gates, box=box, appearance=appearance, ideal=ideal)
 
@@ -114,8 +118,6 @@ def _empty(settings: SceneSettings) -> mujoco.MjSpec:
     spec.visual.map.znear = 0.05
     spec.visual.map.zfar = 8.0
     spec.visual.map.shadowclip = 2.5
-    spec.visual.headlight.ambient = [0.32, 0.32, 0.33]
-    spec.visual.headlight.diffuse = [0.22, 0.22, 0.22]
     spec.visual.headlight.specular = [0.0, 0.0, 0.0]
     spec.visual.quality.shadowsize = 2048
     spec.visual.global_.offwidth = max(settings.width, 640)
@@ -191,7 +193,11 @@ def _add_joint(
     )
     if not slides:
         _cylinder(part, np.zeros(2), 0.0165, 0.0, 0.013, appearance.bar, mass=0.002)
-        _cylinder(part, np.zeros(2), PIVOT_RADIUS, 0.0, 0.016, (0.2, 0.2, 0.2), mass=0.002)
+        _cylinder(part, np.zeros(2), PIVOT_RADIUS, 0.0, 0.016, appearance.pivot, mass=0.002)
+
+
+_AMBIENT, _HEADLIGHT = (0.32, 0.32, 0.33), (0.22, 0.22, 0.22)
+"""Light from everywhere, and light from the camera."""
 
 
 def _add_surroundings(spec: mujoco.MjSpec, panel: PanelLayout, appearance: Appearance) -> None:
@@ -213,7 +219,9 @@ def _add_surroundings(spec: mujoco.MjSpec, panel: PanelLayout, appearance: Appea
         **_TOUCHED,
     )
     across, along = appearance.light
-    lamp = np.array([0.5 + across, along, 1.6])
+    lamp = np.array([0.5 + across, along, appearance.lamp_height])
+    spec.visual.headlight.ambient = appearance.ambient * np.array(_AMBIENT)
+    spec.visual.headlight.diffuse = appearance.ambient * np.array(_HEADLIGHT)
     toward = panel.pose[:3, 3] - lamp
     for name, position, direction, share, shadow in (
         ("lamp", lamp, toward / np.linalg.norm(toward), 0.54, True),
@@ -273,6 +281,18 @@ def add_handle(part: mujoco.MjsBody, number: int, middle: NDArray[np.float64], a
         _cylinder(part, middle, KNOB_RADIUS, _BASE, 0.016, appearance.knob)
         _cylinder(part, middle, 0.012, 0.016, 0.026, _DARK)
         _cylinder(part, middle, KNOB_RADIUS, 0.026, KNOB_TOP, appearance.knob)
+    elif appearance.handle == "square":
+        part.add_geom(
+            type=mujoco.mjtGeom.mjGEOM_BOX,
+            size=[KNOB_RADIUS / math.sqrt(2), KNOB_RADIUS / math.sqrt(2), (KNOB_TOP - _BASE) / 2],
+            pos=[x, y, (KNOB_TOP + _BASE) / 2],
+            rgba=[*appearance.knob, 1],
+            mass=0,
+            **_ONLY_SEEN,
+        )
+    elif appearance.handle == "hollow":
+        _cylinder(part, middle, KNOB_RADIUS, _BASE, KNOB_TOP - 0.001, appearance.knob)
+        _cylinder(part, middle, 0.65 * KNOB_RADIUS, _BASE, KNOB_TOP, _DARK)
 
 
 def _cylinder(
@@ -299,34 +319,10 @@ EYE = "rgbd"
 
 _FILM = "oblique"
 
-_MARGIN = 0.08
-"""Margin around the board in pictures of the plant's camera, as a share of their width or height."""
 
-
-def _add_cameras(spec: mujoco.MjSpec, panel: PanelLayout, appearance: Appearance, *, aspect: float) -> None:
-    """Add both cameras.
-
-    The plant's camera, above the board, sees all of it with a margin and never an arm at home; the appearance shifts
-    it. The camera for films looks at board and arm from one side. ``aspect``: width by height of the plant's pictures.
-    """
-    middle = panel.pose[:3, 3]
-    lean = panel.tilt - camera_angle(panel.tilt)
-    away = np.array([-math.sin(lean), 0, math.cos(lean)])
-    axes = np.array([[0, -1, 0], [math.cos(lean), 0, math.sin(lean)], away]).T
-    position = middle + CAMERA_DISTANCE * away
-    width, height = panel.size
-    corners = np.array(
-        [[sx * width / 2, sy * height / 2, z] for sx in (-1, 1) for sy in (-1, 1) for z in (0, KNOB_TOP)]
-    )
-    seen = (panel.in_world(corners) - position) @ axes
-    spread = np.abs(seen[:, :2] / seen[:, 2:]).max(0)
-    half = max(spread[1], spread[0] / aspect) / (1 - 2 * _MARGIN)
-    spec.worldbody.add_camera(
-        name=EYE,
-        pos=position + np.array(appearance.camera),
-        quat=_quaternion(axes),
-        fovy=2 * math.degrees(math.atan(half)),
-    )
+def _add_cameras(spec: mujoco.MjSpec, view: View) -> None:
+    """Add the plant's camera, and the camera for films, which looks at board and arm from one side."""
+    spec.worldbody.add_camera(name=EYE, pos=view.position, quat=_quaternion(view.axes), fovy=view.fovy)
     eye, target = np.array([1.25, 0.80, 1.15]), np.array([0.22, 0.0, 0.28])
     back = (eye - target) / np.linalg.norm(eye - target)
     right = np.cross([0, 0, 1], back)

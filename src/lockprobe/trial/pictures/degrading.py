@@ -1,4 +1,4 @@
-"""Image degradation: an opaque patch, then blur, then sensor noise."""
+"""Image degradation: an opaque patch, then blur, then exposure, then sensor noise."""
 
 from __future__ import annotations
 
@@ -20,6 +20,9 @@ _PATCH: Final = 128
 _MARGIN: Final = 0.5
 """Margin of the panel around the handles, as a share of a handle's travel."""
 
+_STOPS: Final = 20
+"""Most stops of exposure in either direction: more make every picture black, or white."""
+
 _SEEDS: Final = 2**53
 
 
@@ -31,6 +34,8 @@ class Damage:
         blur: Standard deviation of a Gaussian blur of colours, pixels, from 0.
         noise: Standard deviation of noise in every pixel and colour, as a share of full brightness, from 0.
         occlude: Share of the panel that an opaque patch hides, [0, 1].
+        exposure: Stops of exposure, from -20 to 20: one more is twice the light, and the sensor clips what is too
+            bright for it.
 
     Raises:
         BadValue: If a value is out of range.
@@ -39,12 +44,15 @@ class Damage:
     blur: float = 0.0
     noise: float = 0.0
     occlude: float = 0.0
+    exposure: float = 0.0
 
     def __post_init__(self) -> None:
         for name in ("blur", "noise"):
             if not 0 <= (value := getattr(self, name)) < float("inf"):
                 raise BadValue(name, value, "a number from 0")
         check_probability("occlude", self.occlude)
+        if not -_STOPS <= self.exposure <= _STOPS:
+            raise BadValue("exposure", self.exposure, f"a number from {-_STOPS} to {_STOPS}")
 
 
 def degraded(frame: Frame, damage: Damage, luck: NDArray[np.float64]) -> Frame:
@@ -64,10 +72,20 @@ def degraded(frame: Frame, damage: Damage, luck: NDArray[np.float64]) -> Frame:
         from scipy.ndimage import gaussian_filter
 
         rgb = gaussian_filter(rgb, (damage.blur, damage.blur, 0), mode="nearest")
+    if damage.exposure:
+        rgb = 255 * _exposed(rgb / 255, damage.exposure)
     if damage.noise:
         rng = np.random.Generator(np.random.PCG64(int(luck[2] * _SEEDS)))
         rgb = rgb + 255 * damage.noise * rng.standard_normal(rgb.shape)
     return replace(frame, rgb=np.rint(np.clip(rgb, 0, 255)).astype(np.uint8), depth=depth)
+
+
+def _exposed(rgb: NDArray[np.float64], stops: float) -> NDArray[np.float64]:
+    """Colours, 0 to 1 as sRGB codes them, with more or less light, which adds up before it is coded."""
+    light = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+    light = np.clip(light * 2.0**stops, 0, 1)
+    coded: NDArray[np.float64] = np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
+    return coded
 
 
 def _patch(frame: Frame, share: float, luck: NDArray[np.float64]) -> tuple[int, int, int, int]:

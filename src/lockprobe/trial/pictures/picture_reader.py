@@ -8,6 +8,9 @@ offset of the coarse pixels is a hash of the picture: pseudo-random, but equal f
   white mark. The cue is the distance of a chromaticity from all mixtures of the board and grey. Brightness does not
   count;
 * depth: a handle stands out of the board, whose plane is fitted to the picture.
+
+The view may have moved a little, of which the recorded camera knows nothing. Where the coarse pixels are small enough,
+the spots are first shifted together to where handles are seen.
 """
 
 from __future__ import annotations
@@ -58,6 +61,12 @@ _CLEAR = 0.3
 
 _FEW, _MARGIN = 1 / 16, 1.25
 """Share of joints that the least acuity may misread; a higher one misreads none, and gets so many more pixels."""
+
+_SHARP = 0.3
+"""Coarse pixels up to this share of a handle's way show how far the view has moved."""
+
+_STEPS, _FARTHEST_SHIFT, _USUAL_SHIFT = 12, 0.6, 0.35
+"""Shifts of the view that are tried in each direction, the farthest, and their usual size, as shares of the way."""
 
 _FAINT = {"rgb": 0.04, "depth": 0.03}
 """The size of either cue at an empty place: a difference of so much is no certainty."""
@@ -151,9 +160,31 @@ def _cue(
         columns, rows = ((middle + 0.5 - shift) * size - 0.5 for middle, shift in zip(middles, gaze, strict=True))
         near, known = _nearness(part)
         strange = np.where(known, near - (board[0] + board[1] * columns + board[2] * rows[:, None]), 0.0)
-    found = np.clip(_around(strange, places - first, max(_DISC * apart, 0.4)), 0, None)
+    places, disc = places - first, max(_DISC * apart, 0.4)
+    if _SHARP * apart >= 1:
+        places = places + _view_error(strange, places, apart, disc)
+    found = np.clip(_around(strange, places, disc), 0, None)
     certainty: _Image = (found[:, 1] - found[:, 0]) / (found.sum(axis=1) + _FAINT[kind])
     return certainty
+
+
+def _view_error(strange: _Image, places: _Places, apart: float, disc: float) -> _Places:
+    """How far the view has moved, (columns, rows).
+
+    Of all common shifts of the places it is the one under which most stands out at one place of every joint, and a
+    small one if in doubt. A shift by the whole way of all joints cannot be told from their moves.
+    """
+    from scipy.ndimage import gaussian_filter
+
+    smooth = gaussian_filter(np.clip(strange, 0, None), disc, mode="constant")
+    steps = np.arange(-_STEPS, _STEPS + 1) * (_FARTHEST_SHIFT * apart / _STEPS)
+    shifts = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
+    columns, rows = np.rint(places + shifts[:, None, None]).astype(np.int64).transpose(3, 0, 1, 2)
+    inside = (columns >= 0) & (rows >= 0) & (columns < strange.shape[1]) & (rows < strange.shape[0])
+    seen = np.where(inside, smooth[rows.clip(0, strange.shape[0] - 1), columns.clip(0, strange.shape[1] - 1)], 0.0)
+    score = seen.max(axis=-1).sum(axis=-1) * np.exp(-((shifts / (_USUAL_SHIFT * apart)) ** 2).sum(axis=-1) / 2)
+    best: _Places = shifts[int(score.argmax())]
+    return best
 
 
 def _around_handles(image: _Image, places: _Places, margin: float) -> tuple[_Image, NDArray[np.int64]]:
