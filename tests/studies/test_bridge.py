@@ -16,7 +16,7 @@ def test_its_arms_and_defaults():
         ("profile", "flip?p=1&like=pictures"),
         ("symmetric", "flip?p=1&like=pictures&by=total"),
     ]
-    assert (found.agents, found.plant, found.layout) == (("viewer",), "fast-twin", "shuffled")
+    assert (found.agents, found.plant, found.layout) == (("viewer:human-inspired?acuity=7",), "fast-twin", "shuffled")
     assert (found.trials, found.repetitions) == (60, 1)
 
 

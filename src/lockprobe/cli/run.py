@@ -78,6 +78,9 @@ def run(
     what pictures do. RGB, RGB-D and reports, 10 trials each, on a simulated box with a camera; without options a
     scripted agent, human-inspired and random. why: whether lies change success through what they say or as any odd
     report does; seven conditions, 50 trials of a model in each and 150 of a strategy; without options three strategies.
+    bridge: whether misreadings of pictures act as false reports in words do; six conditions, 60 trials in each; without
+    options a scripted agent. looks: which of eight features of pictures make agents misread them; 16 scenes, 10 trials
+    in each; without options scripted agents.
     suite-1: five scores over four fixed boxes, 288 trials an agent; only --agent is chosen.
 
     --condition and --sweep vary anything else that lockprobe interventions lists; the truth is played with them, as

@@ -28,7 +28,7 @@ class Yoked:
 
     With ``looping`` an agent is yoked to itself: it is told as many false reports as in its trial of equal luck under
     ``flip?p=…&while=looping``, at random steps of as many as that trial had. That trial has to be on record, so only a
-    study with both conditions can play it (:mod:`lockprobe.studies.running.yoking`).
+    study with both conditions can play it (:mod:`lockprobe.studies.running.followers`).
 
     Attributes:
         p: Flip probability of the source, [0, 1].

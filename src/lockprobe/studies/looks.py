@@ -18,13 +18,16 @@ from lockprobe.studies.options.paper import Extent
 from lockprobe.trial.condition import Condition
 from lockprobe.trial.plant_change import PLANT
 
-__all__ = ["AGENTS", "EXTENT", "FACTORS", "looks_conditions"]
+__all__ = ["AGENTS", "EXTENT", "FACTORS", "PLAIN", "looks_conditions"]
 
 AGENTS = ("viewer:human-inspired?acuity=10",)
 """The default agent, which needs no model: it reads pictures at ten pixels across, and misreads some."""
 
 EXTENT = Extent(p=(0.0,), repetitions=1, trials=10)
 """Ours: 10 blocks of 16 trials; every level of a factor is then seen in 80 trials."""
+
+PLAIN = "plain scene"
+"""The name of the condition in which nothing of the plant is changed; the others are numbered."""
 
 FACTORS: Mapping[str, str] = {
     "discs": "no",
@@ -57,8 +60,8 @@ def looks_conditions(modality: str, plant: PlantSource) -> tuple[Condition, ...]
     if named := [f"{name}={own[name]}" for name in FACTORS if name in own]:
         raise BadValue("plant", plant.spec, f"one without {', '.join(named)}, which this study varies")
     conditions = []
-    for levels in fraction(len(FACTORS)):
+    for number, levels in enumerate(fraction(len(FACTORS)), 1):
         high = {name: value for (name, value), level in zip(FACTORS.items(), levels, strict=True) if level > 0}
         changed = str(Spec(PLANT, options=high)) + " + " if high else ""
-        conditions.append(read_condition(f"{changed}{modality}", plant=plant.spec))
+        conditions.append(read_condition(f"{changed}{modality}", f"scene {number}" if high else PLAIN, plant.spec))
     return tuple(conditions)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from lockprobe.foundation.formatting import bracketed, listed, percent
 from lockprobe.statistics.factorial.effects import FactorEffect, FactorialEffects
-from lockprobe.statistics.proportions import ALPHA
 
 __all__ = ["factor_said", "factorial_said"]
 
@@ -24,15 +23,18 @@ def factorial_said(found: FactorialEffects) -> str:
     """Which factors change misreading, or else success, and by how much."""
     said, levels = [], found.design.levels
     for measure, mean in found.means.items():
+        if measure == "misreading" and not mean:
+            said.append(
+                f"{found.agent} misreads no outcome in {len(found.design.runs)} scenes, so no factor matters to it"
+            )
+            continue
         if measure == "misreading":
             said.append(
                 f"{found.agent} misreads {percent(mean, 1)} of outcomes over all {len(found.design.runs)} scenes"
             )
-        clear = [one for one in found.of(measure) if one.p_value is not None and one.p_value < ALPHA]
+        clear = [one for one in found.of(measure) if one.detected]
         if clear:
             said.append(f"{_WHAT[measure]} changes with {listed([_size(one, levels[one.factor][1]) for one in clear])}")
-        elif measure == "misreading" and not mean:
-            said.append("so no factor matters to misreading")
         else:
             said.append(f"no factor is shown to change {_WHAT[measure]}")
     return "; ".join(said) + "."

@@ -7,7 +7,7 @@ from typing import Any
 
 from markupsafe import Markup
 
-from lockprobe.foundation.formatting import p_cell
+from lockprobe.foundation.formatting import p_cell, percent
 from lockprobe.report.format import TextTable
 from lockprobe.report.prose.factorial import factor_said, factorial_said
 from lockprobe.report.rows import Estimate, Finding, Results, Row
@@ -78,7 +78,7 @@ def _table(found: Results) -> TextTable:
         rest = found.get("variance_share", **own, axis=_REST)
         last = row.axis == found.where("factor_effect", **own)[-1].axis
         if last and rest is not None:
-            table.append([row.agent, row.of, _REST, "", "", share_of_row(rest)])
+            table.append([row.agent, row.of, _REST, "", "", percent(rest.value)])
     return table if len(table) > 1 else []
 
 
@@ -88,8 +88,8 @@ _FIGURE = Figure(
     "factorial",
     "What each factor does to misreading and to success",
     Caption(
-        "Named level minus plain level of every factor, in points, over trials of equal luck. Filled: detected. At the "
-        "right the share of the variance between scenes that the factor alone explains.",
+        "The named level of every factor minus its level in the plain scene, in points, over trials of equal luck. "
+        "Filled: detected. At the right the share of the variance between scenes that the factor alone explains.",
         "Brackets are 95 % intervals over blocks, corrected for the number of factors.",
     ),
     draw="lockprobe.report.figures.factorial:factorial",

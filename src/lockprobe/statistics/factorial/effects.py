@@ -38,7 +38,7 @@ class FactorEffect:
         factor: Its name.
         measure: Of :data:`MEASURES`.
         value: High level minus low level, [-1, 1].
-        low, high: Ends of the interval, corrected for the number of factors (Bonferroni).
+        low, high: Ends of the interval, corrected for the number of factors (Bonferroni); None if all blocks are alike.
         p_value: That there is no effect, Student's test over blocks, corrected for the factors (Holm); None if no
             block differs from another.
         variance: Share of the variance between conditions that the factor alone explains, [0, 1], corrected for the
@@ -49,12 +49,19 @@ class FactorEffect:
     factor: str
     measure: str
     value: float
-    low: float
-    high: float
+    low: float | None
+    high: float | None
     p_value: float | None
     variance: float | None
     variance_low: float | None
     variance_high: float | None
+
+    @property
+    def detected(self) -> bool:
+        """Whether the test rejects and the interval leaves out 0."""
+        if self.p_value is None or self.low is None or self.high is None:
+            return False
+        return self.p_value < ALPHA and (self.low > 0 or self.high < 0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -150,8 +157,8 @@ def _of_measure(
             factor=factor,
             measure=measure,
             value=float(mean[i]),
-            low=max(-1.0, float(mean[i] - half[i])),
-            high=min(1.0, float(mean[i] + half[i])),
+            low=None if raw[i] is None else max(-1.0, float(mean[i] - half[i])),
+            high=None if raw[i] is None else min(1.0, float(mean[i] + half[i])),
             p_value=None if raw[i] is None else next(corrected),
             variance=None if shares is None else float(shares[i]),
             variance_low=None if shares is None else float(low[i]),

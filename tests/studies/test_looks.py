@@ -1,0 +1,37 @@
+"""The study ``looks``: sixteen scenes of eight factors, each at either level in half of them."""
+
+import pytest
+
+from lockprobe.foundation.errors import BadValue, UnknownName
+from lockprobe.statistics.factorial.design import factorials_of
+from lockprobe.studies.looks import FACTORS, PLAIN
+from lockprobe.studies.options.studyfile import study
+from lockprobe.studies.study_design import design_of
+
+
+def test_its_scenes_are_a_factorial_design_of_all_factors():
+    found = study("looks")
+    (design,) = factorials_of(design_of(found).arms, "rgb")
+    assert sorted(design.factors) == sorted(f"plant.{name}" for name in FACTORS)
+    assert {name: high for name, (_, high) in design.levels.items()} == {
+        f"plant.{name}": FACTORS[name] for name in FACTORS
+    }
+    assert len(found.conditions) == len(found.plants) == 16
+    assert (found.conditions[0].label, found.plant_of(found.conditions[0])) == (PLAIN, "fast-twin")
+    assert (found.layout, found.trials, found.repetitions) == ("shuffled", 10, 1)
+
+
+@pytest.mark.parametrize(
+    ("options", "kind", "said"),
+    [
+        ({"modality": "symbolic"}, BadValue, "expected pictures, rgb or rgbd, whose looks vary"),
+        ({"modality": ["rgb", "rgbd"]}, BadValue, "expected one, whose pictures looks is about"),
+        ({"plant": "fast-twin?discs=no"}, BadValue, "one without discs=no, which this study varies"),
+        ({"plant": "symbolic"}, UnknownName, "no option of symbolic is called"),
+        ({"sweep": "plant.pose_error=0,1"}, BadValue, "none with looks"),
+        ({"agent": "human-inspired"}, BadValue, "human-inspired"),
+    ],
+)
+def test_what_it_refuses(options, kind, said):
+    with pytest.raises(kind, match=said):
+        study("looks", **options)
