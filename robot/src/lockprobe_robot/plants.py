@@ -115,7 +115,11 @@ def _of_a_user(spec: Spec) -> PlantSource:
 
 
 def manual(spec: Spec) -> PlantSource:
-    """A real box whose joints a person moves; a camera tells the truth. Options: camera, handles, device."""
+    """A real box whose joints a person moves; a camera tells the truth.
+
+    Options: camera, handles, device. What the person sets up before the camera: discs, handle_colours, labels, clutter,
+    light, colours, viewpoint, view_jitter.
+    """
     from lockprobe_robot.hardware.manual_camera import ManualSettings, check_manual, make_manual
 
     settings = with_options(ManualSettings, "manual", spec.options)
@@ -126,7 +130,8 @@ def manual(spec: Spec) -> PlantSource:
         photographs=bool(settings.camera),
         painted_labels=bool(settings.camera),
         is_attended=lambda: True,
-        options={},
+        options={name: in_words(level) for name, level in settings.levels.items()} if settings.camera else {},
+        doses=("clutter", "view_jitter") if settings.camera else (),
     )
 
 

@@ -40,7 +40,7 @@ HandleColours = Literal["coloured", "plain"]
 """Handles of one colour on bars of another, or handles and bars of one colour."""
 
 Light = Literal["plain", "side", "dim"]
-"""As ``looks`` has it; a low lamp at the right, which casts long shadows; or a quarter of the light."""
+"""As ``looks`` has it; a low lamp at the right, which casts long shadows; or 30 % of the light."""
 
 Colours = Literal["plain", "second", "drawn"]
 """As ``looks`` has them; a second palette; or wood, handles, bars and ground drawn in each trial."""

@@ -6,6 +6,7 @@ import pytest
 from drawn_board import board
 from hardware.webcams import FakeCapture, fake_cv2
 from lockprobe_robot.hardware import manual_camera
+from lockprobe_robot.hardware.manual_scene import ManualScene
 from plants.person import Person, handles_text
 from typed import typed
 
@@ -53,7 +54,8 @@ def test_a_webcam_is_played_with_the_file_of_handles_in_the_working_directory(tm
     run("flips", plant="manual", camera="webcam", out=tmp_path / "s", report=False, **PLAYED)
     (trial,) = load(tmp_path / "s")
     assert trial.ending == "solved"
-    assert trial.plant == {"plant": "manual?camera=webcam", "truth": "camera", "camera": "webcam 0"}
+    facts = {"plant": "manual?camera=webcam", "truth": "camera", "camera": "webcam 0"}
+    assert trial.plant == facts | ManualScene().levels
 
 
 def test_the_plant_of_a_study_file_gets_the_camera_too(folder, tmp_path):

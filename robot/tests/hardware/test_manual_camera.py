@@ -7,6 +7,7 @@ import pytest
 from lockprobe_robot.hardware import manual_camera
 from lockprobe_robot.hardware.camera import FolderCamera
 from lockprobe_robot.hardware.manual_camera import CameraSight
+from lockprobe_robot.hardware.manual_scene import ManualScene
 from lockprobe_robot.hardware.position_reader import read_handles
 from plants.person import Person, handles_text
 
@@ -55,9 +56,13 @@ def test_a_wrong_start_and_a_picture_that_shows_nothing_are_said_and_asked_again
 
     person.photograph = photograph
     assert plant.observe().configuration == FIVE.initial
-    assert [line.partition(":")[0].partition(" ")[0] for line in person.told[1:]] == ["The", f"{tmp_path}/999.png"]
-    assert person.told[1].count(" at ") == 5
-    assert person.told[2].endswith("is no whole PNG or JPEG picture.")
+    assert [line.partition(":")[0].partition(" ")[0] for line in person.told[1:]] == [
+        "Set",
+        "The",
+        f"{tmp_path}/999.png",
+    ]
+    assert person.told[2].count(" at ") == 5
+    assert person.told[3].endswith("is no whole PNG or JPEG picture.")
 
 
 def test_what_a_picture_shows_is_said(tmp_path):
@@ -93,7 +98,7 @@ def test_a_trial_with_pictures_is_played_to_its_end(tmp_path, monkeypatch):
     by_rules = run_trial(agent="human-inspired", box="random-5-3", seed=2, shuffle="never")
     assert by_hand.ending == by_rules.ending == "solved"
     assert by_hand.actions == by_rules.actions
-    assert by_hand.plant == {"plant": spec, "truth": "camera", "camera": "folder"}
+    assert by_hand.plant == {"plant": spec, "truth": "camera", "camera": "folder", **ManualScene().levels}
 
 
 def test_pictures_of_painted_labels_are_refused_with_shuffled_ones(tmp_path):
@@ -109,6 +114,10 @@ def test_pictures_of_painted_labels_are_refused_with_shuffled_ones(tmp_path):
         ("manual?handles=h.toml", BadValue, "handles: got 'h.toml', expected camera=FOLDER"),
         ("manual?camera=webcam", BadFile, "handles.toml: no such file; it says where pictures show the handles"),
         ("manual?lens=2", UserMistake, "no option of manual is called 'lens'"),
+        ("manual?light=side", BadValue, "light: got 'side', expected camera=FOLDER"),
+        ("manual?camera=x&colours=drawn", BadValue, "colours: got 'drawn', expected one of plain, second"),
+        ("manual?camera=x&view_jitter=60", BadValue, "view_jitter: got 60.0, expected a number from 0 to 50"),
+        ("manual?camera=x&viewpoint=oblique", BadFile, "x/handles-oblique.toml: no such file"),
         ("manual?camera=webcam&handles=h&device=-1", BadValue, "device: got -1"),
     ],
 )

@@ -103,7 +103,8 @@ def known_plants() -> dict[str, str]:
         "symbolic": "The rules and nothing else.",
         **{name: _described(name) for name in _OF_ROBOT[:2]},
         "manual": "A real box whose joints a person moves; the person or a camera tells the truth. Options of "
-        "lockprobe-robot: camera, handles, device.",
+        "lockprobe-robot: camera, handles, device; with a camera also the looks of the scene: discs, handle_colours, "
+        "labels, clutter, light, colours, viewpoint, view_jitter.",
         **{name: _described(name) for name in _OF_ROBOT[2:]},
     }
 

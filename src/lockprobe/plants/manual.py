@@ -42,6 +42,11 @@ class Sight(Protocol):
         """Facts for the record, such as the kind of camera."""
         ...
 
+    @property
+    def scene(self) -> str:
+        """What the person is asked to set up before a trial, as a sentence."""
+        ...
+
     def read(self, names: tuple[str, ...]) -> Seen:
         """Take a new picture and read it.
 
@@ -143,10 +148,12 @@ class Manual:
         """Ask the person to set the initial configuration, and verify it."""
         initial = self._box.initial
         stand = ", ".join(f"{called} at {at:d}" for called, at in zip(self._called, initial, strict=True))
-        self._operator.tell(f"New trial of {self._box.name}. Set the joints: {stand}.")
         if self._sight is None:
+            self._operator.tell(f"New trial of {self._box.name}. Set the joints: {stand}.")
             ask_to_begin(self._operator)
         else:
+            self._operator.tell(f"New trial of {self._box.name}. {self._sight.scene}")
+            self._operator.tell(f"Set the joints: {stand}.")
             self._photographed("Take a picture, then press Enter; q to stop:", self._wrongly_set, begin=True)
         self._configuration = initial
 

@@ -18,12 +18,22 @@ from itertools import product
 from statistics import mean, stdev
 from typing import get_args
 
+from lockprobe.foundation.grouping import grouped
 from lockprobe.statistics.clustered import ClusteredProportion, clustered_proportion
 from lockprobe.statistics.outcomes import ended
 from lockprobe.statistics.proportions import Proportion, proportion
 from lockprobe.trial.record import Outcome, Step, Trial
 
-__all__ = ["Claim", "ClaimCount", "Misinterpretations", "TrialClaims", "claims", "misinterpretations", "trial_claims"]
+__all__ = [
+    "Claim",
+    "ClaimCount",
+    "Misinterpretations",
+    "TrialClaims",
+    "claims",
+    "misinterpretations",
+    "misread_in_blocks",
+    "trial_claims",
+]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -249,6 +259,17 @@ def misinterpretations(trials: Sequence[Trial]) -> Misinterpretations:
         counts=_counts(claim for trial in asked for claim in trial.claims),
         not_asked=sum(not trial.assessment for trial in ended(trials)),
     )
+
+
+def misread_in_blocks(trials: Sequence[Trial]) -> ClusteredProportion:
+    """Misinterpretations over claims, pooled over conditions; trials of equal number share their luck, and a cluster.
+
+    Error trials are left out.
+    """
+    blocks = grouped(ended(trials), lambda trial: (trial.repetition, trial.trial)).values()
+    counted = [[claim.misinterpreted for trial in block for claim in claims(trial)] for block in blocks]
+    asked = [block for block in counted if block]
+    return clustered_proportion(list(map(sum, asked)), list(map(len, asked)))
 
 
 def _misread(asked: Sequence[TrialClaims], told: Outcome) -> ClusteredProportion:

@@ -20,8 +20,9 @@ from lockprobe.trial.plant_change import PLANT
 
 __all__ = ["AGENTS", "EXTENT", "FACTORS", "PLAIN", "looks_conditions"]
 
-AGENTS = ("viewer:human-inspired?acuity=10",)
-"""The default agent, which needs no model: it reads pictures at ten pixels across, and misreads some."""
+AGENTS = ("viewer", "viewer:human-inspired?acuity=10")
+"""The default agents, which need no model: the first reads pictures as coarsely as they allow, the other one at ten
+pixels across."""
 
 EXTENT = Extent(p=(0.0,), repetitions=1, trials=10)
 """Ours: 10 blocks of 16 trials; every level of a factor is then seen in 80 trials."""
@@ -51,11 +52,13 @@ def looks_conditions(modality: str, plant: PlantSource) -> tuple[Condition, ...]
         plant: The study's plant.
 
     Raises:
-        BadValue: If the modality shows no pictures, or the plant has a factor at its high level already.
+        BadValue: If the modality shows no pictures, the plant has no camera, or its spec sets a factor.
         UnknownName: If the plant lacks one of the factors.
     """
     if not is_pictured(modality):
         raise BadValue("modality", modality, "pictures, rgb or rgbd, whose looks vary")
+    if not plant.has_camera:
+        raise BadValue("plant", plant.spec, "one whose camera takes pictures: fast-twin, twin, or manual with --camera")
     own = Spec.parse(plant.spec, "plant").options
     if named := [f"{name}={own[name]}" for name in FACTORS if name in own]:
         raise BadValue("plant", plant.spec, f"one without {', '.join(named)}, which this study varies")

@@ -3,6 +3,7 @@
 import pytest
 from builders import SOLUTION, make_trial, modality_study, small_study, write_study
 
+from lockprobe.foundation.formatting import NONE
 from lockprobe.report.opened import open_study
 from lockprobe.report.pages import page_of, tables_of
 from lockprobe.report.results import results_of
@@ -72,3 +73,50 @@ def test_where_no_agent_said_anything_that_stands_there(tmp_path):
     found = found_in(tmp_path, small_study(("random",), (0.0,), 1, 2))
     assert "No agent of this study said what its actions did" in part_of(found)
     assert len(tables_of(found)["table1"]) == 1
+
+
+LOW = "viewer:human-inspired?acuity=10"
+
+
+def reading(agent, misread, modality="rgb"):
+    """Three trials of three claims about failures and three about moves; the first few claims are wrong."""
+    claims = [None, *(["moved"] * misread), *(["blocked"] * (2 - misread)), *["moved"] * 3]
+    return [
+        make_trial((0, 0, *SOLUTION), agent=agent, modality=modality, study="modalities", trial=i, claims=claims)
+        for i in (1, 2, 3)
+    ]
+
+
+def test_what_the_viewer_misreads_stands_beside_every_other_agent_under_the_same_pictures(tmp_path):
+    planned = modality_study(("random", "viewer", LOW), ("rgb", "symbolic"), trials=3)
+    low = reading(LOW, 2)
+    in_words = [*reading("viewer", 0, "symbolic"), *reading(LOW, 0, "symbolic")]
+    found = found_in(tmp_path, planned, [*reading("viewer", 1), *low, *in_words])
+    (row,), (pooled,) = found.where("misreading_floor"), found.where("floor_of_pictures")
+    assert (row.agent, row.condition, row.count, row.n, row.clusters) == (LOW, "rgb", 3, 15, 3)
+    assert (pooled.agent, pooled.count, pooled.n, pooled.clusters) == ("viewer", 3, 15, 3)
+    assert row.low < row.value < row.high
+    head, *rows = tables_of(found)["table1-corrected"]
+    assert {line[0]: line[head.index("floor")].partition(" [")[0] for line in rows} == {
+        "viewer (RGB)": NONE,
+        f"{LOW} (RGB)": "20 %",
+        "viewer (ground truth)": NONE,
+        f"{LOW} (ground truth)": NONE,
+    }
+    assert "the scripted viewer misread 20 %" in part_of(found)
+    alone = found_in(tmp_path / "alone", modality_study((LOW,), ("rgb",), trials=3), low)
+    assert "floor" not in tables_of(alone)["table1-corrected"][0]
+    assert "--agent viewer adds a scripted reader" in part_of(alone)
+    not_yet = found_in(tmp_path / "not-yet", modality_study(("viewer", LOW), ("rgb",), trials=3), low)
+    assert not_yet.said("misinterpretations", "floor") == []
+
+
+def test_false_pictures_are_not_part_of_the_floor(tmp_path):
+    """The floor is of reading: a viewer that reads what a false picture shows misreads nothing."""
+    planned = modality_study(("viewer", LOW), ("rgb?p=0.4",), trials=1)
+    trials = [
+        make_trial((0, 0, *SOLUTION), agent=agent, modality="rgb?p=0.4", study="modalities", false_at=(1,), claims=said)
+        for agent, said in (("viewer", [None, "moved", "blocked"]), (LOW, [None, "blocked", "blocked"]))
+    ]
+    row = found_in(tmp_path, planned, trials).one("misreading_floor")
+    assert (row.agent, row.count, row.n) == (LOW, 0, 2)

@@ -1,5 +1,7 @@
 """What was played, what is left out of the numbers, and what limits them."""
 
+from dataclasses import replace
+
 from builders import SOLUTION, make_trial, play_study, played_by_people, small_study, write_study
 
 from lockprobe.report.opened import open_study
@@ -76,3 +78,9 @@ def test_conditions_have_limits_of_their_own(tmp_path):
     assert (shown in flips, shown in part_of(other, "limits")) == (False, True)
     pairs = "and comparisons of agents for the number of pairs"
     assert (pairs in flips, "People practise" in flips) == (True, False)
+
+
+def test_a_real_box_is_not_called_simulated(tmp_path):
+    planned = replace(small_study(["random"], (0.0,), 1, 1), plant="manual")
+    part = part_of(found_in(tmp_path, planned, [make_trial(SOLUTION, agent="random")]), "design")
+    assert "<code>manual</code>, a real box that a person moves" in part

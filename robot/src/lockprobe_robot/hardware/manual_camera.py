@@ -8,11 +8,13 @@ from pathlib import Path
 
 from lockprobe.boxes.box import Lockbox
 from lockprobe.foundation.errors import BadValue, PlantFault
+from lockprobe.foundation.spec import in_words
 from lockprobe.plants.manual import Manual, Seen
 from lockprobe.plants.operator import TerminalOperator
 from lockprobe.trial.record import Fact
 from lockprobe_robot.hardware.camera import FolderCamera, HardwareCamera, check_shot
 from lockprobe_robot.hardware.driver_call import call_driver
+from lockprobe_robot.hardware.manual_scene import ManualScene
 from lockprobe_robot.hardware.position_reader import (
     HANDLES_FILE,
     ImageHandles,
@@ -27,13 +29,13 @@ WEBCAM = "webcam"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ManualSettings:
-    """The options of ``manual``.
+class ManualSettings(ManualScene):
+    """The options of ``manual``; those of the scene need a camera.
 
     Attributes:
         camera: A folder in which pictures are saved, or ``webcam``; empty for a person who types what happened.
-        handles: The file with the places of handles in pictures; by default ``handles.toml``, in the folder or, with
-            a webcam, in the working directory.
+        handles: The file with the places of handles in pictures of the plain viewpoint; by default ``handles.toml``,
+            in the folder or, with a webcam, in the working directory.
         device: Number of the webcam.
 
     Raises:
@@ -45,17 +47,20 @@ class ManualSettings:
     device: int = 0
 
     def __post_init__(self) -> None:
-        if self.handles and not self.camera:
-            raise BadValue("handles", self.handles, "camera=FOLDER or camera=webcam with it")
+        ManualScene.__post_init__(self)
+        plain = {"handles": "", **ManualScene().levels}
+        for name, level in {"handles": self.handles, **self.levels}.items():
+            if level != plain[name] and not self.camera:
+                raise BadValue(name, in_words(level), "camera=FOLDER or camera=webcam with it")
         if not 0 <= self.device <= 63:
             raise BadValue("device", self.device, "a whole number from 0 to 63")
 
     @property
     def handles_file(self) -> Path:
-        """Path of the file with the places of handles."""
-        if self.handles:
-            return Path(self.handles)
-        return Path(HANDLES_FILE) if self.camera == WEBCAM else Path(self.camera) / HANDLES_FILE
+        """Path of the file with the places of handles from the viewpoint: that of another one has its name behind."""
+        usual = Path(HANDLES_FILE) if self.camera == WEBCAM else Path(self.camera) / HANDLES_FILE
+        file = Path(self.handles) if self.handles else usual
+        return file if self.viewpoint == "plain" else file.with_stem(f"{file.stem}-{self.viewpoint}")
 
     def open_camera(self) -> HardwareCamera:
         """Open the camera.
@@ -76,16 +81,22 @@ class CameraSight:
     Args:
         camera: The camera.
         handles: The places of the handles in its pictures.
+        scene: What the camera sees, as the person is asked to set it up.
     """
 
-    def __init__(self, camera: HardwareCamera, handles: ImageHandles) -> None:
-        self._camera, self._handles = camera, handles
+    def __init__(self, camera: HardwareCamera, handles: ImageHandles, scene: ManualScene | None = None) -> None:
+        self._camera, self._handles, self._scene = camera, handles, scene or ManualScene()
 
     @property
     def facts(self) -> Mapping[str, Fact]:
-        """The facts of the camera."""
+        """The facts of the camera, and the scene."""
         found: Mapping[str, Fact] = getattr(self._camera, "facts", {})
-        return found
+        return {**found, **self._scene.levels}
+
+    @property
+    def scene(self) -> str:
+        """What the person is asked to set up before a trial."""
+        return self._scene.instruction
 
     def read(self, names: tuple[str, ...]) -> Seen:
         """Take a picture and read it.
@@ -116,7 +127,7 @@ def make_manual(settings: ManualSettings, box: Lockbox, labels: tuple[str, ...])
     sight = None
     if settings.camera:
         handles = read_handles(settings.handles_file, box)
-        sight = CameraSight(settings.open_camera(), handles)
+        sight = CameraSight(settings.open_camera(), handles, settings)
     return Manual(box, labels=labels, operator=TerminalOperator(), sight=sight)
 
 

@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 from markupsafe import Markup
 
 from lockprobe.foundation.formatting import percent
+from lockprobe.foundation.spec import Spec
 from lockprobe.report.format import TextTable
-from lockprobe.report.rows import Cell, Estimate, Results, Row
+from lockprobe.report.prose.floor import NO_FLOOR, floor_said
+from lockprobe.report.rows import Cell, Estimate, Finding, Results, Row
 from lockprobe.report.sample_pictures import ABOUT
 from lockprobe.report.section import Block, Note, Part, Section, Table, Text
-from lockprobe.report.study_numbers import PlayedCell, StudyNumbers
+from lockprobe.report.study_numbers import PlayedCell, StudyNumbers, share_rows
 from lockprobe.report.table_rows import by_conditions, count_of, share_of_row
+from lockprobe.statistics.misinterpretation import misread_in_blocks
+from lockprobe.studies.modality import is_pictured
 
 __all__ = ["SECTIONS"]
 
@@ -20,6 +25,7 @@ __all__ = ["SECTIONS"]
 def _rows(numbers: StudyNumbers) -> Iterator[Row]:
     for cell in numbers.cells:
         yield from _of_cell(cell)
+    yield from _floor(numbers)
     yield from numbers.answer("misinterpretations", "misread", "trials_not_asked", "claims")
 
 
@@ -54,6 +60,35 @@ def _of_cell(cell: PlayedCell) -> Iterator[Estimate]:
         yield cell.estimate("misinterpretation_rate_sd", said.sd_rate, n=said.trials)
 
 
+def _floor(numbers: StudyNumbers) -> Iterator[Row]:
+    """What the scripted viewer misreads of the pictures that other agents say something of.
+
+    A report of pictures is what they show, so the floor is held against the same as the misreading beside it.
+    """
+    study = numbers.study
+    viewer = next((study.label_of(agent) for agent in study.agents if _is_floor(agent)), "")
+    pictured = [cell for cell in numbers.cells if is_pictured(cell.modality) and cell.summary.claims.trials]
+    others = [cell for cell in pictured if cell.agent != viewer]
+    floors = {cell.condition: cell for cell in pictured if cell.agent == viewer}
+    for cell in others:
+        if floor := floors.get(cell.condition):
+            yield from cell.share("misreading_floor", floor.summary.claims.misinterpreted)
+    about: dict[str, Any] = {"section": "misinterpretations", "kind": "floor"}
+    if others and floors:
+        pooled = misread_in_blocks([trial for cell in floors.values() for trial in cell.trials])
+        (row,) = share_rows("floor_of_pictures", pooled, agent=viewer)
+        yield row
+        yield Finding(**about, agent=viewer, text=floor_said(row), rests_on=("floor_of_pictures", "misreading_floor"))
+    elif others and not viewer:
+        yield Finding(**about, text=NO_FLOOR)
+
+
+def _is_floor(agent: str) -> bool:
+    """Whether an agent is a viewer whose acuity the pictures decide."""
+    spec = Spec.parse(agent)
+    return spec.kind == "viewer" and "acuity" not in spec.options
+
+
 def _asked(found: Results) -> list[Cell]:
     """The agents that the study is about and that said what their actions did."""
     return [cell for cell in found.cells if cell.agent in found.subjects and cell.get("misinterpretations")]
@@ -85,8 +120,10 @@ def _total(cell: Cell) -> str:
 
 def _table1_corrected(found: Results) -> TextTable:
     """The three errors of claims, pooled over claims, with intervals clustered by trial."""
-    head = ["agent and condition", "claims", "misread", "claimed moved, told blocked", "claimed blocked, told moved"]
-    table, asked = [[*head, "false report", "false belief", "false reports believed"]], _asked(found)
+    floors = bool(found.where("misreading_floor"))
+    head = ["agent and condition", "claims", "misread", *(["floor"] if floors else [])]
+    table = [[*head, *_ERRORS]]
+    asked = _asked(found)
     for cell in asked:
         misread = cell.get("misread")
         table.append(
@@ -94,6 +131,7 @@ def _table1_corrected(found: Results) -> TextTable:
                 _named(cell, asked),
                 str(misread.n if misread else 0),
                 share_of_row(misread),
+                *([share_of_row(cell.get("misreading_floor"))] if floors else []),
                 count_of(cell.get("said_moved_told_blocked")),
                 count_of(cell.get("said_blocked_told_moved")),
                 share_of_row(cell.get("false_report")),
@@ -102,6 +140,12 @@ def _table1_corrected(found: Results) -> TextTable:
             ]
         )
     return table
+
+
+_ERRORS = (
+    *("claimed moved, told blocked", "claimed blocked, told moved"),
+    *("false report", "false belief", "false reports believed"),
+)
 
 
 def _named(cell: Cell, among: Sequence[Cell]) -> str:
@@ -154,6 +198,7 @@ def _blocks(found: Results) -> Iterator[Block]:
         f"last step of a trial{baselines}.",
         lead=True,
     )
+    yield from map(Text, found.said("misinterpretations", "floor"))
     yield _TABLE1_CORRECTED
 
 

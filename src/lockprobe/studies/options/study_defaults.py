@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from lockprobe.boxes.box import LayoutKind
+from lockprobe.boxes.box import LayoutKind, Shuffle
 from lockprobe.plants.catalogue import PlantSource
 from lockprobe.studies import bridge, looks, why
 from lockprobe.studies.modality import taken_in
@@ -12,7 +12,7 @@ from lockprobe.studies.options import paper
 from lockprobe.studies.options.study_options import StudyOptions
 from lockprobe.trial.record import STATES
 
-__all__ = ["extent_of", "layout_by_default", "plant_of", "players_by_default", "shown_by_default"]
+__all__ = ["extent_of", "layout_by_default", "plant_of", "players_by_default", "shown_by_default", "shuffle_by_default"]
 
 _PICTURED = ("modalities", "bridge", "looks")
 """The studies that show pictures."""
@@ -23,9 +23,14 @@ def plant_of(request: StudyOptions) -> str:
     return request.plant if request.plant is not None else paper.ROBOT if request.study in _PICTURED else "symbolic"
 
 
-def layout_by_default(study: str) -> LayoutKind:
-    """How a study lays its panel out."""
-    return paper.MODALITY_PANEL if study in _PICTURED else "fixed"
+def layout_by_default(study: str, plant: PlantSource) -> LayoutKind:
+    """How a study lays its panel out. A real panel stays as it is."""
+    return paper.MODALITY_PANEL if study in _PICTURED and not plant.photographs else "fixed"
+
+
+def shuffle_by_default(study: str, plant: PlantSource) -> Shuffle:
+    """How often a study draws labels. Those that are painted on a real box stay in a study of its pictures."""
+    return "never" if study in _PICTURED and plant.painted_labels else "trial"
 
 
 def extent_of(request: StudyOptions) -> paper.Extent:

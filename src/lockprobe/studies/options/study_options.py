@@ -196,12 +196,15 @@ class StudyOptions(BaseModel):
         LayoutKind | None,
         _about(
             "Where joints lie on the panel (flips: fixed, as in the box; dealt: at random, in all trials alike; "
-            "modalities: shuffled, at random in every trial)."
+            "modalities: shuffled, at random in every trial, except on a real panel)."
         ),
     ] = None
     shuffle: Annotated[
         Shuffle | None,
-        _about("How often labels and their order are drawn: trial, once for the study, never (trial)."),
+        _about(
+            "How often labels and their order are drawn: trial, once for the study, never (trial; modalities, bridge "
+            "and looks with pictures of a real box: never)."
+        ),
     ] = None
     assessment: Annotated[
         bool | None,

@@ -35,6 +35,7 @@ from lockprobe.studies.options.study_defaults import (
     plant_of,
     players_by_default,
     shown_by_default,
+    shuffle_by_default,
 )
 from lockprobe.studies.options.study_options import SHIPPED, STUDIES, StudyOptions, read_options_file, study_options
 from lockprobe.studies.options.trial_options import trial_options
@@ -154,9 +155,9 @@ def _planned(
         strategy_trials=_given(request.strategy_trials, extent.strategy_trials),
         max_steps=_given(request.max_steps, paper.MAX_STEPS),
         seed=_given(request.seed, 1),
-        shuffle=_given(request.shuffle, "trial"),
+        shuffle=_given(request.shuffle, shuffle_by_default(request.study, plant)),
         plant=plant.spec,
-        layout=_given(request.layout, layout_by_default(request.study)),
+        layout=_given(request.layout, layout_by_default(request.study, plant)),
         assessment=_given(request.assessment, True),
         hypothesis=_given(request.hypothesis, "before"),
         names=names,
