@@ -67,7 +67,7 @@ def rows(world: str, found: list[Bridge]) -> list[str]:
     """What the studies of a world said of each arm, and how often its interval held the true share."""
     means = {arm: float(np.mean([one.arm(arm).steps for one in found])) for arm in _ARMS}
     change = means[PICTURES] - means[WORDS]
-    misread = sum(one.misread.misread for one in found) / sum(one.misread.claims for one in found)
+    misread = sum(one.misread.misread for one in found) / max(1, sum(one.misread.claims for one in found))
     steps = ", ".join(f"{arm} {mean:.2f}" for arm, mean in means.items())
     lines = [f"{world}: {100 * misread:.1f} % of outcomes misread; mean steps: {steps}"]
     for arm in ARMS:

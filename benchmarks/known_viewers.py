@@ -73,6 +73,7 @@ class World:
         invented: Place of a joint -> the rate at which failures are taken for moves, [0, 1].
         seeing: The strategy that decides in pictures, if that is another one; empty if it is the same.
         other_luck: Whether it decides in pictures with other luck than in words.
+        silent: Whether it never says what its actions did.
     """
 
     agent: str = "human-inspired"
@@ -80,6 +81,7 @@ class World:
     invented: Mapping[int, float]
     seeing: str = ""
     other_luck: bool = False
+    silent: bool = False
 
 
 _EVERY = range(4)
@@ -93,6 +95,7 @@ WORLDS: Mapping[str, World] = {
     "misreads, and decides otherwise": World(
         hidden=dict.fromkeys(_EVERY, 0.25), invented=dict.fromkeys(_EVERY, 0.25), seeing="human-inspired?lapse=0.5"
     ),
+    "decides otherwise, and says nothing": World(hidden={}, invented={}, seeing="random-no-repeat", silent=True),
     "misreads, to no effect": World(
         agent="random-no-repeat",
         hidden=dict.fromkeys(_EVERY, 0.25),
@@ -120,7 +123,8 @@ class KnownViewer:
         believed = self._believed(situation, rng)
         strategy = _strategy(self.world.seeing or self.world.agent)
         rng = _luck_of(rng, 2 + len(situation.past)) if self.world.other_luck else rng
-        return replace(await strategy.decide(believed, rng), claimed=told_outcome(believed))
+        claimed = None if self.world.silent else told_outcome(believed)
+        return replace(await strategy.decide(believed, rng), claimed=claimed)
 
     def _believed(self, situation: Situation, rng: np.random.Generator) -> Situation:
         """The situation as it is read: a misread outcome is told as a false report of the default kind is."""

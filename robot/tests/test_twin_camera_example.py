@@ -33,7 +33,7 @@ class Rehearsing:
         return ENTER
 
     def tell(self, line):
-        assert line.startswith(("New trial of chain-4.", "The picture shows "))
+        assert line.startswith(("New trial of chain-4.", "Set the joints: ", "The picture shows "))
 
 
 def test_a_trial_is_played_on_the_twins_pictures(tmp_path, monkeypatch):

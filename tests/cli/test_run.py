@@ -74,7 +74,10 @@ def test_the_symbolic_plant_leaves_pictures_out_and_says_so(tmp_path, capsys):
             "p: got [0.2], expected 0 with rgb?p=0.4, which has a flip rate of",
         ),
         (["--modality", "smell"], "no modality is called 'smell'; there are: symbolic, rgb, rgbd"),
-        (["--plant", "fast-twin?colour=red"], "no option of fast-twin is called 'colour'; there are: mechanism"),
+        (
+            ["--plant", "fast-twin?colour=red"],
+            "no option of fast-twin is called 'colour' (did you mean 'colours'?); there are: mechanism",
+        ),
     ],
 )
 def test_what_cannot_be_shown_is_refused_in_one_line(tmp_path, arguments, line):
@@ -462,6 +465,7 @@ def test_strategies_come_after_people_or_before_them(tmp_path):
 def test_the_directory_of_a_study_is_no_name_of_one(tmp_path):
     (tmp_path / "S").mkdir()
     with pytest.raises(
-        BadValue, match=r"expected one of flips, modalities, why, suite-1, or FILE.toml; to go on, .* --out .*S$"
+        BadValue,
+        match=r"expected one of flips, modalities, why, bridge, looks, suite-1, or FILE.toml; to go on, .* --out .*S$",
     ):
         run(str(tmp_path / "S"))

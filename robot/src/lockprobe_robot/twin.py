@@ -89,7 +89,15 @@ class Twin(SimulatedLockbox):
         self._arm.use_stream(self._force.spawn(1)[0])
         touch = self._move.attempt(self._arm, self._believed_path(joint, before[joint]))
         self._settle()
-        return touch.as_facts()
+        return {**touch.as_facts(), **self._nudged()}
+
+    def _nudged(self) -> Mapping[str, Fact]:
+        """Push a handle that the hand left between its ends to the nearer one, as a person would; for the record."""
+        if self._mechanism.resting():
+            return {}
+        self._mechanism.set_configuration(self._mechanism.configuration())
+        self._settle()
+        return {"nudged": True}
 
     @property
     def model(self) -> mujoco.MjModel:

@@ -20,7 +20,8 @@ __all__ = ["Name", "study_help", "with_study_options"]
 Name = Annotated[
     str,
     typer.Argument(
-        metavar="flips|modalities|why|suite-1|FILE.toml", help="The study; mechanisms.toml comes with the package."
+        metavar="flips|modalities|why|bridge|looks|suite-1|FILE.toml",
+        help="The study; mechanisms.toml comes with the package.",
     ),
 ]
 

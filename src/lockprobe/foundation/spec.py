@@ -13,7 +13,7 @@ from dataclasses import MISSING, dataclass, field, fields, is_dataclass, replace
 from functools import cache
 from types import NoneType, UnionType
 from typing import Any, Literal, NamedTuple, TypeVar, Union, get_args, get_origin, get_type_hints
-from urllib.parse import parse_qsl, quote, urlencode
+from urllib.parse import parse_qsl, quote, quote_plus
 
 from lockprobe.foundation.errors import BadValue, UnknownName
 
@@ -47,7 +47,7 @@ _ENCODED = str.maketrans({character: quote(character) for character in "%&+"})
 """The characters that a value cannot hold as they are."""
 
 
-_PLAIN = ";/:"
+_PLAIN = ";/:=?"
 """What stands in the value of an option as it is, beside letters and digits; all else is percent-encoded."""
 
 
@@ -98,7 +98,8 @@ class Spec:
         if self._text:
             return self._text
         name = f"{self.kind}:{self.name}" if self.name else self.kind
-        return f"{name}?{urlencode(self.options, safe=_PLAIN)}" if self.options else name
+        said = (f"{quote_plus(option)}={quote_plus(value, safe=_PLAIN)}" for option, value in self.options.items())
+        return f"{name}?{'&'.join(said)}" if self.options else name
 
     @property
     def full_name(self) -> str:

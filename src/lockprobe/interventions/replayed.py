@@ -53,12 +53,15 @@ class Replayed:
     whatever joint is attempted.
 
     ``claims=CONDITION`` is a condition of the same study; ``claims=STUDY/CONDITION`` is one of another study, by its
-    directory, with the trial of the same repetition and number. The record holds the misreadings. It draws nothing.
+    directory, with the trial of the same repetition and number; it has the same luck if that study has the same seed.
+    The record holds the misreadings. It draws nothing.
 
     Attributes:
         p: Share of the misreadings that is told, [0, 1]; those at a smaller p are a subset of those at a larger one.
         claims: The condition of the source trial, by its label.
         of: The agent of the other study; empty for the agent that plays, or the only one there.
+        digest: Of another study, the hash of its misreadings, which the study fills in, so that a changed source is
+            refused.
         how: One by one, or as many at random steps.
         inverts: What a false report inverts, as for ``flip``.
         others: What becomes of the false positions of other joints, as for ``flip``.
@@ -78,6 +81,7 @@ class Replayed:
     p: float = 1.0
     claims: str = ""
     of: str = ""
+    digest: str = ""
     how: Order = "same"
     inverts: Inverts = "outcome"
     others: Literal["fresh", "kept"] = "fresh"

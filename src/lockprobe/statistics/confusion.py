@@ -48,7 +48,9 @@ class Confusion:
         wrong, made = (sum(counts.get((one, outcome), 0) for one in joints) for counts in (self.wrong, self.made))
         return wrong, made
 
-    def rates(self, by: Literal["joint", "direction", "total"] = "joint") -> dict[str, tuple[float, float]]:
+    def rates(
+        self, by: Literal["joint", "direction", "total"] = "joint", joints: Sequence[str] = ()
+    ) -> dict[str, tuple[float, float]]:
         """Joint -> the rates of hidden and of invented moves, [0, 1].
 
         A joint without a claim about an outcome has the rate of that outcome over all joints; an outcome without a
@@ -56,11 +58,13 @@ class Confusion:
 
         Args:
             by: Whether the rates are those of the joint and outcome, of the outcome, or the total rate.
+            joints: The joints; those of the trials if empty.
         """
+        joints = joints or self.joints
         if by == "total":
             rate = _rate(self.misread, self.claims)
-            return dict.fromkeys(self.joints, (rate, rate))
-        return {joint: (self._rate(joint, "moved", by), self._rate(joint, "blocked", by)) for joint in self.joints}
+            return dict.fromkeys(joints, (rate, rate))
+        return {joint: (self._rate(joint, "moved", by), self._rate(joint, "blocked", by)) for joint in joints}
 
     def _rate(self, joint: str, outcome: Outcome, by: str) -> float:
         own = self.count(outcome, joint)

@@ -47,7 +47,7 @@ def test_the_first_screen_and_the_section_say_the_verdict(found):
     answer = found.answer_of("overview")
     assert f"{AGENT} takes fewer steps with ground-truth states, form=json than with words" in answer
     assert "account for the difference: 100 % [" in answer
-    assert "Inconclusive: it is not shown that random takes more or fewer steps" in answer
+    assert "Not known: random never said what its actions did" in answer
     page = page_of("report", found)
     assert page.count("do misreadings act as false reports?") == 1
     assert "Do misreadings of pictures act as false reports when agents open chain-4?" in page

@@ -1,5 +1,6 @@
 """A factorial design on the page: here of three interventions, in all their combinations."""
 
+from dataclasses import replace
 from itertools import combinations
 
 import pytest
@@ -35,6 +36,13 @@ def test_every_factor_has_an_effect_on_both_measures(found):
     assert row.value == pytest.approx(sum(high) / 4 - sum(low) / 4)
     assert (row.clusters, row.corrected_for) == (12, 3)
     assert found.one("factor_effect", of="misreading", axis="flip.p=0.4").value > 0.2
+
+
+def test_one_block_is_too_few_to_say(tmp_path):
+    short = results_of(study_numbers(open_study(write_study(tmp_path / "study", replace(ASKED, trials=1)))))
+    assert short.answer_of("overview") == (
+        "Not known yet: the answer needs two blocks or more with an ended trial in every condition."
+    )
 
 
 def test_the_page_says_which_matter(found):

@@ -7,7 +7,8 @@ from lockprobe.trial.condition import place_of
 
 def test_only_what_takes_reports_from_the_agent_is_not_predicted():
     for name, kind in shipped().items():
-        assert bool(why_unpredicted([name])) == (place_of(kind) == "remembered")
+        spec = f"{name}=rgb" if "?" in name else name
+        assert bool(why_unpredicted([spec])) == (place_of(kind) == "remembered")
     assert why_unpredicted([]) == ""
     assert "history takes reports" in why_unpredicted(["flip?p=0.4", "history?last=2", "nudge"])
 

@@ -34,5 +34,11 @@ def test_no_share_without_a_difference():
     assert all(one.share is None for one in found.arms)
 
 
+def test_an_agent_that_says_nothing_has_no_known_misreadings():
+    found = worlds.played("decides otherwise, and says nothing", 3, 12)
+    assert found.verdict() == "nothing said"
+    assert all(one.share is None for one in found.arms)
+
+
 def test_it_needs_blocks_with_all_three():
     assert bridge({}, {"words": "words", "pictures": "pictures", "replayed": "replayed"}) is None

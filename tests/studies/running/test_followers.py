@@ -12,7 +12,7 @@ from painted import painted_twins
 
 from lockprobe.agents.llm.model_facts import OWN_FACTS
 from lockprobe.agents.model_access import Access
-from lockprobe.foundation.errors import BadFile, BadValue, BudgetReached, TrialFault
+from lockprobe.foundation.errors import BadFile, BadValue, BudgetReached, TrialFault, UnknownName
 from lockprobe.interventions.confusion import rates_of
 from lockprobe.interventions.sources import follows
 from lockprobe.interventions.yoked import Yoked
@@ -199,12 +199,20 @@ def test_a_source_has_to_be_there_and_to_be_played():
         study(agent="random", condition="flip?like=nowhere/rgb")
 
 
+THERE = study("flips", agent="cognitive:perseverant", p=[0, 0.4], trials=6, repetitions=1)
+
+
+def following(there, **more):
+    """A study whose conditions follow another one."""
+    conditions = [f"flip?like={there}/flip?p=0.4", f"replay=yoked?claims={there}/flip?p=0.4"]
+    asked = {"agent": "human-inspired", "condition": conditions, "trials": 4, "repetitions": 1}
+    return study("flips", **asked | more)
+
+
 def test_misreadings_of_another_study_are_a_condition_of_this_one(tmp_path):
-    """The rates stand in the settings, so the other study may go; a replay takes each trial from there."""
-    there = study("flips", agent="cognitive:perseverant", p=[0, 0.4], trials=6, repetitions=1)
-    run_study(there, tmp_path / "there")
-    conditions = [f"flip?like={tmp_path}/there/flip?p=0.4", f"replay=yoked?claims={tmp_path}/there/flip?p=0.4"]
-    here = study("flips", agent="human-inspired", condition=conditions, trials=4, repetitions=1)
+    """The rates stand in the settings, so the other study may go; no path stands in a key."""
+    run_study(THERE, tmp_path / "there")
+    here = following(tmp_path / "there")
     trials = run_study(here, tmp_path / "here")
     matrix = confusion([trial for trial in load(tmp_path / "there") if trial.condition == "flip?p=0.4"])
     like = here.conditions[1]
@@ -212,11 +220,45 @@ def test_misreadings_of_another_study_are_a_condition_of_this_one(tmp_path):
         joint: pytest.approx(rates, abs=1e-5) for joint, rates in matrix.rates().items()
     }
     assert like.interventions[0].size == matrix.claims > 20
-    assert like.label == f"flip?p=1&like={tmp_path}/there/flip%3Fp%3D0.4"
-    assert any(step.told_falsely for trial in trials for step in trial.steps if trial.condition == like.label)
-    assert any(step.told_falsely for trial in trials for step in trial.steps if trial.condition == "replay")
+    assert like.label == "flip?p=1&like=flips/flip?p=0.4"
+    assert not any(str(tmp_path) in trial.key for trial in trials)
+    for label in (like.label, "replay"):
+        assert any(step.told_falsely for trial in trials for step in trial.steps if trial.condition == label)
     rmtree(tmp_path / "there")
     assert [check.name for check in verify(tmp_path / "here") if not check.holds] == []
+
+
+def test_a_source_that_has_changed_is_refused(tmp_path):
+    run_study(THERE, tmp_path / "there")
+    here = following(tmp_path / "there")
+    rmtree(tmp_path / "there")
+    run_study(replace(THERE, seed=9), tmp_path / "there")
+    with pytest.raises(BadFile, match="its misreadings have changed since this study began"):
+        run_study(here, tmp_path / "here")
+
+
+def test_a_source_that_does_not_fit_is_refused_before_anything_is_played(tmp_path):
+    run_study(THERE, tmp_path / "there")
+    run_study(replace(THERE, name="silent", assessment=False), tmp_path / "silent")
+    for given, said in (
+        ({"box": "chain-3"}, "expected a study of chain-3, not of chain-4"),
+        ({"trials": 7}, "expected one with repetition 1, trial 7"),
+        ({"condition": f"yoked?claims={tmp_path}/there/rgb"}, "no condition in .* is called 'rgb'"),
+        ({"condition": f"yoked?claims={tmp_path}/silent/truth"}, "whose agent said what its attempts did"),
+        ({"condition": f"flip?like={tmp_path}/silent/truth"}, "whose agent said what its attempts did"),
+        ({"condition": f"flip?like={tmp_path}/there/truth&of=random"}, "of: got 'random', expected an agent of"),
+        ({"condition": "yoked?claims=/truth"}, "the directory of a study before the slash"),
+        ({"condition": "yoked?claims=truth", "assessment": False}, "assessment: got False"),
+        ({"condition": "flip?like=truth&of=random"}, "none with a source in the same study"),
+        ({"condition": "flip?like=truth&size=3"}, "one without size, which the study fills in"),
+        ({"condition": "yoked?claims=truth&misread=1:A:moved"}, "one without misread, which the study fills in"),
+    ):
+        with pytest.raises((BadValue, UnknownName), match=said):
+            following(tmp_path / "there", **given)
+    other = following(tmp_path / "there", box="chain-3", condition=f"flip?like={tmp_path}/there/flip?p=0.4&by=total")
+    rates = rates_of(other.conditions[1].interventions[0].rates)
+    assert set(rates) == set(other.box.names)
+    assert len({*rates.values()}) == 1
 
 
 PRICE = """

@@ -28,11 +28,11 @@ _WIDTH = 4.4
 
 @own_settings()
 def factorial(found: Results) -> Figure | None:
-    """A panel for each agent and measure: the effects of the factors, the largest share of variance on top."""
+    """A panel for each agent and measure: the effects of the factors, the largest on top."""
     panels: dict[tuple[str, str, str], list[Estimate]] = {}
     for row in found.where("factor_effect"):
         panels.setdefault((row.agent, row.modality, row.of), []).append(row)
-    shown = [(found, _sorted(found, rows)) for rows in panels.values()]
+    shown = [(found, _sorted(rows)) for rows in panels.values()]
     most = max((height(_forest(*one)) for one in shown), default=0.0)
     return sheet(shown, _draw, heights=[most], width=_WIDTH)
 
@@ -41,19 +41,15 @@ def _share(found: Results, row: Estimate) -> Estimate | None:
     return found.get("variance_share", agent=row.agent, modality=row.modality, of=row.of, axis=row.axis)
 
 
-def _sorted(found: Results, rows: Sequence[Estimate]) -> list[Estimate]:
-    def key(row: Estimate) -> tuple[float, float]:
-        share = _share(found, row)
-        return -((share.value or 0.0) if share else 0.0), -abs(row.value or 0.0)
-
-    return sorted(rows, key=key)
+def _sorted(rows: Sequence[Estimate]) -> list[Estimate]:
+    return sorted(rows, key=lambda row: -abs(row.value or 0.0))
 
 
 def _forest(found: Results, rows: Sequence[Estimate]) -> list[ForestRow]:
     made = []
     for row in rows:
         share = _share(found, row)
-        of = f"; {percent(share.value)}" if share else ""
+        of = f"; {percent(share.value)}" if share and share.low else ""
         style = Style(colour=SUBJECTS[0] if row.detected else FAINT, lead=row.detected)
         made.append(ForestRow(factor_said(row.axis), f"{bracketed(row.value, row.low, row.high)}{of}", row, style))
     return made

@@ -43,6 +43,8 @@ def bridge_said(found: Bridge) -> str:
     """The verdict in one sentence."""
     agent, verdict = found.agent, found.verdict()
     pictures = spoken(found.modality)
+    if verdict == "nothing said":
+        return f"Not known: {agent} never said what its actions did, so its misreadings are not known."
     if verdict == "no difference":
         return (
             f"Inconclusive: it is not shown that {agent} takes more or fewer steps with {pictures} than with words, so "
@@ -75,7 +77,7 @@ def numbers_said(found: Bridge) -> str:
         kinds = f"{hidden[0]} of {hidden[1]} moves were hidden, {invented[0]} of {invented[1]} failures taken for moves"
         said = f"{said} ({percent(misread.misread / misread.claims, 1)}: {kinds})"
     if not misread.claims:
-        said = "It never said what its actions did, so nothing is known of its misreadings"
+        said = "It said nothing of its actions"
     return (
         f"Mean steps: {words.steps:.1f} in words, {pictures.steps:.1f} in pictures (difference "
         f"{steps_said(total.value, total.low, total.high)}, {p_value(total.p_value)}, {total.blocks} blocks). Solved: "

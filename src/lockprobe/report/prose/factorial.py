@@ -29,9 +29,8 @@ def factorial_said(found: FactorialEffects) -> str:
             )
             continue
         if measure == "misreading":
-            said.append(
-                f"{found.agent} misreads {percent(mean, 1)} of outcomes over all {len(found.design.runs)} scenes"
-            )
+            scenes = len(found.design.runs)
+            said.append(f"{found.agent} misreads {percent(mean, 1)} of the outcomes of a trial, over {scenes} scenes")
         clear = [one for one in found.of(measure) if one.detected]
         if clear:
             said.append(f"{_WHAT[measure]} changes with {listed([_size(one, levels[one.factor][1]) for one in clear])}")

@@ -166,7 +166,8 @@ def _show(found: Results) -> Iterator[Part]:
             said = [text for kind in ("verdict", "numbers", "others") for text in found.said("bridge", kind, **own)]
             blocks += [*([Heading(row.agent, code=True)] if len(bridges) > 1 else []), *map(Text, said)]
         answer = found.said("bridge", "verdict", agent=bridges[0].agent, modality=bridges[0].modality)[0]
-        blocks += [_TABLE, _NOTE, _MATRIX, _MATRIX_NOTE, Listed(_LIMITS)]
+        known: list[Block] = [_MATRIX, _MATRIX_NOTE] if _misread_table(found) else []
+        blocks += [_TABLE, _NOTE, *known, Listed(_LIMITS)]
         yield Part("From pictures to flips: do misreadings act as false reports?", answer, blocks)
 
 

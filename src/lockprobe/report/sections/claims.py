@@ -103,7 +103,8 @@ def _of_bridge(numbers: StudyNumbers) -> Iterator[Estimate | Finding]:
     (claim,) = (one for one in CLAIMS if one.measure == "bridge")
     for one in numbers.others.bridges if numbers.others else ():
         verdict, share = one.verdict(), one.arm("replayed").share
-        shown = {"all": "shown", "not decided": "open", "no difference": "open"}.get(verdict, "opposite")
+        undecided = verdict in ("not decided", "no difference", "nothing said")
+        shown = "shown" if verdict == "all" else "open" if undecided else "opposite"
         here = f"misreadings give {share_said(share)} of the difference" if share else bridge_said(one)
         found: ClaimFinding = (here, borne_out(cast("ClaimPattern", shown)), "Fieller's interval of the share", None)
         yield from _of_claim(numbers, claim, found, {"agent": one.agent, "modality": one.modality, "axis": ""})

@@ -89,7 +89,8 @@ _FIGURE = Figure(
     "What each factor does to misreading and to success",
     Caption(
         "The named level of every factor minus its level in the plain scene, in points, over trials of equal luck. "
-        "Filled: detected. At the right the share of the variance between scenes that the factor alone explains.",
+        "Filled: detected. At the right the share of the variance between scenes that the factor alone explains, where "
+        "its interval lies above 0.",
         "Brackets are 95 % intervals over blocks, corrected for the number of factors.",
     ),
     draw="lockprobe.report.figures.factorial:factorial",

@@ -44,8 +44,10 @@ from lockprobe.report.sections.key_numbers import (
 )
 from lockprobe.report.sections.readings import untested
 from lockprobe.report.study_numbers import StudyNumbers
+from lockprobe.statistics.bridge.arms import bridges_of
 from lockprobe.statistics.conditions.condition_study import ConditionStudySummary
 from lockprobe.statistics.conditions.effects import Effects
+from lockprobe.statistics.factorial.design import factorials_of
 from lockprobe.statistics.reference import Reference
 from lockprobe.statistics.summary import StudySummary
 from lockprobe.studies.study import Study
@@ -58,6 +60,9 @@ _ABOUT = "first screen"
 
 _ANSWERS = 3
 """Agents whose answers stand there."""
+
+_FEW = "Not known yet: the answer needs two blocks or more with an ended trial"
+"""What is said as long as too few trials have ended."""
 
 _ROWS = 4
 """Agents whose numbers stand on the first screen."""
@@ -180,9 +185,9 @@ def _of_conditions(flips: StudySummary, found: ConditionStudySummary, study: Stu
     idle = idle_said(named, judged)
     if found.whys:
         said = _of_why(found, study)
-    elif found.bridges:
+    elif bridges_of(found.design.arms):
         said = _of_bridge(found, study)
-    elif found.factorials:
+    elif any(factorials_of(found.design.arms, modality) for modality in found.design.modalities):
         said = _of_factorial(found, study)
     else:
         questions = [question for one in axes for question in of_axis(one)]
@@ -267,8 +272,8 @@ def _of_bridge(found: ConditionStudySummary, study: Study) -> _Screen:
     return _Screen(
         question=f"Do misreadings of pictures act as false reports when agents open {study.box.name}?",
         trial=trial_said(study.max_steps, "bridge"),
-        answer=" ".join(map(bridge_said, found.bridges[:_ANSWERS])),
-        figure="bridge",
+        answer=" ".join(map(bridge_said, found.bridges[:_ANSWERS])) or f"{_FEW} in words, pictures and replayed.",
+        figure="bridge" * bool(found.bridges),
         numbers=tuple(bridge_numbers(one, found.design.spec_of(one.agent)) for one in found.bridges),
     )
 
@@ -277,9 +282,9 @@ def _of_factorial(found: ConditionStudySummary, study: Study) -> _Screen:
     """The first screen of a study of many factors at once."""
     return _Screen(
         question=f"Which features of the scene change how agents open {study.box.name}?",
-        trial=trial_said(study.max_steps, "plant" if study.plants[1:] else "conditions"),
-        answer=" ".join(map(factorial_said, found.factorials[:_ANSWERS])),
-        figure="factorial",
+        trial=trial_said(study.max_steps, "scenes" if study.plants[1:] and study.has_pictures else "conditions"),
+        answer=" ".join(map(factorial_said, found.factorials[:_ANSWERS])) or f"{_FEW} in every condition.",
+        figure="factorial" * bool(found.factorials),
     )
 
 

@@ -43,7 +43,7 @@ class BridgeArm:
         told: False reports, in all its trials; of pictures the misreadings.
         change: Steps minus steps in words, over blocks; None for the words.
         share: The share of this change in that of the pictures; None for words and pictures, and unless pictures are
-            shown to change steps.
+            shown to change steps and the agent says what its actions did.
     """
 
     arm: str
@@ -93,8 +93,10 @@ class Bridge:
         """Whether pictures are shown to change the number of steps."""
         return _is_shown(self.total, self.agents)
 
-    def verdict(self, arm: str = "replayed") -> Verdict | Literal["no difference", "nothing misread"]:
+    def verdict(self, arm: str = "replayed") -> Verdict | Literal["nothing said", "no difference", "nothing misread"]:
         """What an arm accounts for of the difference between pictures and words."""
+        if not self.misread.claims:
+            return "nothing said"
         if not self.differs:
             return "no difference"
         if not self.misread.misread:
@@ -122,7 +124,7 @@ def bridge(trials: Mapping[str, Sequence[Trial]], arms: Mapping[str, str], *, ag
         return None
     first = played[PICTURES][0]
     pictures = _change(blocks, PICTURES, first.budget, agents)
-    shown = _is_shown(pictures, agents)
+    shown, misread = _is_shown(pictures, agents), confusion(played[PICTURES])
     others = len([arm for arm in played if arm in ARMS and arm != "replayed"])
     made = []
     for arm, own in played.items():
@@ -136,7 +138,7 @@ def bridge(trials: Mapping[str, Sequence[Trial]], arms: Mapping[str, str], *, ag
                 steps=float(np.mean(list(blocks[arm].values()))),
                 told=sum(map(_misread if arm == PICTURES else _false_reports, own)),
                 change=change,
-                share=_share(blocks, arm, looks) if shown and arm in ARMS else None,
+                share=_share(blocks, arm, looks) if shown and arm in ARMS and misread.claims else None,
             )
         )
     return Bridge(
@@ -144,7 +146,7 @@ def bridge(trials: Mapping[str, Sequence[Trial]], arms: Mapping[str, str], *, ag
         modality=first.modality,
         budget=first.budget,
         arms=tuple(made),
-        misread=confusion(played[PICTURES]),
+        misread=misread,
         agents=agents,
     )
 

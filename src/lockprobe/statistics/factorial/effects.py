@@ -26,6 +26,12 @@ __all__ = ["MEASURES", "FactorEffect", "FactorialEffects", "factorial_effects"]
 MEASURES = ("misreading", "success")
 """What is analysed: the share of statements about an attempt that contradict what happened, and the share solved."""
 
+_DIGITS = 12
+"""Digits of an effect, which is a difference of means."""
+
+_FEWEST = 5
+"""Blocks from which on shares of variance have an interval."""
+
 _DRAWS = 2000
 """Bootstrap draws of blocks for the intervals of shares of variance."""
 
@@ -43,7 +49,7 @@ class FactorEffect:
             block differs from another.
         variance: Share of the variance between conditions that the factor alone explains, [0, 1], corrected for the
             noise of the means; None if conditions do not differ by more than noise.
-        variance_low, variance_high: Ends of its 95 % bootstrap interval.
+        variance_low, variance_high: Ends of its 95 % bootstrap interval; None with fewer than five blocks.
     """
 
     factor: str
@@ -85,9 +91,8 @@ class FactorialEffects:
     rest: Mapping[str, float | None]
 
     def of(self, measure: str) -> list[FactorEffect]:
-        """The effects on one measure, the largest share of variance first, then the largest effect."""
-        own = [one for one in self.effects if one.measure == measure]
-        return sorted(own, key=lambda one: (-(one.variance or 0.0), -abs(one.value)))
+        """The effects on one measure, the largest first."""
+        return sorted((one for one in self.effects if one.measure == measure), key=lambda one: -abs(one.value))
 
 
 def factorial_effects(trials: Mapping[str, Sequence[Trial]], design: Factorial) -> FactorialEffects | None:
@@ -150,19 +155,19 @@ def _of_measure(
     known = np.divide(np.abs(mean), error, out=np.full_like(mean, np.nan), where=error > 0)
     raw = [None if math.isnan(one) else float(2 * t.sf(one, n - 1)) for one in known]
     shares, rest = _variance(values, signs)
-    low, high = _shares_interval(values, signs, measure)
+    ends = _shares_interval(values, signs, measure) if n >= _FEWEST else None
     corrected = iter(holm([one for one in raw if one is not None]))
     found = [
         FactorEffect(
             factor=factor,
             measure=measure,
-            value=float(mean[i]),
+            value=round(float(mean[i]), _DIGITS),
             low=None if raw[i] is None else max(-1.0, float(mean[i] - half[i])),
             high=None if raw[i] is None else min(1.0, float(mean[i] + half[i])),
             p_value=None if raw[i] is None else next(corrected),
             variance=None if shares is None else float(shares[i]),
-            variance_low=None if shares is None else float(low[i]),
-            variance_high=None if shares is None else float(high[i]),
+            variance_low=None if shares is None or ends is None else float(ends[0][i]),
+            variance_high=None if shares is None or ends is None else float(ends[1][i]),
         )
         for i, factor in enumerate(factors)
     ]
@@ -184,16 +189,18 @@ def _mean(values: Array) -> Array:
     return made
 
 
-def _variance(values: Array, signs: Array) -> tuple[Array | None, float | None]:
+def _variance(values: Array, signs: Array, noises: int = 1) -> tuple[Array | None, float | None]:
     """The share of each factor in the variance of the true means of conditions, and what is left for interactions.
 
     The mean square of an effect holds its own square and the noise of the means; the noise is taken from the spread of
-    blocks about the means of conditions, and taken off. Shares below 0 count as 0.
+    blocks about the means of conditions, and taken off, twice for a bootstrap sample, whose means have it twice. Shares
+    below 0 count as 0.
     """
     blocks, conditions = values.shape
     means = np.nanmean(values, axis=0)
     within = values - means - (np.nanmean(values, axis=1, keepdims=True) - np.nanmean(values))
     noise = float(np.nansum(within**2)) / max(1, (blocks - 1) * (conditions - 1)) / blocks
+    noise *= noises
     halves = signs.T @ (means - means.mean()) / conditions  # half of each effect
     own = np.clip(halves**2 - noise / conditions, 0, None)
     total = float(np.sum((means - means.mean()) ** 2)) / conditions
@@ -209,7 +216,7 @@ def _shares_interval(values: Array, signs: Array, measure: str) -> tuple[Array, 
     luck = generator(1, "factorial", measure)
     drawn = []
     for _ in range(_DRAWS):
-        shares, _ = _variance(values[luck.integers(len(values), size=len(values))], signs)
+        shares, _ = _variance(values[luck.integers(len(values), size=len(values))], signs, noises=2)
         drawn.append(np.zeros(signs.shape[1]) if shares is None else shares)
     low, high = np.quantile(np.array(drawn), [ALPHA / 2, 1 - ALPHA / 2], axis=0)
     return low, high

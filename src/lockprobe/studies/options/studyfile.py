@@ -17,13 +17,14 @@ from lockprobe.boxes.check import fault_of
 from lockprobe.boxes.families import find_box
 from lockprobe.foundation.errors import BadValue, UnknownName, UserMistake
 from lockprobe.foundation.plugins import allow
-from lockprobe.foundation.spec import Spec, spec_name
+from lockprobe.foundation.spec import Spec, spec_name, split_specs
 from lockprobe.interventions.catalogue import shipped
 from lockprobe.interventions.conditions import blind, distinct, flips, read_condition, says_modality, sweep
 from lockprobe.interventions.flip import DEFAULT, FlipKind, OutcomeFlip, flip_of
 from lockprobe.plants.catalogue import PlantSource, resolve_plant
 from lockprobe.studies.bridge import bridge_conditions
 from lockprobe.studies.looks import looks_conditions
+from lockprobe.studies.modality import is_pictured, refuse_blind
 from lockprobe.studies.options import paper
 from lockprobe.studies.options.agent_names import named_agents
 from lockprobe.studies.options.as_paper import as_paper
@@ -39,11 +40,13 @@ from lockprobe.studies.options.study_defaults import (
 )
 from lockprobe.studies.options.study_options import SHIPPED, STUDIES, StudyOptions, read_options_file, study_options
 from lockprobe.studies.options.trial_options import trial_options
-from lockprobe.studies.running.followers import check_sources, with_rates
+from lockprobe.studies.running.followers import check_sources
+from lockprobe.studies.running.other_study import with_sources
 from lockprobe.studies.study import Study
 from lockprobe.studies.why import arm_conditions
 from lockprobe.trial.condition import TRUTH, Condition
 from lockprobe.trial.doses import DOSES_SAID, can_be_fitted, modality_doses
+from lockprobe.trial.plant_change import PLANT
 from lockprobe.trial.protocols import Intervention
 from lockprobe.trial.record import STATES
 
@@ -102,15 +105,27 @@ def study(asked: StudyOptions | str | Path = "flips", /, **options: Any) -> Stud
         if spec.startswith(AGENT_SWEEP):
             agents, names = _swept_agents(agents, names, spec)
     allow(*agents)
-    conditions = tuple(map(with_rates, _conditions(request, extent, modalities, plant)))
+    conditions = _conditions(request, extent, modalities, plant)
     spared = [*conditions_for_strategies(extent)] if _is_plain(request) and any(map(is_strategy, agents)) else []
     planned = _planned(request, plant, agents, [*conditions, *spared], extent, names)
     planned = replace(planned, strategy_conditions=tuple(one.label for one in spared))
     allow(*planned.plants)
     planned.check_agents()
     check_sources(planned)
+    planned = with_sources(planned)
+    _check_played(planned, request)
     _check_kept(planned.box)
     return planned
+
+
+def _check_played(planned: Study, request: StudyOptions) -> None:
+    """Refuse a condition that was asked for and that no agent of the study plays."""
+    if request.condition is None and request.sweep is None:
+        return
+    played = {one.label for agent in planned.agents for one in planned.conditions_of(agent)}
+    for one in planned.conditions:
+        if one.label not in played and one.specs and is_pictured(one.modality):
+            refuse_blind(planned.agents[0], one.modality, "words")
 
 
 def trial_study(given: Mapping[str, Any], *, agent: str, name: str = "trial") -> Study:
@@ -279,6 +294,8 @@ def _acting(asked: Condition, text: str) -> Condition:
     """
     if asked.specs and asked.does_nothing and asked.p is None and (asked.name or "?" not in text):
         raise BadValue("condition", asked.spec, "one that does something; at dose 0 it is the truth")
+    if not asked.specs and not asked.name and any(spec_name(part) == PLANT for part in split_specs(text)):
+        raise BadValue("condition", text, "one that changes the plant; the plant of the study is so already")
     if asked.name == TRUTH and not asked.does_nothing:
         raise BadValue("condition", f"{TRUTH}={asked.spec}", "another name: truth is the control")
     if asked.name in shipped() and asked.specs and spec_name(asked.specs[0]) != asked.name:
@@ -322,6 +339,8 @@ def _pictured(request: StudyOptions, modalities: Sequence[str], plant: PlantSour
         if getattr(request, what) is not None:
             raise BadValue(what, getattr(request, what), f"none with {request.study}, which has its own conditions")
     if request.study == "looks":
+        if request.flip is not None:
+            raise BadValue("flip", request.flip, "none with looks, in which no report is false")
         return looks_conditions(modalities[0], plant)
     return bridge_conditions(modalities[0], flip_of(_flip(request)))
 

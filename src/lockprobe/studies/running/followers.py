@@ -16,7 +16,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from lockprobe.foundation.errors import BadValue, UnknownName
+from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.foundation.spec import Spec
 from lockprobe.interventions.conditions import interventions_in
 from lockprobe.interventions.confusion import Rates, entries_of, rates_of
@@ -27,7 +27,7 @@ from lockprobe.interventions.yoked import Yoked
 from lockprobe.statistics.confusion import Confusion, confusion
 from lockprobe.statistics.misinterpretation import claims
 from lockprobe.studies.modality import is_pictured, refuse_blind
-from lockprobe.studies.records.read_records import load
+from lockprobe.studies.running.other_study import OtherStudy, digest_of
 from lockprobe.studies.study import Study
 from lockprobe.trial.condition import Condition
 from lockprobe.trial.plan import Names, Plan
@@ -35,7 +35,7 @@ from lockprobe.trial.protocols import Intervention
 from lockprobe.trial.record import Fact, Trial
 from lockprobe.trial.told_outcome import flipped
 
-__all__ = ["Followers", "as_recorded", "check_sources", "with_rates"]
+__all__ = ["Followers", "as_recorded", "check_sources"]
 
 
 def _looping_source(condition: Condition, conditions: Sequence[Condition]) -> Condition | None:
@@ -68,8 +68,18 @@ def check_sources(study: Study) -> None:
         if rates and _looping_source(one, study.conditions) is None:
             needed = f"with the condition flip?p={rates[0]:g}&while=looping in the same study, whose trials it follows"
             raise BadValue("condition", one.label, needed)
+        if follows(one):
+            _check_filled(one)
         for source in filter(None, map(source_named, one.specs)):
             _check_source(study, one, source)
+
+
+def _check_filled(condition: Condition) -> None:
+    """Refuse what somebody wrote into a spec although a study fills it in."""
+    for one in interventions_in(condition):
+        for field in (*_FILLED.get(type(one).__name__, ()), *_FILLED_FIRST.get(type(one).__name__, ())):
+            if getattr(one, field):
+                raise BadValue("condition", condition.label, f"one without {field}, which the study fills in")
 
 
 def _check_source(study: Study, follower: Condition, source: str) -> None:
@@ -79,6 +89,10 @@ def _check_source(study: Study, follower: Condition, source: str) -> None:
             labels = ", ".join(one.label for one in study.conditions if not follows(one))
             raise BadValue("condition", follower.label, f"a source that the study has ({labels}), or STUDY/CONDITION")
         return
+    if any("of" in Spec.parse(spec).options for spec in follower.specs if source_named(spec) == source):
+        raise BadValue("of", follower.label, "none with a source in the same study: every agent follows itself")
+    if not study.assessment:
+        raise BadValue("assessment", False, f"true with {follower.label}, which follows what agents say they did")
     if follows(found):
         raise BadValue("condition", follower.label, f"another source than {source}, which follows other trials itself")
     for agent in study.agents:
@@ -87,48 +101,6 @@ def _check_source(study: Study, follower: Condition, source: str) -> None:
                 refuse_blind(agent, found.modality, "words alone")
             looks = f"agents that play {source}, whose trials {follower.label} follows; not {study.label_of(agent)}"
             raise BadValue("agent", study.label_of(agent), looks)
-
-
-def with_rates(condition: Condition) -> Condition:
-    """A condition whose flips like misreadings in another study have their rates; the name is the spec as it was.
-
-    Raises:
-        BadFile: If the directory holds no study.
-        BadValue: If no agent said there what its attempts did, or ``of`` does not say which of several agents.
-    """
-    if not any("/" in (source_named(spec) or "") for spec in condition.specs if spec.startswith("flip?")):
-        return condition
-    made = tuple(_rated(one) for one in interventions_in(condition))
-    return replace(condition, interventions=made, name=condition.label)
-
-
-def _rated(one: Intervention) -> Intervention:
-    if not isinstance(one, MisreadFlip) or "/" not in one.like or one.rates:
-        return one
-    found = confusion(_elsewhere(one.like, one.of))
-    if not found.claims:
-        raise BadValue("like", one.like, "a condition in which the agent said what its attempts did")
-    return replace(one, rates=entries_of(found.rates(one.by)), size=found.claims)
-
-
-def _elsewhere(source: str, of: str, playing: str = "") -> list[Trial]:
-    """The trials of one agent under a condition of another study, named by its directory.
-
-    Args:
-        source: The directory, a slash, and the label of the condition.
-        of: What the study calls the agent; empty for the one that plays, or the only one.
-        playing: The agent that plays here.
-    """
-    directory, _, label = source.rpartition("/")
-    found = [trial for trial in load(Path(directory)) if trial.condition == label]
-    agents = list(dict.fromkeys(trial.group for trial in found))
-    if not agents:
-        known = dict.fromkeys(trial.condition for trial in load(Path(directory)))
-        raise UnknownName(f"condition in {directory}", label, known)
-    chosen = of or (playing if playing in agents else agents[0] if len(agents) == 1 else "")
-    if chosen not in agents:
-        raise BadValue("of", chosen, f"an agent of {directory}: {', '.join(agents)}")
-    return [trial for trial in found if trial.group == chosen]
 
 
 class Followers:
@@ -142,6 +114,7 @@ class Followers:
     def __init__(self, study: Study, trials: Mapping[str, Trial]) -> None:
         self._study, self._trials = study, trials
         self._confusions: dict[tuple[str, str], Confusion | None] = {}
+        self._others: dict[tuple[str, str], dict[tuple[int, int], Trial]] = {}
 
     @cached_property
     def _labels(self) -> Mapping[str, Condition]:
@@ -154,7 +127,7 @@ class Followers:
             plan: Of a condition that follows others; any other stays as it is.
 
         Raises:
-            BadValue: If another study does not have the source trial.
+            BadFile: If another study that it follows has changed.
         """
         if not follows(plan.condition):
             return plan
@@ -163,10 +136,10 @@ class Followers:
 
     def of_record(self, plan: Plan, trial: Trial) -> Plan:
         """The plan of a trial on record: what it took from this study is taken anew, the rest as its record says."""
-        named = [source for spec in plan.condition.specs if (source := source_named(spec)) is not None]
-        if all(source in self._labels for source in named):
-            return self.bound(plan) or plan
-        return as_recorded(plan, trial)
+        acting = interventions_in(plan.condition) if follows(plan.condition) else ()
+        if any(isinstance(one, Replayed) and one.claims not in self._labels for one in acting):
+            return as_recorded(plan, trial)
+        return self.bound(plan) or plan
 
     def _filled(self, one: Intervention, plan: Plan) -> Intervention | None:
         if isinstance(one, Yoked) and one.how == "looping":
@@ -189,11 +162,21 @@ class Followers:
     def _source_trial(self, one: Replayed, plan: Plan) -> Trial | None:
         if (condition := self._labels.get(one.claims)) is not None:
             return self._recorded(condition, plan)
-        for trial in _elsewhere(one.claims, one.of, plan.group):
-            if (trial.repetition, trial.trial) == (plan.repetition, plan.trial):
-                return trial
-        wanted = f"a source with repetition {plan.repetition}, trial {plan.trial}"
-        raise BadValue("condition", plan.condition.label, wanted)
+        return self._elsewhere(one, plan.group)[plan.repetition, plan.trial]
+
+    def _elsewhere(self, one: Replayed, playing: str) -> dict[tuple[int, int], Trial]:
+        """The trials of another study that trials of an agent follow, by repetition and trial.
+
+        Raises:
+            BadFile: If its misreadings are no longer those with which this study began.
+        """
+        if (found := self._others.get((one.claims, playing))) is None:
+            other = OtherStudy.open(one.claims)
+            if digest_of([trial for trial in other.trials if not one.of or trial.group == one.of]) != one.digest:
+                raise BadFile(Path(other.directory), "its misreadings have changed since this study began")
+            found = {(trial.repetition, trial.trial): trial for trial in other.of_agent(one.of, playing)}
+            self._others[one.claims, playing] = found
+        return found
 
     def _misread_flip(self, one: MisreadFlip, plan: Plan) -> MisreadFlip | None:
         if one.rates:
@@ -246,7 +229,10 @@ _FILLED: Mapping[str, tuple[str, ...]] = {
     "Replayed": ("misread", "at"),
     "MisreadFlip": ("by_label", "size"),
 }
-"""Class -> the fields that a study fills in."""
+"""Class -> the fields that a study fills in for each trial."""
+
+_FILLED_FIRST: Mapping[str, tuple[str, ...]] = {"Replayed": ("digest",), "MisreadFlip": ("rates",)}
+"""Class -> the fields that it fills in for all, from another study."""
 
 
 def as_recorded(plan: Plan, trial: Trial) -> Plan:
