@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 from depth_pictures import decode
 
+from lockprobe.agents.prompt import conversation
 from lockprobe.foundation.errors import BadValue
 from lockprobe.interventions.camera import CameraChannel
 from lockprobe.trial.pictures.depth import Window
 from lockprobe.trial.pictures.frame import Camera, Frame
 from lockprobe.trial.pictures.png import from_png
-from lockprobe.trial.record import Percept, Task
+from lockprobe.trial.record import Percept, Situation, Task
 
 TASK = Task(joints=("B", "A"), target="A", budget=20)
 PANEL = np.array([[1, 0, 0, 0], [0, -1, 0, 0], [0, 0, -1, 0.72], [0, 0, 0, 1.0]])
@@ -144,3 +145,21 @@ def test_what_pictures_show_of_a_percept():
     assert shown(replace(MOVED, positions=None)) == shown(Percept())
     for changed in ({"positions": (False, False)}, {"joint": "A"}, {"look": lambda positions: FRAME}):
         assert shown(replace(MOVED, **changed)) != shown(MOVED)
+
+
+def test_where_no_labels_are_painted_the_first_text_says_where_joints_lie():
+    """And the instruction says that there are none; later pictures say nothing more."""
+    task = replace(TASK, places=((0.8, 0.5), (0.2, 0.5)), kinds=("prismatic", "revolute"))
+    bare = replace(FRAME, labelled=False)
+    first, later = (
+        CameraChannel().perceive(replace(MOVED, joint=joint, look=lambda positions: bare), (), task, RNG)
+        for joint in (None, "B")
+    )
+    assert first.text == "The picture shows the box. On the panel, from left to right: A (knob), B (slider)."
+    assert later.text == "You attempted B. The picture shows the box now."
+    asked, painted = (
+        conversation(Situation(task=task, past=(), percept=one))[0].text
+        for one in (first, replace(first, unlabelled=False))
+    )
+    assert "; no labels are painted on the panel" in asked
+    assert "; beside every joint its label is painted on the panel." in painted

@@ -75,8 +75,14 @@ _POSITIONS = {False: "which joints are now at position 1", True: "the position o
 """By whether the position of every joint is told, or only which are at 1."""
 
 _SEEN = """\
-Before every step you are shown {pictures}, always taken from the same place; beside every joint its label is painted \
-on the panel. You are not told whether a joint moved: find out by comparing successive pictures."""
+Before every step you are shown {pictures}, always taken from the same place; {labels}. \
+You are not told whether a joint moved: find out by comparing successive pictures."""
+_LABELS = {
+    True: "beside every joint its label is painted on the panel",
+    False: "no labels are painted on the panel, and with the first picture you are told where the joints lie",
+}
+"""By whether labels can be seen."""
+
 _PICTURES = {1: "a picture of the box", 2: "two pictures of the box, one of its colours and one of its depth"}
 _GONE = {1: "(picture no longer shown)", 2: "(pictures no longer shown)"}
 
@@ -118,6 +124,7 @@ def instructions(
     outcomes: bool = True,
     in_full: bool = False,
     pictures: int = 0,
+    labelled: bool = True,
     briefing: Briefing = _USUAL,
     reply: str = "",
 ) -> str:
@@ -130,11 +137,12 @@ def instructions(
         in_full: Whether they tell the position of every joint, and not only which are at 1.
         pictures: How many pictures an observation shows: none, one of colours, or that and one of depth. Where there
             are some, the observations tell nothing else.
+        labelled: Whether pictures show the labels of the joints.
         briefing: Another instruction than the usual one, if any, and what else is asked and warned of.
         reply: How to reply; empty for one JSON object.
     """
     if pictures:
-        observation = _SEEN.format(pictures=_PICTURES[pictures])
+        observation = _SEEN.format(pictures=_PICTURES[pictures], labels=_LABELS[labelled])
     else:
         observation = _OBSERVATION[positions, outcomes or not positions].format(told=_POSITIONS[in_full])
     template, warning = briefing.instruction or INSTRUCTIONS, briefing.warning
@@ -216,6 +224,7 @@ def conversation(situation: Situation, *, images: int = 0) -> list[Message]:
         outcomes=not percepts[0].states_only,
         in_full=percepts[0].in_full,
         pictures=len(_shown(percepts[0])),
+        labelled=not percepts[0].unlabelled,
         briefing=situation.briefing,
     )
     messages = [replace(told[0], text=f"{opening}\n\n{told[0].text}".strip())]

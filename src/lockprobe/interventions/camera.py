@@ -13,6 +13,7 @@ import numpy as np
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.validation import check_choice
+from lockprobe.interventions.words import places_said, rows_of
 from lockprobe.trial.pictures.degrading import Damage, degraded
 from lockprobe.trial.pictures.depth import DepthKind, Window, encode, from_millimetres, legend, to_millimetres
 from lockprobe.trial.pictures.frame import Frame
@@ -31,7 +32,8 @@ class CameraChannel:
     """Takes a picture of the box and removes outcome and positions from the report: only the picture shows them.
 
     What is pictured are the positions of the percept; where they are not the true ones, the plant draws what is told.
-    Where the percept holds no positions, there is no picture and no text.
+    Where the percept holds no positions, there is no picture and no text. Where pictures show no labels of joints, the
+    text of the first one says where they lie.
 
     With depth, the picture of depth is made of whole millimetres, and these are kept with it for the record, so that
     it can be made again in another form.
@@ -80,12 +82,14 @@ class CameraChannel:
         if percept.positions is None:
             return replace(percept, outcome=None, text="")
         frame = degraded(percept.look(percept.positions), self._damage(), luck)
+        where = places_said(task, rows_of(task)) if percept.joint is None and not frame.labelled else []
         places = frame.camera.project(frame.handles)[..., :2].tolist()
         return replace(
             percept,
             outcome=None,
             positions=None,
-            text=self.caption(percept.joint),
+            text=" ".join((self.caption(percept.joint), *where)),
+            unlabelled=not frame.labelled,
             pictures=self._pictures(frame),
             handles=tuple(((zero[0], zero[1]), (one[0], one[1])) for zero, one in places),
         )

@@ -14,7 +14,7 @@ from lockprobe.foundation.validation import check_choice
 from lockprobe.trial.record import Moment, Percept, Task
 from lockprobe.trial.told_outcome import in_words
 
-__all__ = ["CORRECTION", "Form", "Tell", "TextChannel", "rows_of"]
+__all__ = ["CORRECTION", "Form", "Tell", "TextChannel", "places_said", "rows_of"]
 
 Tell = Literal["state", "outcome", "both"]
 """The content of a report: the positions of all joints, the outcome of the attempt, or both."""
@@ -120,11 +120,17 @@ def _words(percept: Percept, task: Task, rows: Sequence[Sequence[str]]) -> str:
     if percept.positions is not None:
         there = [label for label, position in zip(task.joints, percept.positions, strict=True) if position]
         sentences.append(f"At 1: {', '.join(there) or 'none'}.")
+    return " ".join((*sentences, *places_said(task, rows)))
+
+
+def places_said(task: Task, rows: Sequence[Sequence[str]]) -> list[str]:
+    """Where joints lie on the panel, row by row, and which slide and which turn."""
+    sentences = []
     for number, row in enumerate(rows, 1):
         where = "On the panel" if len(rows) == 1 else f"In row {number} of the panel from above"
         named = (f"{label} ({kind})" if (kind := _kind(task, label)) else label for label in row)
         sentences.append(f"{where}, from left to right: {', '.join(named)}.")
-    return " ".join(sentences)
+    return sentences
 
 
 def _json(percept: Percept, task: Task, rows: Sequence[Sequence[str]]) -> str:

@@ -128,6 +128,7 @@ class Percept:
         handles: For each of ``Task.joints``, where pictures show its handle, (column, row), at positions 0 and 1.
         states_only: Whether reports tell positions and never outcomes.
         in_full: Whether the text tells the position of every joint, and not only which are at 1.
+        unlabelled: Whether its pictures show no labels of joints.
         corrects: The first report, which this one corrects; None without a correction.
         look: Takes a picture of the truth or of the report; for channels, never for agents.
     """
@@ -140,6 +141,7 @@ class Percept:
     handles: tuple[tuple[tuple[float, float], tuple[float, float]], ...] = ()
     states_only: bool = False
     in_full: bool = False
+    unlabelled: bool = False
     corrects: Percept | None = None
     look: Look | None = field(default=None, compare=False, repr=False)
 

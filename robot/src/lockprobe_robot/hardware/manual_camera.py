@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from lockprobe.boxes.box import Lockbox
@@ -109,7 +109,7 @@ class CameraSight:
             configuration = read_positions(shot, handles.places, names)
         except Unclear as unclear:
             raise PlantFault(str(unclear)) from None
-        return Seen(configuration=configuration, look=lambda: handles.frame(shot))
+        return Seen(configuration=configuration, look=lambda: replace(handles.frame(shot), labelled=self._scene.labels))
 
     def close(self) -> None:
         """Release the camera, if it has something to release."""

@@ -137,6 +137,7 @@ class PlantCamera:
             camera=self._geometry(),
             handles=self._panel.handles,
             renderer=self._renderer.name,
+            labelled=getattr(settings, "labels", True),
         )
 
     def _geometry(self) -> Camera:

@@ -96,6 +96,7 @@ def instruction(trial: Trial) -> str:
         outcomes=tell != "state",
         in_full=_form(trial) != "words",
         pictures=shown,
+        labelled=trial.plant.get("labels") is not False,
         briefing=briefing_of(trial),
     )
 

@@ -18,6 +18,7 @@ from lockprobe.interfaces.inspect.solver import agent_spec, play_trial
 from lockprobe.interventions.camera import CameraChannel
 from lockprobe.interventions.sources import follows
 from lockprobe.interventions.words import TextChannel
+from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.modality import shown
 from lockprobe.studies.options.study_options import StudyOptions, parse_p
 from lockprobe.studies.options.studyfile import study
@@ -136,6 +137,7 @@ def _sample(plan: Plan) -> Sample:
             outcomes=words.tell != "state",
             in_full=words.form != "words",
             pictures=pictures,
+            labelled=(resolve_plant(plan.plant).options or {}).get("labels") != "no",
             briefing=Briefing(hypothesis=plan.hypothesis),
         ),
         target=task.target,

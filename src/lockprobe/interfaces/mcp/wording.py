@@ -88,6 +88,7 @@ def begun(situation: Situation) -> str:
         outcomes=not first.states_only,
         in_full=first.in_full,
         pictures=shown,
+        labelled=not first.unlabelled,
         briefing=situation.briefing,
         reply=reply_form(assessment=task.assessment, hypothesis=situation.briefing.hypothesis != "off"),
     )

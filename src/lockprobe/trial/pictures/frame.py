@@ -62,6 +62,7 @@ class Frame:
         handles: Top of each joint's handle at position 0 and at position 1, whatever the joint's position is now,
             shape (joints, 2, 3), metres in the frame of the panel.
         renderer: Name and version of the renderer.
+        labelled: Whether the labels of the joints can be seen.
     """
 
     rgb: NDArray[np.uint8]
@@ -69,3 +70,4 @@ class Frame:
     camera: Camera
     handles: NDArray[np.float64]
     renderer: str
+    labelled: bool = True
