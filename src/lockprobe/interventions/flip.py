@@ -179,7 +179,12 @@ class OutcomeFlip:
     def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
         """The percept with its outcome inverted, or not."""
         drawn = 1.0 if percept.joint is None else rng.random()
-        return self.told(percept, past, task, flipped=drawn < self.p and self._may(percept, past), drawn=drawn)
+        flipped = drawn < self.rate(percept) and self._may(percept, past)
+        return self.told(percept, past, task, flipped=flipped, drawn=drawn)
+
+    def rate(self, percept: Percept) -> float:
+        """The rate at which the outcome of this attempt is inverted, [0, 1]."""
+        return self.p
 
     def told(
         self, percept: Percept, past: tuple[Moment, ...], task: Task, *, flipped: bool, drawn: float = 1.0

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, Literal, get_args
+from typing import ClassVar, Literal, get_args
 
 from lockprobe.foundation.errors import BadValue
 from lockprobe.foundation.validation import check_choice
 from lockprobe.interventions.confusion import rates_of
 from lockprobe.interventions.flip import OutcomeFlip
-from lockprobe.trial.record import Moment, Percept, Task
-
-if TYPE_CHECKING:
-    import numpy as np
+from lockprobe.trial.record import Percept
 
 __all__ = ["By", "MisreadFlip"]
 
@@ -68,14 +65,7 @@ class MisreadFlip(OutcomeFlip):
         filled = ("by_label",) if self.rates else ("by_label", "rates", "size")
         return ("others" if self.others == "partly" else "keep", *filled)
 
-    def perceive(self, percept: Percept, past: tuple[Moment, ...], task: Task, rng: np.random.Generator) -> Percept:
-        """The percept with its outcome inverted, or not."""
-        drawn = 1.0 if percept.joint is None else rng.random()
-        return self.told(
-            percept, past, task, flipped=drawn < self._rate(percept) and self._may(percept, past), drawn=drawn
-        )
-
-    def _rate(self, percept: Percept) -> float:
+    def rate(self, percept: Percept) -> float:
         """The rate at which the outcome of this attempt is told falsely.
 
         Raises:
