@@ -33,7 +33,7 @@ def test_a_full_design_of_three_is_one():
     assert sorted(found.factors) == ["flip.p", "nudge", "tremble.p"]
     assert found.levels["flip.p"] == ("", "0.4")
     assert found.runs["truth"] == (-1, -1, -1)
-    assert sum(found.high("nudge").values()) == 4
+    assert sum(levels[found.factors.index("nudge")] for levels in found.runs.values()) == 0
 
 
 def test_what_is_unbalanced_or_has_two_factors_is_none():

@@ -7,8 +7,6 @@ from lockprobe.statistics.factorial.effects import FactorEffect, FactorialEffect
 
 __all__ = ["factor_said", "factorial_said"]
 
-_WHAT = {"misreading": "misreading", "success": "success"}
-
 
 def factor_said(factor: str) -> str:
     """A factor with its named level, without the plant whose option it is.
@@ -33,9 +31,9 @@ def factorial_said(found: FactorialEffects) -> str:
             said.append(f"{found.agent} misreads {percent(mean, 1)} of the outcomes of a trial, over {scenes} scenes")
         clear = [one for one in found.of(measure) if one.detected]
         if clear:
-            said.append(f"{_WHAT[measure]} changes with {listed([_size(one, levels[one.factor][1]) for one in clear])}")
+            said.append(f"{measure} changes with {listed([_size(one, levels[one.factor][1]) for one in clear])}")
         else:
-            said.append(f"no factor is shown to change {_WHAT[measure]}")
+            said.append(f"no factor is shown to change {measure}")
     return "; ".join(said) + "."
 
 

@@ -62,7 +62,6 @@ class Bridge:
     Attributes:
         agent: Its name, or its spec if it has none.
         modality: The pictures.
-        budget: Most steps of a trial.
         arms: Words, pictures, and the arms that were played.
         misread: How the agent misread the pictures.
         agents: Number of agents (and pictures) that are judged together. Intervals and P values of the change by
@@ -72,7 +71,6 @@ class Bridge:
 
     agent: str
     modality: str
-    budget: int
     arms: tuple[BridgeArm, ...]
     misread: Confusion
     agents: int = 1
@@ -144,7 +142,6 @@ def bridge(trials: Mapping[str, Sequence[Trial]], arms: Mapping[str, str], *, ag
     return Bridge(
         agent=first.group,
         modality=first.modality,
-        budget=first.budget,
         arms=tuple(made),
         misread=misread,
         agents=agents,

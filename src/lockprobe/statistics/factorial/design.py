@@ -50,11 +50,6 @@ class Factorial:
     levels: Mapping[str, tuple[str, str]]
     runs: Mapping[str, tuple[int, ...]]
 
-    def high(self, factor: str) -> dict[str, bool]:
-        """Label of a condition -> whether the factor has its high level there."""
-        place = self.factors.index(factor)
-        return {label: levels[place] > 0 for label, levels in self.runs.items()}
-
 
 def factorials_of(arms: Sequence[SeriesArm], modality: str) -> list[Factorial]:
     """The factorial designs among conditions: none or one, of options that are left out or have one other value.
