@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Literal
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -37,14 +38,19 @@ _NAMES = {
 
 
 @own_settings()
-def bridge(found: Results) -> Figure | None:
-    """A panel for each agent and way to see: the changes of its arms, pictures on top."""
+def bridge(found: Results, size: Literal["screen", "column"] = "screen") -> Figure | None:
+    """A panel for each agent and way to see: the changes of its arms, pictures on top.
+
+    In a column they are below each other; None for a single panel, which fits a column as it is.
+    """
     panels: dict[tuple[str, str], list[Estimate]] = {}
     for row in found.where("steps_difference"):
         if row.of in _NAMES:
             panels.setdefault((row.agent, row.modality), []).append(row)
     shown = [(found, rows) for rows in panels.values()]
     most = max((height(_forest(*one)) for one in shown), default=0.0)
+    if size == "column":
+        return sheet(shown, _draw, columns=1, heights=[most], width=_WIDTH) if len(shown) > 1 else None
     return sheet(shown, _draw, heights=[most], width=_WIDTH)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Literal
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -27,13 +28,18 @@ _WIDTH = 4.4
 
 
 @own_settings()
-def factorial(found: Results) -> Figure | None:
-    """A panel for each agent and measure: the effects of the factors, the largest on top."""
+def factorial(found: Results, size: Literal["screen", "column"] = "screen") -> Figure | None:
+    """A panel for each agent and measure: the effects of the factors, the largest on top.
+
+    In a column they are below each other; None for a single panel, which fits a column as it is.
+    """
     panels: dict[tuple[str, str, str], list[Estimate]] = {}
     for row in found.where("factor_effect"):
         panels.setdefault((row.agent, row.modality, row.of), []).append(row)
     shown = [(found, _sorted(rows)) for rows in panels.values()]
     most = max((height(_forest(*one)) for one in shown), default=0.0)
+    if size == "column":
+        return sheet(shown, _draw, columns=1, heights=[most], width=_WIDTH) if len(shown) > 1 else None
     return sheet(shown, _draw, heights=[most], width=_WIDTH)
 
 

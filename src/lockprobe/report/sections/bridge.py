@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 from markupsafe import Markup
@@ -184,6 +185,6 @@ SECTIONS = (
         rows=_rows,
         show=_show,
         tables=(_TABLE, _MATRIX),
-        figures=(FIGURE,),
+        figures=(FIGURE, replace(FIGURE, name="bridge-column", arguments=("column",))),
     ),
 )
