@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.statistics.loops import onset_batch
+from lockprobe.statistics.sequential.order import BlockOrder
 from lockprobe.trial.record import Trial
 
 __all__ = [
@@ -42,6 +43,7 @@ class Outcomes:
         solved: Whether the target moved.
         onset: The step at which the first action loop was complete, from 1; 0 if the trial holds none.
         player: :attr:`lockprobe.trial.record.Trial.player` of each; no rows where every trial stands alone.
+        order: The order of the blocks, if what is said of the trials must hold at every look; None if at one alone.
     """
 
     dose: NDArray[np.float64]
@@ -51,6 +53,7 @@ class Outcomes:
     solved: NDArray[np.bool_]
     onset: NDArray[np.int64]
     player: NDArray[np.str_] = field(default_factory=lambda: np.empty(0, dtype=np.str_))
+    order: BlockOrder | None = None
 
     def __len__(self) -> int:
         return len(self.dose)
@@ -89,8 +92,12 @@ class Outcomes:
 
     def at(self, chosen: NDArray[np.bool_]) -> Outcomes:
         """The chosen trials, a boolean array of shape (trials,)."""
-        columns = {name: getattr(self, name) for name in Outcomes.__slots__}
-        return Outcomes(**{name: column[chosen] if len(column) else column for name, column in columns.items()})
+        columns = {name: getattr(self, name) for name in _COLUMNS}
+        kept = {name: column[chosen] if len(column) else column for name, column in columns.items()}
+        return Outcomes(**kept, order=self.order)
+
+
+_COLUMNS = tuple(name for name in Outcomes.__slots__ if name != "order")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -139,20 +146,26 @@ def _onset(actions: tuple[int, ...]) -> int:
     return int(onset_batch(np.array([actions], dtype=np.int64).reshape(1, -1))[0])
 
 
-def outcomes(trials: Sequence[Trial], doses: Sequence[float] | None = None) -> Outcomes:
+def outcomes(
+    trials: Sequence[Trial], doses: Sequence[float] | None = None, order: BlockOrder | None = None
+) -> Outcomes:
     """The columns of one agent's trials; error trials are left out.
 
     ``doses`` are their doses on an axis; their flip rates if not given, 0 where other interventions acted.
     """
-    return _columns(trials, doses, broken=False)
+    return _columns(trials, doses, order, broken=False)
 
 
-def broken_off(trials: Sequence[Trial], doses: Sequence[float] | None = None) -> Outcomes:
+def broken_off(
+    trials: Sequence[Trial], doses: Sequence[float] | None = None, order: BlockOrder | None = None
+) -> Outcomes:
     """The columns of the trials that ended as error, up to the error; see :func:`outcomes`."""
-    return _columns(trials, doses, broken=True)
+    return _columns(trials, doses, order, broken=True)
 
 
-def _columns(trials: Sequence[Trial], doses: Sequence[float] | None, *, broken: bool) -> Outcomes:
+def _columns(
+    trials: Sequence[Trial], doses: Sequence[float] | None, order: BlockOrder | None, *, broken: bool
+) -> Outcomes:
     at = [trial.p or 0.0 for trial in trials] if doses is None else doses
     kept = [pair for pair in zip(trials, at, strict=True) if (pair[0].ending == "error") == broken]
     counted = [trial for trial, _ in kept]
@@ -165,6 +178,7 @@ def _columns(trials: Sequence[Trial], doses: Sequence[float] | None, *, broken: 
         solved=np.array([trial.solved for trial in counted], dtype=np.bool_),
         onset=np.array([onset(trial) for trial in counted], dtype=np.int64),
         player=np.array(players if any(players) else [], dtype=np.str_),
+        order=order,
     )
 
 
@@ -190,7 +204,8 @@ def joined(groups: Sequence[Outcomes]) -> Outcomes:
 
 
 def _stacked(groups: Sequence[Outcomes]) -> Outcomes:
-    return Outcomes(**{name: np.concatenate([getattr(one, name) for one in groups]) for name in Outcomes.__slots__})
+    columns = {name: np.concatenate([getattr(one, name) for one in groups]) for name in _COLUMNS}
+    return Outcomes(**columns, order=groups[0].order)
 
 
 def with_players_of(other: Outcomes, group: Outcomes) -> Outcomes:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import combinations
@@ -36,6 +36,7 @@ from lockprobe.statistics.outcomes import Point, outcomes
 from lockprobe.statistics.pace import Pace, pace
 from lockprobe.statistics.reference import Reference, reference_of
 from lockprobe.statistics.resample import resample
+from lockprobe.statistics.sequential.order import NO_ORDERS, BlockOrder
 from lockprobe.trial.record import PLAIN_WORDS, Trial
 
 __all__ = [
@@ -160,6 +161,7 @@ def summarise(
     axis: Axis = FLIPS,
     place: Callable[[Trial], Place] = on_flip_axis,
     one_of_several: bool = False,
+    orders: Mapping[str, BlockOrder] = NO_ORDERS,
 ) -> StudySummary:
     """Compute all results over one axis. The order of an agent's trials does not matter.
 
@@ -170,11 +172,12 @@ def summarise(
         axis: The dose in which conditions differ.
         place: The place of a trial on the axis.
         one_of_several: Whether the study has the axis in several modalities, so that agents are named with theirs.
+        orders: Agent -> the order of its blocks, of agents of which everything must hold at every look.
 
     Raises:
         BadValue: If the trials are of several boxes, or a flip rate is no probability.
     """
-    by_agent = on_axis(trials, place)
+    by_agent = on_axis(trials, place, orders)
     check_trials(trials, box)
     _check_doses(by_agent, axis)
     reference = section(
@@ -335,7 +338,9 @@ def _agent(
     agents: int,
 ) -> AgentSummary:
     """One agent in one modality; ``several`` if other trials of it have another, ``agents`` are judged together."""
-    conditions = tuple(condition_summary(members, reference, box, place) for _, members in trials.by_dose())
+    conditions = tuple(
+        condition_summary(members, reference, box, place, trials.order) for _, members in trials.by_dose()
+    )
     acting = (conditions[0], *(one for one in conditions[1:] if not one.never_acted))
     distinct = acting if heeded is None else conditions[:1]
     shares = [point for condition in distinct for point in condition.points]

@@ -25,6 +25,7 @@ from lockprobe.studies.options.agent_names import check_names
 from lockprobe.studies.options.condition_settings import condition_settings
 from lockprobe.studies.options.settings_hash import hash_of, in_no_order, sorted_text
 from lockprobe.studies.running.playable import PERSON, check_playable
+from lockprobe.studies.until import EarlierPlan, Until
 from lockprobe.trial.briefing import Ask
 from lockprobe.trial.condition import Condition
 from lockprobe.trial.doses import DOSES_SAID, can_be_fitted
@@ -64,6 +65,8 @@ class Study:
             one kind, each rate once in each modality.
         assessment: Whether agents are asked what their last action did. Asking may change behaviour.
         hypothesis: When hosted models are asked how the box works, unless a condition says otherwise.
+        until: When it stops, before ``trials`` are played; None if all of them are.
+        earlier: The sizes that it was planned with before it was extended; no setting, since they change no trial.
         names: Agent spec -> the experimenter's name for it, for those that have one; those of other agents are dropped.
             Keys, tables and pages show it in place of the spec. It changes no draw.
 
@@ -88,6 +91,8 @@ class Study:
     layout: LayoutKind = "fixed"
     assessment: bool = True
     hypothesis: Ask = "before"
+    until: Until | None = None
+    earlier: tuple[EarlierPlan, ...] = field(default=(), compare=False)
     names: Mapping[str, str] = field(default_factory=dict, hash=False)
     flip_axis: tuple[Condition, ...] = field(init=False, compare=False)
 
@@ -208,6 +213,7 @@ class Study:
             "repetitions": self.repetitions,
             "trials": self.trials,
             "strategy_trials": self.strategy_trials,
+            **({"until": self.until.settings()} if self.until else {}),
             **({"strategy_conditions": list(self.strategy_conditions)} if self.strategy_conditions else {}),
             **self._trial_settings(),
         }
@@ -313,7 +319,7 @@ class Study:
 
     def trials_of(self, agent: str) -> int:
         """Trials per repetition and condition that an agent plays."""
-        return self.strategy_trials if self.strategy_trials is not None and is_strategy(agent) else self.trials
+        return _trials_of(agent, self)
 
     @property
     def _played(self) -> dict[str, tuple[tuple[Condition, ...], int]]:
@@ -434,3 +440,7 @@ class Study:
     def size_of(self, agent: str) -> int:
         """Number of trials of one agent, over all conditions."""
         return len(self.conditions_of(agent)) * self.repetitions * self.trials_of(agent)
+
+
+def _trials_of(agent: str, plan: Study | EarlierPlan) -> int:
+    return plan.strategy_trials if plan.strategy_trials is not None and is_strategy(agent) else plan.trials

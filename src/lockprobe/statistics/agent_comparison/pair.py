@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from lockprobe.statistics.agent_comparison.crossed_clusters import at_one_p, crossed_mean, people_of
 from lockprobe.statistics.agent_comparison.interaction import Interaction, interaction
-from lockprobe.statistics.agent_comparison.paired import Array, BlockMean, Sheet, block_mean
+from lockprobe.statistics.agent_comparison.paired import Array, BlockMean, Sheet, block_mean, mean_at_every_look
 from lockprobe.statistics.inference.logrank import holm_by_family
 from lockprobe.statistics.proportions import ALPHA, Paired, paired
 from lockprobe.statistics.rare_long_trials import RareBlock, rare_block
@@ -60,7 +60,8 @@ class AgentComparison:
         people: Whether one side is people, whose trials are clustered by person too.
         bounded: Whether trials broke, so that P values are the largest over the possible endings (Manski bounds).
         alone: Trials that only one of the two finished; no other number counts them.
-        interaction: Whether false reports change both alike; None for a baseline, or with a single p.
+        interaction: Whether false reports change both alike; None for a baseline, with a single p, or where what is
+            said must hold at every look.
     """
 
     first: tuple[str, str]
@@ -129,6 +130,7 @@ def compare(
         return None
     played = ~np.isnan(first.solved) | ~np.isnan(second.solved)
     most, person = float(budget), people_of(laid)
+    order = first.order if person is None else first.order[:0]
     rare = _rare(first.steps[both], second.steps[both], most)
     return AgentComparison(
         first=names[0],
@@ -136,8 +138,8 @@ def compare(
         among=among,
         first_share=float(first.solved[both].mean()),
         second_share=float(second.solved[both].mean()),
-        success=_mean(solved, person, 1.0),
-        steps=_mean(steps, person, most, rare),
+        success=_mean(solved, person, 1.0, order),
+        steps=_mean(steps, person, most, order, rare),
         at=tuple(
             ComparisonAt(
                 dose=p,
@@ -146,18 +148,46 @@ def compare(
                 ),
                 steps=_steps_at(first.steps[both[:, i], i], second.steps[both[:, i], i], _of(person, both, i), most),
             )
+            if not len(order)
+            else _at_every_look(p, laid, i, most)
             for i, p in enumerate(values)
             if both[:, i].any()
         ),
         alone=int(np.sum(played & ~both)),
         copies=len(values) > 1 and all(_same_at_every_p(one) for one in laid),
-        interaction=interaction(values, first, second, rng) if among == "subjects" and len(values) > 1 else None,
+        interaction=interaction(values, first, second, rng)
+        if among == "subjects" and len(values) > 1 and not len(order)
+        else None,
         people=person is not None,
     )
 
 
-def _mean(differences: Array, person: NDArray[np.str_] | None, unit: float, rare: RareBlock | None = None) -> BlockMean:
-    """Over all p, clustered by luck, and where one side is people also by person."""
+def _at_every_look(p: float, laid: tuple[Sheet, Sheet], column: int, budget: float) -> ComparisonAt:
+    """Two agents at one p, with what holds at every look."""
+    first, second = laid
+    solved = (second.solved - first.solved)[first.order, column : column + 1]
+    steps = (second.steps - first.steps)[first.order, column : column + 1]
+    both = ~np.isnan(second.solved[:, column] - first.solved[:, column])
+    fixed, found = paired(first.solved[both, column] > 0, second.solved[both, column] > 0), mean_at_every_look(solved)
+    assert found.low is not None
+    assert found.high is not None
+    success = replace(fixed, low=found.low, high=found.high, p_value=1.0 if found.p_value is None else found.p_value)
+    return ComparisonAt(dose=p, success=success, steps=mean_at_every_look(steps, bound=budget))
+
+
+def _mean(
+    differences: Array,
+    person: NDArray[np.str_] | None,
+    unit: float,
+    order: NDArray[np.int64],
+    rare: RareBlock | None = None,
+) -> BlockMean:
+    """Over all p, clustered by luck, and where one side is people also by person.
+
+    With an order of the blocks it holds at every look.
+    """
+    if len(order):
+        return mean_at_every_look(differences[order], bound=unit)
     if person is None:
         return block_mean(differences, unit=unit, rare=rare)
     both = ~np.isnan(differences)

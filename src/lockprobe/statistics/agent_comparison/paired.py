@@ -10,6 +10,7 @@ in many. So a conclusion also needs the interval of the mean, which does not ass
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -19,8 +20,20 @@ from lockprobe.statistics.outcomes import Outcomes
 from lockprobe.statistics.paired_proportions import FEW, score_interval
 from lockprobe.statistics.proportions import ALPHA, LEVEL
 from lockprobe.statistics.rare_long_trials import RareBlock
+from lockprobe.statistics.sequential.contrasts import Numbers, at_every_look
 
-__all__ = ["Array", "BlockMean", "Sheet", "block_mean", "by_cluster", "half_width", "sheets", "sign_flip"]
+__all__ = [
+    "Array",
+    "BlockMean",
+    "Sheet",
+    "block_mean",
+    "by_cluster",
+    "half_width",
+    "mean_at_every_look",
+    "numbers_of",
+    "sheets",
+    "sign_flip",
+]
 
 Array = NDArray[np.float64]
 
@@ -39,11 +52,13 @@ class Sheet:
         solved: 1 where the box was solved, else 0, shape (blocks, p).
         steps: Steps played, of the same shape; an unsolved trial has its whole budget.
         person: The person of each trial, empty text where there is no trial; no rows for an agent.
+        order: The rows in the order in which blocks were planned, if what is said must hold at every look; else empty.
     """
 
     solved: Array
     steps: Array
     person: NDArray[np.str_] = field(default_factory=lambda: np.empty((0, 0), dtype=np.str_))
+    order: NDArray[np.int64] = field(default_factory=lambda: np.empty(0, dtype=np.int64))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -78,7 +93,7 @@ def sheets(groups: list[Outcomes]) -> tuple[tuple[float, ...], list[Sheet]]:
     values = np.unique(np.concatenate([group.dose for group in groups])) if groups else np.empty(0)
     lucks = sorted({luck for group in groups for luck in _lucks(group)})
     row = {luck: i for i, luck in enumerate(lucks)}
-    made = []
+    made, order = [], _order(groups, lucks)
     for group in groups:
         place = np.array([row[luck] for luck in _lucks(group)], dtype=np.int64), np.searchsorted(values, group.dose)
         solved, steps = np.full((2, len(lucks), len(values)), math.nan)
@@ -86,8 +101,16 @@ def sheets(groups: list[Outcomes]) -> tuple[tuple[float, ...], list[Sheet]]:
         person = np.full(solved.shape if group.crossed else (0, 0), "", dtype=group.player.dtype)
         if group.crossed:
             person[place] = group.player
-        made.append(Sheet(solved=solved, steps=steps, person=person))
+        made.append(Sheet(solved=solved, steps=steps, person=person, order=order))
     return tuple(values.tolist()), made
+
+
+def _order(groups: Sequence[Outcomes], lucks: Sequence[tuple[int, int]]) -> NDArray[np.int64]:
+    """The rows in the order in which blocks were planned, by the largest plan of an agent; none if nobody has one."""
+    order = max((one.order for one in groups if one.order), key=lambda one: one.plans[-1], default=None)
+    if order is None or not lucks:
+        return np.empty(0, dtype=np.int64)
+    return np.argsort(order.rank(*zip(*lucks, strict=True)))
 
 
 def _lucks(group: Outcomes) -> list[tuple[int, int]]:
@@ -155,6 +178,34 @@ def _held_by_few(sums: Array, low: float, high: float, level: float) -> tuple[fl
         return low, high
     ends = score_interval(first, second, len(sums), level)
     return min(low, ends[0]), max(high, ends[1])
+
+
+def mean_at_every_look(differences: Array, *, bound: float = 1.0, agents: int = 1) -> BlockMean:
+    """The mean of blocks, with an interval and a P value that hold at every look.
+
+    A block counts once, whatever it holds: its value is the mean of its differences.
+
+    Args:
+        differences: One row for each block, in the order in which blocks were planned, NaN where there is none; shape
+            (blocks, columns). Each lies within ``bound``.
+        bound: The largest size that a difference can have.
+        agents: Number of means that are judged together (Bonferroni).
+    """
+    (found,) = at_every_look([numbers_of(differences, bound)], agents=agents)
+    return BlockMean(
+        value=found.value,
+        low=found.low,
+        high=found.high,
+        p_value=found.p_value if found.n else None,
+        pairs=int(np.count_nonzero(~np.isnan(differences))),
+        blocks=found.n,
+    )
+
+
+def numbers_of(differences: Array, bound: float = 1.0) -> Numbers:
+    """The mean of each block that has a difference; see :func:`mean_at_every_look`."""
+    played = np.flatnonzero(~np.isnan(differences).all(axis=1))
+    return Numbers(values=np.nanmean(differences[played], axis=1), block=played, bound=bound)
 
 
 def half_width(se: float, clusters: int, level: float = LEVEL) -> float:

@@ -17,6 +17,7 @@ from lockprobe.statistics.conditions.axis_trials import Place, on_axis
 from lockprobe.statistics.conditions.design import Design
 from lockprobe.statistics.conditions.series import SeriesArm
 from lockprobe.statistics.inference.logrank import holm_by_family
+from lockprobe.statistics.sequential.order import NO_ORDERS, BlockOrder
 from lockprobe.statistics.summary import entrant
 from lockprobe.trial.record import Trial
 
@@ -60,7 +61,7 @@ class ComparisonUnder:
 
 
 def agents_by_condition(
-    cells: Mapping[tuple[str, str], Sequence[Trial]], design: Design
+    cells: Mapping[tuple[str, str], Sequence[Trial]], design: Design, orders: Mapping[str, BlockOrder] = NO_ORDERS
 ) -> tuple[ComparisonUnder, ...]:
     """Compare the agents under every condition that is no flip rate.
 
@@ -69,8 +70,9 @@ def agents_by_condition(
     Args:
         cells: The trials of every agent under every condition in which something was changed.
         design: The design of the study.
+        orders: Agent -> the order of its blocks, of agents of which everything must hold at every look.
     """
-    found = [one for arm in design.arms if arm.label not in design.axis for one in _under(cells, design, arm)]
+    found = [one for arm in design.arms if arm.label not in design.axis for one in _under(cells, design, arm, orders)]
     families = [one.family for one in found]
     tested = holm_by_family(families, [one.at.success.p_value for one in found])
     changes = [None if one.change is None else one.change.p_value for one in found]
@@ -87,14 +89,14 @@ def agents_by_condition(
 
 
 def _under(
-    cells: Mapping[tuple[str, str], Sequence[Trial]], design: Design, arm: SeriesArm
+    cells: Mapping[tuple[str, str], Sequence[Trial]], design: Design, arm: SeriesArm, orders: Mapping[str, BlockOrder]
 ) -> Iterator[ComparisonUnder]:
     label, control = arm.label, design.control(arm.label)
     played = [(name, own) for name, own in cells.items() if name[1] in (label, control) and (name[0], label) in cells]
     trials = [trial for _, own in played for trial in own]
     axes = (series.axis for series in design.other_axes if label in series.doses and label != control)
     axis = next((" ".join(filter(None, (one.name, one.options, one.rest))) for one in axes), "")
-    by_agent = on_axis(trials, _place(control if control != label else ""))
+    by_agent = on_axis(trials, _place(control if control != label else ""), orders)
     seed, of = trials[0].seed if trials else 0, [str(spec) for spec in arm.specs]
     for pair in comparisons([entrant(members) for members in by_agent], seed, of):
         at = next((one for one in pair.at if one.dose == _CONDITION), None)

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import groupby
 from math import nan
 from typing import NamedTuple
 
 from lockprobe.foundation.spec import spec_kind, spec_name
 from lockprobe.statistics.outcomes import Outcomes, broken_off, ended, outcomes
+from lockprobe.statistics.sequential.order import NO_ORDERS, BlockOrder
 from lockprobe.trial.record import Trial
 
 __all__ = ["AxisTrials", "Place", "on_axis", "on_flip_axis"]
@@ -43,12 +44,14 @@ class AxisTrials:
         modality: How the box is shown.
         trials: Its trials, by dose, repetition and trial.
         doses: The dose of each.
+        orders: The order of its blocks, if what is said must hold at every look.
     """
 
     agent: str
     modality: str
     trials: tuple[Trial, ...]
     doses: tuple[float, ...]
+    order: BlockOrder | None = None
 
     @property
     def kind(self) -> str:
@@ -77,12 +80,12 @@ class AxisTrials:
     @property
     def outcomes(self) -> Outcomes:
         """Its ended trials as columns."""
-        return outcomes(self.trials, self.doses)
+        return outcomes(self.trials, self.doses, self.order)
 
     @property
     def broken_off(self) -> Outcomes:
         """Its trials that ended as error, up to the error."""
-        return broken_off(self.trials, self.doses)
+        return broken_off(self.trials, self.doses, self.order)
 
     @property
     def finished_doses(self) -> set[float]:
@@ -100,7 +103,7 @@ class AxisTrials:
         """Its trials at these doses, of which it has at least one."""
         kept = [pair for pair in zip(self.trials, self.doses, strict=True) if pair[1] in doses]
         trials, found = zip(*kept, strict=True)
-        return AxisTrials(agent=self.agent, modality=self.modality, trials=trials, doses=found)
+        return replace(self, trials=trials, doses=found)
 
     @property
     def lowest(self) -> AxisTrials:
@@ -108,20 +111,27 @@ class AxisTrials:
         return self.at(self.doses[:1])
 
 
-def on_axis(trials: Iterable[Trial], place: Callable[[Trial], Place] = on_flip_axis) -> list[AxisTrials]:
+def on_axis(
+    trials: Iterable[Trial],
+    place: Callable[[Trial], Place] = on_flip_axis,
+    orders: Mapping[str, BlockOrder] = NO_ORDERS,
+) -> list[AxisTrials]:
     """The trials by agent and modality, in the order in which these come; see :class:`AxisTrials`."""
     found: dict[tuple[str, str], list[tuple[float, Trial]]] = {}
     for trial in trials:
         agent, modality, dose = place(trial)
         found.setdefault((agent, modality), []).append((dose, trial))
-    return [_axis_trials(agent, modality, members) for (agent, modality), members in found.items()]
+    return [_axis_trials(agent, modality, members, orders) for (agent, modality), members in found.items()]
 
 
-def _axis_trials(agent: str, modality: str, members: Sequence[tuple[float, Trial]]) -> AxisTrials:
+def _axis_trials(
+    agent: str, modality: str, members: Sequence[tuple[float, Trial]], orders: Mapping[str, BlockOrder]
+) -> AxisTrials:
     ordered = sorted(members, key=lambda pair: (pair[0], pair[1].repetition, pair[1].trial))
     return AxisTrials(
         agent=agent,
         modality=modality,
         trials=tuple(trial for _, trial in ordered),
         doses=tuple(dose for dose, _ in ordered),
+        order=orders.get(ordered[0][1].group),
     )

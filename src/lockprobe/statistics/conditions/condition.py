@@ -6,6 +6,8 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from lockprobe.boxes.box import Lockbox
 from lockprobe.foundation.left_out import section
 from lockprobe.statistics.behaviour import Behaviour, behaviour
@@ -16,11 +18,13 @@ from lockprobe.statistics.idle import StepsChanged, steps_changed
 from lockprobe.statistics.inference.difference import AnyDifference, DifferenceAt
 from lockprobe.statistics.loops.persistence import Persistence, persistence
 from lockprobe.statistics.misinterpretation import Misinterpretations, misinterpretations
-from lockprobe.statistics.outcomes import Point, ended, outcomes, points
+from lockprobe.statistics.outcomes import Outcomes, Point, ended, outcomes, points
 from lockprobe.statistics.proportions import ALPHA, Proportion, difference
 from lockprobe.statistics.rationality import Rationality, rationality
 from lockprobe.statistics.reference import Reference
 from lockprobe.statistics.rules import RuleBreaks, rule_breaks
+from lockprobe.statistics.sequential.order import BlockOrder
+from lockprobe.statistics.sequential.shares import share_at_every_look
 from lockprobe.trial.record import Trial
 
 __all__ = ["ConditionSummary", "Contrast", "condition_summary", "contrast"]
@@ -113,17 +117,19 @@ def condition_summary(
     reference: Reference | None,
     box: Lockbox | None = None,
     place: Callable[[Trial], Place] = on_flip_axis,
+    order: BlockOrder | None = None,
 ) -> ConditionSummary:
     """The results of one agent's trials under one condition; rules and reference are those of the box.
 
-    ``place`` says where they are on the axis of the analysis.
+    ``place`` says where they are on the axis of the analysis, ``order`` the order of blocks if success must hold at
+    every look.
     """
     agent, modality, dose = place(trials[0])
     first, changed = trials[0], steps_changed(trials)
     rules = section("Attempts against the rules", lambda: rule_breaks(trials, box) if box else None, lambda: None)
     claims = section("Misread claims", lambda: misinterpretations(trials), lambda: misinterpretations(()))
     truthful = bool(first.p) and not claims.false_reports.count
-    curve, found = success_curve(trials), outcomes(trials)
+    curve, found = success_curve(trials), outcomes(trials, order=order)
     budget = len(curve.share)
     return ConditionSummary(
         key=first.name.cell,
@@ -131,7 +137,7 @@ def condition_summary(
         agent=agent,
         modality=modality,
         dose=dose,
-        success=share_of(found.solved, found.player, found.luck),
+        success=_success(found),
         errors=dict(sorted(Counter(trial.error.boundary for trial in trials if trial.error).items())),
         curve=curve,
         relative=section(
@@ -150,6 +156,12 @@ def condition_summary(
         rules=rules,
         never_acted=changed is not None and changed.known and (truthful or not changed.changed),
     )
+
+
+def _success(found: Outcomes) -> Proportion:
+    if found.order is None or found.crossed:
+        return share_of(found.solved, found.player, found.luck)
+    return share_at_every_look(found.solved[np.argsort(found.order.rank(found.repetition, found.trial))])
 
 
 def contrast(conditions: Sequence[ConditionSummary], tested: AnyDifference) -> Contrast | None:

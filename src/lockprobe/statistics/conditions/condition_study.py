@@ -28,6 +28,7 @@ from lockprobe.statistics.factorial.design import factorials_of
 from lockprobe.statistics.factorial.effects import FactorialEffects, factorial_effects
 from lockprobe.statistics.idle import Idle, Unheeded, idle_interventions, unheeded
 from lockprobe.statistics.reference import Reference, reference_of
+from lockprobe.statistics.sequential.order import NO_ORDERS, BlockOrder
 from lockprobe.statistics.summary import AgentSummary, StudySummary, is_reference, summarise
 from lockprobe.statistics.why.contrasts import Why, why
 from lockprobe.trial.record import Trial
@@ -99,6 +100,7 @@ def summarise_conditions(
     box: Lockbox,
     budget: int,
     each: Each = map,
+    orders: Mapping[str, BlockOrder] = NO_ORDERS,
 ) -> ConditionStudySummary:
     """Compute the numbers of the conditions beside the flip axis.
 
@@ -109,12 +111,13 @@ def summarise_conditions(
         box: Its box.
         budget: Most steps of a trial.
         each: A map function over agents, sequential or parallel.
+        orders: Agent -> the order of its blocks, of agents of which everything must hold at every look.
     """
     reference = reference_of(box, budget)
     known = {(one.agent, one.name): one for one in flips.conditions}
     cells = grouped(trials, lambda trial: (trial.group, trial.condition))
     jobs = {
-        name: partial(_condition_if_possible, members, reference, box)
+        name: partial(_condition_if_possible, members, reference, box, orders.get(name[0]))
         for name, members in cells.items()
         if name[1] not in design.axis
     }
@@ -122,17 +125,23 @@ def summarise_conditions(
     conditions = {name: one for name in cells if (one := known.get(name) or found.get(name)) is not None}
     idle = _idle(conditions, design)
     acting = {name: cells[name] for name in conditions if name not in _names(idle, whole=True)}
-    series = tuple(dose_series(trials, design, box=box, each=each, idle=_names(idle)))
+    series = tuple(dose_series(trials, design, box=box, each=each, idle=_names(idle), orders=orders))
     return ConditionStudySummary(
         design=design,
         conditions=conditions,
-        effects=section("Every condition against the control", lambda: _effects(acting, design, _names(idle)), tuple),
+        effects=section(
+            "Every condition against the control", lambda: _effects(acting, design, _names(idle), orders), tuple
+        ),
         on_axes=tuple(_on_axes(flips, series, design)),
-        on_factors=section("Factors", lambda: _of_factors(acting, design.factors, design), tuple),
-        against_none=section("No feedback", lambda: _of_factors(acting, no_feedback_factors(design), design), tuple),
-        agents_compared=section("Agents compared under conditions", lambda: agents_by_condition(acting, design), tuple),
+        on_factors=section("Factors", lambda: _of_factors(acting, design.factors, design, orders), tuple),
+        against_none=section(
+            "No feedback", lambda: _of_factors(acting, no_feedback_factors(design), design, orders), tuple
+        ),
+        agents_compared=section(
+            "Agents compared under conditions", lambda: agents_by_condition(acting, design, orders), tuple
+        ),
         series=series,
-        whys=section("Why false reports change success", lambda: _whys(acting, design), tuple),
+        whys=section("Why false reports change success", lambda: _whys(acting, design, orders), tuple),
         factorials=section("Factors of a factorial design", lambda: _factorials(cells, design), tuple),
         bridges=section("From pictures to flips", lambda: _bridges(cells, design), tuple),
         reference=reference,
@@ -141,10 +150,14 @@ def summarise_conditions(
     )
 
 
-def _condition_if_possible(trials: Sequence[Trial], reference: Reference, box: Lockbox) -> ConditionSummary | None:
+def _condition_if_possible(
+    trials: Sequence[Trial], reference: Reference, box: Lockbox, order: BlockOrder | None
+) -> ConditionSummary | None:
     """One agent under one condition; None if what no other number replaces cannot be computed."""
     with of_whom(f"{trials[0].group} under {trials[0].condition}"):
-        return section("All numbers", lambda: condition_summary(trials, reference, box, _on_no_axis), lambda: None)
+        return section(
+            "All numbers", lambda: condition_summary(trials, reference, box, _on_no_axis, order), lambda: None
+        )
 
 
 def _on_no_axis(trial: Trial) -> Place:
@@ -218,14 +231,23 @@ class _Compared:
         members = [self.trials[self.of.control], *others]
         return heeded_at_most([trial for own in members for trial in own]) is None
 
-    def effects(self, idle: frozenset[str], agents: int) -> Effects | None:
+    def effects(self, idle: frozenset[str], agents: int, order: BlockOrder | None) -> Effects | None:
         """The differences, and with conditions their interactions; ``agents`` are judged together."""
         beside = [name for name in self.of.labels if name not in (self.of.control, *self.others)]
         crossed = (self.of.crossings, self.of.grids) if self.name == CONDITIONS else ((), ())
-        return effects(self.trials, self.of.control, *crossed, idle, axis=beside, agents=agents, family=self.name)
+        return effects(
+            self.trials,
+            self.of.control,
+            *crossed,
+            idle,
+            axis=beside,
+            agents=agents,
+            family=self.name,
+            order=order,
+        )
 
 
-def _effects(cells: _Cells, design: Design, idle: _Names) -> tuple[Effects, ...]:
+def _effects(cells: _Cells, design: Design, idle: _Names, orders: Mapping[str, BlockOrder]) -> tuple[Effects, ...]:
     """Each modality's other conditions against its control, and the controls of all modalities against the first.
 
     In each, what the report says of the agents that the study is about is one family, and of baselines another.
@@ -238,7 +260,11 @@ def _effects(cells: _Cells, design: Design, idle: _Names) -> tuple[Effects, ...]
     ]
     sizes = Counter(one.family for one in compared if one.counts)
     found = (
-        one.effects(frozenset(label for name, label in idle if name == one.agent), max(1, sizes[one.family]))
+        one.effects(
+            frozenset(label for name, label in idle if name == one.agent),
+            max(1, sizes[one.family]),
+            orders.get(one.agent),
+        )
         for one in compared
     )
     return tuple(one for one in found if one)
@@ -254,8 +280,10 @@ def _on_axes(flips: StudySummary, series: Sequence[tuple[Series, StudySummary]],
         yield from (one for agent in summary.agents if (one := _axis_effects(agent)))
 
 
-def _of_factors(cells: _Cells, factors: Iterable[Factor], design: Design) -> tuple[Effects, ...]:
-    return tuple(one for factor in factors for one in factor_effects(cells, factor, design.agents))
+def _of_factors(
+    cells: _Cells, factors: Iterable[Factor], design: Design, orders: Mapping[str, BlockOrder]
+) -> tuple[Effects, ...]:
+    return tuple(one for factor in factors for one in factor_effects(cells, factor, design.agents, orders))
 
 
 def _axis_effects(found: AgentSummary) -> Effects | None:
@@ -275,7 +303,7 @@ def _axis_effects(found: AgentSummary) -> Effects | None:
     )
 
 
-def _whys(cells: _Cells, design: Design) -> tuple[Why, ...]:
+def _whys(cells: _Cells, design: Design, orders: Mapping[str, BlockOrder]) -> tuple[Why, ...]:
     """Why false reports change each agent's success, in each modality that has the arms for it.
 
     In each modality the agents that the study is about are one family, and baselines another. Those that play alike
@@ -285,7 +313,7 @@ def _whys(cells: _Cells, design: Design) -> tuple[Why, ...]:
     for agent in design.agents:
         for shown in map(design.shown, design.modalities):
             own = {arm.label: cells[agent, arm.label] for arm in shown if (agent, arm.label) in cells}
-            asked.append(partial(why, own, shown))
+            asked.append(partial(why, own, shown, order=orders.get(agent)))
     answered = [(make, (one.modality, is_reference(design.spec_of(one.agent)))) for make in asked if (one := make())]
     sizes = Counter(family for _, family in answered)
     return tuple(one for make, family in answered if (one := make(agents=sizes[family])))
@@ -314,7 +342,13 @@ def _bridges(cells: _Cells, design: Design) -> tuple[Bridge, ...]:
 
 
 def dose_series(
-    trials: Sequence[Trial], design: Design, *, box: Lockbox, each: Each, idle: frozenset[tuple[str, str]] = frozenset()
+    trials: Sequence[Trial],
+    design: Design,
+    *,
+    box: Lockbox,
+    each: Each,
+    idle: frozenset[tuple[str, str]] = frozenset(),
+    orders: Mapping[str, BlockOrder] = NO_ORDERS,
 ) -> Iterator[tuple[Series, StudySummary]]:
     """The numbers over every other dose, and over options of agents under the first control.
 
@@ -324,6 +358,7 @@ def dose_series(
         box: Its box.
         each: A map function over agents, sequential or parallel.
         idle: Agents and conditions in which a dose changed nothing, which are in no series.
+        orders: Agent -> the order of its blocks, of agents of which everything must hold at every look.
     """
     first, found = design.control(design.arms[0].label), []
     for series in design.series:
@@ -340,7 +375,16 @@ def dose_series(
         found.append((series, members, partial(_by_condition, series)))
     for series, members, place in found:
         several = Counter(one.axis for one in design.series)[series.axis] > 1
-        make = partial(summarise, members, box, each=each, axis=series.axis, place=place, one_of_several=several)
+        make = partial(
+            summarise,
+            members,
+            box,
+            each=each,
+            axis=series.axis,
+            place=place,
+            one_of_several=several,
+            orders=orders,
+        )
         summary = section(f"Doses of {series.axis.name}", make if members else _nothing, _nothing)
         if summary is not None:
             yield series, summary

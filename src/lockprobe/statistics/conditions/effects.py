@@ -19,6 +19,7 @@ from lockprobe.statistics.conditions.series import Crossing
 from lockprobe.statistics.inference.difference import DifferenceAt, each_difference
 from lockprobe.statistics.outcomes import Outcomes, outcomes
 from lockprobe.statistics.proportions import ALPHA
+from lockprobe.statistics.sequential.order import BlockOrder
 from lockprobe.trial.record import Trial
 
 __all__ = ["CONDITIONS", "CONTROLS", "Effect", "Effects", "Interplay", "effects", "interactions"]
@@ -103,6 +104,7 @@ def effects(
     axis: Collection[str] = (),
     agents: int = 1,
     family: str = CONDITIONS,
+    order: BlockOrder | None = None,
 ) -> Effects | None:
     """Compare the conditions of one agent in one modality with the control.
 
@@ -115,11 +117,12 @@ def effects(
         axis: Conditions that an axis compares with the control, in a family of their own: crossings and grids use them.
         agents: Number of agents that are judged together.
         family: What is judged together.
+        order: The order of the blocks, if differences must hold at every look. Interactions are left out then.
 
     Returns:
         None if no other condition shares a trial with the control, and none are crossed.
     """
-    found = {name: outcomes(members) for name, members in trials.items()}
+    found = {name: outcomes(members, order=order) for name, members in trials.items()}
     first = next((one for one in trials.get(control, ())), None)
     if first is None:
         return None
@@ -128,7 +131,7 @@ def effects(
     rng = generator(first.seed, "analysis", first.spec, first.modality, "conditions")
     tested = each_difference([found[name] for name in names], rng, agents=agents)
     acting = {name: one for name, one in found.items() if name not in idle}
-    interplays, summaries = interactions(crossed, gridded, acting, agents)
+    interplays, summaries = interactions(crossed, gridded, acting, agents) if order is None else ((), ())
     if not (tested or interplays or summaries):
         return None
     seen = [Effect(condition=names[place], difference=one) for place, one in tested]

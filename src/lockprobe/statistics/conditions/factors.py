@@ -16,6 +16,7 @@ from lockprobe.statistics.conditions.effects import Effect, Effects
 from lockprobe.statistics.conditions.series import SeriesArm
 from lockprobe.statistics.inference.difference import each_difference
 from lockprobe.statistics.outcomes import outcomes
+from lockprobe.statistics.sequential.order import NO_ORDERS, BlockOrder
 from lockprobe.statistics.summary import is_reference
 from lockprobe.trial.record import Trial
 
@@ -89,7 +90,9 @@ def _is_number(text: str) -> bool:
     return True
 
 
-def factor_effects(cells: _Cells, factor: Factor, agents: Sequence[str]) -> Iterator[Effects]:
+def factor_effects(
+    cells: _Cells, factor: Factor, agents: Sequence[str], orders: Mapping[str, BlockOrder] = NO_ORDERS
+) -> Iterator[Effects]:
     """What the levels of a factor did to each agent, against the first level.
 
     Agents that the study is about are one family, and baselines another; each is corrected for its agents, and for all
@@ -99,6 +102,7 @@ def factor_effects(cells: _Cells, factor: Factor, agents: Sequence[str]) -> Iter
         cells: The trials of every agent under every condition.
         factor: The factor.
         agents: The agents.
+        orders: Agent -> the order of its blocks, of agents of which everything must hold at every look.
     """
     asked = [(agent, group) for agent in agents for group in factor.groups if _can_differ(cells, agent, group)]
     baseline = {agent: is_reference(cells[agent, group[0]][0].spec) for agent, group in asked}
@@ -108,7 +112,8 @@ def factor_effects(cells: _Cells, factor: Factor, agents: Sequence[str]) -> Iter
         first = cells[agent, names[0]][0]
         rng = generator(first.seed, "analysis", first.spec, first.modality, factor.name, *first.specs)
         many = sizes[baseline[agent]] * len(factor.groups)
-        tested = each_difference([outcomes(cells[agent, name]) for name in names], rng, agents=many)
+        compared = [outcomes(cells[agent, name], order=orders.get(agent)) for name in names]
+        tested = each_difference(compared, rng, agents=many)
         if tested:
             seen = tuple(Effect(condition=names[place], difference=one) for place, one in tested)
             yield Effects(

@@ -166,6 +166,8 @@ def _tested(
     lines = corrected(
         of("Two lines of success", lambda some: two_lines(some.dose, some.solved, _players(some))), agents
     )
+    if outcomes.order is not None:
+        lines = replace(lines, p_value=None, direction=None)  # it holds for one look
     again = of("Two lines of loop onset", onset_lines)
     rates = of("Two lines of loop rates", lambda some: two_lines(some.dose, some.looped, _players(some)))
     hazard = of("Success after a loop", lambda some: loop_hazard(some, blind))

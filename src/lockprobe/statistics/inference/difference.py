@@ -14,8 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lockprobe.statistics.clustered import ClusteredDifference, clustered_difference
+from lockprobe.statistics.inference.every_look import Change, changes_at_every_look
 from lockprobe.statistics.outcomes import Outcomes, joined, solved_in_pairs
 from lockprobe.statistics.proportions import Paired, Proportion, paired, proportion
+from lockprobe.statistics.sequential.contrasts import AtEveryLook
 
 __all__ = ["AnyDifference", "Bound", "DifferenceAt", "any_difference", "each_difference"]
 
@@ -61,6 +63,7 @@ class DifferenceAt:
             the interval excludes 0. If trials broke, the largest over their possible endings.
         if_unsolved: The difference if every broken trial had ended unsolved; None if no trial broke.
         if_solved: The difference if every broken trial had been solved.
+        course: The estimate after each block, if interval and P value hold at every look; None if at one alone.
     """
 
     dose: float
@@ -74,6 +77,7 @@ class DifferenceAt:
     p_value: float
     if_unsolved: Bound | None = None
     if_solved: Bound | None = None
+    course: AtEveryLook | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -124,6 +128,8 @@ def any_difference(
         permutations: Number of permutations; more are drawn for many agents, whose P values have to be smaller.
         agents: Number of agents that are judged together.
     """
+    if outcomes.order is not None and not outcomes.crossed:
+        return _at_every_look(outcomes, agents)
     permutations = max(permutations, _PER_AGENT * agents)
     values, place = np.unique(outcomes.dose, return_inverse=True)
     lowest = float(values[0]) if len(values) else None
@@ -184,8 +190,47 @@ def each_difference(
         found = {i: any_difference(together, rng, agents=agents * len(pairs)) for i, together in pairs.items()}
         return tuple((i, replace(one, dose=float(i))) for i, tested in found.items() for one in tested.at)
     shared = {i: together for i, together in pairs.items() if len(solved_in_pairs(groups[0], groups[i]))}
+    if groups[0].order is not None:
+        changes = changes_at_every_look(groups[0], [groups[i] for i in shared], agents=agents)
+        return tuple((i, _of_change(float(i), change)) for i, change in zip(shared, changes, strict=True))
     made = {i: _at(together, (0.0, 1.0), choices=agents * len(shared)) for i, together in shared.items()}
     return tuple((i, replace(one, dose=float(i))) for i, one in made.items())
+
+
+def _at_every_look(outcomes: Outcomes, agents: int) -> AnyDifference:
+    """Every dose against the lowest one, in one family, with what holds at every look."""
+    values = np.unique(outcomes.dose).tolist()
+    groups = {dose: outcomes.at(outcomes.dose == dose) for dose in values}
+    shared = [dose for dose in values[1:] if len(solved_in_pairs(groups[values[0]], groups[dose]))]
+    changes = (
+        changes_at_every_look(groups[values[0]], [groups[dose] for dose in shared], agents=agents) if shared else ()
+    )
+    at = tuple(_of_change(dose, change) for dose, change in zip(shared, changes, strict=True))
+    return AnyDifference(
+        lowest=values[0] if values else None,
+        at=at,
+        p_value=min((one.p_value for one in at), default=None),
+        omnibus=None,
+        permutations=0,
+        note="" if at else "no common trial",
+        agents=agents,
+    )
+
+
+def _of_change(dose: float, change: Change) -> DifferenceAt:
+    pairs = change.pairs
+    return DifferenceAt(
+        dose=dose,
+        first=change.first,
+        second=change.second,
+        value=pairs.value,
+        low=pairs.low,
+        high=pairs.high,
+        pairs=pairs,
+        exchange=pairs.p_value,
+        p_value=pairs.p_value,
+        course=change.course,
+    )
 
 
 def _at(outcomes: Outcomes, both: tuple[float, float], exchange: float | None = None, *, choices: int) -> DifferenceAt:

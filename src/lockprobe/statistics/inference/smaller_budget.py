@@ -43,10 +43,11 @@ def reversal(outcomes: Outcomes, found: AnyDifference) -> Reversal | None:
         found: Its differences in success.
 
     Returns:
-        None if no difference was detected, no smaller budget reverses it, or trials do not come in pairs (people).
+        None if no difference was detected, no smaller budget reverses it, trials do not come in pairs (people), or what
+        is said must hold at every look.
     """
     clearest = found.clearest
-    if clearest is None or clearest.p_value >= ALPHA or outcomes.crossed:
+    if clearest is None or clearest.p_value >= ALPHA or outcomes.crossed or outcomes.order is not None:
         return None
     lowest, higher = (outcomes.at(outcomes.dose == p) for p in (found.lowest, clearest.dose))
     budgets = range(1, int(outcomes.length.max()))

@@ -16,6 +16,8 @@ from lockprobe.statistics.conditions.series import SeriesArm
 from lockprobe.statistics.inference.logrank import holm
 from lockprobe.statistics.outcomes import Outcomes, outcomes
 from lockprobe.statistics.proportions import ALPHA, Proportion, proportion
+from lockprobe.statistics.sequential.order import BlockOrder
+from lockprobe.statistics.sequential.shares import share_at_every_look
 from lockprobe.statistics.why.arms import PLANNED, arms_of
 from lockprobe.statistics.why.mechanism import MARGIN, Decision, decide, mean_over_blocks
 from lockprobe.trial.record import Trial
@@ -91,6 +93,7 @@ def why(
     *,
     margin: float = MARGIN,
     agents: int = 1,
+    order: BlockOrder | None = None,
 ) -> Why | None:
     """Analyse why lies change the success of one agent in one modality.
 
@@ -99,6 +102,7 @@ def why(
         conditions: The conditions with their specs.
         margin: Equivalence margin: smaller changes count as none, (0, 1).
         agents: Number of agents (and ways of showing the box) that are judged together.
+        order: The order of the blocks, if everything must hold at every look.
 
     Returns:
         None unless two blocks or more have a trial in each planned arm.
@@ -106,7 +110,7 @@ def why(
     if (found := arms_of(conditions)) is None:
         return None
     p, names = found
-    counted = {arm: outcomes(trials.get(name, ())) for arm, name in names.items()}
+    counted = {arm: outcomes(trials.get(name, ()), order=order) for arm, name in names.items()}
     counted = {arm: one for arm, one in counted.items() if len(one)}
     if not counted.keys() >= set(PLANNED):
         return None
@@ -114,15 +118,18 @@ def why(
     if int((~np.isnan(np.sum([solved[arm] for arm in PLANNED], axis=0))).sum()) < 2:
         return None
     first = trials[names["truth"]][0]
-    decision = decide(solved, margin=margin, agents=agents)
+    every = order is not None
+    decision = decide(solved, margin=margin, agents=agents, every_look=every)
     loops = decision.contrasts and solved.keys() >= {"lie in loops", "self-yoked"}
     return Why(
         agent=first.group,
         modality=first.modality,
         p=p,
-        arms=_arms(names, counted, solved, agents, all_arms=bool(decision.contrasts)),
+        arms=_arms(names, counted, solved, agents, all_arms=bool(decision.contrasts), every_look=every),
         decision=decision,
-        contingent=mean_over_blocks(solved["lie in loops"] - solved["self-yoked"], agents=agents) if loops else None,
+        contingent=mean_over_blocks(solved["lie in loops"] - solved["self-yoked"], agents=agents, every_look=every)
+        if loops
+        else None,
         margin=margin,
         needed=_needed(solved["lie"] - solved["truth"], margin, agents),
         agents=agents,
@@ -130,9 +137,13 @@ def why(
 
 
 def _by_block(counted: Mapping[str, Outcomes]) -> dict[str, Array]:
-    """Arm -> 1 if solved, 0 if not, one row per block; NaN where no trial has ended."""
+    """Arm -> 1 if solved, 0 if not, one row per block; NaN where no trial has ended.
+
+    Rows are in the order in which blocks were planned, if what is said must hold at every look.
+    """
     _, made = sheets([replace(one, dose=np.zeros(len(one))) for one in counted.values()])
-    return {arm: sheet.solved[:, 0] for arm, sheet in zip(counted, made, strict=True)}
+    rows = made[0].order if len(made[0].order) else slice(None)
+    return {arm: sheet.solved[rows, 0] for arm, sheet in zip(counted, made, strict=True)}
 
 
 def _arms(
@@ -142,16 +153,21 @@ def _arms(
     agents: int,
     *,
     all_arms: bool,
+    every_look: bool,
 ) -> tuple[ArmEffect, ...]:
     """Success in every arm; its difference from true reports where it may be looked at."""
     compared = [arm for arm in solved if arm != "truth"] if all_arms else []
-    changes = {arm: mean_over_blocks(solved[arm] - solved["truth"], agents=agents) for arm in compared}
+    changes = {
+        arm: mean_over_blocks(solved[arm] - solved["truth"], agents=agents, every_look=every_look) for arm in compared
+    }
     corrected = dict(zip(changes, holm([one.p_value for one in changes.values()]), strict=True))
     return tuple(
         ArmEffect(
             arm=arm,
             condition=names[arm],
-            success=proportion(int(one.solved.sum()), len(one)),
+            success=share_at_every_look(solved[arm][~np.isnan(solved[arm])])
+            if every_look
+            else proportion(int(one.solved.sum()), len(one)),
             change=replace(changes[arm], p_value=corrected[arm]) if arm in changes else None,
         )
         for arm, one in counted.items()

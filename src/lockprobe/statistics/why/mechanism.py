@@ -16,13 +16,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Literal
 
 import numpy as np
 
-from lockprobe.statistics.agent_comparison.paired import Array, BlockMean, block_mean
+from lockprobe.statistics.agent_comparison.paired import Array, BlockMean, block_mean, mean_at_every_look, numbers_of
 from lockprobe.statistics.paired_proportions import equivalence
 from lockprobe.statistics.proportions import ALPHA
+from lockprobe.statistics.sequential.contrasts import at_every_look
 
 __all__ = [
     "CONTENT",
@@ -119,7 +121,9 @@ class Decision:
         return enough and _one_exceeds_both(self.contrasts, self.way)
 
 
-def decide(solved: Mapping[str, Array], *, margin: float = MARGIN, agents: int = 1) -> Decision:
+def decide(
+    solved: Mapping[str, Array], *, margin: float = MARGIN, agents: int = 1, every_look: bool = False
+) -> Decision:
     """The decision from the outcomes of the arms.
 
     Args:
@@ -127,15 +131,18 @@ def decide(solved: Mapping[str, Array], *, margin: float = MARGIN, agents: int =
             arms of :data:`~lockprobe.statistics.why.arms.PLANNED`, and ``remark`` for a claim on the form.
         margin: Equivalence margin: smaller changes count as none, (0, 1).
         agents: Number of agents that are judged together (Bonferroni).
+        every_look: Whether the decision must hold at every look; blocks are then in the order in which they were
+            planned.
     """
     change = solved["lie"] - solved["truth"]
-    total = mean_over_blocks(change, agents=agents)
-    small = _equivalence(change, margin, agents)
+    mean = partial(mean_over_blocks, agents=agents, every_look=every_look)
+    total = mean(change)
+    small = _equivalence(change, margin, agents, every_look=every_look)
     if not _detected(total):
         verdict: Verdict = "no change" if small < ALPHA else "inconclusive"
         return Decision(total=total, contrasts={}, claims=(), equivalence=small, verdict=verdict)
     contrasts = {
-        name: mean_over_blocks(*(solved[more] - solved[less] for more, less in pairs), agents=agents)
+        name: mean(*(solved[more] - solved[less] for more, less in pairs))
         for name, pairs in CONTRASTS.items()
         if all(arm in solved for pair in pairs for arm in pair)
     }
@@ -184,16 +191,19 @@ def _one_exceeds_both(contrasts: Mapping[str, BlockMean], way: int) -> bool:
     return one - both > max(0.0, both) / 4
 
 
-def mean_over_blocks(*differences: Array, agents: int = 1) -> BlockMean:
+def mean_over_blocks(*differences: Array, agents: int = 1, every_look: bool = False) -> BlockMean:
     """A mean over blocks; its P value and its 95 % interval are corrected for the agents that are judged together.
 
     Args:
         differences: Differences of success within blocks, shape (blocks,); of several, their mean over the blocks that
             have all of them.
         agents: Number of agents that are judged together (Bonferroni).
+        every_look: Whether interval and P value must hold at every look.
     """
     table = np.column_stack(differences)
     table[np.isnan(table).any(axis=1)] = np.nan
+    if every_look:
+        return mean_at_every_look(table, agents=agents)
     found = block_mean(table, unit=1.0, choices=agents)
     return found if found.p_value is None else replace(found, p_value=min(1.0, agents * found.p_value))
 
@@ -203,7 +213,9 @@ def _detected(found: BlockMean, level: float = ALPHA) -> bool:
     return found.p_value is not None and found.p_value < level and found.clear
 
 
-def _equivalence(differences: Array, margin: float, agents: int) -> float:
+def _equivalence(differences: Array, margin: float, agents: int, *, every_look: bool) -> float:
     """P value of two one-sided tests that the change is at most -margin, or at least margin (Schuirmann 1987)."""
     kept = differences[~np.isnan(differences)]
+    if every_look:
+        return at_every_look([numbers_of(differences[:, None])], agents=agents, margin=margin)[0].small_p_value
     return min(1.0, agents * equivalence(int(np.sum(kept < 0)), int(np.sum(kept > 0)), len(kept), margin))

@@ -1,0 +1,156 @@
+"""E-processes and confidence sequences of the mean of bounded numbers, by betting.
+
+A P value and a 95 % interval hold for one look at a number of trials that was fixed before. An *e-process* starts at 1
+and, if the hypothesis holds, exceeds 20 at *any* look with a probability of at most 1 / 20 (Ville 1939). So 1 over its
+maximum is a P value, and the means that it does not exceed 20 for are a 95 % interval, however often one looks.
+
+Here it is the wealth of somebody who bets against the mean m of numbers scaled to [0, 1]. A bet on theta multiplies the
+wealth by x theta / m + (1 - x) (1 - theta) / (1 - m) for each number x; the wealth is averaged over 128 bets, whose
+distribution is that of Beta(1/2, 1/2). Of solved and unsolved trials that is the beta-binomial mixture (Robbins 1970),
+of paired differences at m = 1/2 that of the pairs that differ, and of any other bounded numbers the betting of
+Waudby-Smith and Ramdas (JRSS B 2024, Sec. 4). The numbers may depend on each other as long as each has the mean m given
+those before it.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+__all__ = ["Side", "confidence_sequence", "log_wealth", "looks"]
+
+Array = NDArray[np.float64]
+
+_BETS = np.sin((np.arange(128) + 0.5) * np.pi / 256) ** 2
+"""Bets between 0 and 1 with equal weights: the nodes of Chebyshev. Any fixed bets give a valid test."""
+
+_HALVINGS = 18
+"""Steps of bisection to an end of an interval; it is then known to 4e-6 of the range, and not narrower than it is."""
+
+_EDGE = 1e-9
+
+_EVERY = 100
+_GROWTH = 1.01
+"""Looks are taken after each of the first 100 numbers, and then whenever there are 1 % more of them."""
+
+Side = Literal["both", "below", "above"]
+"""Which means speak against the hypothesis: any other one, those below, or those above."""
+
+
+def looks(numbers: int) -> NDArray[np.int64]:
+    """After how many numbers there is a look. It does not depend on how many there will be.
+
+    Looking less often than one could is valid, and only makes intervals wider.
+
+    >>> looks(3).tolist(), looks(105)[-2:].tolist()
+    ([1, 2, 3], [103, 105])
+    """
+    if numbers <= _EVERY:
+        return np.arange(1, numbers + 1)
+    more = np.arange(1, math.log(numbers / _EVERY) / math.log(_GROWTH) + 1)
+    later = np.unique(np.ceil(_EVERY * _GROWTH**more)).astype(np.int64)
+    return np.concatenate([np.arange(1, _EVERY + 1), later[later <= numbers]])
+
+
+def log_wealth(values: ArrayLike, mean: float, *, low: float = 0.0, high: float = 1.0, side: Side = "both") -> Array:
+    """The logarithm of the e-process against a mean, after each number.
+
+    Args:
+        values: The numbers in the order in which they were drawn, each in [low, high], shape (numbers,).
+        mean: The mean of the hypothesis, in (low, high). With ``side="below"`` it is that the mean is at least this
+            one, with ``side="above"`` that it is at most this one.
+        low: Lower bound of the numbers, known before.
+        high: Upper bound.
+        side: On which side of the hypothesis means speak against it.
+
+    Returns:
+        Shape (numbers,); 3.0 or more after some number has a probability of at most 1 / 20 under the hypothesis.
+
+    >>> round(float(log_wealth([1] * 6, 0.0, low=-1, high=1)[-1]), 2)
+    2.67
+    """
+    kinds, counts = _counted(values, low, high)
+    at = (mean - low) / (high - low)
+    bets = {"both": _BETS, "below": at * _BETS, "above": at + (1 - at) * _BETS}[side]
+    return _mean_of_exp(counts.cumsum(axis=0) @ _gains(kinds, np.full(1, at), bets)[0])
+
+
+def confidence_sequence(
+    values: ArrayLike, log_threshold: ArrayLike, *, low: float = 0.0, high: float = 1.0
+) -> tuple[Array, Array]:
+    """The ends of the interval of the mean at each of :func:`looks`, each within all before it.
+
+    An interval that would leave nothing of those before it is left out, which happens with a probability of at most 1
+    over the threshold.
+
+    Args:
+        values: The numbers in the order in which they were drawn, each in [low, high], shape (numbers,).
+        log_threshold: Logarithm of the e-value that excludes a mean, after each number or at once for all; log(20) for
+            an interval of 95 %.
+        low: Lower bound of the numbers, known before.
+        high: Upper bound.
+
+    Returns:
+        Lower and upper ends, each of shape (looks,).
+
+    >>> ends = confidence_sequence([1, 0] * 50, math.log(20))
+    >>> round(float(ends[0][-1]), 2), round(float(ends[1][-1]), 2)
+    (0.33, 0.67)
+    """
+    kinds, counts = _counted(values, low, high)
+    at = looks(len(counts))
+    if not len(at):
+        return np.empty(0), np.empty(0)
+    seen, limit = counts.cumsum(axis=0)[at - 1], np.broadcast_to(np.asarray(log_threshold, float), len(counts))[at - 1]
+    middle = np.clip(seen @ kinds / at, _EDGE, 1 - _EDGE)
+    ends = []
+    for extreme in (_EDGE, 1 - _EDGE):
+        inside, outside = middle, np.full(len(at), extreme)
+        is_open = _wealth_at(kinds, seen, outside) < limit
+        for _ in range(_HALVINGS):
+            half = (inside + outside) / 2
+            kept = _wealth_at(kinds, seen, half) < limit
+            inside, outside = np.where(kept, half, inside), np.where(kept, outside, half)
+        ends.append(np.where(is_open, round(extreme), outside))
+    return _nested(*(low + (high - low) * end for end in ends))
+
+
+def _nested(lower: Array, upper: Array) -> tuple[Array, Array]:
+    """Each interval within those before it; one that leaves nothing of them is left out."""
+    low, high = -np.inf, np.inf
+    for i in range(len(lower)):
+        first, second = max(low, lower[i]), min(high, upper[i])
+        if first < second:
+            low, high = first, second
+        lower[i], upper[i] = low, high
+    return lower, upper
+
+
+def _counted(values: ArrayLike, low: float, high: float) -> tuple[Array, Array]:
+    """The different numbers on the scale from 0 to 1, and for each number a row with a one in the column of its own."""
+    kinds, place = np.unique(np.asarray(values, dtype=np.float64), return_inverse=True)
+    if len(kinds) and not low <= kinds[0] <= kinds[-1] <= high:
+        raise ValueError(f"numbers from {kinds[0]:g} to {kinds[-1]:g}, not within {low:g} and {high:g}")
+    return (kinds - low) / (high - low), np.eye(len(kinds))[place]
+
+
+def _gains(kinds: Array, mean: Array, bets: Array) -> Array:
+    """What each number multiplies the wealth by, as a logarithm: shape (means, numbers, bets)."""
+    at, x = mean[:, None, None], kinds[:, None]
+    gains: Array = np.log(x * bets / at + (1 - x) * (1 - bets) / (1 - at))
+    return gains
+
+
+def _wealth_at(kinds: Array, seen: Array, mean: Array) -> Array:
+    """The logarithm of the wealth at each look, against another mean at each, shape (looks,)."""
+    return _mean_of_exp(np.einsum("lk,lkb->lb", seen, _gains(kinds, mean, _BETS)))
+
+
+def _mean_of_exp(logarithms: Array) -> Array:
+    """The logarithm of the mean over the last axis of their exponentials."""
+    largest = logarithms.max(axis=-1, keepdims=True)
+    found: Array = np.log(np.exp(logarithms - largest).mean(axis=-1)) + largest[..., 0]
+    return found

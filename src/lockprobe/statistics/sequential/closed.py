@@ -1,0 +1,71 @@
+"""Several e-values judged together: closed testing by averages.
+
+The mean of e-values is an e-value of the hypothesis that all of their hypotheses hold, however they depend on each
+other. So a hypothesis is rejected if every set of hypotheses that it is in has a mean e-value of 20 or more (closed
+testing; Vovk and Wang, Annals of Statistics 2021, Sec. 6). One that is true is then rejected in at most 5 % of studies,
+whichever of the others are true, at any look. The sets that decide hold the smallest other e-values.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["adjusted", "log_thresholds"]
+
+Array = NDArray[np.float64]
+
+_LARGEST = 600.0
+"""Logarithm of the largest e-value that is told apart from larger ones."""
+
+
+def adjusted(log_e: Array) -> Array:
+    """The e-values adjusted for each other: the smallest mean of a set with the hypothesis, as logarithms.
+
+    Args:
+        log_e: Logarithms of e-values at each look, shape (looks, hypotheses).
+
+    Returns:
+        The same shape; never above ``log_e``.
+
+    >>> np.exp(adjusted(np.log([[40.0, 10.0]]))).round(1).tolist()
+    [[25.0, 10.0]]
+    """
+    found = np.empty_like(log_e)
+    for i, (own, others) in enumerate(_each(log_e)):
+        sizes = np.arange(1, others.shape[1] + 1)
+        found[:, i] = np.log(((own[:, None] + others) / sizes).min(axis=1))
+    return found
+
+
+def log_thresholds(log_e: Array, level: float) -> Array:
+    """The e-value that each hypothesis needs to be rejected beside the others, as a logarithm.
+
+    It takes the place of 1 / level in the interval of one parameter among several: the interval then excludes the
+    hypothesis if and only if closed testing rejects it, and it still covers its own parameter with 1 - level.
+
+    Args:
+        log_e: Logarithms of e-values at each look, shape (looks, hypotheses).
+        level: Level of the test, (0, 1).
+
+    Returns:
+        Shape (looks, hypotheses); at least log(1 / level).
+
+    >>> np.exp(log_thresholds(np.log([[40.0, 10.0]]), 0.05)).round(6).tolist()
+    [[30.0, 20.0]]
+    """
+    found = np.empty_like(log_e)
+    for i, (_, others) in enumerate(_each(log_e)):
+        sizes = np.arange(1, others.shape[1] + 1)
+        found[:, i] = np.log((sizes / level - others).max(axis=1))
+    return found
+
+
+def _each(log_e: Array) -> list[tuple[Array, Array]]:
+    """Each e-value, and the sums of the 0, 1, 2, … smallest others, shape (looks, hypotheses)."""
+    e = np.exp(np.minimum(log_e, _LARGEST))
+    found = []
+    for i in range(e.shape[1]):
+        others = np.sort(np.delete(e, i, axis=1), axis=1).cumsum(axis=1)
+        found.append((e[:, i], np.concatenate([np.zeros((len(e), 1)), others], axis=1)))
+    return found

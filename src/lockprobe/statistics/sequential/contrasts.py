@@ -1,0 +1,146 @@
+"""Differences that hold at every look: several means judged together, block by block.
+
+Each is tested for an effect (its mean is not 0) and, with a margin, for being small (its mean lies within the margin).
+The statements of one kind are one family, corrected by closed testing. Once a statement is made it stays: P values are
+the smallest of all looks, and intervals lie within those before.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lockprobe.statistics.proportions import ALPHA
+from lockprobe.statistics.sequential.betting import confidence_sequence, log_wealth, looks
+from lockprobe.statistics.sequential.closed import adjusted, log_thresholds
+
+__all__ = ["SMALL_PART", "AtEveryLook", "Numbers", "at_every_look"]
+
+Array = NDArray[np.float64]
+
+SMALL_PART = 0.2
+"""Share of the level that statements "small" have where several differences are judged.
+
+One of them may be 0 and another as large as the margin, so that both kinds of statements can be false in one study.
+"""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Numbers:
+    """Numbers whose mean is asked for, one for each block that has one.
+
+    Attributes:
+        values: The numbers in the order of the blocks, each in [-bound, bound], shape (numbers,).
+        block: Place of the block of each, ascending, from 0, shape (numbers,).
+        bound: The largest size that a number can have.
+    """
+
+    values: Array
+    block: NDArray[np.int64]
+    bound: float = 1.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AtEveryLook:
+    """A mean after each block, tested at every look.
+
+    Attributes:
+        n: Numbers.
+        value: Their mean; NaN without any.
+        low, high: Ends of the interval at the last look, [-bound, bound].
+        p_value: P value of "the mean is 0", corrected for the family and for agents; 1 without numbers.
+        effect_at: Number of the block (from 1) at which the interval left out 0 for the first time; None if at none.
+        small_p_value: P value of "the mean is as large as the margin or larger, either way"; 1 without a margin.
+        small_at: Number of the block at which that P value fell below 0.05; None if at none.
+        blocks: Numbers of blocks (from 1) at which the interval is kept, ascending, shape (looks,).
+        means, lows, highs: Mean and ends of the interval there, of the same shape.
+    """
+
+    n: int
+    value: float
+    low: float
+    high: float
+    p_value: float
+    effect_at: int | None
+    small_p_value: float
+    small_at: int | None
+    blocks: NDArray[np.int64]
+    means: Array
+    lows: Array
+    highs: Array
+
+    def narrow_at(self, half_width: float) -> int | None:
+        """The block (from 1) from which on the interval reaches no further than this to either side; None if none."""
+        found = np.flatnonzero(self.highs - self.lows <= 2 * half_width + 1e-9)
+        return int(self.blocks[found[0]]) if len(found) else None
+
+
+def at_every_look(
+    family: Sequence[Numbers], *, agents: int = 1, margin: float | None = None
+) -> tuple[AtEveryLook, ...]:
+    """Judge several means together.
+
+    Args:
+        family: The numbers of each mean. What has no number at a block keeps the e-value that it had before.
+        agents: Number of such families that are judged together (Bonferroni).
+        margin: With a margin it is also tested whether a mean is smaller than it, either way. Statements of the two
+            kinds are then false in at most 5 % of studies together.
+    """
+    blocks = 1 + max((int(one.block[-1]) for one in family if len(one.block)), default=-1)
+    both = margin is not None and len(family) > 1
+    level = ALPHA / agents * (1 - SMALL_PART if both else 1)
+    e = _by_block([log_wealth(one.values, 0.0, low=-one.bound, high=one.bound) for one in family], family, blocks)
+    p_values = np.minimum(1.0, np.exp(-adjusted(e)) * ALPHA / level)
+    limits = log_thresholds(e, level)
+    small = np.ones_like(p_values)
+    if margin is not None:
+        least = _by_block([_log_small(one, margin) for one in family], family, blocks)
+        small = np.minimum(1.0, np.exp(-adjusted(least)) * agents / (SMALL_PART if both else 1))
+    return tuple(_judged(one, p_values[:, i], limits[:, i], small[:, i]) for i, one in enumerate(family))
+
+
+def _log_small(one: Numbers, margin: float) -> Array:
+    """The smaller of two e-processes: against a mean of the margin or more, and of minus the margin or less."""
+    bounds = {"low": -one.bound, "high": one.bound}
+    below = log_wealth(one.values, margin, **bounds, side="below")
+    return np.minimum(below, log_wealth(one.values, -margin, **bounds, side="above"))
+
+
+def _by_block(processes: Sequence[Array], family: Sequence[Numbers], blocks: int) -> Array:
+    """The e-processes after each block, shape (blocks, means): 0 before the first number, as before where none is."""
+    found = np.zeros((blocks, len(family)))
+    for i, (process, one) in enumerate(zip(processes, family, strict=True)):
+        seen = np.searchsorted(one.block, np.arange(blocks), side="right")
+        found[:, i] = np.concatenate([[0.0], process])[seen]
+    return found
+
+
+def _judged(one: Numbers, p_values: Array, limits: Array, small: Array) -> AtEveryLook:
+    n = len(one.values)
+    at = looks(n)
+    seen = one.block[at - 1]
+    lows, highs = confidence_sequence(one.values, limits[one.block], low=-one.bound, high=one.bound)
+    return AtEveryLook(
+        n=n,
+        value=float(one.values.mean()) if n else math.nan,
+        low=float(lows[-1]) if n else -one.bound,
+        high=float(highs[-1]) if n else one.bound,
+        p_value=float(p_values[seen].min(initial=1.0)),
+        effect_at=_first(seen, p_values),
+        small_p_value=float(small[seen].min(initial=1.0)),
+        small_at=_first(seen, small),
+        blocks=seen + 1,
+        means=one.values.cumsum()[at - 1] / at,
+        lows=lows,
+        highs=highs,
+    )
+
+
+def _first(seen: NDArray[np.int64], p_values: Array) -> int | None:
+    """The number of the first block at which a P value is below 0.05."""
+    found = seen[p_values[seen] < ALPHA]
+    return int(found[0]) + 1 if len(found) else None

@@ -1,0 +1,52 @@
+"""A share of solved trials with an interval that holds at every look."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from lockprobe.statistics.proportions import ALPHA, Proportion
+from lockprobe.statistics.sequential.betting import confidence_sequence
+
+__all__ = ["SequentialShare", "share_at_every_look"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SequentialShare(Proportion):
+    """A share with its 95 % interval at every look.
+
+    Attributes:
+        solved: The trials in the order of their blocks.
+    """
+
+    solved: tuple[bool, ...] = ()
+
+    def at_level(self, level: float) -> SequentialShare:
+        """The same with an interval of another level, (0, 1)."""
+        return share_at_every_look(self.solved, level)
+
+
+def share_at_every_look(solved: ArrayLike, level: float = 1 - ALPHA) -> SequentialShare:
+    """A share with its confidence sequence: that of the beta-binomial mixture (Robbins 1970).
+
+    Args:
+        solved: Whether each trial was solved, in the order of blocks, shape (trials,).
+        level: Confidence level of the interval over all looks, (0, 1).
+
+    >>> found = share_at_every_look([True] * 7 + [False] * 23)
+    >>> round(found.low, 2), round(found.high, 2)
+    (0.07, 0.51)
+    """
+    values = np.asarray(solved, dtype=np.bool_)
+    lows, highs = confidence_sequence(values.astype(np.float64), math.log(1 / (1 - level)))
+    return SequentialShare(
+        count=int(values.sum()),
+        n=len(values),
+        value=float(values.mean()) if len(values) else math.nan,
+        low=float(lows[-1]) if len(lows) else 0.0,
+        high=float(highs[-1]) if len(highs) else 1.0,
+        solved=tuple(values.tolist()),
+    )

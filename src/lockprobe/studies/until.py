@@ -1,0 +1,102 @@
+"""When a study stops: at a fixed number of trials, or as soon as its questions are decided."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal, Self
+
+from lockprobe.foundation.errors import BadValue
+
+__all__ = ["LOOK_EVERY", "MARGIN", "MOST", "EarlierPlan", "Until"]
+
+MARGIN = 0.1
+"""The largest difference in success that counts as none where a study plays until it is decided. It is a convention."""
+
+MOST = 300
+"""Trials under each condition at most, unless ``--most`` says otherwise."""
+
+LOOK_EVERY = 5
+"""Blocks that are played between two looks, so that trials of a hosted model can be open at the same time."""
+
+_EXPECTED = "decided, ±10 or another number of points, from 1 to 50"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Until:
+    """What a study is played for.
+
+    Attributes:
+        rule: ``decided``: every difference is shown to be an effect, or to be smaller than ``points``. ``width``: the
+            interval of every difference reaches at most ``points`` to either side.
+        points: As a difference of shares, (0, 0.5].
+
+    Raises:
+        BadValue: If the number is out of range.
+    """
+
+    rule: Literal["decided", "width"]
+    points: float = MARGIN
+
+    def __post_init__(self) -> None:
+        if self.rule not in ("decided", "width") or not 0.01 <= self.points <= 0.5:
+            raise BadValue("until", f"{self.rule} {100 * self.points:g}", _EXPECTED)
+
+    @classmethod
+    def parse(cls, text: str) -> Self:
+        """The rule of a text: ``decided``, or ``±10`` (also ``+-10`` or ``10``) for a width.
+
+        >>> Until.parse("±10")
+        Until(rule='width', points=0.1)
+        """
+        if text.strip() == "decided":
+            return cls(rule="decided")
+        found = re.fullmatch(r"\s*(?:±|\+-|\+/-)?\s*([0-9]{1,2}(?:\.[0-9]{1,3})?)\s*", text)
+        if found is None or not 1 <= float(found[1]) <= 50:
+            raise BadValue("until", text, _EXPECTED)
+        return cls(rule="width", points=float(found[1]) / 100)
+
+    def __str__(self) -> str:
+        return "decided" if self.rule == "decided" else f"±{100 * self.points:g}"
+
+    @property
+    def margin(self) -> float | None:
+        """The largest difference that counts as none; None where the study says of none that it is small."""
+        return self.points if self.rule == "decided" else None
+
+    def settings(self) -> dict[str, object]:
+        """The rule as JSON holds it."""
+        return {"rule": self.rule, "points": self.points}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EarlierPlan:
+    """The size that a study was planned with, before it was extended.
+
+    Attributes:
+        repetitions, trials, strategy_trials, until: As in :class:`lockprobe.studies.study.Study`.
+        settings_hash: That of the study as it was planned.
+        finished: Trials that had ended when it was extended.
+        when: Time of the extension (UTC, ISO 8601).
+    """
+
+    repetitions: int
+    trials: int
+    strategy_trials: int | None
+    until: Until | None
+    settings_hash: str
+    finished: int
+    when: str
+
+    def settings(self) -> Mapping[str, object]:
+        """The plan as JSON holds it."""
+        return {
+            "repetitions": self.repetitions,
+            "trials": self.trials,
+            "strategy_trials": self.strategy_trials,
+            "until": self.until and self.until.settings(),
+            "settings_hash": self.settings_hash,
+            "finished": self.finished,
+            "when": self.when,
+        }
