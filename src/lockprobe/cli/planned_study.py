@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -9,6 +10,7 @@ from pathlib import Path
 from lockprobe.foundation.errors import BadFile, BadValue
 from lockprobe.interventions.sources import follows
 from lockprobe.plants.catalogue import with_camera
+from lockprobe.studies.extension import extended, extension_said
 from lockprobe.studies.options.settings import read_study
 from lockprobe.studies.options.study_options import StudyOptions, read_options_file
 from lockprobe.studies.options.studyfile import study
@@ -18,6 +20,11 @@ from lockprobe.studies.study import Study
 from lockprobe.studies.suites import is_suite, read_suite
 
 __all__ = ["planned_study", "refuse_followers"]
+
+_SIZES = {"trials", "repetitions", "strategy_trials", "full", "until", "most"}
+"""The options that say how much is played."""
+
+AT_EVERY_LOOK = "The report shows what holds at every look."
 
 
 def planned_study(
@@ -39,7 +46,16 @@ def planned_study(
     there = read_study(directory)
     if request.agent is None and "agent" not in asked and there.run_agents:
         planned = replace(planned, agents=there.run_agents, names=there.names)
-    return planned.ordered_as(there.settings()), directory
+    planned = planned.ordered_as(there.settings())
+    if not _SIZES & {*asked, *request.model_fields_set}:
+        return replace(planned, earlier=there.earlier), directory
+    if planned.until and there.repetitions > 1:  # its repetitions stay, since its trials are numbered within them
+        each = -(-planned.trials // there.repetitions)
+        planned = replace(planned, repetitions=there.repetitions, trials=each)
+    longer = extended(planned, directory)
+    if len(longer.earlier) > len(there.earlier):
+        print(f"Extended: {extension_said(longer)}. {AT_EVERY_LOOK}", file=sys.stderr)
+    return longer, directory
 
 
 def refuse_followers(planned: Study, part: Shard | None) -> None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, cast
@@ -41,7 +42,7 @@ WriteReport = Annotated[bool, typer.Option("--report/--no-report", help=_REPORT)
 Again = Annotated[str | None, typer.Option(metavar="reply|refusal", help=_AGAIN)]
 
 HEADINGS = {
-    "Options": "agent p trials condition box full seed out estimate budget",
+    "Options": "agent p trials until most condition box full seed out estimate budget",
     "The study": "repetitions strategy_trials max_steps plant camera layout shuffle as_paper name",
     "Reports and conditions": "sweep flip readings parts modality assessment hypothesis",
     "Running": "workers shard cluster again allow report json",
@@ -136,6 +137,7 @@ def _run_study(
     part = None if shard is None else Shard.parse(shard)
     planned, directory = planned_study(name, asked, out, camera)
     refuse_followers(planned, part)
+    planned = replace(planned, shard=part)
     if estimate:
         from lockprobe.cli.format_cost import print_estimates
         from lockprobe.cli.progress import settings_line
@@ -147,7 +149,7 @@ def _run_study(
     from lockprobe.cli.run_study import allowed_budget, play_study
 
     allowed = allowed_budget(planned, budget, directory)
-    if status := play_study(planned, directory, limits, allowed, shard=part, again=again, report=report, json=json):
+    if status := play_study(planned, directory, limits, allowed, again=again, report=report, json=json):
         raise typer.Exit(status)
 
 

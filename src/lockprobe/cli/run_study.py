@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterable
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
@@ -18,11 +17,9 @@ from lockprobe.foundation.terminal_text import printable
 from lockprobe.studies.costs.budget import Budget
 from lockprobe.studies.options.valid_conditions import invalid_conditions
 from lockprobe.studies.records.journal import Journal
-from lockprobe.studies.records.shard import Shard
 from lockprobe.studies.running.runner import Limits, owe_anew
 from lockprobe.studies.running.runner import run as play_trials
 from lockprobe.studies.study import Study
-from lockprobe.trial.plan import Plan
 
 __all__ = ["BROKE", "BUDGET_REACHED", "NO_VALID_TRIAL", "allowed_budget", "play_study"]
 
@@ -46,7 +43,6 @@ def play_study(
     limits: Limits,
     budget: Budget | None,
     *,
-    shard: Shard | None = None,
     again: str | None = None,
     report: bool | None = True,
     json: bool = False,
@@ -58,7 +54,6 @@ def play_study(
         directory: The directory of the study, existing or new.
         limits: How much is played at once.
         budget: The budget of the study.
-        shard: The part of the trials to play; None for all.
         again: Which finished trials are replayed; see ``lockprobe run --again``.
         report: Whether to write the report during and after the run; None if a suite reports the study.
         json: Whether to print events as JSON.
@@ -78,7 +73,7 @@ def play_study(
         if again is not None:
             observer.owed_anew(owe_anew(journal, planned, again), again)
         live = LiveReport(observer, directory if report else None)
-        reached = _play_trials(planned, journal, limits, live, observer, shard)
+        reached = _play_trials(planned, journal, limits, live, observer)
         if planned.size == planned.invited and not journal.trials:
             return status  # people have yet to be invited
         live.end()
@@ -97,11 +92,11 @@ def play_study(
 
 
 def _play_trials(
-    planned: Study, journal: Journal, limits: Limits, live: LiveReport, observer: Plain, shard: Shard | None
+    planned: Study, journal: Journal, limits: Limits, live: LiveReport, observer: Plain
 ) -> BudgetReached | None:
     """Play the owed trials, and return what ended them early if the budget did."""
     try:
-        play_trials(planned, journal, limits=limits, observer=live, plans=_plans(planned, shard))
+        play_trials(planned, journal, limits=limits, observer=live)
     except KeyboardInterrupt:
         observer.interrupted(journal.directory)
         raise
@@ -111,12 +106,6 @@ def _play_trials(
         if not journal.trials:  # nothing was played: the command cannot be carried out
             raise
     return None
-
-
-def _plans(planned: Study, shard: Shard | None) -> Callable[[str], Iterable[Plan]] | None:
-    if shard is None:
-        return None
-    return lambda agent: [plan for plan in planned.plans(agent) if shard.has(plan.key)]
 
 
 def _failure(planned: Study, journal: Journal, observer: Plain) -> int:

@@ -4,37 +4,35 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
+from itertools import product
 from typing import get_args
 
 from lockprobe.agents.catalogue import is_strategy
 from lockprobe.boxes.box import LayoutKind, Lockbox, Shuffle
 from lockprobe.boxes.layouts import redealt
 from lockprobe.foundation.errors import BadValue, UnknownName
-from lockprobe.foundation.grouping import grouped
 from lockprobe.foundation.seeds import study_stream, trial_stream
 from lockprobe.foundation.spec import PEOPLE, spec_name
 from lockprobe.foundation.validation import check_choice
 from lockprobe.interventions.conditions import tells_positions
 from lockprobe.interventions.flip import OutcomeFlip
 from lockprobe.plants.catalogue import resolve_plant
-from lockprobe.plants.changed_options import plant_change
 from lockprobe.studies.flip_axis import flip_axis, reading_of
-from lockprobe.studies.modality import check_distinct, check_shown, is_pictured, refuse_blind, taken_in
+from lockprobe.studies.modality import is_pictured, refuse_blind, taken_in
 from lockprobe.studies.options.agent_names import check_names
 from lockprobe.studies.options.condition_settings import condition_settings
 from lockprobe.studies.options.settings_hash import hash_of, in_no_order, sorted_text
-from lockprobe.studies.running.playable import PERSON, check_playable
+from lockprobe.studies.records.shard import Shard
+from lockprobe.studies.study_checks import check_doses, check_people, check_plant
 from lockprobe.studies.until import EarlierPlan, Until
 from lockprobe.trial.briefing import Ask
 from lockprobe.trial.condition import Condition
-from lockprobe.trial.doses import DOSES_SAID, can_be_fitted
 from lockprobe.trial.plan import Plan
 from lockprobe.trial.record import Trial
+from lockprobe.trial.trial_name import TrialName
 
-__all__ = ["LARGEST_SEED", "Study"]
+__all__ = ["LARGEST_SEED", "Study", "trials_planned"]
 
-CLOSEST_P = 1e-6
 LARGEST_SEED = 2**63
 LONGEST_NAME = 100
 LIMITS = {"trials": 1_000_000, "strategy_trials": 1_000_000, "repetitions": 10_000, "max_steps": 10_000}
@@ -67,6 +65,7 @@ class Study:
         hypothesis: When hosted models are asked how the box works, unless a condition says otherwise.
         until: When it stops, before ``trials`` are played; None if all of them are.
         earlier: The sizes that it was planned with before it was extended; no setting, since they change no trial.
+        shard: The part of its trials that is played; None for all. It is no setting either.
         names: Agent spec -> the experimenter's name for it, for those that have one; those of other agents are dropped.
             Keys, tables and pages show it in place of the spec. It changes no draw.
 
@@ -93,6 +92,7 @@ class Study:
     hypothesis: Ask = "before"
     until: Until | None = None
     earlier: tuple[EarlierPlan, ...] = field(default=(), compare=False)
+    shard: Shard | None = field(default=None, compare=False)
     names: Mapping[str, str] = field(default_factory=dict, hash=False)
     flip_axis: tuple[Condition, ...] = field(init=False, compare=False)
 
@@ -119,41 +119,9 @@ class Study:
             raise BadValue("seed", self.seed, f"a whole number from 0 to {LARGEST_SEED}")
         if "/" in self.name or not self.name.strip() or len(self.name) > LONGEST_NAME:
             raise BadValue("name", self.name, f"a name of at most {LONGEST_NAME} characters without slashes")
-        if PEOPLE in self.agents:
-            check_playable((one for one in self.conditions if not one.is_recorded), PERSON)
-        self._check_doses()
-        self._check_plant()
-
-    def _check_doses(self) -> None:
-        """Refuse flip rates that are almost equal, and doses that no curve can be fitted to."""
-        rates = sorted(self.p)
-        close = any(second - first < CLOSEST_P for first, second in pairwise(rates))
-        if close or len({f"{rate:g}" for rate in rates}) < len(rates):
-            raise BadValue("p", list(self.p), "values that differ by 0.000001 or more, within six digits")
-        for one in self.conditions:
-            for name, dose in one.doses.items():
-                if not can_be_fitted(dose):
-                    raise BadValue(f"{name} of {one.label}", dose, DOSES_SAID)
-
-    def _check_plant(self) -> None:
-        """Refuse what the plant of a condition cannot show, and changes that the study's plant does not allow."""
-        own, shown = resolve_plant(self.plant), grouped(self.conditions, self.plant_of)
-        check_distinct(self.modalities)
-        for spec, conditions in shown.items():
-            plant = resolve_plant(spec)
-            check_shown(conditions, plant)
-            if (
-                self.shuffle != "never"
-                and plant.painted_labels
-                and any(is_pictured(one.modality) for one in conditions)
-            ):
-                expected = "never with pictures of a real box, on which labels are painted"
-                raise BadValue("shuffle", self.shuffle, expected)
-        for one in self.conditions:
-            if own.ships and (change := plant_change(own, one.plant.options)) != one.plant:
-                raise BadValue(
-                    f"plant of {one.label}", one.plant.spec or "none", f"{change.spec or 'none'}, {change.own}"
-                )
+        check_people(self)
+        check_doses(self.conditions, self.p)
+        check_plant(self)
 
     @property
     def labels(self) -> tuple[str, ...]:
@@ -319,7 +287,7 @@ class Study:
 
     def trials_of(self, agent: str) -> int:
         """Trials per repetition and condition that an agent plays."""
-        return _trials_of(agent, self)
+        return trials_planned(agent, self)
 
     @property
     def _played(self) -> dict[str, tuple[tuple[Condition, ...], int]]:
@@ -334,10 +302,21 @@ class Study:
     def plans(self, agent: str) -> Iterator[Plan]:
         """The trials of one agent: repetitions outermost, conditions innermost, so that a part is balanced."""
         conditions = self.conditions_of(agent)
-        for repetition in range(1, self.repetitions + 1):
-            for trial in range(1, self.trials_of(agent) + 1):
-                for condition in conditions:
+        for repetition, trial in self.blocks_of(agent):
+            for condition in conditions:
+                if self.in_shard(agent, condition, repetition, trial):
                     yield self.plan(agent, condition, repetition, trial)
+
+    def blocks_of(self, agent: str) -> Iterator[tuple[int, int]]:
+        """The repetitions and trials of an agent, those of other shards too."""
+        return product(range(1, self.repetitions + 1), range(1, self.trials_of(agent) + 1))
+
+    def in_shard(self, agent: str, condition: Condition, repetition: int, trial: int) -> bool:
+        """Whether a trial is one of its shard; whole blocks are, where it stops when it is decided."""
+        if self.shard is None:
+            return True
+        name = TrialName(self.name, self.label_of(agent), condition.label, repetition, trial)
+        return self.shard.has(f"{repetition}/{trial}" if self.until else str(name))
 
     def plan(self, agent: str, condition: Condition, repetition: int, trial: int, seed: int | None = None) -> Plan:
         """One trial of the study; repetition and trial count from 1. People share the trials of ``participant``.
@@ -439,8 +418,12 @@ class Study:
 
     def size_of(self, agent: str) -> int:
         """Number of trials of one agent, over all conditions."""
-        return len(self.conditions_of(agent)) * self.repetitions * self.trials_of(agent)
+        if self.shard is None:
+            return len(self.conditions_of(agent)) * self.repetitions * self.trials_of(agent)
+        every = product(self.conditions_of(agent), self.blocks_of(agent))
+        return sum(self.in_shard(agent, condition, *block) for condition, block in every)
 
 
-def _trials_of(agent: str, plan: Study | EarlierPlan) -> int:
+def trials_planned(agent: str, plan: Study | EarlierPlan) -> int:
+    """Trials per repetition and condition that a plan has for an agent."""
     return plan.strategy_trials if plan.strategy_trials is not None and is_strategy(agent) else plan.trials

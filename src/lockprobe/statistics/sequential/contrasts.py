@@ -80,7 +80,7 @@ class AtEveryLook:
 
 
 def at_every_look(
-    family: Sequence[Numbers], *, agents: int = 1, margin: float | None = None
+    family: Sequence[Numbers], *, agents: float = 1, margin: float | None = None
 ) -> tuple[AtEveryLook, ...]:
     """Judge several means together.
 

@@ -8,16 +8,13 @@ decided is no longer played.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lockprobe.foundation.grouping import grouped
-from lockprobe.trial.record import Trial
-
-__all__ = ["NO_ORDERS", "BlockOrder", "before_open"]
+__all__ = ["NO_ORDERS", "BlockOrder"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -51,21 +48,3 @@ class BlockOrder:
 
 NO_ORDERS: Mapping[str, BlockOrder] = {}
 """No agent of whose trials anything must hold at every look: of a study of fixed size that is finished."""
-
-
-def before_open(trials: Iterable[Trial], orders: Mapping[str, BlockOrder]) -> tuple[Trial, ...]:
-    """The trials of every condition up to the first block that is still open, in their order.
-
-    Args:
-        trials: Trials that have ended, as errors too.
-        orders: Agent -> the order of its blocks. Trials of others are all kept.
-    """
-    found = list(trials)
-    kept = {id(trial) for trial in found if trial.group not in orders}
-    for (agent, _), own in grouped(found, lambda trial: (trial.group, trial.condition)).items():
-        if agent in orders:
-            ranks = orders[agent].rank([trial.repetition for trial in own], [trial.trial for trial in own])
-            missing = np.setdiff1d(np.arange(len(ranks)), ranks)
-            first = missing[0] if len(missing) else len(ranks)
-            kept |= {id(trial) for trial, rank in zip(own, ranks.tolist(), strict=True) if rank < first}
-    return tuple(trial for trial in found if id(trial) in kept)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import fields
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -14,7 +14,9 @@ from lockprobe.foundation.errors import BadFile, UserMistake
 from lockprobe.foundation.validation import plain
 from lockprobe.studies.options.condition_settings import ConditionSettings
 from lockprobe.studies.records.directory import read_settings
+from lockprobe.studies.records.shard import Shard
 from lockprobe.studies.study import LARGEST_SEED, Study
+from lockprobe.studies.until import EarlierPlan, Until
 
 __all__ = ["LONGEST_SPEC", "read_study", "study_from"]
 
@@ -27,6 +29,32 @@ AgentSpec = Annotated[str, Field(min_length=1, max_length=LONGEST_SPEC)]
 Count = Annotated[int, Field(ge=0, le=LARGEST_SEED)]
 
 
+class _Until(BaseModel):
+    model_config = ConfigDict(strict=True, extra="forbid")
+    rule: Literal["decided", "width"]
+    points: float
+
+    def until(self) -> Until:
+        """The rule."""
+        return Until(rule=self.rule, points=self.points)
+
+
+class _Earlier(BaseModel):
+    model_config = ConfigDict(strict=True, extra="forbid")
+    repetitions: Count
+    trials: Count
+    strategy_trials: Count | None
+    until: _Until | None
+    settings_hash: Text
+    finished: Count
+    when: Text
+
+    def plan(self) -> EarlierPlan:
+        """The plan."""
+        known = self.model_dump(exclude={"until"})
+        return EarlierPlan(until=self.until.until() if self.until else None, **known)
+
+
 class _Settings(BaseModel):
     model_config = ConfigDict(strict=True, extra="forbid")
     study: Text
@@ -37,6 +65,9 @@ class _Settings(BaseModel):
     repetitions: Count
     trials: Count
     strategy_trials: Count | None
+    until: _Until | None = None
+    extended: list[_Earlier] = []
+    shard: Text | None = None
     strategy_conditions: list[Text] = []
     max_steps: Count
     seed: Count
@@ -48,7 +79,9 @@ class _Settings(BaseModel):
     added: dict[Text, Text] = {}
 
 
-_AS_THEY_STAND = {field.name for field in fields(Study) if field.init} - {"name", "agents", "box", "conditions"}
+_AS_THEY_STAND = {field.name for field in fields(Study) if field.init} - {
+    *("name", "agents", "box", "conditions", "until", "earlier", "shard")
+}
 """The settings that a study takes from the file as they are."""
 
 
@@ -78,6 +111,9 @@ def study_from(settings: Mapping[str, object], path: Path) -> Study:
             agents=tuple(found.agents),
             box=box_from_data(found.box),
             conditions=tuple(one.condition() for one in found.conditions),
+            until=found.until.until() if found.until else None,
+            shard=None if found.shard is None else Shard.parse(found.shard),
+            earlier=tuple(one.plan() for one in found.extended),
             **found.model_dump(include=_AS_THEY_STAND),
         )
     except UserMistake as error:

@@ -146,6 +146,14 @@ class StudyOptions(BaseModel):
             "why; else as --trials)."
         ),
     ] = None
+    until: Annotated[
+        str | None,
+        _about(
+            "Play until every difference is decided (shown to be an effect, or smaller than 10 points), or until each "
+            "is known to ±10, or ±5, points; it stops there (all trials are played)."
+        ),
+    ] = None
+    most: Annotated[Whole | None, _about("With --until: trials per condition at most (300).")] = None
     repetitions: Annotated[Whole | None, _about("Repetitions (3; 1 with why).")] = None
     seed: Annotated[Whole | None, _about("Seed of everything (1).")] = None
     max_steps: Annotated[Whole | None, _about("Budget of a trial in steps (20).")] = None

@@ -1,6 +1,7 @@
 """The directory of a study: its lock and its settings file. A failed start leaves it unchanged.
 
-Agents can be added to a study that has been played; no other setting can change after the first trial.
+Agents can be added to a study that has been played, and it can be extended; no other setting can change after the first
+trial.
 """
 
 from __future__ import annotations
@@ -50,6 +51,12 @@ ATTEMPTS = "attempts.jsonl"
 
 _KEPT = (RECORDS, CALLS, ASKED, ATTEMPTS)
 """Files that hold finished trials, paid calls or steps."""
+
+_SIZE = ("repetitions", "trials", "strategy_trials", "until")
+"""The settings that say how much is played."""
+
+_BESIDE = frozenset({"agents", "names", "added", "extended", "shard"})
+"""What stands beside the settings that a study on disk must have in common with the one that is asked for."""
 
 _MADE = (SETTINGS, RECORDS, TIMINGS, CALLS, ASKED)
 """Files that a start creates."""
@@ -164,7 +171,13 @@ def write_settings(directory: Path, study: Study) -> None:
     if _played(directory) and (directory / SETTINGS).exists():
         now, known = datetime.now(UTC).isoformat(timespec="seconds"), _texts(read_settings(directory)["agents"])
         added = added_agents(directory) | {agent: now for agent in study.agents if agent not in known}
-    settings = {**study.settings(), **({"added": added} if added else {})}
+    earlier = [plan.settings() for plan in study.earlier]
+    settings = {
+        **study.settings(),
+        **({"added": added} if added else {}),
+        **({"extended": earlier} if earlier else {}),
+        **({"shard": str(study.shard)} if study.shard else {}),
+    }
     write_file(directory / SETTINGS, f"{json.dumps(settings, indent=2)}\n", alone=True)
 
 
@@ -181,6 +194,8 @@ def added_agents(directory: Path) -> dict[str, str]:
 def claim(directory: Path, study: Study) -> None:
     """Write the settings of a new study, or check them against the settings on disk. New agents are added.
 
+    A study that was extended (:func:`lockprobe.studies.extension.extended`) may have another size than there.
+
     Raises:
         SettingsChanged: If any other setting differs.
         BadFile: If there are records without settings, or settings that cannot be read or written.
@@ -193,19 +208,27 @@ def claim(directory: Path, study: Study) -> None:
         write_settings(directory, study)
         return
     there = read_settings(directory)
+    extended = _plans(there) < len(study.earlier)
     asked = json.loads(json.dumps(study.settings()))
     known, wanted = in_no_order(there), in_no_order(asked)
     different = {
         name: told_apart(name, there.get(name), asked.get(name))
-        for name in sorted({*known, *wanted} - {"agents", "names", "added"})
+        for name in sorted({*known, *wanted} - _BESIDE - {*(_SIZE if extended else ())})
         if known.get(name) != wanted.get(name)
     } | _renamed(there, study)
     if different:
         raise SettingsChanged(directory, different)
     agents = joined_agents(_texts(there["agents"]), study.agents)
-    if list(agents) != there["agents"]:
-        joined = replace(study, agents=agents, names={**_names(there), **study.names})
+    part = study.shard if str(study.shard) == there.get("shard") else None  # of several parts it holds the whole
+    if extended or list(agents) != there["agents"] or str(part) != str(there.get("shard")):
+        joined = replace(study, agents=agents, names={**_names(there), **study.names}, shard=part)
         write_settings(directory, joined.ordered_as(there))
+
+
+def _plans(settings: Mapping[str, object]) -> int:
+    """How often a study was extended."""
+    found = settings.get("extended")
+    return len(found) if isinstance(found, list) else 0
 
 
 def _names(settings: Mapping[str, object]) -> dict[str, str]:

@@ -132,7 +132,8 @@ def gather(
     finished = [_finished(source) for source in sources]
     names = {spec: name for source in reversed(finished) for spec, name in source.study.names.items()}
     names |= known.names if known else {}
-    first = known or replace(sources[0].study, agents=_agents(finished) or sources[0].study.agents, names=names)
+    own = _agents(finished) or sources[0].study.agents
+    first = replace(known, shard=None) if known else replace(sources[0].study, agents=own, names=names, shard=None)
     joined = replace(first, agents=tuple(dict.fromkeys((*first.agents, *_agents(finished)))), names=names)
     for source in finished:
         _refuse_another_study(source, joined, directory)

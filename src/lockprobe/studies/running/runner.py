@@ -14,7 +14,7 @@ connection stays idle.
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Awaitable, Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
@@ -35,14 +35,13 @@ from lockprobe.foundation.errors import (
     UserMistake,
 )
 from lockprobe.foundation.interrupts import interruptible
-from lockprobe.interventions.sources import follows
 from lockprobe.plants.catalogue import resolve_plant
 from lockprobe.studies.costs.call_log import Calls, read_calls
 from lockprobe.studies.records.journal import Journal, Timing, load, read_timings
 from lockprobe.studies.records.picture_store import ALBUM, Album
 from lockprobe.studies.running.cluster_trials import can_travel, play_on_cluster
-from lockprobe.studies.running.followers import Followers
 from lockprobe.studies.running.lanes import play_in_lanes
+from lockprobe.studies.running.rounds import next_plans, owed_plans, rounds
 from lockprobe.studies.running.trial_setup import closed_in_one_line, own_thread, play_timed
 from lockprobe.studies.running.workers import play_in_workers
 from lockprobe.studies.study import Study
@@ -154,12 +153,13 @@ def run(
         SettingsChanged: If an agent or the plant is another one than that of the earlier trials.
         KeyboardInterrupt: On Ctrl-C; whatever was finished is on disk.
     """
-    limits, observer, of = limits or Limits(), observer or Silent(), plans or study.plans
+    limits, observer = limits or Limits(), observer or Silent()
+    of = plans or next_plans(study, journal)
     known = list(known)
     sources = [resolve(spec, limits.access) for spec in study.agents]
     study.check_agents()
     sources = _run_here(sources)
-    owed = {source.spec: _owed(of(source.spec), journal) for source in sources}
+    owed = {source.spec: owed_plans(of(source.spec), journal) for source in sources}
     _check(study, [source for source in sources if owed[source.spec]])
     observer.begin(study, journal, sum(map(len, owed.values())))
     spent: BudgetReached | None = None
@@ -169,7 +169,7 @@ def run(
             continue
         observer.agent(source, len(owed[source.spec]))
         try:
-            for plans_now in _rounds(study, owed[source.spec], journal):
+            for plans_now in rounds(study, owed[source.spec], partial(of, source.spec), journal):
                 _play(study, source, plans_now, journal, limits, observer, known)
         except BudgetReached as reached:
             spent = reached
@@ -179,7 +179,7 @@ def run(
             if study.attended:  # whoever answers at the terminal answers for all agents
                 raise
             given_up[source.spec] = why
-            observer.given_up(source, len(_owed(owed[source.spec], journal)), why)
+            observer.given_up(source, len(owed_plans(owed[source.spec], journal)), why)
     if spent is not None:
         raise spent
     if given_up:
@@ -193,22 +193,6 @@ def _check(study: Study, sources: Sequence[AgentSource]) -> None:
     played = {study.plant_of(one): None for source in sources for one in study.conditions_of(source.spec)}
     for plant in played:
         resolve_plant(plant).check(study.box)
-
-
-def _owed(plans: Iterable[Plan], journal: Journal) -> list[Plan]:
-    """The plans that a journal owes; those that were begun first, so that a small budget ends them."""
-    owed = [plan for plan in plans if journal.owes(plan.key)]
-    return sorted(owed, key=lambda plan: not journal.calls.has_replies(plan.key))
-
-
-def _rounds(study: Study, plans: Sequence[Plan], journal: Journal) -> Iterator[list[Plan]]:
-    """Yield first the plans that depend on no other trial, then those whose source trial has been played."""
-    yield [plan for plan in plans if not follows(plan.condition)]
-    if later := [plan for plan in plans if follows(plan.condition)]:
-        followers = Followers(
-            study, {trial.key: trial for trial in load(journal.directory)}
-        )  # a journal keeps no steps
-        yield [plan for one in later if (plan := followers.bound(one)) is not None]
 
 
 def _run_here(sources: Sequence[AgentSource]) -> list[AgentSource]:

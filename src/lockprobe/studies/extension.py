@@ -1,0 +1,80 @@
+"""A study that is larger than it was first planned: what was planned before, and when that changed."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import UTC, datetime
+from pathlib import Path
+
+from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.spec import PEOPLE
+from lockprobe.studies.options.settings import read_study
+from lockprobe.studies.records.directory import SETTINGS
+from lockprobe.studies.records.read_records import load
+from lockprobe.studies.study import Study
+from lockprobe.studies.until import EarlierPlan, Until
+
+__all__ = ["extended", "extension_said"]
+
+
+def extended(planned: Study, directory: Path) -> Study:
+    """A study with the plans that its directory was played by before, the present one too if the new one is larger.
+
+    Trials that are added after a look are valid if everything is then tested at every look. The plans say in which
+    order blocks were planned, and the page says that there were several.
+
+    Args:
+        planned: The study as it is asked for now.
+        directory: Its directory, which may be new.
+
+    Returns:
+        The study; as it was where it is no larger, or where no trial was played.
+
+    Raises:
+        BadValue: If people take part, who are compared at one look.
+    """
+    if not (directory / SETTINGS).exists():
+        return planned
+    there = read_study(directory)
+    planned = replace(planned, earlier=there.earlier)
+    if _size(there) == _size(planned) or not _larger(there, planned):
+        return planned
+    finished = sum(not trial.owed_again for trial in load(directory))
+    if not finished:
+        return planned
+    if PEOPLE in {*there.agents, *planned.agents}:
+        raise BadValue("trials", planned.trials, f"{there.trials}: people are compared at one look, at a fixed number")
+    before = EarlierPlan(
+        repetitions=there.repetitions,
+        trials=there.trials,
+        strategy_trials=there.strategy_trials,
+        until=there.until,
+        settings_hash=there.settings_hash,
+        finished=finished,
+        when=datetime.now(UTC).isoformat(timespec="seconds"),
+    )
+    return replace(planned, earlier=(*there.earlier, before))
+
+
+def _size(study: Study) -> tuple[object, ...]:
+    return study.repetitions, study.trials, study.strategy_trials, study.until
+
+
+def _larger(there: Study, planned: Study) -> bool:
+    """Whether no agent has fewer repetitions or trials than before."""
+    return planned.repetitions >= there.repetitions and all(
+        planned.trials_of(agent) >= there.trials_of(agent) for agent in there.agents
+    )
+
+
+def extension_said(study: Study) -> str:
+    """What the last extension of a study changed, in words."""
+    before = study.earlier[-1]
+    there, now = (_plan_said(one.repetitions, one.trials, one.until) for one in (before, study))
+    return f"planned for {there}, and since {before.when}, after {before.finished} trials, for {now}"
+
+
+def _plan_said(repetitions: int, trials: int, until: Until | None) -> str:
+    many = repetitions * trials
+    number = f"{many} trial{'s' * (many != 1)} per condition"
+    return f"{number} at most, until {until}" if until else number

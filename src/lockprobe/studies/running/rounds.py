@@ -1,0 +1,56 @@
+"""In which order the owed trials of an agent are played: look by look, and trials that follow others after them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+
+from lockprobe.interventions.sources import follows
+from lockprobe.studies.records.journal import Journal, load
+from lockprobe.studies.running.followers import Followers
+from lockprobe.studies.stopping import due
+from lockprobe.studies.study import Study
+from lockprobe.trial.plan import Plan
+
+__all__ = ["next_plans", "owed_plans", "rounds"]
+
+
+def next_plans(study: Study, journal: Journal) -> Callable[[str], Iterable[Plan]]:
+    """Function from an agent to its plans: all, or those before the next look of a study that may stop there."""
+    if study.until is None:
+        return study.plans
+    return lambda agent: due(study, agent, journal.trials.values())
+
+
+def owed_plans(plans: Iterable[Plan], journal: Journal) -> list[Plan]:
+    """The plans that a journal owes; those that were begun first, so that a small budget ends them."""
+    owed = [plan for plan in plans if journal.owes(plan.key)]
+    return sorted(owed, key=lambda plan: not journal.calls.has_replies(plan.key))
+
+
+def rounds(
+    study: Study, first: list[Plan], more: Callable[[], Iterable[Plan]], journal: Journal
+) -> Iterator[list[Plan]]:
+    """Yield the plans that are owed; of a study that stops when it is decided, also those after each look.
+
+    A trial that broke is not played again in the same run.
+
+    Args:
+        study: The study.
+        first: The plans that are owed at first.
+        more: The plans of the agent, asked for after each look.
+        journal: The journal of the study.
+    """
+    now, met = first, set[str]()
+    while now:
+        yield from _followed(study, now, journal)
+        met |= {plan.key for plan in now}
+        now = [plan for plan in owed_plans(more(), journal) if plan.key not in met] if study.until else []
+
+
+def _followed(study: Study, plans: Sequence[Plan], journal: Journal) -> Iterator[list[Plan]]:
+    """Yield first the plans that depend on no other trial, then those whose source trial has been played."""
+    yield [plan for plan in plans if not follows(plan.condition)]
+    if later := [plan for plan in plans if follows(plan.condition)]:
+        trials = {trial.key: trial for trial in load(journal.directory)}  # a journal keeps no steps
+        followers = Followers(study, trials)
+        yield [plan for one in later if (plan := followers.bound(one)) is not None]

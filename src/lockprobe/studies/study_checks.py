@@ -1,0 +1,59 @@
+"""What is refused when a study is made."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+from lockprobe.foundation.errors import BadValue
+from lockprobe.foundation.grouping import grouped
+from lockprobe.foundation.spec import PEOPLE
+from lockprobe.plants.catalogue import resolve_plant
+from lockprobe.plants.changed_options import plant_change
+from lockprobe.studies.modality import check_distinct, check_shown, is_pictured
+from lockprobe.studies.running.playable import PERSON, check_playable
+from lockprobe.trial.condition import Condition
+from lockprobe.trial.doses import DOSES_SAID, can_be_fitted
+
+if TYPE_CHECKING:
+    from lockprobe.studies.study import Study
+
+__all__ = ["check_doses", "check_people", "check_plant"]
+
+_CLOSEST_P = 1e-6
+
+
+def check_people(study: Study) -> None:
+    """Refuse what people cannot play."""
+    if PEOPLE in study.agents:
+        check_playable((one for one in study.conditions if not one.is_recorded), PERSON)
+        if study.until:
+            raise BadValue("until", str(study.until), "none with people, who are compared at one look")
+
+
+def check_doses(conditions: Sequence[Condition], p: Sequence[float]) -> None:
+    """Refuse flip rates that are almost equal, and doses that no curve can be fitted to."""
+    rates = sorted(p)
+    close = any(second - first < _CLOSEST_P for first, second in pairwise(rates))
+    if close or len({f"{rate:g}" for rate in rates}) < len(rates):
+        raise BadValue("p", list(p), "values that differ by 0.000001 or more, within six digits")
+    for one in conditions:
+        for name, dose in one.doses.items():
+            if not can_be_fitted(dose):
+                raise BadValue(f"{name} of {one.label}", dose, DOSES_SAID)
+
+
+def check_plant(study: Study) -> None:
+    """Refuse what the plant of a condition cannot show, and changes that the study's plant does not allow."""
+    own, shown = resolve_plant(study.plant), grouped(study.conditions, study.plant_of)
+    check_distinct(study.modalities)
+    for spec, conditions in shown.items():
+        plant = resolve_plant(spec)
+        check_shown(conditions, plant)
+        if study.shuffle != "never" and plant.painted_labels and any(is_pictured(one.modality) for one in conditions):
+            expected = "never with pictures of a real box, on which labels are painted"
+            raise BadValue("shuffle", study.shuffle, expected)
+    for one in study.conditions:
+        if own.ships and (change := plant_change(own, one.plant.options)) != one.plant:
+            raise BadValue(f"plant of {one.label}", one.plant.spec or "none", f"{change.spec or 'none'}, {change.own}")
